@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/sonar/echo.h>
+#include <ensonify/engine/sonar/track.h>
+
+namespace ensonify::engine {
+
+/// What the pings file says of a ping, beside the image.
+struct PingRecord {
+  Pose pose;
+  double altitude_m = 0.0;  ///< over the bed straight below; NaN over a hole
+  int block = 0;
+  int first_return_port = -1, first_return_starboard = -1;  ///< bins
+  int starved_port = 0, starved_starboard = 0;
+};
+
+/// Stacked echo lines of one sonar: a row a ping, the oldest first; columns port far..near, then
+/// starboard near..far.
+struct Waterfall {
+  Sonar sonar;
+  Layers pixels;  ///< pings * columns() values a layer
+  std::vector<PingRecord> pings;
+
+  Waterfall(const Sonar& sonar, std::size_t pings);
+  std::size_t rows() const { return pings.size(); }
+  std::size_t columns() const { return 2 * static_cast<std::size_t>(sonar.bins); }
+  /// Puts both sides of a ping into their row. Rows may be set from several threads at once.
+  void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRecord& record);
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ensonify::engine {
+
+/// A file of a run's folder. The hash is XXH3 with 128 bits, as `xxhsum -H2` prints it.
+struct FileRecord {
+  std::string name;
+  std::uint64_t size_bytes = 0;
+  std::string xxh128;
+};
+
+/// What a run's manifest.json says; nothing of when or where it ran.
+struct Manifest {
+  std::string scene_toml;  ///< every key, defaults filled in; reads back to the same scene
+  std::uint64_t seed = 0;
+  std::string surface, intersector, code_path;
+  std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, …
+  std::vector<std::string> warnings;
+  std::vector<FileRecord> files;
+};
+
+/// The hash of bytes, 32 hexadecimal digits.
+std::string xxh128(std::span<const std::byte> bytes);
+std::string xxh128(std::string_view text);
+
+/// The manifest as JSON, program and library versions added.
+std::string manifest_json(const Manifest& manifest);
+
+}  // namespace ensonify::engine

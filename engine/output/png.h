@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <ensonify/engine/image/display.h>
+
+namespace ensonify::engine {
+
+/// An 8-bit grey or RGB PNG, with nothing in it of when or where it was made.
+std::vector<std::byte> encode_png(const Picture& picture);
+
+}  // namespace ensonify::engine

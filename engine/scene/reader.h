@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+
+/// Where a scene's files may lie: a relative path under the scene's own folder, or `data:path` under
+/// the data folder. Absolute paths, `..`, links that lead out and anything but a regular file are
+/// refused.
+struct ScenePaths {
+  std::filesystem::path scene_folder = ".";
+  std::filesystem::path data_folder;  ///< empty: none was named
+};
+
+/// Reads a scene file, then applies `key=value` overrides (a value as in TOML; a bare word is a
+/// string). Every fault throws SceneError with `file:line:column: what is wrong, what was expected`,
+/// for an unknown key with the nearest known one.
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {},
+                 const std::filesystem::path& data_folder = {});
+
+/// The same from text; `name` stands for the file in messages.
+Scene parse_scene(std::string_view text, std::string_view name,
+                  std::span<const std::string> overrides = {}, const ScenePaths& paths = {});
+
+/// A commented TOML file with every key, its unit, range and default, that reads back to the scene.
+std::string dump_scene(const Scene& scene, bool with_comments = true);
+
+/// The table of keys as a reference page: key, unit, range, default, one line of help.
+std::string schema_text();
+
+}  // namespace ensonify::engine

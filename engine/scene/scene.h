@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/sonar.h>
+#include <ensonify/engine/sonar/track.h>
+#include <ensonify/scatter/sea_water.h>
+
+namespace ensonify::engine {
+
+/// What is wrong with a scene: `file:line:column: what, what was expected, what to do`.
+struct SceneError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The sea: from its temperature and salinity, or by plain numbers where given.
+struct Sea {
+  scatter::SeaWater water;
+  std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
+  std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
+};
+
+/// How a run is computed. None of it but the intersector's last bits changes the result.
+struct RunOptions {
+  std::string surface = "static";
+  std::string intersector = "embree";
+  int block_pings = 64;  ///< pings are computed in aligned blocks of this many
+};
+
+struct OutputOptions {
+  bool npz = false;  ///< the layers as NAME.npz beside NAME.exr
+};
+
+/// Every option of a run. The defaults are a scene that gives a good picture.
+struct Scene {
+  std::uint64_t seed = 1;
+  bool speckle = true;
+  Sea sea;
+  SeafloorOptions seafloor;
+  StraightTrack track;
+  std::vector<Sonar> sonars = {Sonar{}};
+  RunOptions run;
+  Display display;
+  OutputOptions output;
+};
+
+}  // namespace ensonify::engine

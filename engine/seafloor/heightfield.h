@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace ensonify::engine {
+
+/// Heights on a regular grid, centred on the local origin. Columns run east, rows run north.
+struct Heightfield {
+  int columns = 0;
+  int rows = 0;
+  double cell_east_m = 0.0;
+  double cell_north_m = 0.0;
+  std::vector<double> z_m;  ///< rows * columns, the southern row first; NaN is a hole
+  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();  ///< of the grid's middle, world metres
+
+  double x_m(int column) const { return (column - 0.5 * (columns - 1)) * cell_east_m; }
+  double y_m(int row) const { return (row - 0.5 * (rows - 1)) * cell_north_m; }
+  double& at(int column, int row) { return z_m[index(column, row)]; }
+  double at(int column, int row) const { return z_m[index(column, row)]; }
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(column);
+  }
+};
+
+}  // namespace ensonify::engine

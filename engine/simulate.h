@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/sonar/echo.h>
+#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/trace/intersector.h>
+
+namespace ensonify::engine {
+
+/// Seconds spent in a ping's stages, summed over pings.
+struct StageTimes {
+  double surface_s = 0.0;  ///< which triangles are there
+  double trace_s = 0.0;    ///< nearest hits
+  double echo_s = 0.0;     ///< scattering and binning
+  double speckle_s = 0.0;
+  StageTimes& operator+=(const StageTimes& other);
+};
+
+/// A scene made ready: the seafloor is there and its surface built. The whole pipeline on one page.
+///
+/// One thread at a time may use a Simulator; another() makes one more over the same seafloor, for a
+/// further thread. A ping depends on nothing but the scene, the pose and the number.
+class Simulator {
+ public:
+  /// Throws SceneError, refine::MeshError, std::invalid_argument.
+  explicit Simulator(const Scene& scene);
+  Simulator(Simulator&&) noexcept;
+  Simulator& operator=(Simulator&&) noexcept;
+  ~Simulator();
+  Simulator another() const;
+
+  /// One ping of every sonar: port and starboard of the first, then of the next. `number` tells pings
+  /// apart in their random numbers. The lines are good until the next call. Throws
+  /// std::invalid_argument for a pose that is not finite.
+  std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
+
+  /// Height over the bed straight below (NaN over a hole), negative below the bed. Throws
+  /// std::invalid_argument outside the seafloor's bounds.
+  double altitude_m(const Eigen::Vector3d& position) const;
+
+  /// The scene's track over this seafloor: one pose a ping, checked to lie over the seafloor, above
+  /// the bed and under the sea surface. Throws SceneError.
+  std::vector<Pose> track() const;
+
+  const Scene& scene() const;
+  const Seafloor& seafloor() const;
+  const Intersector& intersector() const;
+  double sound_speed_mps() const;
+  double absorption_db_per_m(std::size_t sonar) const;
+  const StageTimes& times() const;
+
+ private:
+  struct Ready;   // what all threads share
+  struct Worker;  // one thread's own
+  explicit Simulator(std::shared_ptr<const Ready> ready);
+  std::shared_ptr<const Ready> ready_;
+  std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace ensonify::engine

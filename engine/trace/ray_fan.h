@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/trace/ray.h>
+
+namespace ensonify::engine {
+
+/// What a fan's grid of rays is laid out for. Angles of the sector are depressions: 0 is level, 90
+/// degrees straight down, more looks past nadir to the other side.
+struct FanLayout {
+  double sector_low_rad = 0.0;      ///< the smallest depression (above the horizontal if negative)
+  double sector_high_rad = 0.0;     ///< the largest
+  double truncation_rad = 0.0;      ///< psi_t: rays farther from the broadside plane are left out
+  double main_lobe_rad = 0.0;       ///< from the beam's axis to its first null
+  int planes = 8;                   ///< planes across the main lobe, null to null
+  int elevations = 2048;            ///< rays a plane
+  double range_over_height = 10.0;  ///< where the part that is uniform in range ends
+};
+
+/// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is
+/// turned about it by an azimuth; within a plane rays differ by elevation, counted from the middle of
+/// the sector. A ray's sine from broadside is cos(elevation) sin(azimuth).
+///
+/// Elevations are at equal steps of a mixture's distribution: three quarters uniform in slant range
+/// over a flat bed (so that every bin is fed), a quarter uniform in angle (walls, hulls, nadir). The
+/// first and the last ray lie on the sector's ends.
+struct FanGrid {
+  explicit FanGrid(const FanLayout& layout);
+
+  struct Plane {
+    double sin_azimuth, cos_azimuth;
+    double width_rad;  ///< the azimuth it stands for
+  };
+  double middle_depression_rad;
+  double sin_truncation;
+  std::vector<Plane> planes;
+  std::vector<double> elevation_rad;  ///< ascending: from the largest depression upwards
+  std::vector<double> sin_elevation;
+  std::vector<double> cos_elevation;
+
+  std::size_t rays() const { return planes.size() * elevation_rad.size(); }
+  bool within_beam(std::size_t plane, std::size_t elevation) const {
+    return cos_elevation[elevation] * std::abs(planes[plane].sin_azimuth) <= sin_truncation;
+  }
+};
+
+/// The ray bundle of one side of one ping: a grid of rays, placed. Ray (plane, elevation) is number
+/// plane * elevations() + elevation.
+struct RayFan {
+  std::shared_ptr<const FanGrid> grid;
+  Eigen::Vector3d origin;      ///< local metres
+  Eigen::Vector3d array_axis;  ///< unit, along the array
+  Eigen::Vector3d middle;      ///< unit, across the array, the middle of the sector
+  Eigen::Vector3d pole;        ///< unit, across both, upwards
+  double range_m;              ///< rays end here
+
+  std::size_t planes() const { return grid->planes.size(); }
+  std::size_t elevations() const { return grid->elevation_rad.size(); }
+
+  /// The broadside direction of a plane, to be turned towards the pole by the elevation.
+  Eigen::Vector3d plane_direction(std::size_t plane) const {
+    const FanGrid::Plane& p = grid->planes[plane];
+    return p.cos_azimuth * middle + p.sin_azimuth * array_axis;
+  }
+  Eigen::Vector3d direction(std::size_t plane, std::size_t elevation) const {
+    return grid->cos_elevation[elevation] * plane_direction(plane) +
+           grid->sin_elevation[elevation] * pole;
+  }
+  Ray ray(std::size_t plane, std::size_t elevation) const {
+    return {origin, direction(plane, elevation), 0.0, range_m};
+  }
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace ensonify::refine {
+
+/// Calls work(item, worker) once for each item in [0, items), on `threads` threads at most. `worker`
+/// is in [0, threads) and no two running calls share one, so it can name a thread's own scratch.
+/// After an exception no new item is started; the first one is rethrown here. Items start in order.
+/// Throws std::invalid_argument if threads < 1.
+void parallel_for(std::size_t items, int threads,
+                  const std::function<void(std::size_t item, int worker)>& work);
+
+}  // namespace ensonify::refine

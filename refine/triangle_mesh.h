@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace ensonify::refine {
+
+/// What is wrong with a mesh or a grid that somebody brought: file and place, the fault, the cure.
+struct MeshError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwise seen from outside
+
+/// Triangles somebody else owns, in local metres.
+struct Triangles {
+  std::span<const Eigen::Vector3f> positions;
+  std::span<const Face> faces;
+
+  Eigen::Vector3d corner(std::uint32_t face, int k) const {
+    return positions[faces[face][static_cast<std::size_t>(k)]].cast<double>();
+  }
+};
+
+/// Indexed triangles. Positions are float metres about world_origin, which is kept in double (UTM
+/// eastings and centimetre cells work together): world = world_origin + position.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<Face> faces;
+  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
+
+  operator Triangles() const { return {positions, faces}; }
+};
+
+/// What `mesh-info` tells of a mesh.
+struct MeshSummary {
+  std::size_t vertices = 0;
+  std::size_t faces = 0;
+  Eigen::Vector3d lowest = Eigen::Vector3d::Zero();   ///< world metres
+  Eigen::Vector3d highest = Eigen::Vector3d::Zero();  ///< world metres
+  std::size_t boundary_edges = 0;                     ///< used by one face
+  std::size_t non_manifold_edges = 0;                 ///< used by three or more
+};
+MeshSummary summarise(const TriangleMesh& mesh);
+
+}  // namespace ensonify::refine
