@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/simulate.h>
+
+namespace ensonify::engine {
+
+/// Thrown by run() when it was asked to stop.
+struct Stopped : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// How a run talks to whoever started it.
+struct RunControl {
+  int threads = 0;  ///< 0: as many as the machine has
+  /// Told what is being done ("seafloor", "pings", "files") and how far it is. Returning false stops
+  /// the run. Called from one thread at a time, at least after every block.
+  std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
+};
+
+/// What a run did. Times are of this machine and go into no file.
+struct RunReport {
+  std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
+  std::vector<std::string> warnings;
+  std::vector<std::filesystem::path> files;  ///< the manifest last
+  StageTimes stages;                         ///< summed over threads
+  double prepare_s = 0.0;                    ///< seafloor and surface
+  double pings_s = 0.0;                      ///< wall time of all pings
+  double files_s = 0.0;
+};
+
+/// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the threads,
+/// each sonar's picture while they go on, its layers and tables at the end, the manifest last. On any
+/// failure, or a stop, the files of this run are removed again and the reason is thrown: Stopped,
+/// SceneError, refine::MeshError, std::system_error.
+RunReport run(const Scene& scene, const std::filesystem::path& folder, const RunControl& control);
+
+}  // namespace ensonify::engine
