@@ -11,6 +11,14 @@ namespace {
 // 53 bits to (0, 1]: never zero, so that its logarithm is finite.
 double to_unit(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 1.0) * 0x1p-53; }
 
+// Two uniform numbers become two independent standard normal ones.
+void box_muller(double& a, double& b) {
+  const double radius = std::sqrt(-2.0 * std::log(a));
+  const double angle = 2.0 * std::numbers::pi * b;
+  a = radius * std::cos(angle);
+  b = radius * std::sin(angle);
+}
+
 }  // namespace
 
 void Stream::uniform(std::span<double> out, std::uint64_t first) const {
@@ -29,14 +37,21 @@ void Stream::uniform(std::span<double> out, std::uint64_t first) const {
 }
 
 void Stream::normal(std::span<double> out, std::uint64_t first) const {
-  // Numbers 2k and 2k+1 are the cosine and sine of one Box-Muller pair.
-  std::array<double, 2> pair{};
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const std::uint64_t index = first + i;
-    if (i == 0 || index % 2 == 0) uniform(pair, index - index % 2);
-    const double radius = std::sqrt(-2.0 * std::log(pair[0]));
-    const double angle = 2.0 * std::numbers::pi * pair[1];
-    out[i] = radius * (index % 2 == 0 ? std::cos(angle) : std::sin(angle));
+  // Numbers 2k and 2k+1 are the cosine and sine of one pair: whole pairs in place, halves apart.
+  std::array<double, 2> half{};
+  std::size_t i = 0;
+  if (first % 2 == 1 && !out.empty()) {
+    uniform(half, first - 1);
+    box_muller(half[0], half[1]);
+    out[i++] = half[1];
+  }
+  const std::size_t pairs_end = i + (out.size() - i) / 2 * 2;
+  uniform(out.subspan(i, pairs_end - i), first + i);
+  for (; i < pairs_end; i += 2) box_muller(out[i], out[i + 1]);
+  if (i < out.size()) {
+    uniform(half, first + i);
+    box_muller(half[0], half[1]);
+    out[i] = half[0];
   }
 }
 

@@ -31,7 +31,7 @@ struct RunControl {
 struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
   std::vector<std::string> warnings;
-  std::vector<std::filesystem::path> files;  ///< the manifest last
+  std::vector<std::filesystem::path> files;  ///< by name
   StageTimes stages;                         ///< summed over threads
   double prepare_s = 0.0;                    ///< seafloor and surface
   double pings_s = 0.0;                      ///< wall time of all pings

@@ -40,8 +40,7 @@ class Simulator {
   /// std::invalid_argument for a pose that is not finite.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
-  /// Height over the bed straight below (NaN over a hole), negative below the bed. Throws
-  /// std::invalid_argument outside the seafloor's bounds.
+  /// Height over the bed straight below, negative beneath it; NaN over a hole and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
   /// The scene's track over this seafloor: one pose a ping, checked to lie over the seafloor, above

@@ -4,17 +4,23 @@
 
 namespace ensonify::refine {
 
-MeshSummary summarise(const TriangleMesh& mesh) {
-  MeshSummary summary{.vertices = mesh.positions.size(), .faces = mesh.faces.size()};
-  if (!mesh.positions.empty()) {
-    Eigen::Vector3f low = mesh.positions.front(), high = low;
-    for (const Eigen::Vector3f& p : mesh.positions) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    summary.lowest = mesh.world_origin + low.cast<double>();
-    summary.highest = mesh.world_origin + high.cast<double>();
+Bounds bounds(Triangles triangles) {
+  Bounds box;
+  if (triangles.positions.empty()) return box;
+  box.lowest = box.highest = triangles.positions.front();
+  for (const Eigen::Vector3f& p : triangles.positions) {
+    box.lowest = box.lowest.cwiseMin(p);
+    box.highest = box.highest.cwiseMax(p);
   }
+  return box;
+}
+
+MeshSummary summarise(const TriangleMesh& mesh) {
+  const Bounds box = bounds(mesh);
+  MeshSummary summary{.vertices = mesh.positions.size(),
+                      .faces = mesh.faces.size(),
+                      .lowest = mesh.world_origin + box.lowest.cast<double>(),
+                      .highest = mesh.world_origin + box.highest.cast<double>()};
   std::vector<std::uint64_t> edges;  // lower vertex in the high half, higher vertex in the low half
   edges.reserve(3 * mesh.faces.size());
   for (const Face& face : mesh.faces)

@@ -37,6 +37,13 @@ struct TriangleMesh {
   operator Triangles() const { return {positions, faces}; }
 };
 
+/// The box around a mesh's vertices, local metres; both zero without any.
+struct Bounds {
+  Eigen::Vector3f lowest = Eigen::Vector3f::Zero();
+  Eigen::Vector3f highest = Eigen::Vector3f::Zero();
+};
+Bounds bounds(Triangles triangles);
+
 /// What `mesh-info` tells of a mesh.
 struct MeshSummary {
   std::size_t vertices = 0;

@@ -22,7 +22,8 @@ double interpolate(const std::array<double, N>& table, double place) {
 
 Lambert::Lambert(double mu_db) : mu_(from_db(mu_db)) {
   if (!(mu_ <= std::numbers::inv_pi))
-    throw std::invalid_argument("Lambert: mu_db is above -4.97 dB: more than the arriving energy would be scattered");
+    throw std::invalid_argument(
+        "Lambert: mu_db is above -4.97 dB: more than the arriving energy would be scattered");
 }
 
 double Lambert::cross_section(double grazing_rad) const {

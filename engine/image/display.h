@@ -12,10 +12,12 @@ enum class Palette { grey, copper };
 
 /// How a waterfall becomes a picture: time-varied gain, then amplitude to brightness.
 struct Display {
-  double spreading = 30.0;  ///< gain of spreading * log10(range) dB; 30 levels a flat bed under a line array
+  double spreading = 40.0;  ///< gain of spreading * log10(range) dB; 30 levels a bed of constant
+                            ///< strength under a line array, 50 one of Lambert's law
   bool absorption = true;   ///< and of the two-way absorption
-  double gain_db = 0.0;     ///< added to the automatic gain, which puts the seabed's median at mid-brightness
-  double gamma = 0.7;       ///< brightness = amplitude^gamma
+  double gain_db =
+      0.0;  ///< added to the automatic gain, which puts the seabed's median at mid-brightness
+  double gamma = 0.7;  ///< brightness = amplitude^gamma
   Palette palette = Palette::grey;
 };
 

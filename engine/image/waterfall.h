@@ -28,7 +28,8 @@ struct Waterfall {
   Waterfall(const Sonar& sonar, std::size_t pings);
   std::size_t rows() const { return pings.size(); }
   std::size_t columns() const { return 2 * static_cast<std::size_t>(sonar.bins); }
-  /// Puts both sides of a ping into their row. Rows may be set from several threads at once.
+  /// Puts both sides of a ping into their row, and what the record says of them from the lines.
+  /// Rows may be set from several threads at once.
   void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRecord& record);
 };
 

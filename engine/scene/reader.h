@@ -9,17 +9,18 @@
 
 namespace ensonify::engine {
 
-/// Where a scene's files may lie: a relative path under the scene's own folder, or `data:path` under
-/// the data folder. Absolute paths, `..`, links that lead out and anything but a regular file are
-/// refused.
+/// Where a scene's files may lie: a relative path under the scene's own folder, or `data:path`
+/// under the data folder. Absolute paths, `..`, links that lead out and anything but a regular file
+/// are refused.
 struct ScenePaths {
   std::filesystem::path scene_folder = ".";
   std::filesystem::path data_folder;  ///< empty: none was named
 };
 
-/// Reads a scene file, then applies `key=value` overrides (a value as in TOML; a bare word is a
-/// string). Every fault throws SceneError with `file:line:column: what is wrong, what was expected`,
-/// for an unknown key with the nearest known one.
+/// Reads a scene file, then applies `key=value` overrides: the key's whole name with dots, a value
+/// as in TOML (a bare word is a string). An override may change a sonar that the scene has, not add
+/// one. Every fault throws SceneError with `file:line:column: what is wrong, what was expected`,
+/// for an override `-D key=value: ...`, for an unknown key with the nearest known one.
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {},
                  const std::filesystem::path& data_folder = {});
 
@@ -27,10 +28,11 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
 Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides = {}, const ScenePaths& paths = {});
 
-/// A commented TOML file with every key, its unit, range and default, that reads back to the scene.
+/// A commented TOML file with every key, its unit, range and value, that reads back to the same
+/// scene; it names a survey as the scene did.
 std::string dump_scene(const Scene& scene, bool with_comments = true);
 
-/// The table of keys as a reference page: key, unit, range, default, one line of help.
+/// The table of keys as a reference page in Markdown: key, what it is, what is expected, default.
 std::string schema_text();
 
 }  // namespace ensonify::engine

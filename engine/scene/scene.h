@@ -42,7 +42,8 @@ struct Scene {
   std::uint64_t seed = 1;
   bool speckle = true;
   Sea sea;
-  SeafloorOptions seafloor;
+  SeafloorOptions seafloor;  ///< its survey says where the file lies on this machine
+  std::string survey;        ///< and this how the scene names it: `grid.tif`, `data:grid.tif`
   StraightTrack track;
   std::vector<Sonar> sonars = {Sonar{}};
   RunOptions run;

@@ -9,7 +9,7 @@ namespace ensonify::engine {
 /// Which power spectrum the synthesis uses (physics: 2-D spectra over wavenumber k).
 enum class FractalSpectrum {
   variogram,  ///< |k|^-(2H+2): the one whose variogram is the paper's eq. 1
-  paper,      ///< |k|^-(4H+2): the paper's eqs 2-3 to the letter, to reproduce its figures; smoother
+  paper,  ///< |k|^-(4H+2): the paper's eqs 2-3 to the letter, to reproduce its figures; smoother
 };
 
 /// Relief whose mean squared height difference over a distance d is height_at_1m^2 d^(2H) (eq. 1 of
@@ -20,10 +20,11 @@ struct FractalRelief {
   FractalSpectrum spectrum = FractalSpectrum::variogram;
 };
 
-/// Adds such relief to a heightfield by spectral synthesis: white noise, filtered by |k|^-(H+1) over
-/// a field at least twice as large (four times for H > 0.7), of which a part is cut out so that
-/// nothing wraps around. The paper's spectrum is scaled to the same height difference at 1 m.
-/// Throws std::invalid_argument for H outside (0, 1) or a negative height.
+/// Adds such relief to a heightfield by spectral synthesis: white noise, filtered by |k|^-(H+1)
+/// over a square at least twice as long as the field's longer side (four times for H > 0.7), of
+/// which a part is cut out so that nothing wraps around; the mean of what is added is zero. The
+/// paper's spectrum is scaled to the same height difference at 1 m. Needs 8 bytes a point of that
+/// square. Throws std::invalid_argument for H outside (0, 1) or a negative height.
 void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed);
 
 }  // namespace ensonify::engine

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,6 +24,11 @@ struct Heightfield {
   std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
            static_cast<std::size_t>(column);
+  }
+  /// Whether the cell north-east of this point has all four heights.
+  bool whole(int column, int row) const {
+    return !std::isnan(at(column, row)) && !std::isnan(at(column + 1, row)) &&
+           !std::isnan(at(column, row + 1)) && !std::isnan(at(column + 1, row + 1));
   }
 };
 

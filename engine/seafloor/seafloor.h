@@ -41,15 +41,17 @@ struct Label {
 struct Seafloor {
   refine::TriangleMesh mesh;
   std::vector<Label> labels;              ///< the different ones there are; at least one
-  std::vector<std::uint16_t> face_label;  ///< into labels, a number a face; empty: all are labels[0]
+  std::vector<std::uint16_t> face_label;  ///< into labels, one a face; empty: all are labels[0]
 
   std::uint16_t label_of(std::uint32_t face) const {
     return face_label.empty() ? std::uint16_t{0} : face_label[face];
   }
 };
 
-/// The heights that options describe. Throws what its parts throw.
+/// The heights that options describe. Throws std::invalid_argument for options that make no bed
+/// below the sea surface, refine::MeshError for a survey that makes none, and what its parts throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
+/// The same as a mesh, one label for the whole bed.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed);
 
 }  // namespace ensonify::engine

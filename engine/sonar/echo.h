@@ -9,22 +9,28 @@
 namespace ensonify::engine {
 
 /// What a bin is. The numbers are in the files.
-enum class Region : std::uint32_t { no_data = 0, water_column = 1, seabed = 2, object = 3, shadow = 4 };
+enum class Region : std::uint32_t {
+  no_data = 0,
+  water_column = 1,
+  seabed = 2,
+  object = 3,
+  shadow = 4
+};
 
 /// What is known of each range bin, one value a bin: of one side of one ping in an EchoLine, of all
 /// pings in a Waterfall. Names, units and meanings are those of the files.
 struct Layers {
-  std::vector<float> intensity;       ///< as received, with speckle; uPa^2 re 1 uPa, before any gain
+  std::vector<float> intensity;  ///< as received, with speckle; uPa^2 re 1 uPa, before any gain
   std::vector<float> intensity_mean;  ///< its expectation
   std::vector<float> range_m;         ///< slant range of the bin's centre
   std::vector<float> x_m, y_m, z_m;   ///< energy-weighted place of what the bin saw, local metres
   std::vector<float> grazing_rad;     ///< energy-weighted
   std::vector<std::uint32_t> region;  ///< a Region
   std::vector<std::uint32_t> sediment, class_id, instance;  ///< those with the most energy
-  std::vector<float> fraction;         ///< that triple's share of the energy
+  std::vector<float> fraction;                              ///< that triple's share of the energy
   std::vector<float> shadow_fraction;  ///< beam-weighted share of the planes that jump over the bin
   std::vector<std::uint32_t> shadow_instance;  ///< what blocks it; 0 is the bed itself
-  std::vector<std::uint32_t> layover;  ///< 1 where one plane sees several places in the bin
+  std::vector<std::uint32_t> layover;          ///< 1 where one plane sees several places in the bin
 
   /// Calls f(name in files, pointer to member) for every layer, in the files' order.
   template <class F>

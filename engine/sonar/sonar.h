@@ -18,8 +18,8 @@ struct Sonar {
   VerticalPattern vertical;
   double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: depression where the fan begins
   double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: and where it ends
-  int planes = 8;         ///< fan planes across the main lobe
-  int elevations = 2048;  ///< rays a plane
+  int planes = 8;                                ///< fan planes across the main lobe
+  int elevations = 2048;                         ///< rays a plane
 
   double bin_m() const { return range_m / bins; }
 };

@@ -27,10 +27,10 @@ struct StraightTrack {
   int pings = 600;
   double speed_mps = 2.0;
   double heading_rad = 0.0;
-  double middle_east_m = 0.0;   ///< local metres
+  double middle_east_m = 0.0;  ///< local metres
   double middle_north_m = 0.0;
-  double altitude_m = 10.0;     ///< over the mean seabed along the line
-  double ping_interval_s = 0.0; ///< 0: the longest range's two-way time
+  double altitude_m = 10.0;      ///< over the mean seabed along the line
+  double ping_interval_s = 0.0;  ///< 0: the longest range's two-way time
 };
 
 /// The poses of a line at height z. Throws std::invalid_argument for no pings, or a speed or interval

@@ -26,9 +26,9 @@ struct FanLayout {
 /// turned about it by an azimuth; within a plane rays differ by elevation, counted from the middle of
 /// the sector. A ray's sine from broadside is cos(elevation) sin(azimuth).
 ///
-/// Elevations are at equal steps of a mixture's distribution: three quarters uniform in slant range
-/// over a flat bed (so that every bin is fed), a quarter uniform in angle (walls, hulls, nadir). The
-/// first and the last ray lie on the sector's ends.
+/// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
+/// bed, so that every bin is fed; 15 % even in range beyond, for where the bed rises; 20 % even in
+/// angle, for walls, hulls and nadir. The first and the last ray lie on the sector's ends.
 struct FanGrid {
   explicit FanGrid(const FanLayout& layout);
 

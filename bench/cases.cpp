@@ -1,0 +1,29 @@
+#include "cases.h"
+
+#include <cmath>
+
+namespace ensonify::bench {
+namespace {
+
+// The same square of rippled sand, cut into more or fewer faces, under about 65,536 rays a ping.
+engine::Scene ripples(double faces) {
+  constexpr double extent_m = 200.0;
+  engine::Scene scene;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = extent_m;
+  scene.seafloor.cell_m = extent_m / std::round(std::sqrt(faces / 2.0));
+  scene.seafloor.depth_m = 25.0;
+  scene.seafloor.ripples.rms_height_m = 0.05;
+  scene.seafloor.ripples.wavelength_m = 2.0;
+  scene.track.altitude_m = 10.0;
+  scene.sonars.front().elevations = 4096;
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Case> all_cases() {
+  return {{"ripples/0.5M/static/embree", ripples(0.5e6)},
+          {"ripples/2M/static/embree", ripples(2e6)}};
+}
+
+}  // namespace ensonify::bench

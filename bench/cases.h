@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::bench {
+
+/// Something to time: a scene, whose surface, intersector and size its name tells.
+struct Case {
+  std::string name;  ///< scene/faces/surface/intersector
+  engine::Scene scene;
+};
+
+/// Every case there is, the one that ratios refer to first.
+std::vector<Case> all_cases();
+
+}  // namespace ensonify::bench

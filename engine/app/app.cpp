@@ -1,0 +1,39 @@
+#include "app.h"
+
+#include <ensonify/engine/scene/reader.h>
+
+namespace ensonify::engine::app {
+
+void SceneArguments::add_to(CLI::App& command) {
+  command.add_option("SCENE", file, "A scene file (`ensonify dump-default run` prints one)")
+      ->required();
+  command
+      .add_option(
+          "-D", overrides,
+          "Change a key of the scene, as in -D sonar.sidescan.range_m=50; as often as wanted")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command.add_option("--data", data_folder, "The folder of a scene's data:path")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_DATA");
+}
+
+Scene SceneArguments::read() const { return read_scene(file, overrides, data_folder); }
+
+void print(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw std::runtime_error("stdout: cannot be written to its end");
+}
+
+volatile std::sig_atomic_t SignalWatch::caught_ = 0;
+
+SignalWatch::SignalWatch() {
+  for (const int signal : {SIGINT, SIGTERM})
+    std::signal(signal, [](int number) { caught_ = number; });
+}
+
+SignalWatch::~SignalWatch() {
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,61 @@
+#pragma once
+
+// What the subcommands share. Each has a file with one function that adds it to the command line.
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine::app {
+
+/// Something is wrong with what the user gave: exit code 2.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a subcommand does, once the command line has been read.
+using Action = std::function<void()>;
+
+void add_run(CLI::App& app, Action& action);
+void add_seafloor(CLI::App& app, Action& action);
+void add_trace(CLI::App& app, Action& action);
+void add_mesh_info(CLI::App& app, Action& action);
+void add_dump_default(CLI::App& app, Action& action);
+void add_schema(CLI::App& app, Action& action);
+void add_intersectors(CLI::App& app, Action& action);
+
+/// The scene on the command line: SCENE, -D and --data.
+struct SceneArguments {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;
+  std::string data_folder;
+
+  void add_to(CLI::App& command);
+  Scene read() const;
+};
+
+/// Data goes to stdout. Throws std::runtime_error if it does not arrive.
+void print(std::string_view text);
+
+/// Notes the signals that ask a program to end (SIGINT, SIGTERM) while it lives.
+class SignalWatch {
+ public:
+  SignalWatch();
+  ~SignalWatch();
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  static int caught() { return caught_; }  ///< the signal's number; 0: none so far
+
+ private:
+  static volatile std::sig_atomic_t caught_;
+};
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,16 @@
+#include <ensonify/engine/scene/reader.h>
+
+#include <memory>
+
+#include "app.h"
+
+namespace ensonify::engine::app {
+
+void add_dump_default(CLI::App& app, Action& action) {
+  const auto what = std::make_shared<std::string>();
+  CLI::App& command = *app.add_subcommand("dump-default", "Print a commented file with every key");
+  command.add_option("WHAT", *what, "run: a scene")->required()->check(CLI::IsMember({"run"}));
+  command.callback([&action, what] { action = [] { print(dump_scene(Scene{})); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include <ensonify/engine/seafloor/heightfield.h>
+#include <ensonify/engine/seafloor/survey.h>
+#include <ensonify/engine/seafloor/tessellate.h>
+#include <ensonify/refine/mesh_reader.h>
+
+namespace ensonify::engine::app {
+
+/// A mesh from a file: a PLY, or anything else as a survey grid, whose heights it keeps.
+struct MeshFile {
+  std::optional<Heightfield> grid;
+  refine::TriangleMesh mesh;
+
+  explicit MeshFile(const std::filesystem::path& file) {
+    if (file.extension() == ".ply") {
+      mesh = refine::read_ply(file);
+    } else {
+      grid = read_survey(file, 0.0);
+      mesh = tessellate(*grid);
+    }
+  }
+};
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,61 @@
+#include "progress.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine::app {
+namespace {
+
+constexpr int bar_width = 30;
+constexpr std::string_view clear_line = "\r\x1b[K";
+
+bool on_terminal() {
+  const char* term = std::getenv("TERM");
+  return isatty(STDERR_FILENO) && term && std::string_view(term) != "dumb";
+}
+
+}  // namespace
+
+Progress::Progress(bool quiet)
+    : way_(quiet           ? Way::none
+           : on_terminal() ? Way::bar
+                           : Way::lines),
+      shown_(Clock::now()) {}
+
+Progress::~Progress() {
+  if (way_ == Way::bar) fmt::print(stderr, "{}", clear_line);
+}
+
+void Progress::tell(std::string_view stage, std::size_t done, std::size_t of) {
+  using namespace std::chrono_literals;
+  if (way_ == Way::none) return;
+  const Clock::time_point now = Clock::now();
+  const bool new_stage = stage != stage_;
+  if (new_stage) {
+    stage_ = stage;
+    stage_began_ = now;
+  }
+  if (now - shown_ < (way_ == Way::lines ? 10s : new_stage || done == of ? 0ms : 100ms)) return;
+  shown_ = now;
+
+  const double elapsed_s = std::chrono::duration<double>(now - stage_began_).count();
+  std::string rate;
+  if (done > 0 && elapsed_s > 0.0) {
+    const double per_s = static_cast<double>(done) / elapsed_s;
+    rate = fmt::format(", {:.3g}/s, {:.0f} s left", per_s, static_cast<double>(of - done) / per_s);
+  }
+  if (way_ == Way::lines) {
+    fmt::print(stderr, "{} {}/{}{}\n", stage, done, of, rate);
+  } else {
+    const auto filled = of > 0 ? static_cast<int>(bar_width * done / of) : 0;
+    fmt::print(stderr, "{}[{:#>{}}{:.>{}}] {} {}/{}{}", clear_line, "", filled, "",
+               bar_width - filled, stage, done, of, rate);
+    std::fflush(stderr);
+  }
+}
+
+}  // namespace ensonify::engine::app

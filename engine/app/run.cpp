@@ -1,0 +1,131 @@
+#include <ensonify/engine/run.h>
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SceneArguments scene;
+  fs::path folder;
+  std::optional<std::string> surface, intersector, seed;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+double pings_per_s(const RunReport& report) {
+  return static_cast<double>(report.counts.at("pings")) / report.pings_s;
+}
+
+void print_report(const RunReport& report, int threads) {
+  const StageTimes& stages = report.stages;
+  fmt::print(
+      stderr,
+      "{} pings in {:.2f} s: {:.4g} pings/s on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
+      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, "
+      "speckle {:.2f} s\n",
+      report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
+      threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
+      stages.echo_s, stages.speckle_s);
+  for (const fs::path& file : report.files)
+    if (file.extension() == ".png") fmt::print(stderr, "picture: {}\n", file.string());
+}
+
+void print_json(const RunReport& report, const fs::path& folder, int threads) {
+  const StageTimes& stages = report.stages;
+  std::vector<std::string> files;
+  for (const fs::path& file : report.files) files.push_back(file.string());
+  utsname system{};
+  uname(&system);
+  const nlohmann::ordered_json json = {
+      {"folder", folder.string()},
+      {"files", files},
+      {"counts", report.counts},
+      {"warnings", report.warnings},
+      {"pings_per_s", pings_per_s(report)},
+      {"times_s",
+       {{"seafloor", report.prepare_s}, {"pings", report.pings_s}, {"files", report.files_s}}},
+      {"stages_s",  // summed over threads
+       {{"surface", stages.surface_s},
+        {"trace", stages.trace_s},
+        {"echo", stages.echo_s},
+        {"speckle", stages.speckle_s}}},
+      {"threads", threads},
+      {"host",
+       {{"name", system.nodename},
+        {"system", fmt::format("{} {}", system.sysname, system.release)},
+        {"machine", system.machine},
+        {"cores", std::thread::hardware_concurrency()}}},
+  };
+  print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+void run_scene(Arguments arguments) {
+  std::vector<std::string>& overrides = arguments.scene.overrides;
+  if (arguments.surface) overrides.push_back("run.surface=" + *arguments.surface);
+  if (arguments.intersector) overrides.push_back("run.intersector=" + *arguments.intersector);
+  if (arguments.seed) overrides.push_back("seed=" + *arguments.seed);
+  const Scene scene = arguments.scene.read();
+  if (arguments.folder.empty()) arguments.folder = arguments.scene.file.stem().string() + "-run";
+  const int threads = arguments.threads > 0
+                          ? arguments.threads
+                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+
+  RunReport report;
+  {
+    const SignalWatch signals;
+    Progress progress(arguments.quiet);
+    report = run(scene, arguments.folder,
+                 {.threads = threads, .progress = [&](auto stage, auto done, auto of) {
+                    progress.tell(stage, done, of);
+                    return SignalWatch::caught() == 0;
+                  }});
+  }
+  for (const std::string& warning : report.warnings)
+    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  if (!arguments.quiet) print_report(report, threads);
+  if (arguments.json) print_json(report, arguments.folder, threads);
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command =
+      *app.add_subcommand("run", "Simulate a scene: from its file to sidescan images");
+  arguments->scene.add_to(command);
+  command
+      .add_option("-o,--output", arguments->folder,
+                  "The folder for the files, made if missing (default: the scene's name and -run, "
+                  "in the current folder)")
+      ->type_name("DIR");
+  command.add_option("--surface", arguments->surface, "The same as -D run.surface=NAME")
+      ->type_name("NAME");
+  command
+      .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
+      ->type_name("NAME");
+  command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
+  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.add_flag("--json", arguments->json, "Print counts, files, times and host on stdout");
+  command.add_flag("--quiet", arguments->quiet,
+                   "No progress and no summary; warnings and errors stay");
+  command.callback([&action, arguments] { action = [arguments] { run_scene(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

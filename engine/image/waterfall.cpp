@@ -1,0 +1,36 @@
+#include <ensonify/engine/image/waterfall.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace ensonify::engine {
+
+Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count)
+    : sonar(its_sonar), pings(ping_count) {
+  pixels.assign(ping_count * columns());
+}
+
+void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides,
+                        const PingRecord& record) {
+  if (ping >= rows()) throw std::invalid_argument("Waterfall: a ping beyond the last row");
+  const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
+  for (const EchoLine& side : sides)
+    Layers::for_each([&](std::string_view, auto layer) {
+      const auto& from = side.bins.*layer;
+      if (std::ssize(from) != bins)
+        throw std::invalid_argument("Waterfall: an echo line whose bins are not the sonar's");
+      const auto row = (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(ping * columns());
+      if (side.side == Side::port)
+        std::reverse_copy(from.begin(), from.end(), row);
+      else
+        std::copy(from.begin(), from.end(), row + bins);
+    });
+  PingRecord& row_record = pings[ping] = record;
+  for (const EchoLine& side : sides) {
+    const bool port = side.side == Side::port;
+    (port ? row_record.first_return_port : row_record.first_return_starboard) = side.first_return;
+    (port ? row_record.starved_port : row_record.starved_starboard) = side.starved;
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,39 @@
+#include <ensonify/engine/output/attributes.h>
+
+#include <string_view>
+
+namespace ensonify::engine {
+namespace {
+
+std::string units(std::string_view layer) {
+  if (layer.starts_with("intensity")) return "uPa^2 re 1 uPa";
+  if (layer.ends_with("_m")) return "m";
+  if (layer.ends_with("_rad")) return "rad";
+  if (layer.ends_with("fraction")) return "1";
+  if (layer == "region") return "0 no data, 1 water column, 2 seabed, 3 object, 4 shadow";
+  if (layer == "layover") return "0 no, 1 yes";
+  return "number, 0 is none";
+}
+
+}  // namespace
+
+std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin) {
+  const Sonar& sonar = waterfall.sonar;
+  std::vector<Attribute> attributes = {
+      {"row_order", "oldest_first"},
+      {"sonar", sonar.name},
+      {"frequency_hz", sonar.frequency_hz},
+      {"range_m", sonar.range_m},
+      {"bins", sonar.bins},
+      {"world_origin_x_m", origin.world_origin.x()},
+      {"world_origin_y_m", origin.world_origin.y()},
+      {"world_origin_z_m", origin.world_origin.z()},
+      {"scene_hash", origin.scene_hash},
+  };
+  Layers::for_each([&](std::string_view layer, auto) {
+    attributes.push_back({"units_" + std::string(layer), units(layer)});
+  });
+  return attributes;
+}
+
+}  // namespace ensonify::engine

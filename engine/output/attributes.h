@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/image/waterfall.h>
+
+namespace ensonify::engine {
+
+/// What an image file says of its origin, beside its layers.
+struct ImageOrigin {
+  Eigen::Vector3d world_origin =
+      Eigen::Vector3d::Zero();  ///< world = world_origin + (x_m, y_m, z_m)
+  std::string scene_hash;
+};
+
+/// A named fact that goes into an image file.
+struct Attribute {
+  std::string name;
+  std::variant<std::string, double, int> value;
+};
+
+/// What every image file says beside its layers: row_order, sonar, frequency_hz, range_m, bins,
+/// world_origin_x_m, _y_m, _z_m, scene_hash, and units_LAYER for every layer.
+std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,82 @@
+#include <ensonify/engine/output/exr.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <stdexcept>
+#include <type_traits>
+#include <variant>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// OpenEXR leaves a truncated file on a full disk; in memory it cannot.
+class MemoryStream final : public Imf::OStream {
+ public:
+  MemoryStream() : Imf::OStream("memory") {}
+
+  void write(const char* data, int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    if (bytes.size() < place_ + size) bytes.resize(place_ + size);
+    std::copy_n(reinterpret_cast<const std::byte*>(data), size, bytes.begin() + offset());
+    place_ += size;
+  }
+  std::uint64_t tellp() override { return place_; }
+  void seekp(std::uint64_t place) override { place_ = place; }
+
+  std::vector<std::byte> bytes;
+
+ private:
+  std::ptrdiff_t offset() const { return static_cast<std::ptrdiff_t>(place_); }
+  std::size_t place_ = 0;
+};
+
+Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
+  Imf::Header header(static_cast<int>(waterfall.columns()), static_cast<int>(waterfall.rows()));
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (const auto& [name, value] : image_attributes(waterfall, origin)) {
+    if (const auto* text = std::get_if<std::string>(&value))
+      header.insert(name, Imf::StringAttribute(*text));
+    else if (const auto* real = std::get_if<double>(&value))
+      header.insert(name, Imf::DoubleAttribute(*real));
+    else
+      header.insert(name, Imf::IntAttribute(std::get<int>(value)));
+  }
+  return header;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin) {
+  if (waterfall.rows() == 0 || waterfall.columns() == 0)
+    throw std::invalid_argument("encode_exr: a waterfall without pixels");
+  Imf::Header header = make_header(waterfall, origin);
+  Imf::FrameBuffer frame;
+  Layers::for_each([&](std::string_view name, auto layer) {
+    const auto& values = waterfall.pixels.*layer;
+    using Value = typename std::decay_t<decltype(values)>::value_type;
+    constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
+    // A frame buffer serves readers too, hence not const; an output file only reads it.
+    char* data = reinterpret_cast<char*>(const_cast<Value*>(values.data()));
+    header.channels().insert(std::string(name), Imf::Channel(type));
+    frame.insert(std::string(name),
+                 Imf::Slice(type, data, sizeof(Value), sizeof(Value) * waterfall.columns()));
+  });
+  MemoryStream stream;
+  {
+    Imf::OutputFile file(stream, header, 0);
+    file.setFrameBuffer(frame);
+    file.writePixels(static_cast<int>(waterfall.rows()));
+  }
+  return std::move(stream.bytes);
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,78 @@
+#include <ensonify/engine/output/manifest.h>
+
+#include <array>
+#include <string_view>
+
+#include <OpenEXR/OpenEXRConfig.h>
+#include <archive.h>
+#include <fftw3.h>
+#include <fmt/format.h>
+#include <gdal.h>
+#include <nlohmann/json.hpp>
+#include <png.h>
+#include <xxhash.h>
+#if __has_include(<embree4/rtcore_config.h>)
+#include <embree4/rtcore_config.h>
+#else
+#include <embree3/rtcore_config.h>
+#endif
+#ifdef __GLIBC__
+#include <gnu/libc-version.h>
+#endif
+
+namespace ensonify::engine {
+namespace {
+
+/// Those whose version can change a byte of a result or of its file.
+nlohmann::ordered_json library_versions() {
+  nlohmann::ordered_json versions;
+  versions["embree"] = RTC_VERSION_STRING;
+  versions["fftw"] = std::string(fftw_version);
+  versions["gdal"] = GDALVersionInfo("RELEASE_NAME");
+  versions["libarchive"] = archive_version_string();
+  versions["libpng"] = png_get_libpng_ver(nullptr);
+  versions["openexr"] = OPENEXR_VERSION_STRING;
+  versions["zlib"] = archive_zlib_version();
+#ifdef __GLIBC__
+  versions["glibc"] = gnu_get_libc_version();
+#endif
+  return versions;
+}
+
+}  // namespace
+
+std::string xxh128(std::span<const std::byte> bytes) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
+  std::string digits;
+  for (const unsigned char byte : canonical.digest) digits += fmt::format("{:02x}", byte);
+  return digits;
+}
+
+std::string xxh128(std::string_view text) { return xxh128(std::as_bytes(std::span(text))); }
+
+std::string manifest_json(const Manifest& manifest) {
+  nlohmann::ordered_json files = nlohmann::ordered_json::array();
+  for (const FileRecord& file : manifest.files)
+    files.push_back(
+        {{"name", file.name}, {"size_bytes", file.size_bytes}, {"xxh128", file.xxh128}});
+  const nlohmann::ordered_json json = {
+      {"program", "ensonify"},
+      {"version", ENSONIFY_VERSION},
+      {"libraries", library_versions()},
+      {"scene", manifest.scene_toml},
+      {"scene_hash", xxh128(manifest.scene_toml)},
+      {"seed", manifest.seed},
+      {"code_path",
+       {{"surface", manifest.surface},
+        {"intersector", manifest.intersector},
+        {"instruction_set", manifest.code_path}}},
+      {"counts", manifest.counts},
+      {"warnings", manifest.warnings},
+      {"files", files},
+  };
+  // A byte that is no UTF-8 becomes U+FFFD; the hash is of the scene as it was.
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace ensonify::engine

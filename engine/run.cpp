@@ -1,0 +1,232 @@
+#include <ensonify/engine/run.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <shared_mutex>
+#include <span>
+#include <string_view>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/output/exr.h>
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/npz.h>
+#include <ensonify/engine/output/pings_csv.h>
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/parallel_for.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The folder of a run, which takes back what it was given unless the run is kept.
+class OutputFolder {
+ public:
+  explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
+    made_ = fs::create_directories(folder_);
+  }
+  ~OutputFolder() {
+    if (kept_) return;
+    std::error_code ignored;
+    for (const auto& [name, record] : records_) fs::remove(folder_ / name, ignored);
+    if (made_) fs::remove(folder_, ignored);  // only if nothing else is in it
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  void write(const std::string& name, std::span<const std::byte> content) {
+    refine::write_file(folder_ / name, content);
+    records_[name] = {name, content.size(), xxh128(content)};
+  }
+  void write(const std::string& name, std::string_view text) {
+    write(name, std::as_bytes(std::span(text)));
+  }
+  void keep() { kept_ = true; }
+  /// By name, whatever the order of writing.
+  std::vector<FileRecord> records() const {
+    std::vector<FileRecord> all;
+    for (const auto& [name, record] : records_) all.push_back(record);
+    return all;
+  }
+  const fs::path& path() const { return folder_; }
+
+ private:
+  fs::path folder_;
+  bool made_ = false;
+  bool kept_ = false;
+  std::map<std::string, FileRecord> records_;
+};
+
+/// A scene's run while it goes on: what its threads share.
+class Run {
+ public:
+  Run(const Scene& scene, const fs::path& folder, const RunControl& control)
+      : scene_(scene), control_(control), folder_(folder) {}
+
+  RunReport report() {
+    tell("seafloor", 0, 1);
+    Clock::time_point start = Clock::now();
+    Simulator simulator(scene_);
+    poses_ = simulator.track();
+    report_.prepare_s = seconds_since(start);
+    report_.counts["vertices"] = simulator.seafloor().mesh.positions.size();
+    report_.counts["faces"] = simulator.seafloor().mesh.faces.size();
+
+    start = Clock::now();
+    for (const Sonar& sonar : scene_.sonars) images_.emplace_back(sonar, poses_.size());
+    do_pings(simulator);
+    report_.pings_s = seconds_since(start);
+
+    start = Clock::now();
+    write_files(simulator);
+    report_.files_s = seconds_since(start);
+    folder_.keep();
+    for (const FileRecord& file : folder_.records())
+      report_.files.push_back(folder_.path() / file.name);
+    return std::move(report_);
+  }
+
+ private:
+  void tell(std::string_view stage, std::size_t done, std::size_t of) {
+    if (control_.progress && !control_.progress(stage, done, of))
+      throw Stopped("stopped on request; the files of this run were removed");
+  }
+
+  void do_pings(Simulator& simulator) {
+    const auto block_pings = static_cast<std::size_t>(scene_.run.block_pings);
+    const std::size_t blocks = (poses_.size() + block_pings - 1) / block_pings;
+    const int threads = control_.threads > 0
+                            ? control_.threads
+                            : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    std::vector<std::optional<Simulator>> workers(static_cast<std::size_t>(threads));
+    workers.front() = std::move(simulator);
+    Simulator& first = *workers.front();
+
+    tell("pings", 0, poses_.size());
+    picture_written_ = Clock::now();
+    refine::parallel_for(blocks, threads, [&](std::size_t block, int worker) {
+      std::optional<Simulator>& mine = workers[static_cast<std::size_t>(worker)];
+      if (!mine) mine = first.another();
+      const std::size_t begin = block * block_pings;
+      const std::size_t end = std::min(begin + block_pings, poses_.size());
+      for (std::size_t ping = begin; ping < end; ++ping) do_ping(*mine, ping, block);
+      finish_block(*mine, end - begin);
+    });
+    for (const std::optional<Simulator>& worker : workers)
+      if (worker) report_.stages += worker->times();
+    simulator = std::move(first);
+  }
+
+  void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
+    const Pose& pose = poses_[ping];
+    const std::span<const EchoLine> lines = simulator.ping(pose, ping);
+    const PingRecord record{.pose = pose,
+                            .altitude_m = simulator.altitude_m(pose.position),
+                            .block = static_cast<int>(block)};
+    const std::shared_lock rows_differ(images_lock_);
+    for (std::size_t i = 0; i < images_.size(); ++i) {
+      images_[i].set_row(ping, lines.subspan(2 * i, 2), record);
+      for (const EchoLine& line : lines.subspan(2 * i, 2)) {
+        rays_ += line.rays;
+        hits_ += line.hits;
+      }
+    }
+  }
+
+  // The picture grows while the run goes on, at a twentieth of the time at most.
+  void finish_block(const Simulator& simulator, std::size_t pings) {
+    const std::unique_lock alone(images_lock_);
+    pings_done_ += pings;
+    tell("pings", pings_done_, poses_.size());
+    if (seconds_since(picture_written_) < std::max(1.0, 20.0 * picture_s_)) return;
+    const Clock::time_point start = Clock::now();
+    for (std::size_t i = 0; i < images_.size(); ++i) write_picture(simulator, i);
+    picture_s_ = seconds_since(start);
+    picture_written_ = Clock::now();
+  }
+
+  void write_picture(const Simulator& simulator, std::size_t sonar) {
+    folder_.write(
+        images_[sonar].sonar.name + ".png",
+        encode_png(render(images_[sonar], scene_.display, simulator.absorption_db_per_m(sonar))));
+  }
+
+  void write_files(const Simulator& simulator) {
+    const std::string scene_toml = dump_scene(scene_, false);
+    const ImageOrigin origin{simulator.seafloor().mesh.world_origin, xxh128(scene_toml)};
+    std::uint64_t starved = 0;
+    for (std::size_t i = 0; i < images_.size(); ++i) {
+      tell("files", i, images_.size());
+      const std::string& name = images_[i].sonar.name;
+      write_picture(simulator, i);
+      folder_.write(name + ".exr", encode_exr(images_[i], origin));
+      if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images_[i], origin));
+      folder_.write(name + "_pings.csv", pings_csv(images_[i]));
+      for (const PingRecord& ping : images_[i].pings)
+        starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
+    }
+    report_.counts["pings"] = poses_.size();
+    report_.counts["rays"] = rays_;
+    report_.counts["hits"] = hits_;
+    report_.counts["starved_bins"] = starved;
+    warn_of_holes();
+
+    Manifest manifest{.scene_toml = scene_toml,
+                      .seed = scene_.seed,
+                      .surface = scene_.run.surface,
+                      .intersector = scene_.run.intersector,
+                      .code_path = std::string(simulator.intersector().code_path()),
+                      .counts = report_.counts,
+                      .warnings = report_.warnings,
+                      .files = folder_.records()};
+    folder_.write("manifest.json", manifest_json(manifest));
+    tell("files", images_.size(), images_.size());
+  }
+
+  void warn_of_holes() {
+    const auto over_hole =
+        std::count_if(images_.front().pings.begin(), images_.front().pings.end(),
+                      [](const PingRecord& p) { return std::isnan(p.altitude_m); });
+    if (over_hole > 0)
+      report_.warnings.push_back(
+          fmt::format("{} of {} pings have no bed straight below (a hole in the seafloor); their "
+                      "altitude is empty",
+                      over_hole, poses_.size()));
+  }
+
+  const Scene& scene_;
+  const RunControl& control_;
+  OutputFolder folder_;
+  RunReport report_;
+  std::vector<Pose> poses_;
+  std::vector<Waterfall> images_;
+  std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
+  std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;
+  std::size_t pings_done_ = 0;
+  Clock::time_point picture_written_;
+  double picture_s_ = 0.0;
+};
+
+}  // namespace
+
+RunReport run(const Scene& scene, const fs::path& folder, const RunControl& control) {
+  return Run(scene, folder, control).report();
+}
+
+}  // namespace ensonify::engine

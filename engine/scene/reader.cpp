@@ -1,0 +1,396 @@
+#include <ensonify/engine/scene/reader.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <ensonify/engine/scene/check.h>
+#include <ensonify/engine/scene/schema.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t largest_file_bytes = 1 << 20;
+constexpr std::size_t longest_sonar_name = 64;
+
+/// Edits (insert, drop, change, swap neighbours) from one word to the other.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  std::iota(last.begin(), last.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] != b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+    std::swap(before, last);
+    std::swap(last, row);
+  }
+  return last[b.size()];
+}
+
+/// "; did you mean 'x'?" for the nearest word, if any is near.
+std::string suggestion(std::string_view word, std::span<const std::string> known) {
+  if (word.size() > 100) return "";
+  const std::string* nearest = nullptr;
+  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const std::string& candidate : known) {
+    const std::string_view last = std::string_view(candidate).substr(candidate.rfind('.') + 1);
+    const bool begins = word.size() > 2 && last.starts_with(word);  // a unit or a word is missing
+    const std::size_t distance =
+        begins ? 1 : std::min(edit_distance(word, candidate), edit_distance(word, last));
+    if (distance < least) {
+      least = distance;
+      nearest = &candidate;
+    }
+  }
+  return nearest ? fmt::format("; did you mean '{}'?", *nearest) : "";
+}
+
+std::string printable(std::string_view text) {
+  return toml_string(text.size() <= 60 ? std::string(text)
+                                       : std::string(text.substr(0, 57)) + "...");
+}
+
+/// What a value is, for messages.
+std::string description(const toml::node& node) {
+  if (const auto* value = node.as_string()) return "the string " + printable(value->get());
+  if (const auto* value = node.as_integer()) return fmt::format("{}", value->get());
+  if (const auto* value = node.as_floating_point()) {
+    const std::string text = fmt::format("{}", value->get());
+    return text.find_first_of(".ein") == std::string::npos ? text + ".0" : text;
+  }
+  if (const auto* value = node.as_boolean()) return value->get() ? "true" : "false";
+  if (node.is_table()) return "a table";
+  return node.is_array() ? "an array" : "a date or a time";
+}
+
+std::string joined(std::string_view section, std::string_view name) {
+  return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
+}
+
+/// The file that a scene names. Throws SceneError without a place.
+fs::path resolve(const std::string& text, const ScenePaths& paths) {
+  const auto refuse = [&](std::string_view why) {
+    return SceneError(fmt::format("'{}' names {}: {}", survey_key, printable(text), why));
+  };
+  constexpr std::string_view data = "data:";
+  const bool in_data = text.starts_with(data);
+  if (in_data && paths.data_folder.empty())
+    throw refuse("no data folder is known: give --data DIR or set ENSONIFY_DATA");
+  const fs::path inside = in_data ? text.substr(data.size()) : text;
+  if (text.find('\0') != std::string::npos) throw refuse("a path holds no NUL character");
+  if (inside.is_absolute() || std::ranges::count(inside, fs::path("..")) > 0)
+    throw refuse("expected a path under the scene's own folder, without '..', or data:path");
+
+  std::error_code error;
+  const fs::path folder = fs::canonical(in_data ? paths.data_folder : paths.scene_folder, error);
+  if (error)
+    throw refuse(fmt::format("the folder {}: {}",
+                             (in_data ? paths.data_folder : paths.scene_folder).string(),
+                             error.message()));
+  const fs::path file = fs::canonical(folder / inside, error);
+  if (error) throw refuse(fmt::format("{} ({})", error.message(), (folder / inside).string()));
+  if (std::ranges::mismatch(folder, file).in1 != folder.end())
+    throw refuse(fmt::format("a link leads out of {}", folder.string()));
+  if (!fs::is_regular_file(file, error)) throw refuse("expected a regular file");
+  return file;
+}
+
+/// Fills a scene from TOML tables, and remembers where each key stood.
+class Reader {
+ public:
+  explicit Reader(std::string name) : source_(std::move(name)), name_(source_) {}
+
+  void read_file(std::string_view text) {
+    const toml::table table = parse(text);
+    const toml::node* version = table.get("version");
+    if (!version)
+      throw SceneError(fmt::format("{}:1:1: no 'version', expected version = 1 at the top", name_));
+    if (const toml::table* sonars = table["sonar"].as_table()) {
+      // In the file's order, which toml++ does not keep.
+      std::vector<std::pair<toml::source_position, std::string>> order;
+      for (const auto& [key, node] : *sonars) order.emplace_back(key.source().begin, key.str());
+      std::ranges::stable_sort(order,
+                               [](const auto& a, const auto& b) { return a.first < b.first; });
+      scene_.sonars.clear();
+      for (auto& [position, name] : order) {
+        check_sonar_name(name, sonars->find(name)->first);
+        scene_.sonars.emplace_back().name = std::move(name);
+      }
+      if (scene_.sonars.empty()) throw fault(*sonars, "'sonar' is empty, expected [sonar.NAME]");
+    }
+    read_table(table, "");
+  }
+
+  void apply(const std::string& override_text) {
+    source_ = "-D " + override_text;
+    in_file_ = false;
+    const std::size_t equals = override_text.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw SceneError(
+          fmt::format("{}: expected key=value, as in -D sea.temperature_c=12", source_));
+    if (std::ranges::any_of(override_text, [](unsigned char c) { return c < 0x20; }))
+      throw SceneError("-D: expected one line of text without control characters");
+    toml::table table;
+    try {
+      table = parse(override_text);
+    } catch (const SceneError&) {  // a bare word
+      table = parse(override_text.substr(0, equals + 1) +
+                    toml_string(override_text.substr(equals + 1)));
+    }
+    if (table.empty())
+      throw SceneError(
+          fmt::format("{}: expected key=value, as in -D sea.temperature_c=12", source_));
+    read_table(table, "");
+  }
+
+  Scene finish(const ScenePaths& paths) {
+    const auto place = [&](std::string_view key) {
+      const auto found = places_.find(key);
+      return found == places_.end() ? name_ : found->second;
+    };
+    check_scene(scene_, place);
+    if (!scene_.survey.empty()) {
+      try {
+        scene_.seafloor.survey = resolve(scene_.survey, paths);
+      } catch (const SceneError& error) {
+        throw SceneError(fmt::format("{}: {}", place(survey_key), error.what()));
+      }
+    }
+    return std::move(scene_);
+  }
+
+ private:
+  toml::table parse(std::string_view text) const {
+    try {
+      return toml::parse(text);
+    } catch (const toml::parse_error& error) {
+      throw SceneError(fmt::format("{}: {}", place(error.source()), error.description()));
+    }
+  }
+
+  std::string place(const toml::source_region& region) const {
+    return in_file_ ? fmt::format("{}:{}:{}", source_, region.begin.line, region.begin.column)
+                    : source_;
+  }
+  template <class Node>
+  SceneError fault(const Node& node, std::string_view message) const {
+    return SceneError(fmt::format("{}: {}", place(node.source()), message));
+  }
+
+  void read_table(const toml::table& table, const std::string& section_name) {
+    for (const auto& [key, node] : table) {
+      const std::string path = joined(section_name, key.str());
+      if (key.str().find('.') != std::string_view::npos) {  // a quoted name, not a path
+        throw unknown(key, section_name, known_names(section_name));
+      } else if (path == "version") {
+        read_version(node);
+      } else if (path == "sonar") {
+        read_sonars(node);
+      } else if (const auto* row = find_key(section_name, key.str())) {
+        set(*row, scene_, node, path);
+      } else if (std::ranges::any_of(scene_sections(),
+                                     [&](const auto& s) { return s.name == path; })) {
+        read_table(expect_table(node, path), path);
+      } else {
+        throw unknown(key, section_name, known_names(section_name));
+      }
+    }
+  }
+
+  void read_version(const toml::node& node) {
+    if (!node.is_integer() || node.as_integer()->get() != 1)
+      throw fault(node, fmt::format("'version' is {}, expected 1, the only one there is",
+                                    description(node)));
+  }
+
+  void read_sonars(const toml::node& node) {
+    for (const auto& [name, table] : expect_table(node, "sonar.NAME")) {
+      const std::string path = joined("sonar", name.str());
+      const auto sonar = std::ranges::find(scene_.sonars, name.str(), &Sonar::name);
+      if (sonar == scene_.sonars.end()) {  // only an override can name one that the file has not
+        std::vector<std::string> names;
+        for (const Sonar& s : scene_.sonars) names.push_back(s.name);
+        throw fault(name, fmt::format("the scene has no sonar {}, expected one of {}{}",
+                                      printable(name.str()), fmt::join(names, ", "),
+                                      suggestion(name.str(), names)));
+      }
+      for (const auto& [key, value] : expect_table(table, path)) {
+        const auto& keys = sonar_section().keys;
+        const auto row = std::ranges::find(keys, key.str(), &Key<Sonar>::name);
+        if (row == keys.end()) {
+          std::vector<std::string> known;
+          for (const auto& k : keys) known.emplace_back(k.name);
+          throw unknown(key, path, std::move(known));
+        }
+        set(*row, *sonar, value, joined(path, key.str()));
+      }
+    }
+  }
+
+  void check_sonar_name(std::string_view name, const toml::key& key) const {
+    const auto allowed = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+             c == '_' || c == '-';
+    };
+    if (name.empty() || name.size() > longest_sonar_name || !std::ranges::all_of(name, allowed))
+      throw fault(key,
+                  fmt::format("the sonar's name is {}, expected 1 to {} letters, digits, _ and - "
+                              "(it names files)",
+                              printable(name), longest_sonar_name));
+  }
+
+  const toml::table& expect_table(const toml::node& node, std::string_view path) const {
+    if (const toml::table* table = node.as_table()) return *table;
+    throw fault(node,
+                fmt::format("'{}' is {}, expected a table, [{}]", path, description(node), path));
+  }
+
+  static const Key<Scene>* find_key(std::string_view section_name, std::string_view name) {
+    for (const auto& section : scene_sections())
+      if (section.name == section_name)
+        for (const auto& key : section.keys)
+          if (key.name == name) return &key;
+    return nullptr;
+  }
+
+  /// The keys and tables of a section.
+  static std::vector<std::string> known_names(std::string_view section_name) {
+    std::vector<std::string> names;
+    if (section_name.empty()) names.emplace_back("sonar");
+    for (const auto& section : scene_sections()) {
+      if (section.name == section_name)
+        for (const auto& key : section.keys) names.emplace_back(key.name);
+      const std::size_t dot = section.name.rfind('.');
+      const std::string_view parent =
+          dot == std::string_view::npos ? "" : section.name.substr(0, dot);
+      if (!section.name.empty() && parent == section_name)
+        names.emplace_back(section.name.substr(dot + 1));
+    }
+    return names;
+  }
+
+  /// An unknown key: the nearest of its own section, else the nearest anywhere.
+  SceneError unknown(const toml::key& key, std::string_view section_name,
+                     std::vector<std::string> here) const {
+    std::string hint = suggestion(key.str(), here);
+    if (hint.empty()) {
+      std::vector<std::string> all;
+      for (const auto& section : scene_sections())
+        for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
+      for (const auto& k : sonar_section().keys)
+        all.push_back(joined(sonar_section().name, k.name));
+      hint = suggestion(key.str(), all);
+    }
+    if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(here, ", "));
+    return fault(
+        key, fmt::format("unknown key {}{}{}", printable(key.str()),
+                         section_name.empty() ? "" : fmt::format(" in [{}]", section_name), hint));
+  }
+
+  template <class Owner>
+  void set(const Key<Owner>& key, Owner& owner, const toml::node& node, const std::string& path) {
+    places_.insert_or_assign(path, place(node.source()));
+    const auto refuse = [&](const std::string& hint = "") {
+      return fault(node, fmt::format("'{}' is {}, expected {}{}", path, description(node),
+                                     expectation(key), hint));
+    };
+    const auto whole = [&]() -> std::int64_t {
+      const auto* value = node.as_integer();
+      if (!value || double(value->get()) < key.range.low || double(value->get()) > key.range.high)
+        throw refuse();
+      return value->get();
+    };
+    const auto number = [&]() -> double {
+      if (!node.is_number()) throw refuse();
+      const double value = *node.value<double>();
+      if (!(value >= key.range.low && value <= key.range.high)) throw refuse();  // nor NaN
+      return key.in_degrees() ? value * radians_per_degree : value;
+    };
+    const auto word = [&]() -> std::string {
+      const auto* value = node.as_string();
+      if (!value) throw refuse();
+      return value->get();
+    };
+    const auto choice = [&]() -> std::size_t {
+      const std::string text = word();
+      const auto found = std::ranges::find(key.choices, text);
+      if (found == key.choices.end())
+        throw refuse(
+            suggestion(text, std::vector<std::string>(key.choices.begin(), key.choices.end())));
+      return static_cast<std::size_t>(found - key.choices.begin());
+    };
+    std::visit(
+        [&](auto* option) {
+          using T = std::remove_pointer_t<decltype(option)>;
+          if constexpr (std::is_same_v<T, bool>) {
+            if (!node.is_boolean()) throw refuse();
+            *option = node.as_boolean()->get();
+          } else if constexpr (std::is_integral_v<T>) {
+            *option = static_cast<T>(whole());
+          } else if constexpr (std::is_enum_v<T>) {
+            *option = static_cast<T>(choice());
+          } else if constexpr (std::is_same_v<T, std::string>) {
+            *option = key.choices.empty() ? word() : std::string(key.choices[choice()]);
+          } else {
+            *option = number();
+          }
+        },
+        key.option(owner));
+  }
+
+  Scene scene_;
+  std::map<std::string, std::string, std::less<>> places_;  // of keys that were given
+  std::string source_;                                      // what is being read
+  const std::string name_;                                  // the file
+  bool in_file_ = true;
+};
+
+std::string read_text(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  const auto refuse = [&](std::string_view why) {
+    return SceneError(fmt::format("{}: {}", file.string(), why));
+  };
+  if (!fs::exists(status)) throw refuse(error ? error.message() : "No such file or directory");
+  if (!fs::is_regular_file(status))
+    throw refuse(fs::is_directory(status) ? "is a folder, expected a scene file"
+                                          : "expected a regular file");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw refuse("cannot be opened for reading");
+  std::string text(largest_file_bytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) throw refuse("cannot be read");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > largest_file_bytes) throw refuse("is larger than 1 MiB, expected a scene file");
+  return text;
+}
+
+}  // namespace
+
+Scene parse_scene(std::string_view text, std::string_view name,
+                  std::span<const std::string> overrides, const ScenePaths& paths) {
+  Reader reader{std::string(name)};
+  reader.read_file(text);
+  for (const std::string& text_of_override : overrides) reader.apply(text_of_override);
+  return reader.finish(paths);
+}
+
+Scene read_scene(const fs::path& file, std::span<const std::string> overrides,
+                 const fs::path& data_folder) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  return parse_scene(read_text(file), file.string(), overrides, {folder, data_folder});
+}
+
+}  // namespace ensonify::engine

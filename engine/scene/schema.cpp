@@ -1,0 +1,283 @@
+#include <ensonify/engine/scene/schema.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/trace/intersector.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// The option at the end of a chain of members.
+template <class Owner, class... Rest>
+auto at(auto Owner::*first, Rest... rest) {
+  return [=](Owner& owner) -> Option { return &((owner.*first).*....*rest); };
+}
+
+constexpr double largest_seed = std::numeric_limits<std::int64_t>::max();  // TOML's largest integer
+
+std::vector<std::string_view> intersector_names() {
+  std::vector<std::string_view> names;
+  for (const IntersectorKind& kind : intersector_kinds()) names.push_back(kind.name);
+  return names;
+}
+
+std::string number_text(double value) {
+  if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";  // TOML's integer -0 has no sign
+  return fmt::format("{}", value);
+}
+
+/// The shortest degrees that convert to the same radians.
+std::string degrees_text(double rad) {
+  const double degrees = rad / radians_per_degree;
+  std::string text;
+  for (int digits = 1; digits <= 17; ++digits) {
+    text = fmt::format("{:.{}g}", degrees, digits);
+    double back = 0.0;
+    std::from_chars(text.data(), text.data() + text.size(), back);
+    if (back * radians_per_degree == rad) return number_text(back);
+  }
+  return text;
+}
+
+}  // namespace
+
+// A row a key.
+// clang-format off
+const std::vector<Section<Scene>>& scene_sections() {
+  using scatter::SeaWater;
+  static const std::vector<Section<Scene>> sections = {
+      {"",
+       "The whole run.",
+       {
+           {"seed", "", {0, largest_seed}, "All that is random follows from it.", at(&Scene::seed)},
+           {"speckle", "", {}, "Fading of the echoes; false gives their expectation.",
+            at(&Scene::speckle)},
+       }},
+      {"sea",
+       "The water, from its temperature, salinity and acidity, or by plain numbers.",
+       {
+           {"temperature_c", "degrees Celsius", {-2, 40}, "Temperature.",
+            at(&Scene::sea, &Sea::water, &SeaWater::temperature_c)},
+           {"salinity_psu", "psu", {0, 45}, "Salinity.",
+            at(&Scene::sea, &Sea::water, &SeaWater::salinity_psu)},
+           {"ph", "", {6, 9}, "Acidity; it matters to absorption below some kilohertz.",
+            at(&Scene::sea, &Sea::water, &SeaWater::ph)},
+           {"sound_speed_mps", "m/s", {1000, 2000},
+            "Sound speed; unset: from the water at half the bed's depth.",
+            at(&Scene::sea, &Sea::sound_speed_mps)},
+           {"absorption_db_per_km", "dB/km", {0, 10000},
+            "Absorption; unset: from the water at half the bed's depth.",
+            at(&Scene::sea, &Sea::absorption_db_per_km)},
+       }},
+      {"seafloor",
+       "Where the seabed comes from and what it is made of.",
+       {
+           {"kind", "", {}, "A generated seabed, or a surveyed one.",
+            at(&Scene::seafloor, &SeafloorOptions::kind), {"fractal", "survey"}},
+           {"extent_east_m", "m", {0.01, 100e3}, "Size of a generated seabed from west to east.",
+            at(&Scene::seafloor, &SeafloorOptions::extent_east_m)},
+           {"extent_north_m", "m", {0.01, 100e3}, "Size of a generated seabed from south to north.",
+            at(&Scene::seafloor, &SeafloorOptions::extent_north_m)},
+           {"cell_m", "m", {0.001, 1000}, "Spacing of a generated seabed's grid.",
+            at(&Scene::seafloor, &SeafloorOptions::cell_m)},
+           {"depth_m", "m", {0.1, 11000}, "Mean depth of a generated seabed.",
+            at(&Scene::seafloor, &SeafloorOptions::depth_m)},
+           {"survey", "", {},
+            "A survey's grid (GeoTIFF, BAG, ESRI ASCII, netCDF): a path under the scene's folder, "
+            "or data:path under the data folder.",
+            at(&Scene::survey)},
+           {"water_level_m", "m", {-11000, 9000},
+            "Height of the sea surface in the survey's own heights.",
+            at(&Scene::seafloor, &SeafloorOptions::water_level_m)},
+           {"lambert_mu_db", "dB", {-100, -5},
+            "Lambert's law: strength of the seabed's backscatter, 10 log10(mu).",
+            at(&Scene::seafloor, &SeafloorOptions::lambert_mu_db)},
+       }},
+      {"seafloor.fractal",
+       "Relief of a generated seabed that looks alike at every scale.",
+       {
+           {"height_at_1m_m", "m", {0, 100},
+            "Rms height difference of points 1 m apart; 0: no such relief.",
+            at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::height_at_1m_m)},
+           {"hurst", "", {0.01, 0.99}, "Hurst exponent: small is jagged, large is rolling.",
+            at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::hurst)},
+           {"spectrum", "", {},
+            "variogram: height differences grow as distance^hurst; paper: the smoother field of "
+            "the paper's own exponent.",
+            at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::spectrum),
+            {"variogram", "paper"}},
+       }},
+      {"seafloor.ripples",
+       "Relief of a generated seabed with crests in one direction, added to the fractal one.",
+       {
+           {"rms_height_m", "m", {0, 10}, "Rms height; 0: no ripples.",
+            at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::rms_height_m)},
+           {"wavelength_m", "m", {0.01, 1000}, "From crest to crest; four cells or more.",
+            at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::wavelength_m)},
+           {"across_crests_deg", "degrees", {-360, 360},
+            "Heading of the direction across the crests, clockwise from north.",
+            at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::across_crests_rad)},
+           {"relative_width", "", {0.01, 1},
+            "Spectral half width over wavenumber: small is regular, large is broken up.",
+            at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::relative_width)},
+           {"hurst", "", {0.01, 5},
+            "How fast the spectrum falls off its maximum; beyond 1 the crests are smooth.",
+            at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::hurst)},
+       }},
+      {"track",
+       "A straight line at constant depth. Its middle is counted from the middle of the seabed.",
+       {
+           {"pings", "", {1, 10e6}, "How many pings.", at(&Scene::track, &StraightTrack::pings)},
+           {"speed_mps", "m/s", {0, 50}, "Speed over ground.",
+            at(&Scene::track, &StraightTrack::speed_mps)},
+           {"heading_deg", "degrees", {-360, 360}, "Heading, clockwise from north.",
+            at(&Scene::track, &StraightTrack::heading_rad)},
+           {"middle_east_m", "m", {-1e6, 1e6}, "The line's middle, east of the seabed's.",
+            at(&Scene::track, &StraightTrack::middle_east_m)},
+           {"middle_north_m", "m", {-1e6, 1e6}, "The line's middle, north of the seabed's.",
+            at(&Scene::track, &StraightTrack::middle_north_m)},
+           {"altitude_m", "m", {0.01, 11000}, "Height over the mean seabed along the line.",
+            at(&Scene::track, &StraightTrack::altitude_m)},
+           {"ping_interval_s", "s", {0, 3600},
+            "Time between pings; 0: the longest range's two-way time.",
+            at(&Scene::track, &StraightTrack::ping_interval_s)},
+       }},
+      {"run",
+       "How a run is computed.",
+       {
+           {"surface", "", {}, "Which triangles a ping sees. static: all of them.",
+            at(&Scene::run, &RunOptions::surface), {"static"}},
+           {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`).",
+            at(&Scene::run, &RunOptions::intersector), intersector_names()},
+           {"block_pings", "", {1, 100000}, "Pings are handed to threads in blocks of this many.",
+            at(&Scene::run, &RunOptions::block_pings)},
+       }},
+      {"display",
+       "From echoes to the picture; the layers of NAME.exr stay as received.",
+       {
+           {"spreading", "", {0, 80},
+            "Gain over range, in dB per factor of ten: 30 levels a bed of constant strength, 50 "
+            "one of Lambert's law.",
+            at(&Scene::display, &Display::spreading)},
+           {"absorption", "", {}, "Whether the gain makes up for absorption too.",
+            at(&Scene::display, &Display::absorption)},
+           {"gain_db", "dB", {-100, 100},
+            "Added to the automatic gain, which puts the seabed's median at mid-brightness.",
+            at(&Scene::display, &Display::gain_db)},
+           {"gamma", "", {0.05, 10}, "Brightness is amplitude to this power.",
+            at(&Scene::display, &Display::gamma)},
+           {"palette", "", {}, "Colours.",
+            at(&Scene::display, &Display::palette), {"grey", "copper"}},
+       }},
+      {"output",
+       "Which files there are beside NAME.png, NAME.exr, NAME_pings.csv and manifest.json.",
+       {
+           {"npz", "", {}, "The layers as NAME.npz too.", at(&Scene::output, &OutputOptions::npz)},
+       }},
+  };
+  return sections;
+}
+
+const Section<Sonar>& sonar_section() {
+  static const Section<Sonar> section = {
+      "sonar.NAME",
+      "One instrument, looking to port and starboard; as many as wanted. NAME (letters, digits, _ "
+      "and -) names its files.",
+      {
+          {"frequency_hz", "Hz", {1e3, 10e6}, "Centre frequency.", at(&Sonar::frequency_hz)},
+          {"source_level_db", "dB re 1 uPa at 1 m", {0, 300}, "Source level on the beam's axis.",
+           at(&Sonar::source_level_db)},
+          {"bandwidth_hz", "Hz", {10, 10e6},
+           "Bandwidth of the pulse; its effective length is 1 / bandwidth.",
+           at(&Sonar::bandwidth_hz)},
+          {"range_m", "m", {0.1, 20000}, "Slant range of the last bin's far edge.",
+           at(&Sonar::range_m)},
+          {"bins", "", {1, 65536}, "Range bins a side.", at(&Sonar::bins)},
+          {"array_length_m", "m", {0.001, 100}, "Length of the line array.",
+           at(&Sonar::array_length_m)},
+          {"vertical_beamwidth_deg", "degrees", {0, 180},
+           "Width of the vertical beam, -3 dB to -3 dB; 0: alike in all directions.",
+           at(&Sonar::vertical, &VerticalPattern::beamwidth_rad)},
+          {"tilt_deg", "degrees", {-90, 90}, "The vertical beam's axis below the horizontal.",
+           at(&Sonar::vertical, &VerticalPattern::tilt_rad)},
+          {"vertical_floor_db", "dB", {-200, 0},
+           "The vertical beam never falls lower, below its peak.",
+           at(&Sonar::vertical, &VerticalPattern::floor_db)},
+          {"sector_low_deg", "degrees", {-90, 180},
+           "Depression where the rays begin; negative is above the horizontal.",
+           at(&Sonar::sector_low_rad)},
+          {"sector_high_deg", "degrees", {-90, 180},
+           "Depression where they end; 90 is straight down, more looks past it.",
+           at(&Sonar::sector_high_rad)},
+          {"planes", "", {2, 1024}, "Planes of rays across the main lobe, an even number.",
+           at(&Sonar::planes)},
+          {"elevations", "", {2, 1 << 20}, "Rays a plane.", at(&Sonar::elevations)},
+      }};
+  return section;
+}
+// clang-format on
+
+template <class Owner>
+std::string expectation(const Key<Owner>& key) {
+  if (!key.choices.empty())
+    return fmt::format("{}{}", key.choices.size() > 1 ? "one of " : "",
+                       fmt::join(key.choices, ", "));
+  Owner owner;
+  const Option option = key.option(owner);
+  if (std::holds_alternative<bool*>(option)) return "true or false";
+  if (std::holds_alternative<std::string*>(option)) return "a path";
+  const std::string_view space = key.unit.empty() ? "" : " ";
+  if (std::holds_alternative<std::uint64_t*>(option) || std::holds_alternative<int*>(option))
+    return fmt::format("a whole number from {:.0f} to {}", key.range.low,
+                       key.range.high == largest_seed
+                           ? std::to_string(std::numeric_limits<std::int64_t>::max())
+                           : fmt::format("{:.0f}", key.range.high));
+  return fmt::format("a number from {} to {}{}{}", key.range.low, key.range.high, space, key.unit);
+}
+
+template <class Owner>
+std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
+  const auto number = [&](double value) {
+    return key.in_degrees() ? degrees_text(value) : number_text(value);
+  };
+  return std::visit(
+      [&](const auto* value) -> std::optional<std::string> {
+        using T = std::remove_cvref_t<decltype(*value)>;
+        if constexpr (std::is_same_v<T, double>)
+          return number(*value);
+        else if constexpr (std::is_same_v<T, std::optional<double>>)
+          return *value ? std::optional(number(**value)) : std::nullopt;
+        else if constexpr (std::is_same_v<T, std::string>)
+          return value->empty() ? std::nullopt : std::optional(toml_string(*value));
+        else if constexpr (std::is_enum_v<T>)
+          return toml_string(key.choices[static_cast<std::size_t>(*value)]);
+        else
+          return fmt::format("{}", *value);
+      },
+      key.option(owner));
+}
+
+template std::string expectation(const Key<Scene>&);
+template std::string expectation(const Key<Sonar>&);
+template std::optional<std::string> option_text(const Key<Scene>&, Scene&);
+template std::optional<std::string> option_text(const Key<Sonar>&, Sonar&);
+
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\')
+      (out += '\\') += c;
+    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      out += fmt::format("\\u{:04X}", c);
+    else
+      out += c;
+  }
+  return out + '"';
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+
+/// The option behind a key.
+using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
+                            std::string*, SeafloorKind*, FractalSpectrum*, Palette*>;
+
+/// Allowed values, in the key's own unit, the ends among them.
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// A row of the key table. The unit of a number is in its name; degrees (_deg) are kept as radians.
+template <class Owner>
+struct Key {
+  std::string_view name;
+  std::string_view unit;  ///< "" for what has none
+  Range range;            ///< of numbers
+  std::string_view help;
+  std::function<Option(Owner&)> option;
+  std::vector<std::string_view> choices = {};  ///< the words allowed; an enumeration's in its order
+
+  bool in_degrees() const { return name.ends_with("_deg"); }
+};
+
+/// A TOML table: its dotted name ("" for the top of the file), and its keys.
+template <class Owner>
+struct Section {
+  std::string_view name;
+  std::string_view help;
+  std::vector<Key<Owner>> keys;
+};
+
+/// All keys but `version` and the sonars'.
+const std::vector<Section<Scene>>& scene_sections();
+/// The keys of each [sonar.NAME].
+const Section<Sonar>& sonar_section();
+
+/// What a key wants: "a number from 0.5 to 10000 m", "true or false", "one of grey, copper".
+template <class Owner>
+std::string expectation(const Key<Owner>& key);
+
+/// The option's value as TOML, the shortest text that reads back to it; none for an unset one.
+template <class Owner>
+std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner);
+
+/// A string as TOML.
+std::string toml_string(std::string_view text);
+
+inline constexpr double radians_per_degree = 0.017453292519943295;
+inline constexpr std::string_view survey_key = "seafloor.survey";
+
+}  // namespace ensonify::engine

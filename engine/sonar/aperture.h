@@ -1,0 +1,42 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include <ensonify/engine/sonar/sonar.h>
+#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/trace/ray_fan.h>
+
+namespace ensonify::engine {
+
+/// One side of a sonar as its rays see it: the fan's grid, and for each ray the two-way beam pattern
+/// times the solid angle per radian of elevation, b_t b_r cos(e) dphi. The same for every ping.
+struct Aperture {
+  std::shared_ptr<const FanGrid> grid;
+  std::vector<float> weight;  ///< by ray number; 0 outside the beam
+};
+
+/// The aperture for flying so high that range_over_height is the sonar's range over its altitude.
+Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height);
+
+/// Rays end a little beyond the last bin, so that the pulse finds its energy there too.
+double trace_range_m(const Sonar& sonar, double sound_speed_mps);
+
+/// The fan of one side at a pose.
+RayFan place_fan(const Aperture& aperture, const Pose& pose, Side side, double range_m);
+
+/// A sonar's apertures over altitude, made as they are needed: altitudes within a step of 19 % share
+/// one, so that a steady ping makes none.
+class Apertures {
+ public:
+  Apertures(const Sonar& sonar, double wavelength_m) : sonar_(sonar), wavelength_m_(wavelength_m) {}
+  const Aperture& at(double altitude_m);
+
+ private:
+  Sonar sonar_;
+  double wavelength_m_;
+  std::map<int, Aperture> made_;  ///< by steps of altitude
+};
+
+}  // namespace ensonify::engine

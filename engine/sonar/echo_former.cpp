@@ -1,0 +1,159 @@
+#include <ensonify/engine/sonar/echo_former.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/sonar/pulse.h>
+#include <ensonify/scatter/decibel.h>
+
+namespace ensonify::engine {
+
+EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
+                       std::vector<scatter::BackscatterTable> by_label)
+    : seafloor_(seafloor),
+      by_label_(std::move(by_label)),
+      bins_(sonar.bin_m(), static_cast<std::size_t>(std::ceil(
+                               trace_range_m(sonar, medium.sound_speed_mps) / sonar.bin_m())) +
+                               1),
+      pulse_(pulse_kernel(0.5 * medium.sound_speed_mps / sonar.bandwidth_hz, sonar.bin_m())) {
+  const refine::Bounds box = refine::bounds(seafloor.mesh);
+  lowest_ = box.lowest.head<2>().cast<double>();
+  highest_ = box.highest.head<2>().cast<double>();
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    const double range_m = (static_cast<double>(bin) + 0.5) * sonar.bin_m();
+    gain_.push_back(
+        scatter::from_db(sonar.source_level_db - 2.0 * medium.absorption_db_per_m * range_m));
+  }
+  energy_.resize(gain_.size() + 2 * pulse_.size());
+}
+
+void EchoFormer::form(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
+                      EchoLine& line) {
+  bins_.reset();
+  line.rays = line.hits = 0;
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) walk_plane(fan, aperture, hits, plane);
+  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
+    line.rays += aperture.weight[ray] > 0.0f;
+    line.hits += static_cast<bool>(hits[ray]);
+  }
+  bins_.tell(seafloor_.labels, line);
+
+  const std::size_t margin = pulse_.size();
+  for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
+  for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
+    const double* here = &energy_[margin + i];
+    double sum = pulse_[0] * here[0];
+    for (std::size_t d = 1; d < pulse_.size(); ++d) sum += pulse_[d] * (here[d] + *(here - d));
+    line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sum);
+    line.bins.range_m[i] = static_cast<float>((static_cast<double>(i) + 0.5) * bins_.bin_m());
+  }
+}
+
+void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
+                            std::size_t plane) {
+  const FanGrid& grid = *fan.grid;
+  const std::size_t count = fan.elevations();
+  bins_.begin_plane();
+  Sight before;        // the neighbour below, if it is in the beam
+  Sight highest;       // the last surface seen, as long as nothing but misses came after it
+  bool fades = false;  // and it ran out of range rather than ending
+  for (std::size_t j = 0; j < count; ++j) {
+    if (!grid.within_beam(plane, j)) {
+      before = highest = Sight{};
+      continue;
+    }
+    const std::size_t number = plane * count + j;
+    const Ray ray = fan.ray(plane, j);
+    const Sight now = look(ray, aperture.weight[number], hits[number], before);
+    const double step = j > 0 ? grid.elevation_rad[j] - grid.elevation_rad[j - 1] : 0.0;
+    if (before && now && continuous(before, now)) {
+      bins_.spread(before, now, fan.origin, step);
+    } else {
+      if (before) {
+        const double onward_m = before.plane_range_m(ray.direction);
+        fades = !hits[number] && std::isfinite(onward_m) && onward_m >= fan.range_m;
+        if (fades) {
+          const Hit onward{before.face, onward_m};
+          const Sight sight = look(ray, aperture.weight[number], onward, before);
+          bins_.spread(before, sight, fan.origin, step);
+        } else {
+          bins_.settle(before, fan.origin, step);
+        }
+      }
+      if (now) bins_.settle(now, fan.origin, step);
+      if (before && now) bins_.shade(before, now.range_m);
+    }
+    if (now) {
+      highest = now;
+      fades = false;
+    }
+    if (hits[number] && !now) highest = Sight{};  // a back: the surface's hole, not its shadow
+    before = now;
+  }
+  // A surface that ends in mid-water hides all behind it, as does one that stands higher than the
+  // fan; one that the fan's lower edge leaves hides nothing.
+  const bool ends = !before && !fades;
+  const bool stands_higher = before && before.direction.z() >= 0.0;
+  if (highest && (ends || stands_higher)) shade_beyond(fan, highest);
+  bins_.end_plane();
+}
+
+// Up to the range limit, or to where the line of sight leaves the seafloor: nothing is known there.
+void EchoFormer::shade_beyond(const RayFan& fan, const Sight& blocker) {
+  double leaves_m = fan.range_m;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double speed = blocker.direction[axis];
+    if (speed == 0.0) continue;
+    const double border = speed > 0.0 ? highest_[axis] : lowest_[axis];
+    leaves_m = std::min(leaves_m, (border - fan.origin[axis]) / speed);
+  }
+  if (leaves_m > blocker.range_m) bins_.shade(blocker, leaves_m);
+}
+
+Sight EchoFormer::look(const Ray& ray, float weight, const Hit& hit, const Sight& before) const {
+  Sight sight;
+  if (!hit) return sight;
+  if (hit.face == before.face) {
+    sight.normal = before.normal;
+    sight.label = before.label;
+  } else {
+    const refine::Triangles mesh = seafloor_.mesh;
+    const Eigen::Vector3d a = mesh.corner(hit.face, 0);
+    sight.normal = (mesh.corner(hit.face, 1) - a).cross(mesh.corner(hit.face, 2) - a).normalized();
+    sight.label = seafloor_.label_of(hit.face);
+  }
+  const double sine = std::min(-sight.normal.dot(ray.direction), 1.0);
+  if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
+  sight.face = hit.face;
+  sight.range_m = hit.t;
+  sight.direction = ray.direction;
+  sight.grazing_rad = std::asin(sine);
+  sight.weight = weight;
+  sight.density = weight * by_label_[sight.label].over_sine(sine) / (hit.t * hit.t);
+  return sight;
+}
+
+// Two facets that meet between the rays are no farther apart in range than one of them runs from the
+// one ray to the other, and no farther in space than they are long. Twice that is allowed, for the
+// small facets that may lie between.
+bool EchoFormer::continuous(const Sight& a, const Sight& b) const {
+  if (a.face == b.face) return true;
+  const double apart_m = std::abs(b.range_m - a.range_m);
+  const double run_m = std::max(std::abs(a.plane_range_m(b.direction) - a.range_m),
+                                std::abs(b.plane_range_m(a.direction) - b.range_m));
+  if (apart_m > 2.0 * run_m) return false;
+  const double distance_m = (b.range_m * b.direction - a.range_m * a.direction).norm();
+  return distance_m <= longest_edge_m(a.face) + longest_edge_m(b.face) + 2.0 * bins_.bin_m();
+}
+
+double EchoFormer::longest_edge_m(std::uint32_t face) const {
+  const refine::Triangles mesh = seafloor_.mesh;
+  const Eigen::Vector3d a = mesh.corner(face, 0), b = mesh.corner(face, 1),
+                        c = mesh.corner(face, 2);
+  return std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+}
+
+}  // namespace ensonify::engine

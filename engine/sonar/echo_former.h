@@ -1,0 +1,56 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/sonar/echo.h>
+#include <ensonify/engine/sonar/range_bins.h>
+#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/scatter/backscatter.h>
+
+namespace ensonify::engine {
+
+/// The water between sonar and bed.
+struct Medium {
+  double sound_speed_mps = 1500.0;
+  double absorption_db_per_m = 0.0;
+};
+
+/// Turns the nearest hits of a fan into the expected echo of one side of a ping, with the truth
+/// beside it.
+///
+/// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the area
+/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. Within a plane
+/// of the fan that is a density over elevation: between neighbouring rays that saw one continuous
+/// surface it is integrated and spread over the bins between their ranges; where the surface breaks
+/// off each ray keeps its own half. The bins then go through the pulse.
+class EchoFormer {
+ public:
+  /// The seafloor must outlive this; by_label[i] belongs to seafloor.labels[i].
+  EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
+             std::vector<scatter::BackscatterTable> by_label);
+
+  /// hits and aperture.weight by the fan's ray numbers. Fills the line but for its side; the speckled
+  /// intensity is still the expectation.
+  void form(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits, EchoLine& line);
+
+ private:
+  Sight look(const Ray& ray, float weight, const Hit& hit, const Sight& before) const;
+  bool continuous(const Sight& a, const Sight& b) const;
+  void walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
+                  std::size_t plane);
+  void shade_beyond(const RayFan& fan, const Sight& blocker);
+  double longest_edge_m(std::uint32_t face) const;
+
+  const Seafloor& seafloor_;
+  std::vector<scatter::BackscatterTable> by_label_;
+  Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
+  RangeBins bins_;
+  std::vector<double> gain_;    // of a bin's energy: source level and absorption
+  std::vector<double> pulse_;   // pulse_kernel
+  std::vector<double> energy_;  // of the bins, with gain; room for the pulse on either side
+};
+
+}  // namespace ensonify::engine

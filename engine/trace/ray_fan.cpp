@@ -1,0 +1,92 @@
+#include <ensonify/engine/trace/ray_fan.h>
+
+#include <algorithm>
+#include <numbers>
+#include <stdexcept>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double right_angle = std::numbers::pi / 2.0;
+constexpr double share_to_range = 0.65;  // of the elevations: even in range over a flat bed
+constexpr double share_rising = 0.15;  // even in range up to so much farther, for a bed that rises
+constexpr double rising = 4.0;
+// Planes outside the main lobe at mid-sector only serve the sector's ends, where a plane's rays are
+// closer to broadside: they may stand farther and farther apart. At 1.5 the sum over planes stays
+// within 0.01 dB of the beam's integral up to 50 degrees from mid-sector.
+constexpr double plane_growth = 1.5;
+
+/// Slant range over height at which a ray of that depression meets a flat bed; past nadir, 1.
+double flat_range_over_height(double depression_rad) {
+  return 1.0 / std::sin(std::clamp(depression_rad, 1e-9, right_angle));
+}
+
+std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_rad) {
+  std::vector<double> edges{0.0};  // of the planes' cells on one side of broadside
+  double width = 2.0 * layout.main_lobe_rad / layout.planes;
+  while (edges.back() < widest_rad * (1.0 - 1e-9)) {
+    if (edges.back() > layout.main_lobe_rad * (1.0 - 1e-9)) width *= plane_growth;
+    edges.push_back(std::min(edges.back() + width, widest_rad));
+  }
+  std::vector<FanGrid::Plane> planes;
+  const auto add = [&](double azimuth, double cell) {
+    planes.push_back({std::sin(azimuth), std::cos(azimuth), cell});
+  };
+  for (std::size_t i = edges.size(); i-- > 1;)
+    add(-0.5 * (edges[i] + edges[i - 1]), edges[i] - edges[i - 1]);
+  for (std::size_t i = 1; i < edges.size(); ++i)
+    add(0.5 * (edges[i] + edges[i - 1]), edges[i] - edges[i - 1]);
+  return planes;
+}
+
+}  // namespace
+
+FanGrid::FanGrid(const FanLayout& layout)
+    : middle_depression_rad(0.5 * (layout.sector_low_rad + layout.sector_high_rad)),
+      sin_truncation(std::sin(layout.truncation_rad)) {
+  const double half_sector = 0.5 * (layout.sector_high_rad - layout.sector_low_rad);
+  if (!(half_sector > 0.0 && half_sector < right_angle))
+    throw std::invalid_argument("FanLayout: the sector must be between 0 and 180 degrees wide");
+  if (!(layout.main_lobe_rad > 0.0 && layout.truncation_rad > 0.0))
+    throw std::invalid_argument(
+        "FanLayout: the main lobe and the truncation angle must be positive");
+  if (layout.planes < 2 || layout.planes % 2 != 0 || layout.elevations < 2)
+    throw std::invalid_argument("FanLayout: an even number of planes and two elevations at least");
+
+  planes = lay_planes(layout, std::asin(std::min(1.0, sin_truncation / std::cos(half_sector))));
+
+  // The mixture's distribution over elevation, which is in range too, nearest first.
+  const double nearest = flat_range_over_height(layout.sector_high_rad);
+  const double end = flat_range_over_height(layout.sector_low_rad);
+  const double farthest = std::min(layout.range_over_height, end);
+  const double beyond = std::min(rising * layout.range_over_height, end);
+  const auto even = [](double r, double from, double to) {
+    return to > from ? std::clamp((r - from) / (to - from), 0.0, 1.0) : 0.0;
+  };
+  const double range_share = farthest > nearest ? share_to_range : 0.0;
+  const double rising_share = beyond > farthest ? share_rising : 0.0;
+  const auto distribution = [&](double elevation) {
+    const double r = flat_range_over_height(middle_depression_rad - elevation);
+    const double by_angle = (elevation + half_sector) / (2.0 * half_sector);
+    return range_share * even(r, nearest, farthest) + rising_share * even(r, farthest, beyond) +
+           (1.0 - range_share - rising_share) * by_angle;
+  };
+  elevation_rad.resize(static_cast<std::size_t>(layout.elevations));
+  double below = -half_sector;
+  for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
+    const double wanted = static_cast<double>(j) / static_cast<double>(elevation_rad.size() - 1);
+    double above = half_sector;
+    for (int step = 0; step < 60 && above - below > 1e-15; ++step) {
+      const double middle_of = 0.5 * (below + above);
+      (distribution(middle_of) < wanted ? below : above) = middle_of;
+    }
+    elevation_rad[j] = below;
+  }
+  elevation_rad.back() = half_sector;
+  for (double e : elevation_rad) {
+    sin_elevation.push_back(std::sin(e));
+    cos_elevation.push_back(std::cos(e));
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,103 @@
+#include <ensonify/refine/atomic_file.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+namespace ensonify::refine {
+namespace {
+
+const char* advice(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT: return "free some space there, or choose another folder";
+    case EFBIG: return "raise the file-size limit (ulimit -f)";
+    case EACCES:
+    case EPERM:
+    case EROFS: return "choose a folder that you may write to";
+    case ENOENT:
+    case ENOTDIR: return "make its folder first, or correct the path";
+    case ENAMETOOLONG: return "choose a shorter name";
+    case EISDIR:
+    case EINVAL: return "choose another name";
+    default: return "check the disk, or choose another folder";
+  }
+}
+
+[[noreturn]] void fail(const std::filesystem::path& file, const char* step, int error) {
+  throw std::system_error(error, std::generic_category(),
+                          fmt::format("{}: cannot {}; {}", file.string(), step, advice(error)));
+}
+
+struct Descriptor {
+  int number = -1;
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+/// A file of its own beside the target; gone again unless it was renamed.
+struct Temporary {
+  int folder;
+  std::string name;
+  Descriptor descriptor;
+  bool renamed = false;
+
+  Temporary(const std::filesystem::path& file, int folder_number) : folder(folder_number) {
+    // O_EXCL makes the name ours; open with 0666 (not mkstemp's 0600) leaves the mode to the umask.
+    for (int n = 0; n < 10000 && descriptor.number < 0; ++n) {
+      name = fmt::format(".{}.{}.tmp", file.filename().string(), n);
+      descriptor.number =
+          ::openat(folder, name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (descriptor.number < 0 && errno != EEXIST) break;
+    }
+    if (descriptor.number < 0) fail(file, "make a temporary file beside it", errno);
+  }
+  ~Temporary() {
+    if (!renamed) ::unlinkat(folder, name.c_str(), 0);
+  }
+};
+
+}  // namespace
+
+void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  // A rename would replace a device such as /dev/null.
+  std::error_code unknown;
+  const auto status = std::filesystem::status(file, unknown);
+  if (std::filesystem::is_directory(status)) fail(file, "write a file where a folder is", EISDIR);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    fail(file, "replace what is not a regular file", EINVAL);
+
+  Descriptor folder;
+  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder.number < 0) fail(file, "open its folder", errno);
+
+  Temporary temporary(file, folder.number);
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(temporary.descriptor.number, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) fail(file, "write it", errno);
+    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  if (::fsync(temporary.descriptor.number) != 0) fail(file, "bring it to the disk (fsync)", errno);
+  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file, "close it", errno);
+  if (::renameat(folder.number, temporary.name.c_str(), folder.number, file.filename().c_str()) !=
+      0)
+    fail(file, "put it in place (rename)", errno);
+  temporary.renamed = true;
+  // EINVAL: a file system that cannot do this for folders.
+  if (::fsync(folder.number) != 0 && errno != EINVAL)
+    fail(file, "bring its folder to the disk (fsync)", errno);
+}
+
+void write_file(const std::filesystem::path& file, std::string_view text) {
+  write_file(file, std::as_bytes(std::span(text)));
+}
+
+}  // namespace ensonify::refine

@@ -1,0 +1,66 @@
+#include <ensonify/refine/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#ifdef ENSONIFY_EXECUTOR_TBB
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace ensonify::refine {
+namespace {
+
+/// Calls body(worker) for every worker in [0, workers), at once as far as threads are to be had. The
+/// number belongs to the call and not to a thread, so no two running calls can share one.
+template <class Body>
+void on_threads(int workers, const Body& body) {
+  if (workers == 1) return body(0);
+#ifdef ENSONIFY_EXECUTOR_TBB
+  // Asked for more than it has, TBB would print a warning.
+  const std::size_t had =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(std::min(had, static_cast<std::size_t>(workers))));
+  arena.execute([&] { tbb::parallel_for(0, workers, body, tbb::simple_partitioner()); });
+#else
+  std::vector<std::jthread> threads;
+  threads.reserve(static_cast<std::size_t>(workers));
+  try {
+    for (int worker = 1; worker < workers; ++worker) threads.emplace_back(body, worker);
+  } catch (const std::system_error&) {
+    // The system gives no more threads; those we have do the work.
+  }
+  body(0);
+#endif
+}
+
+}  // namespace
+
+void parallel_for(std::size_t items, int threads,
+                  const std::function<void(std::size_t item, int worker)>& work) {
+  if (threads < 1) throw std::invalid_argument("parallel_for: threads must be at least 1");
+  std::atomic<std::size_t> next = 0;
+  std::exception_ptr first;
+  std::mutex first_mutex;
+  const auto pull = [&](int worker) {
+    try {
+      for (std::size_t item; (item = next++) < items;) work(item, worker);
+    } catch (...) {
+      next = items;
+      const std::lock_guard lock(first_mutex);
+      if (!first) first = std::current_exception();
+    }
+  };
+  const auto wanted = std::min(items, static_cast<std::size_t>(threads));
+  if (wanted > 0) on_threads(static_cast<int>(wanted), pull);
+  if (first) std::rethrow_exception(first);
+}
+
+}  // namespace ensonify::refine

@@ -1,0 +1,216 @@
+// What every intersector promises, whatever is inside it.
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/trace/intersector.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using Eigen::Vector3d;
+
+namespace {
+
+//   y
+//   1  c
+//      | \        one face in the plane z = 0
+//   0  a---b  x
+//      0   1
+refine::TriangleMesh one_face() {
+  return {.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .faces = {{0, 1, 2}}};
+}
+
+Hit shoot(const Intersector& tracer, const Ray& ray) {
+  Hit hit;
+  tracer.intersect({&ray, 1}, {&hit, 1});
+  return hit;
+}
+
+template <class F>
+void for_every_intersector(const refine::TriangleMesh& mesh, F&& check) {
+  for (const IntersectorKind& kind : intersector_kinds()) {
+    CAPTURE(std::string(kind.name));
+    check(*make_intersector(kind.name, mesh));
+  }
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+TEST_CASE("a face is hit from both sides, at the right distance and place") {
+  const refine::TriangleMesh mesh = one_face();
+  for_every_intersector(mesh, [](const Intersector& tracer) {
+    //      | z
+    //   o--+--> t = 2          from above and from below
+    for (const double side : {1.0, -1.0}) {
+      const Hit hit = shoot(tracer, {{0.25, 0.5, 2.0 * side}, {0, 0, -side}});
+      REQUIRE(hit);
+      CHECK(hit.face == 0);
+      CHECK(hit.t == Approx(2.0));
+      CHECK(hit.u == Approx(0.25));
+      CHECK(hit.v == Approx(0.5));
+    }
+    CHECK(!shoot(tracer, {{0.6, 0.6, 2.0}, {0, 0, -1}}));  // beside it
+    CHECK(!shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, 1}}));   // behind the origin
+  });
+}
+
+TEST_CASE("distance counts in lengths of the direction, and ends where the ray does") {
+  const refine::TriangleMesh mesh = one_face();
+  for_every_intersector(mesh, [](const Intersector& tracer) {
+    CHECK(shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -4}}).t == Approx(0.5));
+    CHECK(!shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -1}, 0.0, 1.9}));
+    CHECK(!shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -1}, 2.1, 9.0}));
+    CHECK(shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -1}, 1.9, 2.1}));
+  });
+}
+
+TEST_CASE("of several faces the nearest is hit") {
+  refine::TriangleMesh mesh = one_face();
+  for (float z : {-1.0f, 1.0f}) {
+    const auto n = static_cast<std::uint32_t>(mesh.positions.size());
+    for (int i = 0; i < 3; ++i)
+      mesh.positions.push_back(mesh.positions[i] + Eigen::Vector3f(0, 0, z));
+    mesh.faces.push_back({n, n + 1, n + 2});
+  }
+  for_every_intersector(mesh, [](const Intersector& tracer) {
+    CHECK(shoot(tracer, {{0.2, 0.2, 5.0}, {0, 0, -1}}).face == 2);
+    CHECK(shoot(tracer, {{0.2, 0.2, -5.0}, {0, 0, 1}}).face == 1);
+  });
+}
+
+TEST_CASE("an empty mesh is missed, and so is a face without area") {
+  const refine::TriangleMesh empty;
+  for_every_intersector(empty, [](const Intersector& tracer) {
+    CHECK(!shoot(tracer, {{0, 0, 1}, {0, 0, -1}}));
+  });
+  const refine::TriangleMesh needle{.positions = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}},
+                                    .faces = {{0, 1, 2}, {0, 0, 1}, {1, 1, 1}}};
+  for_every_intersector(needle, [](const Intersector& tracer) {
+    for (const double x : {0.0, 0.5, 1.0}) CHECK(!shoot(tracer, {{x, 0, 1}, {0, 0, -1}}));
+  });
+}
+
+TEST_CASE("rays and vertices that are not finite, or huge, are refused") {
+  const refine::TriangleMesh mesh = one_face();
+  for_every_intersector(mesh, [](const Intersector& tracer) {
+    for (const double bad : {not_a_number, inf, -inf, 1e25, 1e38}) {
+      CHECK_THROWS_AS(shoot(tracer, {{bad, 0, 0}, {0, 0, 1}}), std::invalid_argument);
+      CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, bad, 1}}), std::invalid_argument);
+      CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 1}, bad, inf}), std::invalid_argument);
+    }
+    CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 1}, -1.0, inf}), std::invalid_argument);
+    CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 1}, 0.0, not_a_number}),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 0}}), std::invalid_argument);
+    CHECK(!shoot(tracer, {{0.2, 0.2, 1}, {0, 0, 1e-40}}));  // denormal, and harmless
+  });
+  for (const float bad : {std::nanf(""), std::numeric_limits<float>::infinity(), 1e38f}) {
+    refine::TriangleMesh broken = one_face();
+    broken.positions[1].y() = bad;
+    for (const IntersectorKind& kind : intersector_kinds())
+      CHECK_THROWS_AS(make_intersector(kind.name, broken), refine::MeshError);
+  }
+}
+
+TEST_CASE("an unknown intersector is refused with the names there are") {
+  const refine::TriangleMesh mesh = one_face();
+  CHECK_THROWS_WITH(make_intersector("embre", mesh), Catch::Contains("embree, brute_force"));
+}
+
+namespace {
+
+struct Agreement {
+  std::size_t rays = 0, hits = 0, other_face = 0, leaks = 0, unexplained = 0;
+  double largest_relative = 0.0;
+};
+
+/// Is the ray within a millionth of its range of one of the face's edges?
+bool at_an_edge(const refine::TriangleMesh& mesh, const Ray& ray, const Hit& hit) {
+  const refine::Triangles triangles = mesh;
+  const Vector3d p = ray.origin + hit.t * ray.direction;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d a = triangles.corner(hit.face, k), b = triangles.corner(hit.face, (k + 1) % 3);
+    const double along = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+    if ((p - a - along * (b - a)).norm() <= 1e-6 * hit.t) return true;
+  }
+  return false;
+}
+
+void compare(const refine::TriangleMesh& mesh, const RayFan& fan, std::span<const Hit> found,
+             std::span<const Hit> reference, Agreement& count) {
+  for (std::size_t ray = 0; ray < found.size(); ++ray) {
+    const std::size_t plane = ray / fan.elevations(), elevation = ray % fan.elevations();
+    if (!fan.grid->within_beam(plane, elevation)) continue;
+    ++count.rays;
+    const Hit &a = found[ray], &b = reference[ray];
+    count.hits += static_cast<bool>(b);
+    if (!a && !b) continue;
+    const double relative = a && b ? std::abs(a.t - b.t) / b.t : 1.0;
+    if (relative <= 1e-5) {
+      count.largest_relative = std::max(count.largest_relative, relative);
+      count.other_face += a.face != b.face;
+    } else if (at_an_edge(mesh, fan.ray(plane, elevation), a && (!b || a.t < b.t) ? a : b)) {
+      ++count.leaks;
+    } else {
+      ++count.unexplained;
+    }
+  }
+}
+
+/// Fans of pings along a line over a rippled fractal bed, embree against brute_force.
+Agreement compare_over_ripples(double extent_m, double cell_m, int elevations, int pings) {
+  const Seafloor bed = make_seafloor({.extent_east_m = extent_m,
+                                      .extent_north_m = extent_m,
+                                      .cell_m = cell_m,
+                                      .depth_m = 20.0,
+                                      .ripples = {.rms_height_m = 0.04, .wavelength_m = 1.2}},
+                                     1);
+  Sonar sonar;
+  sonar.elevations = elevations;
+  const Aperture aperture = make_aperture(sonar, 0.00375, 9.0);
+  const auto embree = make_intersector("embree", bed.mesh);
+  const auto reference = make_intersector("brute_force", bed.mesh);
+  Agreement count;
+  for (int i = 0; i < pings; ++i) {
+    const Pose pose{
+        .position = {0.3 * i, 0.17 * i, -12.0}, .roll_rad = 0.02 * i, .heading_rad = 0.4 * i};
+    for (const Side side : {Side::port, Side::starboard}) {
+      const RayFan fan = place_fan(aperture, pose, side, 75.0);
+      std::vector<Hit> found(fan.grid->rays()), expected(fan.grid->rays());
+      embree->intersect(fan, found);
+      reference->intersect(fan, expected);
+      compare(bed.mesh, fan, found, expected, count);
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("embree hits what brute force hits on rippled fans, but for rays along an edge") {
+  const Agreement count = compare_over_ripples(30.0, 0.3, 256, 3);
+  CAPTURE(count.rays, count.hits, count.other_face, count.leaks, count.largest_relative);
+  CHECK(count.rays > 10000);
+  CHECK(count.hits > count.rays / 5);
+  CHECK(count.unexplained == 0);
+  CHECK(count.leaks <= count.rays / 10000);
+}
+
+TEST_CASE("embree hits what brute force hits, 1e5 rays on the ripples scene", "[.][soak]") {
+  const Agreement count = compare_over_ripples(120.0, 0.12, 3000, 2);
+  WARN(count.rays << " rays, " << count.hits << " hits, " << count.other_face
+                  << " on a neighbour at the same distance, " << count.leaks
+                  << " leaks along an edge, largest relative difference "
+                  << count.largest_relative);
+  CHECK(count.rays >= 100000);
+  CHECK(count.unexplained == 0);
+}

@@ -1,0 +1,193 @@
+#include <ensonify/engine/image/display.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr double alpha = 0.1;  // dB/m
+
+/// A flat bed under a line array: nothing to bin 20, then intensity as r^-3 and the absorption.
+Waterfall flat_bed(std::size_t pings, int bins) {
+  Sonar sonar;
+  sonar.bins = bins;
+  sonar.range_m = 75.0;
+  Waterfall waterfall(sonar, pings);
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    EchoLine sides[2];
+    sides[1].side = Side::starboard;
+    for (EchoLine& line : sides) {
+      line.bins.assign(static_cast<std::size_t>(bins));
+      for (int i = 0; i < bins; ++i) {
+        const double r = (i + 0.5) * sonar.bin_m();
+        const auto bin = static_cast<std::size_t>(i);
+        line.bins.range_m[bin] = static_cast<float>(r);
+        line.bins.region[bin] =
+            static_cast<std::uint32_t>(i < 20 ? Region::water_column : Region::seabed);
+        if (i >= 20)
+          line.bins.intensity[bin] =
+              static_cast<float>(1e12 * std::pow(r, -3.0) * std::pow(10.0, -0.2 * alpha * r));
+      }
+    }
+    waterfall.set_row(ping, sides, {});
+  }
+  return waterfall;
+}
+
+const std::uint8_t middle = 122;  // 255 * 0.35^0.7
+const Display levelling{.spreading = 30.0};  // what makes flat_bed even
+
+}  // namespace
+
+TEST_CASE(
+    "The gain makes a flat bed evenly bright, at mid-brightness, and leaves the water black") {
+  const Waterfall waterfall = flat_bed(4, 200);
+  const Picture picture = render(waterfall, levelling, alpha);
+  CHECK(picture.width == 400);
+  CHECK(picture.height == 4);
+  CHECK(picture.channels == 1);
+  REQUIRE(picture.pixels.size() == 1600);
+  int wrong = 0;
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    const std::size_t column = i % 400;
+    const bool water = column >= 180 && column < 220;
+    wrong += picture.pixels[i] != (water ? 0 : middle);
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("Each part of the gain law does what it says") {
+  const Waterfall waterfall = flat_bed(1, 200);
+  const auto ratio = [&](const Display& display) {  // of amplitude, bin 150 to bin 40
+    const Picture picture = render(waterfall, display, alpha);
+    return std::pow(double(picture.pixels[350]) / double(picture.pixels[240]), 1.0 / display.gamma);
+  };
+  const double r1 = 40.5 * 0.375, r2 = 150.5 * 0.375;
+  Display display;
+  display.spreading = 20.0;
+  CHECK(ratio(display) == Approx(std::pow(10.0, -10.0 * std::log10(r2 / r1) / 20.0)).epsilon(0.03));
+  display.spreading = 30.0;
+  display.absorption = false;
+  CHECK(ratio(display) == Approx(std::pow(10.0, -2.0 * alpha * (r2 - r1) / 20.0)).epsilon(0.03));
+
+  display = levelling;
+  display.gamma = 1.0;
+  CHECK(int(render(waterfall, display, alpha).pixels[300]) == 89);  // 255 * 0.35
+  display.gain_db = 6.0;
+  CHECK(int(render(waterfall, display, alpha).pixels[300]) == 178);  // 255 * 0.35 * 10^(6/20)
+  display.gain_db = 20.0;
+  CHECK(int(render(waterfall, display, alpha).pixels[300]) == 255);
+}
+
+TEST_CASE("The newest ping is on top and port is left, each bin in its place") {
+  Waterfall waterfall = flat_bed(5, 100);
+  // One bright target: second ping, port, bin 70. One dark: last ping, starboard, bin 30.
+  waterfall.pixels.intensity[1 * 200 + (99 - 70)] *= 1e6f;
+  waterfall.pixels.intensity[4 * 200 + 100 + 30] = 0.0f;
+  waterfall.pixels.region[4 * 200 + 100 + 30] = static_cast<std::uint32_t>(Region::shadow);
+  const Picture picture = render(waterfall, levelling, alpha);
+  for (std::size_t row = 0; row < 5; ++row)
+    for (std::size_t column = 0; column < 200; ++column) {
+      const bool bright = row == 3 && column == 29;
+      const bool dark = (row == 0 && column == 130) || (column >= 80 && column < 120);
+      const int expected = bright ? 255 : dark ? 0 : middle;
+      CAPTURE(row, column);
+      REQUIRE(int(picture.pixels[row * 200 + column]) == expected);
+    }
+}
+
+TEST_CASE("Pings not yet received are black and do not change the brightness of the others") {
+  const Waterfall whole = flat_bed(6, 100);
+  Waterfall part(whole.sonar, 6);
+  for (std::size_t i = 0; i < 2 * 200; ++i) {
+    part.pixels.intensity[i] = whole.pixels.intensity[i];
+    part.pixels.region[i] = whole.pixels.region[i];
+    part.pixels.range_m[i] = whole.pixels.range_m[i];
+  }
+  const Picture picture = render(part, {}, alpha);
+  const Picture full = render(whole, {}, alpha);
+  CHECK(std::all_of(picture.pixels.begin(), picture.pixels.begin() + 4 * 200,
+                    [](auto p) { return p == 0; }));
+  CHECK(std::equal(picture.pixels.begin() + 4 * 200, picture.pixels.end(),
+                   full.pixels.begin() + 4 * 200));
+
+  const Picture nothing = render(Waterfall(whole.sonar, 3), {}, alpha);
+  CHECK(nothing.pixels == std::vector<std::uint8_t>(3 * 200, 0));
+  CHECK(render(Waterfall(whole.sonar, 0), {}, alpha).pixels.empty());
+}
+
+TEST_CASE(
+    "Half of a speckled seabed is brighter than mid-brightness, and shadow and water do not "
+    "count") {
+  Waterfall waterfall = flat_bed(50, 200);
+  std::mt19937_64 random(1);
+  std::exponential_distribution<float> speckle;
+  std::size_t seabed = 0, above = 0;
+  for (std::size_t i = 0; i < waterfall.pixels.intensity.size(); ++i) {
+    waterfall.pixels.intensity[i] *= speckle(random);
+    if (i % 3 == 0) {
+      waterfall.pixels.intensity[i] = 1.0f;  // noise
+      waterfall.pixels.region[i] = static_cast<std::uint32_t>(Region::shadow);
+    }
+  }
+  const Picture picture = render(waterfall, levelling, alpha);
+  for (std::size_t row = 0; row < 50; ++row)
+    for (std::size_t column = 0; column < 400; ++column) {
+      const std::size_t i = row * 400 + column;
+      if (waterfall.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed)) {
+        ++seabed;
+        above += picture.pixels[(49 - row) * 400 + column] > middle;
+      } else {
+        REQUIRE(picture.pixels[(49 - row) * 400 + column] < 5);
+      }
+    }
+  CHECK(double(above) / double(seabed) == Approx(0.5).margin(0.01));
+}
+
+TEST_CASE("Copper goes from black to pale yellow, never darker, warm all the way") {
+  Waterfall waterfall = flat_bed(1, 200);
+  for (std::size_t i = 0; i < 200; ++i) {  // a ramp of amplitude to starboard
+    const double r = (static_cast<double>(i) + 0.5) * 0.375;
+    waterfall.pixels.region[200 + i] = static_cast<std::uint32_t>(Region::seabed);
+    waterfall.pixels.intensity[200 + i] =
+        static_cast<float>(1e12 * std::pow(std::max(r, 0.375), -3.0) *
+                           std::pow(10.0, -0.2 * alpha * std::max(r, 0.375)) *
+                           std::pow(static_cast<double>(i) / 66.0, 2));
+  }
+  Display display;
+  display.palette = Palette::copper;
+  const Picture picture = render(waterfall, display, alpha);
+  CHECK(picture.channels == 3);
+  const std::uint8_t* ramp = picture.pixels.data() + 200 * 3;
+  for (std::size_t i = 0; i < 200; ++i) {
+    const std::uint8_t *colour = ramp + 3 * i, *before = ramp + 3 * (i ? i - 1 : 0);
+    CAPTURE(i, int(colour[0]), int(colour[1]), int(colour[2]));
+    REQUIRE((colour[0] >= colour[1] && colour[1] >= colour[2]));
+    for (std::size_t k = 0; k < 3; ++k) REQUIRE(colour[k] >= before[k]);
+  }
+  CHECK((ramp[0] == 0 && ramp[1] == 0 && ramp[2] == 0));
+  const std::uint8_t* last = ramp + 3 * 199;
+  CHECK((last[0] > 240 && last[1] > 220 && last[2] > 150 && last[2] < 220));
+}
+
+TEST_CASE("A waterfall of 600 x 3000 is a picture in a moment", "[slow]") {
+  const Waterfall waterfall = flat_bed(600, 1500);
+  double best_s = 1.0;
+  for (int i = 0; i < 3; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    render(waterfall, levelling, alpha);
+    best_s = std::min(
+        best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  INFO(best_s);
+  CHECK(best_s < 0.5);  // a machine may be busy
+}

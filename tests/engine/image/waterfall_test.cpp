@@ -1,0 +1,79 @@
+#include <ensonify/engine/image/waterfall.h>
+
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+
+EchoLine line(Side side, std::size_t bins, float first) {
+  EchoLine line;
+  line.side = side;
+  line.bins.assign(bins);
+  for (std::size_t i = 0; i < bins; ++i) {
+    line.bins.intensity[i] = first + static_cast<float>(i);
+    line.bins.region[i] = static_cast<std::uint32_t>(i);
+  }
+  return line;
+}
+
+}  // namespace
+
+TEST_CASE("A row runs port far to near, then starboard near to far") {
+  Sonar sonar;
+  sonar.bins = 3;
+  Waterfall waterfall(sonar, 2);
+  CHECK(waterfall.rows() == 2);
+  CHECK(waterfall.columns() == 6);
+  PingRecord record;
+  record.block = 9;
+  // Whichever side comes first.
+  std::vector sides = {line(Side::starboard, 3, 20), line(Side::port, 3, 10)};
+  sides[0].first_return = 2;
+  sides[1].starved = 7;
+  waterfall.set_row(1, sides, record);
+  CHECK(waterfall.pixels.intensity == std::vector<float>{0, 0, 0, 0, 0, 0, 12, 11, 10, 20, 21, 22});
+  CHECK(waterfall.pixels.region == std::vector<std::uint32_t>{0, 0, 0, 0, 0, 0, 2, 1, 0, 0, 1, 2});
+  CHECK(waterfall.pings[1].block == 9);
+  CHECK(waterfall.pings[1].first_return_starboard == 2);
+  CHECK(waterfall.pings[1].first_return_port == -1);
+  CHECK(waterfall.pings[1].starved_port == 7);
+  CHECK(waterfall.pings[1].starved_starboard == 0);
+  CHECK(waterfall.pings[0].block == 0);
+}
+
+TEST_CASE("A row that does not fit the waterfall is refused") {
+  Sonar sonar;
+  sonar.bins = 3;
+  Waterfall waterfall(sonar, 2);
+  CHECK_THROWS_AS(waterfall.set_row(2, {}, {}), std::invalid_argument);
+  CHECK_THROWS_AS(waterfall.set_row(0, std::vector{line(Side::port, 4, 0)}, {}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(waterfall.set_row(0, std::vector{line(Side::port, 2, 0)}, {}),
+                  std::invalid_argument);
+}
+
+TEST_CASE("Rows set from several threads are those set from one") {
+  Sonar sonar;
+  sonar.bins = 50;
+  const auto set = [](Waterfall& waterfall, std::size_t row) {
+    waterfall.set_row(
+        row,
+        std::vector{line(Side::port, 50, static_cast<float>(row)), line(Side::starboard, 50, 1)},
+        {});
+  };
+  Waterfall one(sonar, 64), several(sonar, 64);
+  for (std::size_t row = 0; row < 64; ++row) set(one, row);
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < 4; ++k)
+      threads.emplace_back([&, k] {
+        for (std::size_t row = k; row < 64; row += 4) set(several, row);
+      });
+  }
+  CHECK(one.pixels.intensity == several.pixels.intensity);
+}

@@ -1,0 +1,118 @@
+#include <ensonify/engine/output/exr.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <type_traits>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <ensonify/refine/atomic_file.h>
+
+#include "support/catch.h"
+#include "support/sample_waterfall.h"
+#include "support/settings.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::engine;
+using ensonify::tests::OtherSettings;
+using ensonify::tests::sample_waterfall;
+using ensonify::tests::TemporaryFolder;
+
+namespace {
+
+const ImageOrigin origin{{148376.25, 6234000.1, -0.5}, "0123456789abcdef"};
+
+}  // namespace
+
+TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
+  const TemporaryFolder folder;
+  const Waterfall waterfall = sample_waterfall();
+  ensonify::refine::write_file(folder / "s.exr", encode_exr(waterfall, origin));
+
+  Imf::InputFile file((folder / "s.exr").c_str(), 0);
+  const Imf::Header& header = file.header();
+  CHECK(header.dataWindow().min == Imath::V2i(0, 0));
+  CHECK(header.dataWindow().max == Imath::V2i(65, 6));
+  CHECK(header.compression() == Imf::ZIP_COMPRESSION);
+
+  int layers = 0, channels = 0;
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c) ++channels;
+  Layers read;
+  read.assign(waterfall.rows() * waterfall.columns());
+  Imf::FrameBuffer frame;
+  Layers::for_each([&](std::string_view name, auto layer) {
+    ++layers;
+    auto& values = read.*layer;
+    using Value = typename std::decay_t<decltype(values)>::value_type;
+    const Imf::Channel* channel = header.channels().findChannel(std::string(name));
+    REQUIRE(channel);
+    const auto type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
+    CHECK(channel->type == type);
+    frame.insert(std::string(name), Imf::Slice(type, reinterpret_cast<char*>(values.data()),
+                                               sizeof(Value), sizeof(Value) * waterfall.columns()));
+  });
+  CHECK(channels == layers);
+  file.setFrameBuffer(frame);
+  file.readPixels(0, static_cast<int>(waterfall.rows()) - 1);
+  Layers::for_each([&](std::string_view name, auto layer) {
+    INFO(name);
+    const auto& was = waterfall.pixels.*layer;
+    const auto& is = read.*layer;
+    CHECK(std::memcmp(was.data(), is.data(), was.size() * sizeof was[0]) == 0);
+  });
+
+  const auto text = [&](const char* name) {
+    return header.typedAttribute<Imf::StringAttribute>(name).value();
+  };
+  const auto real = [&](const char* name) {
+    return header.typedAttribute<Imf::DoubleAttribute>(name).value();
+  };
+  CHECK(text("row_order") == "oldest_first");
+  CHECK(text("sonar") == waterfall.sonar.name);
+  CHECK(text("scene_hash") == origin.scene_hash);
+  CHECK(text("units_intensity") == "uPa^2 re 1 uPa");
+  CHECK(text("units_x_m") == "m");
+  CHECK(text("units_grazing_rad") == "rad");
+  CHECK(real("frequency_hz") == 455e3);
+  CHECK(real("range_m") == 16.5);
+  CHECK(header.typedAttribute<Imf::IntAttribute>("bins").value() == 33);
+  CHECK(real("world_origin_x_m") == 148376.25);
+  CHECK(real("world_origin_y_m") == 6234000.1);
+  CHECK(real("world_origin_z_m") == -0.5);
+  Layers::for_each([&](std::string_view name, auto) {
+    CHECK_FALSE(text(("units_" + std::string(name)).c_str()).empty());
+  });
+
+  if (std::system("exrheader --help > /dev/null 2>&1") == 127 << 8)
+    WARN("skipped: no exrheader here");
+  else {
+    const std::string command = "exrheader '" + (folder / "s.exr").string() + "' > '" +
+                                (folder / "header.txt").string() + "'";
+    CHECK(std::system(command.c_str()) == 0);
+    std::ifstream stream(folder / "header.txt");
+    const std::string printed{std::istreambuf_iterator<char>(stream), {}};
+    CHECK(printed.find("row_order (type string): \"oldest_first\"") != std::string::npos);
+    CHECK(printed.find("capDate") == std::string::npos);
+  }
+}
+
+TEST_CASE("An EXR has the same bytes twice, and in another time zone and locale") {
+  const Waterfall waterfall = sample_waterfall(40, 100);
+  const auto bytes = encode_exr(waterfall, origin);
+  CHECK(encode_exr(waterfall, origin) == bytes);
+  const OtherSettings other;
+  CHECK(encode_exr(waterfall, origin) == bytes);
+}
+
+TEST_CASE("An EXR without pixels is refused") {
+  CHECK_THROWS_AS(encode_exr(Waterfall(Sonar{}, 0), origin), std::invalid_argument);
+}

@@ -1,0 +1,87 @@
+#include <ensonify/engine/output/manifest.h>
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/settings.h"
+
+using namespace ensonify::engine;
+using ensonify::tests::OtherSettings;
+
+namespace {
+
+Manifest sample_manifest() {
+  Manifest manifest;
+  manifest.scene_toml = "version = 1\n# \"h\xc3\xa9\"\n";
+  manifest.seed = 0xffffffffffffffffu;
+  manifest.surface = "static";
+  manifest.intersector = "embree";
+  manifest.code_path = "avx2";
+  manifest.counts = {{"pings", 600}, {"rays", 5'000'000'000}};
+  manifest.warnings = {"the bed has holes"};
+  manifest.files = {{"a.exr", 12, xxh128("a")}, {"b.png", 0, xxh128("")}};
+  return manifest;
+}
+
+}  // namespace
+
+TEST_CASE("The hash is XXH3 with 128 bits, big end first") {
+  // Published: XXH3_128bits of nothing with seed 0.
+  CHECK(xxh128("") == "99aa06d3014798d86001c324468d497f");
+  CHECK(xxh128(std::span<const std::byte>()) == "99aa06d3014798d86001c324468d497f");
+  const std::string text(1000, 'x');
+  CHECK(xxh128(text) == xxh128(std::as_bytes(std::span(text))));
+  CHECK(xxh128(text) != xxh128(text.substr(1)));
+}
+
+TEST_CASE("A manifest says what it was given, in order, with versions and the scene's hash") {
+  const Manifest manifest = sample_manifest();
+  const auto json = nlohmann::ordered_json::parse(manifest_json(manifest));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.push_back(key);
+  CHECK(keys == std::vector<std::string>{"program", "version", "libraries", "scene", "scene_hash",
+                                         "seed", "code_path", "counts", "warnings", "files"});
+  CHECK(json["program"] == "ensonify");
+  for (const char* library :
+       {"embree", "fftw", "gdal", "libarchive", "libpng", "openexr", "zlib"}) {
+    INFO(library);
+    CHECK_FALSE(json["libraries"].at(library).get<std::string>().empty());
+  }
+  CHECK(json["scene"] == manifest.scene_toml);
+  CHECK(json["scene_hash"] == xxh128(manifest.scene_toml));
+  CHECK(json["seed"] == manifest.seed);
+  CHECK(json["code_path"]["surface"] == "static");
+  CHECK(json["code_path"]["intersector"] == "embree");
+  CHECK(json["code_path"]["instruction_set"] == "avx2");
+  CHECK(json["counts"]["rays"] == 5'000'000'000);
+  CHECK(json["warnings"] == std::vector<std::string>{"the bed has holes"});
+  REQUIRE(json["files"].size() == 2);
+  CHECK(json["files"][0]["name"] == "a.exr");
+  CHECK(json["files"][0]["size_bytes"] == 12);
+  CHECK(json["files"][1]["xxh128"] == "99aa06d3014798d86001c324468d497f");
+}
+
+TEST_CASE("A manifest of nothing has an empty list of files, not null") {
+  const auto json = nlohmann::json::parse(manifest_json({}));
+  CHECK(json["files"] == nlohmann::json::array());
+  CHECK(json["warnings"] == nlohmann::json::array());
+  CHECK(json["counts"] == nlohmann::json::object());
+}
+
+TEST_CASE("A manifest is valid UTF-8 whatever the scene holds") {
+  Manifest manifest = sample_manifest();
+  manifest.scene_toml = std::string("\xff\xc3(\0\x1b\xed\xa0\x80 end", 12);
+  manifest.warnings = {"\x80"};
+  const std::string text = manifest_json(manifest);
+  CHECK(nlohmann::json::accept(text));  // which checks UTF-8
+  CHECK(nlohmann::json::parse(text)["scene_hash"] == xxh128(manifest.scene_toml));
+}
+
+TEST_CASE("A manifest has the same bytes in another locale") {
+  const std::string text = manifest_json(sample_manifest());
+  const OtherSettings other;
+  CHECK(manifest_json(sample_manifest()) == text);
+}

@@ -1,0 +1,79 @@
+#include <ensonify/engine/output/png.h>
+
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+#include <png.h>
+
+#include "support/catch.h"
+#include "support/settings.h"
+
+using namespace ensonify::engine;
+using ensonify::tests::OtherSettings;
+
+namespace {
+
+Picture sample_picture(std::size_t width, std::size_t height, int channels) {
+  Picture picture{width, height, channels, {}};
+  for (std::size_t i = 0; i < width * height * static_cast<std::size_t>(channels); ++i)
+    picture.pixels.push_back(static_cast<std::uint8_t>(i * i / 7));
+  return picture;
+}
+
+}  // namespace
+
+TEST_CASE("A PNG holds the picture's pixels in its own colours") {
+  for (const int channels : {1, 3}) {
+    const Picture picture = sample_picture(37, 11, channels);
+    const auto bytes = encode_png(picture);
+    png_image image = {};
+    image.version = PNG_IMAGE_VERSION;
+    REQUIRE(png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()));
+    CHECK(image.width == 37);
+    CHECK(image.height == 11);
+    CHECK(image.format == (channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB));
+    std::vector<std::uint8_t> pixels(PNG_IMAGE_SIZE(image));
+    REQUIRE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
+    CHECK(pixels == picture.pixels);
+  }
+}
+
+TEST_CASE("A PNG is whole, and has no chunk of time or text") {
+  const auto bytes = encode_png(sample_picture(300, 200, 3));
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  CHECK(text.substr(0, 8) == "\x89PNG\r\n\x1a\n");
+  std::string chunks;
+  for (std::size_t place = 8; place + 12 <= text.size();) {
+    std::size_t length = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      length = length << 8 | static_cast<unsigned char>(text[place + i]);
+    chunks += text.substr(place + 4, 4) + ' ';
+    place += 12 + length;
+    if (place == text.size()) chunks += "end";
+  }
+  INFO(chunks);
+  CHECK(chunks.find("IHDR ") == 0);
+  CHECK(chunks.ends_with("IEND end"));
+  for (const char* name : {"tIME", "tEXt", "zTXt", "iTXt"})
+    CHECK(chunks.find(name) == std::string::npos);
+}
+
+TEST_CASE("A PNG has the same bytes twice, and in another time zone and locale") {
+  const Picture picture = sample_picture(100, 50, 1);
+  const auto bytes = encode_png(picture);
+  CHECK(encode_png(picture) == bytes);
+  const OtherSettings other;
+  CHECK(encode_png(picture) == bytes);
+}
+
+TEST_CASE("A picture whose pixels do not fit its size is refused") {
+  Picture picture = sample_picture(10, 10, 1);
+  CHECK_THROWS_AS(encode_png(Picture{}), std::invalid_argument);
+  picture.channels = 2;
+  CHECK_THROWS_AS(encode_png(picture), std::invalid_argument);
+  picture.channels = 3;
+  CHECK_THROWS_AS(encode_png(picture), std::invalid_argument);
+  picture = sample_picture(2'000'000, 1, 1);  // wider than libpng allows
+  CHECK_THROWS_AS(encode_png(picture), std::runtime_error);
+}

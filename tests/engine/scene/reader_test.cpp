@@ -1,0 +1,474 @@
+#include <ensonify/engine/scene/reader.h>
+
+#include <sys/stat.h>
+
+#include <bit>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/scene/schema.h>
+
+using namespace ensonify::engine;
+using ensonify::tests::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What an option holds, bit by bit.
+template <class Owner>
+std::string bits(const Key<Owner>& key, Owner& owner) {
+  return std::visit(
+      [](const auto* value) -> std::string {
+        using T = std::remove_cvref_t<decltype(*value)>;
+        if constexpr (std::is_same_v<T, std::optional<double>>)
+          return *value ? fmt::format("{:x}", std::bit_cast<std::uint64_t>(**value)) : "unset";
+        else if constexpr (std::is_same_v<T, double>)
+          return fmt::format("{:x}", std::bit_cast<std::uint64_t>(*value));
+        else if constexpr (std::is_enum_v<T>)
+          return fmt::format("{}", static_cast<int>(*value));
+        else
+          return fmt::format("{}", *value);
+      },
+      key.option(owner));
+}
+
+/// Every option of a scene under its whole name, bit by bit.
+std::vector<std::string> contents(Scene scene) {
+  std::vector<std::string> out;
+  for (const auto& section : scene_sections())
+    for (const auto& key : section.keys)
+      out.push_back(fmt::format("{}.{} {}", section.name, key.name, bits(key, scene)));
+  for (Sonar& sonar : scene.sonars)
+    for (const auto& key : sonar_section().keys)
+      out.push_back(fmt::format("{}.{} {}", sonar.name, key.name, bits(key, sonar)));
+  return out;
+}
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {},
+                     const ScenePaths& paths = {}) {
+  return error_of([&] { parse_scene(text, "s.toml", overrides, paths); });
+}
+Scene parsed(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return parse_scene(text, "s.toml", overrides);
+}
+
+void write(const fs::path& file, std::string_view text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+const std::string head = "version = 1\n";
+
+const std::string busy_scene = R"(# every section
+version = 1
+seed = 9223372036854775807
+speckle = false
+[sea]
+temperature_c = 4.1
+sound_speed_mps = 1487.123456789012345
+absorption_db_per_km = 1e-3
+[seafloor]
+extent_east_m = 123.4
+cell_m = 0.1
+lambert_mu_db = -31.7
+[seafloor.fractal]
+hurst = 0.33
+spectrum = "paper"
+[seafloor.ripples]
+rms_height_m = 0.04
+across_crests_deg = 33.3
+[track]
+pings = 17
+heading_deg = -0.1
+[sonar.zeta]
+frequency_hz = 123456.7
+vertical_beamwidth_deg = 51.7
+tilt_deg = 19.3
+[sonar.alpha-2]
+bins = 77
+sector_low_deg = 1.1
+[display]
+palette = "copper"
+absorption = false
+[run]
+intersector = "brute_force"
+[output]
+npz = true
+)";
+
+}  // namespace
+
+TEST_CASE("A version alone is the default scene") {
+  CHECK(contents(parsed("version = 1")) == contents(Scene{}));
+}
+
+TEST_CASE("A dumped scene reads back to the same bits") {
+  const Scene busy = parsed(busy_scene);
+  CHECK(busy.seed == 9223372036854775807u);
+  CHECK(busy.seafloor.fractal.spectrum == FractalSpectrum::paper);
+  CHECK(busy.sonars.size() == 2);
+  CHECK(busy.sonars[0].name == "zeta");  // the file's order
+  CHECK(busy.sonars[1].bins == 77);
+  for (const Scene& scene : {Scene{}, busy})
+    for (const bool with_comments : {true, false}) {
+      const std::string text = dump_scene(scene, with_comments);
+      const Scene back = parsed(text);
+      CHECK(contents(back) == contents(scene));
+      CHECK(dump_scene(back, with_comments) == text);
+    }
+}
+
+TEST_CASE("Whole degrees and tenths keep their text through radians") {
+  for (int tenths = -1800; tenths <= 1800; ++tenths) {
+    Scene scene;
+    const std::string text = fmt::format("{}", tenths / 10.0);
+    scene.track.heading_rad = tenths / 10.0 * radians_per_degree;
+    REQUIRE(dump_scene(scene, false).find("heading_deg = " + text + "\n") != std::string::npos);
+  }
+}
+
+TEST_CASE("Every key has help and a range, and reads what is written through -D") {
+  std::set<std::string> names;
+  const auto check = [&](const auto& key, auto& owner, const std::string& name) {
+    INFO(name);
+    CHECK(names.insert(name).second);
+    CHECK(!key.help.empty());
+    CHECK(key.help.ends_with("."));
+    const Option option = key.option(owner);
+    std::vector<std::string> bad = {"[1]", "{}", "2024-01-01"};
+    if (std::holds_alternative<std::string*>(option) && key.choices.empty()) {
+      bad.push_back("1");
+    } else if (!key.choices.empty() || std::holds_alternative<bool*>(option)) {
+      bad.insert(bad.end(), {"1", "word"});
+    } else {
+      CHECK(key.range.low < key.range.high);
+      bad.insert(bad.end(), {fmt::format("{:.17g}", key.range.low - 1.0),
+                             fmt::format("{:.17g}", 1.01 * key.range.high + 1.0), "nan", "inf",
+                             "true", "word"});
+    }
+    for (const std::string& value : bad) {
+      const std::string error = error_of(head, {name + "=" + value});
+      INFO(error);
+      CHECK(error.starts_with("-D " + name + "=" + value + ": '" + name + "' is "));
+      CHECK(error.find(", expected " + expectation(key)) != std::string::npos);
+    }
+  };
+  Scene scene;
+  for (const auto& section : scene_sections())
+    for (const auto& key : section.keys)
+      check(key, scene,
+            section.name.empty() ? std::string(key.name)
+                                 : fmt::format("{}.{}", section.name, key.name));
+  for (const auto& key : sonar_section().keys)
+    check(key, scene.sonars[0], fmt::format("sonar.sidescan.{}", key.name));
+
+  // Each key's own value through -D, over a scene where everything else has been changed.
+  std::vector<std::string> overrides;
+  Scene busy = parsed(busy_scene);
+  busy.survey.clear();
+  for (const auto& section : scene_sections())
+    for (const auto& key : section.keys)
+      if (const auto text = option_text(key, busy))
+        overrides.push_back(fmt::format("{}{}{}={}", section.name, section.name.empty() ? "" : ".",
+                                        key.name, *text));
+  for (const auto& key : sonar_section().keys)
+    overrides.push_back(
+        fmt::format("sonar.zeta.{}={}", key.name, *option_text(key, busy.sonars[0])));
+  busy.sonars.pop_back();
+  CHECK(contents(parsed(head + "[sonar.zeta]", overrides)) == contents(busy));
+}
+
+TEST_CASE("Each kind of fault is said with its place, what was expected and a suggestion") {
+  struct Case {
+    std::string text, message;
+  };
+  const auto [text, message] = GENERATE(values<Case>({
+      {"", "s.toml:1:1: no 'version', expected version = 1 at the top"},
+      {"version = 2", "s.toml:1:11: 'version' is 2, expected 1, the only one there is"},
+      {"version = \"1\"",
+       "s.toml:1:11: 'version' is the string \"1\", expected 1, the only one there is"},
+      {head + "sede = 3", "s.toml:2:1: unknown key \"sede\"; did you mean 'seed'?"},
+      {head + "[sae]", "s.toml:2:2: unknown key \"sae\"; did you mean 'sea'?"},
+      {head + "[seafloor.ripple]\nhurst = 0.5",
+       "s.toml:2:11: unknown key \"ripple\" in [seafloor]; did you mean 'ripples'?"},
+      {head + "[sonar.a]\nfrequency_khz = 5",
+       "s.toml:3:1: unknown key \"frequency_khz\" in [sonar.a]; did you mean 'frequency_hz'?"},
+      {head + "[sonar.a]\nfrequency = 5",
+       "s.toml:3:1: unknown key \"frequency\" in [sonar.a]; did you mean 'frequency_hz'?"},
+      {head + "[track]\naltitude = 5",
+       "s.toml:3:1: unknown key \"altitude\" in [track]; did you mean 'altitude_m'?"},
+      {head + "range_m = 5",
+       "s.toml:2:1: unknown key \"range_m\"; did you mean 'sonar.NAME.range_m'?"},
+      {head + "[output]\nzzzzzzzzzz = 5",
+       "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [output]; expected one of npz"},
+      {head + "\"sea.temperature_c\" = 5",
+       "s.toml:2:1: unknown key \"sea.temperature_c\"; did you mean 'sea.temperature_c'?"},
+      {head + "sea = 3", "s.toml:2:7: 'sea' is 3, expected a table, [sea]"},
+      {head + "sonar = 3", "s.toml:2:9: 'sonar.NAME' is 3, expected a table, [sonar.NAME]"},
+      {head + "sonar = {}", "s.toml:2:9: 'sonar' is empty, expected [sonar.NAME]"},
+      {head + "[[sonar]]\nbins = 3",
+       "s.toml:2:1: 'sonar.NAME' is an array, expected a table, [sonar.NAME]"},
+      {head + "[sonar]\nbins = 3", "s.toml:3:8: 'sonar.bins' is 3, expected a table, [sonar.bins]"},
+      {head + "[sonar.\"a/b\"]",
+       "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and - (it "
+       "names files)"},
+      {head + "seed = -1",
+       "s.toml:2:8: 'seed' is -1, expected a whole number from 0 to 9223372036854775807"},
+      {head + "speckle = 1", "s.toml:2:11: 'speckle' is 1, expected true or false"},
+      {head + "[track]\n  pings = 7.0",
+       "s.toml:3:11: 'track.pings' is 7.0, expected a whole number from 1 to 10000000"},
+      {head + "[track]\nspeed_mps = true",
+       "s.toml:3:13: 'track.speed_mps' is true, expected a number from 0 to 50 m/s"},
+      {head + "[track]\nspeed_mps = \"2\"",
+       "s.toml:3:13: 'track.speed_mps' is the string \"2\", expected a number from 0 to 50 m/s"},
+      {head + "[track]\nspeed_mps = [2]",
+       "s.toml:3:13: 'track.speed_mps' is an array, expected a number from 0 to 50 m/s"},
+      {head + "[track]\nspeed_mps = 2024-01-01",
+       "s.toml:3:13: 'track.speed_mps' is a date or a time, expected a number from 0 to 50 m/s"},
+      {head + "[track]\nspeed_mps = nan",
+       "s.toml:3:13: 'track.speed_mps' is nan, expected a number from 0 to 50 m/s"},
+      {head + "[track]\nspeed_mps = -inf",
+       "s.toml:3:13: 'track.speed_mps' is -inf, expected a number from 0 to 50 m/s"},
+      {head + "[track]\nheading_deg = 361",
+       "s.toml:3:15: 'track.heading_deg' is 361, expected a number from -360 to 360 degrees"},
+      {head + "[display]\npalette = \"gray\"",
+       "s.toml:3:11: 'display.palette' is the string \"gray\", expected one of grey, copper; did "
+       "you "
+       "mean 'grey'?"},
+      {head + "[run]\nsurface = \"refined\"",
+       "s.toml:3:11: 'run.surface' is the string \"refined\", expected static"},
+      // What keys say of each other.
+      {head + "[seafloor]\nkind = \"survey\"",
+       "s.toml:3:8: 'seafloor.kind' is \"survey\", but no survey is named: give its file as "
+       "seafloor.survey"},
+      {head + "[seafloor]\nsurvey = \"a.tif\"",
+       "s.toml:3:10: 'seafloor.survey' needs seafloor.kind = \"survey\" (a fractal seabed reads no "
+       "file)"},
+      {head + "[sonar.a]\nsector_low_deg = 95",
+       "s.toml: 'sonar.a.sector_high_deg' is 90, expected more than sector_low_deg, which is 95"},
+      {head + "[sonar.a]\nplanes = 7",
+       "s.toml:3:10: 'sonar.a.planes' is 7, expected an even number"},
+      {head + "[sonar.a]\nsector_low_deg = -60\nsector_high_deg = 120",
+       "s.toml:4:19: 'sonar.a.sector_high_deg' is 120, expected less than 180 degrees above "
+       "sector_low_deg, which is -60"},
+      {head + "[sea]\nsound_speed_mps=1500\n[sonar.a]\narray_length_m = 0.003",
+       "s.toml:5:18: 'sonar.a.array_length_m' is 0.003, expected a wavelength or more, 0.00375 m "
+       "at "
+       "400000 Hz"},
+      {head + "[sonar.a]\nbandwidth_hz = 500e3",
+       "s.toml:3:16: 'sonar.a.bandwidth_hz' is 500000, expected at most frequency_hz, which is "
+       "400000"},
+      {head + "[seafloor]\ncell_m = 0.001",
+       "s.toml:3:10: a seabed of 200 x 120 m in cells of 0.001 m has 2.4e+10 points, expected at "
+       "most 1e+08: make the cells larger or the seabed smaller"},
+      {head + "[seafloor.ripples]\nrms_height_m = 0.1\nwavelength_m = 0.5",
+       "s.toml:4:16: ripples of 0.5 m need cells of 0.125 m or less, and seafloor.cell_m is 0.2"},
+      {head + "[track]\npings = 1_000_000",
+       "s.toml:3:9: 1000000 pings make 3e+09 pixels, expected at most 1e+09: take fewer pings or "
+       "bins"},
+  }));
+  CHECK(error_of(text) == message);
+}
+
+TEST_CASE("A fault of TOML itself is said with the parser's words and place") {
+  CHECK(error_of(head + "seed = 1\nseed = 2").starts_with("s.toml:3:"));
+  CHECK(error_of(head + "seed = 1\nseed = 2").find("seed") != std::string::npos);
+  CHECK(error_of(head + "[sea\n").starts_with("s.toml:2:5: "));
+  CHECK(error_of(head + "seed = 99999999999999999999").starts_with("s.toml:2:"));
+  CHECK(error_of(head + "seed = \xff\xfe").starts_with("s.toml:2:7: "));
+}
+
+TEST_CASE("Integers stand for floats, and a byte-order mark and CRLF do not matter") {
+  const Scene scene = parsed("\xef\xbb\xbfversion = 1\r\n[track]\r\nspeed_mps = 3\r\n");
+  CHECK(scene.track.speed_mps == 3.0);
+  CHECK(
+      error_of("\xef\xbb\xbfversion = 1\r\n[track]\r\nspeed = 3\r\n").starts_with("s.toml:3:1: "));
+}
+
+TEST_CASE("An override is read as TOML, a bare word as a string, and errors name it") {
+  const Scene scene = parsed(
+      head + "[track]\npings = 3\n",
+      {"track.pings=5", "track.pings=6", "display.palette=copper", "sea.sound_speed_mps = 1500",
+       "sonar.sidescan.bins=9", "seafloor.fractal={hurst=0.5}"});
+  CHECK(scene.track.pings == 6);
+  CHECK(scene.display.palette == Palette::copper);
+  CHECK(scene.sea.sound_speed_mps == 1500.0);
+  CHECK(scene.sonars[0].bins == 9);
+  CHECK(scene.seafloor.fractal.hurst == 0.5);
+  struct Case {
+    std::string text, message;
+  };
+  const auto [text, message] = GENERATE(values<Case>({
+      {"track.pings=1.2.3",
+       "-D track.pings=1.2.3: 'track.pings' is the string \"1.2.3\", expected a whole number from "
+       "1 "
+       "to 10000000"},
+      {"track.ping=3", "-D track.ping=3: unknown key \"ping\" in [track]; did you mean 'pings'?"},
+      {"pings=3", "-D pings=3: unknown key \"pings\"; did you mean 'track.pings'?"},
+      {"sonar.sidescna.bins=3",
+       "-D sonar.sidescna.bins=3: the scene has no sonar \"sidescna\", expected one of sidescan; "
+       "did "
+       "you mean 'sidescan'?"},
+      {"track.pings", "-D track.pings: expected key=value, as in -D sea.temperature_c=12"},
+      {"=3", "-D =3: expected key=value, as in -D sea.temperature_c=12"},
+      {"#a=3", "-D #a=3: expected key=value, as in -D sea.temperature_c=12"},
+      {"seed=1\nspeckle=false", "-D: expected one line of text without control characters"},
+      {"sonar.sidescan.sector_low_deg=100",
+       "s.toml: 'sonar.sidescan.sector_high_deg' is 90, expected more than sector_low_deg, which "
+       "is "
+       "100"},
+      {"sonar.sidescan.sector_high_deg=-20",
+       "-D sonar.sidescan.sector_high_deg=-20: 'sonar.sidescan.sector_high_deg' is -20, expected "
+       "more than sector_low_deg, which is -10"},
+  }));
+  CHECK(error_of(head, {text}) == message);
+  CHECK(error_of(head, {"a b=1"}).starts_with("-D a b=1: "));
+  CHECK(error_of(head, {"seed=\xff"}).starts_with("-D seed=\xff: "));
+}
+
+TEST_CASE("A scene's files lie under its own folder or the data folder, and nowhere else") {
+  TemporaryFolder folder;
+  const fs::path scenes = folder / "scenes", data = folder / "data";
+  fs::create_directories(scenes / "sub");
+  fs::create_directories(data);
+  for (const fs::path& file :
+       {scenes / "a.tif", scenes / "sub/b.tif", data / "c.tif", folder / "out.tif"})
+    write(file, "grid");
+  fs::create_symlink(folder / "out.tif", scenes / "leads_out.tif");
+  fs::create_symlink(folder.path(), scenes / "up");
+  fs::create_symlink("sub/b.tif", scenes / "stays.tif");
+  fs::create_symlink("/dev/zero", scenes / "zero");
+  fs::create_symlink("loop", scenes / "loop");
+  REQUIRE(mkfifo((scenes / "fifo").c_str(), 0600) == 0);
+  const auto read = [&](const std::string& survey, const fs::path& data_folder) {
+    write(scenes / "s.toml",
+          head + "[seafloor]\nkind = \"survey\"\nsurvey = " + toml_string(survey) + "\n");
+    return read_scene(scenes / "s.toml", {}, data_folder);
+  };
+
+  for (const auto& [name, file] :
+       std::vector<std::pair<std::string, fs::path>>{{"a.tif", scenes / "a.tif"},
+                                                     {"./sub/b.tif", scenes / "sub/b.tif"},
+                                                     {"stays.tif", scenes / "sub/b.tif"},
+                                                     {"data:c.tif", data / "c.tif"}}) {
+    const Scene scene = read(name, data);
+    CHECK(scene.survey == name);
+    CHECK(scene.seafloor.survey == fs::canonical(file));
+    const std::string dumped = dump_scene(scene);
+    CHECK(dumped.find(folder.path().string()) == std::string::npos);
+    const Scene back = parse_scene(dumped, "dumped", {}, {scenes, data});
+    CHECK(back.seafloor.survey == scene.seafloor.survey);
+    CHECK(contents(back) == contents(scene));
+  }
+
+  const std::string start = (scenes / "s.toml").string() + ":4:10: 'seafloor.survey' names ";
+  for (const auto& [name, why] : std::vector<std::pair<std::string, std::string>>{
+           {"../out.tif",
+            "expected a path under the scene's own folder, without '..', or data:path"},
+           {"sub/../a.tif", "without '..'"},
+           {"sub/..", "without '..'"},
+           {"data:../out.tif", "without '..'"},
+           {"data:/etc/passwd", "expected a path under"},
+           {(scenes / "a.tif").string(), "expected a path under"},
+           {"/dev/zero", "expected a path under"},
+           {"/vsizip/a.zip", "expected a path under"},
+           {"leads_out.tif", "a link leads out of"},
+           {"up/out.tif", "a link leads out of"},
+           {"up/data/c.tif", "a link leads out of"},
+           {"zero", "a link leads out of"},
+           {"fifo", "expected a regular file"},
+           {"sub", "expected a regular file"},
+           {".", "expected a regular file"},
+           {"data:", "expected a regular file"},
+           {"data:a.tif", "No such file"},
+           {"missing.tif", "No such file"},
+           {"a.tif/x", "Not a directory"},
+           {"loop", "symbolic links"},
+           {"vrt://a.tif", "No such file"},
+           {std::string("a.tif\0x", 7), "NUL"},
+           {std::string(5000, 'x'), "too long"},
+           {"file:///etc/passwd", "No such file"},
+           {"~/a.tif", "No such file"}}) {
+    INFO(name);
+    const std::string error = error_of([&] { read(name, data); });
+    CHECK(error.starts_with(start));
+    CHECK(error.find(why) != std::string::npos);
+  }
+  CHECK(error_of([&] { read("data:c.tif", {}); }) ==
+        start + "\"data:c.tif\": no data folder is known: give --data DIR or set ENSONIFY_DATA");
+
+  // Back to a fractal bed from the command line.
+  read("a.tif", {});
+  const std::vector<std::string> away = {"seafloor.kind=fractal", "seafloor.survey="};
+  CHECK(read_scene(scenes / "s.toml", away).seafloor.survey.empty());
+}
+
+TEST_CASE("A scene file that is none is refused by name") {
+  TemporaryFolder folder;
+  const auto error = [&](const fs::path& file) { return error_of([&] { read_scene(file); }); };
+  CHECK(error(folder / "none.toml") ==
+        (folder / "none.toml").string() + ": No such file or directory");
+  CHECK(error(folder.path()) == folder.path().string() + ": is a folder, expected a scene file");
+  CHECK(error("/dev/zero") == "/dev/zero: expected a regular file");
+  REQUIRE(mkfifo((folder / "fifo").c_str(), 0600) == 0);
+  CHECK(error(folder / "fifo") == (folder / "fifo").string() + ": expected a regular file");
+  write(folder / "huge.toml", head + std::string(1 << 20, '\n'));
+  CHECK(error(folder / "huge.toml") ==
+        (folder / "huge.toml").string() + ": is larger than 1 MiB, expected a scene file");
+  write(folder / "fine.toml", head + std::string((1 << 20) - head.size(), '\n'));
+  CHECK(error(folder / "fine.toml") == "no error");
+}
+
+TEST_CASE("Damaged scenes are read or refused with a place") {
+  std::mt19937 random(7);
+  const std::string whole = dump_scene(parsed(busy_scene));
+  const auto below = [&](std::size_t end) {
+    return std::uniform_int_distribution<std::size_t>(0, end - 1)(random);
+  };
+  int refused = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::string text = i % 2 ? whole : busy_scene;
+    switch (i % 5) {
+      case 0: text.resize(below(text.size())); break;
+      case 1: text[below(text.size())] ^= static_cast<char>(1u << below(8)); break;
+      case 2: text.erase(below(text.size()), below(40)); break;
+      case 3: text.insert(below(text.size()), text.substr(below(text.size()), below(80))); break;
+      default:
+        for (int n = 0; n < 20; ++n) text[below(text.size())] = static_cast<char>(below(256));
+    }
+    const std::string error = error_of(text);
+    if (error == "no error") continue;
+    ++refused;
+    INFO(error);
+    CHECK(error.starts_with("s.toml:"));
+  }
+  CHECK(refused > 100);
+  CHECK(refused < 300);
+  CHECK(error_of(head + "seed = " + std::string(100000, '[')).starts_with("s.toml:2:"));
+  CHECK(error_of(head + std::string(100000, 'a') + " = 1").starts_with("s.toml:2:1: unknown key"));
+  CHECK(error_of(std::string(1000, '\0')).starts_with("s.toml:1:1: "));
+}
+
+TEST_CASE("The reference page has a row for every key") {
+  const std::string page = schema_text();
+  for (const auto& section : scene_sections())
+    for (const auto& key : section.keys)
+      CHECK(page.find(fmt::format("| `{}` | {} | {} |", key.name, key.help, expectation(key))) !=
+            std::string::npos);
+  for (const auto& key : sonar_section().keys)
+    CHECK(page.find(fmt::format("| `{}` | {} |", key.name, key.help)) != std::string::npos);
+}

@@ -1,0 +1,124 @@
+#include <ensonify/engine/seafloor/seafloor.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "support/catch.h"
+#include "support/grids.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+using ensonify::refine::MeshError;
+
+namespace {
+
+SeafloorOptions small() {
+  SeafloorOptions options;
+  options.extent_east_m = 20.0;
+  options.extent_north_m = 12.0;
+  options.cell_m = 0.25;
+  options.depth_m = 15.0;
+  return options;
+}
+
+std::string message_of(const SeafloorOptions& options) {
+  try {
+    make_seafloor(options, 1);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("A generated seafloor has the extent, cells and mean depth asked for") {
+  SeafloorOptions options = small();
+  options.ripples.rms_height_m = 0.02;
+  options.ripples.wavelength_m = 1.5;
+  const Heightfield field = make_heightfield(options, 3);
+  CHECK(field.columns == 81);
+  CHECK(field.rows == 49);
+  CHECK(field.x_m(0) == Approx(-10.0));
+  CHECK(field.y_m(48) == Approx(6.0));
+  CHECK(field.world_origin == Eigen::Vector3d::Zero());
+  CHECK(std::accumulate(field.z_m.begin(), field.z_m.end(), 0.0) / (81 * 49) ==
+        Approx(-15.0).epsilon(1e-9));
+  const auto [low, high] = std::minmax_element(field.z_m.begin(), field.z_m.end());
+  CHECK(*high - *low > 0.05);
+
+  const Seafloor bed = make_seafloor(options, 3);
+  CHECK(bed.mesh.positions.size() == 81 * 49);
+  CHECK(bed.mesh.faces.size() == 2 * 80 * 48);
+  REQUIRE(bed.labels.size() == 1);
+  CHECK(bed.labels[0].sediment == 1);
+  CHECK(bed.labels[0].class_id == 1);
+  CHECK(bed.labels[0].instance == 0);
+  CHECK(bed.label_of(7) == 0);
+}
+
+TEST_CASE("Relief and ripples are added to one another and neither disturbs the other") {
+  SeafloorOptions both = small(), relief = small(), ripples = small();
+  both.ripples.rms_height_m = ripples.ripples.rms_height_m = 0.03;
+  ripples.fractal.height_at_1m_m = 0.0;
+  const Heightfield a = make_heightfield(both, 9), b = make_heightfield(relief, 9),
+                    c = make_heightfield(ripples, 9);
+  for (std::size_t i = 0; i < a.z_m.size(); ++i)
+    REQUIRE(a.z_m[i] + 15.0 == Approx(b.z_m[i] + 15.0 + c.z_m[i] + 15.0).margin(1e-12));
+}
+
+TEST_CASE("Seafloor options that cannot be are refused by name") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double wrong : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
+    SeafloorOptions options = small();
+    options.extent_east_m = wrong;
+    CHECK(message_of(options).find("extent to the east") != std::string::npos);
+    options = small();
+    options.extent_north_m = wrong;
+    CHECK(message_of(options).find("extent to the north") != std::string::npos);
+    options = small();
+    options.cell_m = wrong;
+    CHECK(message_of(options).find("cell") != std::string::npos);
+    options = small();
+    options.depth_m = wrong;
+    CHECK(message_of(options).find("depth") != std::string::npos);
+  }
+  SeafloorOptions options = small();
+  options.cell_m = 30.0;
+  CHECK(message_of(options).find("no cell") != std::string::npos);
+  options = small();
+  options.cell_m = 1e-6;
+  CHECK(message_of(options).find("2^31") != std::string::npos);
+  options.cell_m = 1e-300;
+  CHECK(message_of(options).find("2^31") != std::string::npos);
+}
+
+TEST_CASE("A bed that would rise above the sea is refused, and it says how high it rises") {
+  SeafloorOptions options = small();
+  options.fractal.height_at_1m_m = 5.0;
+  options.depth_m = 2.0;
+  CHECK_THROWS_AS(make_seafloor(options, 1), std::invalid_argument);
+  CHECK(message_of(options).find(" m above the sea surface") != std::string::npos);
+}
+
+TEST_CASE("A survey becomes a seafloor below its water level, and none of it above is refused") {
+  const TemporaryFolder folder;
+  const std::string grid =
+      "ncols 3\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 2\nNODATA_value -9999\n"
+      "372.5 373 374\n371 372 -9999\n";
+  write_text(folder / "river.asc", grid);
+  SeafloorOptions options;
+  options.kind = SeafloorKind::survey;
+  options.survey = folder / "river.asc";
+  CHECK_THROWS_AS(make_seafloor(options, 1), MeshError);
+  CHECK(message_of(options).find("water_level_m") != std::string::npos);
+  options.water_level_m = 375.0;
+  const Seafloor bed = make_seafloor(options, 1);
+  CHECK(bed.mesh.faces.size() == 2);
+  CHECK(bed.mesh.positions.front().z() == -4.0f);
+  CHECK(bed.mesh.world_origin == Eigen::Vector3d(1003.0, 2002.0, 375.0));
+}

@@ -1,0 +1,104 @@
+#include <cmath>
+#include <numbers>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/trace/ray_fan.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+const FanLayout layout{.sector_low_rad = -0.17,
+                       .sector_high_rad = 1.5,
+                       .truncation_rad = 0.01,
+                       .main_lobe_rad = 0.01,
+                       .planes = 8,
+                       .elevations = 1000,
+                       .range_over_height = 8.0};
+
+}  // namespace
+
+TEST_CASE("a fan's elevations ascend from one end of the sector to the other") {
+  const FanGrid grid(layout);
+  CHECK(grid.middle_depression_rad - grid.elevation_rad.front() == Approx(1.5));
+  CHECK(grid.middle_depression_rad - grid.elevation_rad.back() == Approx(-0.17));
+  for (std::size_t j = 1; j < grid.elevation_rad.size(); ++j)
+    REQUIRE(grid.elevation_rad[j] > grid.elevation_rad[j - 1]);
+}
+
+TEST_CASE("two thirds of a fan's elevations are even in range over a flat bed") {
+  const FanGrid grid(layout);
+  std::size_t within = 0;
+  double widest = 0.0, previous = 0.0;
+  for (double e : grid.elevation_rad) {
+    const double depression = grid.middle_depression_rad - e;
+    const double range = 1.0 / std::sin(depression);
+    if (depression <= std::asin(1.0 / 8.0) || range > 8.0) break;
+    if (++within > 1) widest = std::max(widest, range - previous);
+    previous = range;
+  }
+  CHECK(within >= 650);
+  // Even steps of the range part alone would be this wide; the angular part only narrows them.
+  CHECK(widest <= (8.0 - 1.0 / std::sin(1.5)) / (0.65 * 999) * (1 + 1e-6));
+}
+
+TEST_CASE("a ray's sine from broadside is cos(elevation) sin(azimuth), and directions are unit") {
+  const auto grid = std::make_shared<const FanGrid>(layout);
+  const RayFan fan{
+      grid, {1, 2, 3}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(),
+      10.0};
+  for (std::size_t k = 0; k < fan.planes(); ++k)
+    for (std::size_t j = 0; j < fan.elevations(); j += 37) {
+      const Eigen::Vector3d d = fan.direction(k, j);
+      CHECK(d.norm() == Approx(1.0));
+      CHECK(d.dot(fan.array_axis) ==
+            Approx(grid->cos_elevation[j] * grid->planes[k].sin_azimuth).margin(1e-15));
+    }
+}
+
+TEST_CASE(
+    "planes lie even across the main lobe, alike on both sides, and reach the truncation angle") {
+  const FanGrid grid(layout);
+  double total = 0.0;
+  std::size_t even = 0;
+  for (std::size_t k = 0; k < grid.planes.size(); ++k) {
+    total += grid.planes[k].width_rad;
+    CHECK(grid.planes[k].sin_azimuth ==
+          Approx(-grid.planes[grid.planes.size() - 1 - k].sin_azimuth));
+    even += std::abs(grid.planes[k].width_rad - 0.02 / 8) < 1e-12;
+  }
+  CHECK(even == 8);
+  const double steepest = std::cos(grid.elevation_rad.back());
+  CHECK(std::sin(0.5 * total) * steepest == Approx(std::sin(0.01)));
+}
+
+TEST_CASE("the solid angles of a fan's rays fill the part of the sphere it covers") {
+  FanLayout wide = layout;
+  wide.truncation_rad = 0.3;
+  wide.main_lobe_rad = 0.3;
+  wide.planes = 400;
+  const FanGrid grid(wide);
+  double filled = 0.0;
+  for (std::size_t k = 0; k < grid.planes.size(); ++k)
+    for (std::size_t j = 1; j < grid.elevation_rad.size(); ++j)
+      if (grid.within_beam(k, j) && grid.within_beam(k, j - 1))
+        filled += grid.planes[k].width_rad * 0.5 *
+                  (grid.cos_elevation[j] + grid.cos_elevation[j - 1]) *
+                  (grid.elevation_rad[j] - grid.elevation_rad[j - 1]);
+  // |psi| <= t cuts the zone of height 2 sin(t) out of the sphere; the sector takes 1.67 rad of its
+  // turn about the array.
+  const double zone = 2.0 * std::sin(0.3) * 1.67;
+  CHECK(filled == Approx(zone).epsilon(0.03));
+}
+
+TEST_CASE("a fan that cannot be laid out is refused") {
+  for (auto spoil : {+[](FanLayout& l) { l.sector_high_rad = l.sector_low_rad; },
+                     +[](FanLayout& l) { l.sector_high_rad = l.sector_low_rad + std::numbers::pi; },
+                     +[](FanLayout& l) { l.planes = 7; }, +[](FanLayout& l) { l.elevations = 1; },
+                     +[](FanLayout& l) { l.truncation_rad = std::nan(""); }}) {
+    FanLayout bad = layout;
+    spoil(bad);
+    CHECK_THROWS_AS(FanGrid(bad), std::invalid_argument);
+  }
+}

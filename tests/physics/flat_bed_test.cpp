@@ -1,0 +1,126 @@
+#include <cmath>
+
+#include "support/beds.h"
+#include "support/catch.h"
+
+#include <ensonify/scatter/decibel.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double altitude_m = 10.0;
+const Pose above_bed{.position = {0.0, 0.0, -10.0}};
+
+// The sonar equation for a flat bed under a line array, dB: 2/3 lambda/L wide along the track.
+double closed_form_db(const Sonar& sonar, const Medium& medium, double r) {
+  const double grazing = std::asin(altitude_m / r);
+  const double wavelength_m = medium.sound_speed_mps / sonar.frequency_hz;
+  const double width_rad = 2.0 / 3.0 * wavelength_m / sonar.array_length_m;
+  const double cell_m = 0.5 * medium.sound_speed_mps / sonar.bandwidth_hz;
+  const double area_m2 = r * width_rad * cell_m / std::cos(grazing);
+  return sonar.source_level_db - 40.0 * std::log10(r) - 2.0 * medium.absorption_db_per_m * r -
+         27.0 + 20.0 * std::log10(std::sin(grazing)) + 10.0 * std::log10(area_m2);
+}
+
+double worst_error_db(const Sonar& sonar, const Medium& medium, const EchoLine& line,
+                      double from_m) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+    const double r = line.bins.range_m[i];
+    if (r < from_m) continue;
+    const double level = scatter::to_db(line.bins.intensity_mean[i]);
+    worst = std::max(worst, std::abs(level - closed_form_db(sonar, medium, r)));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("a flat bed's level follows the sonar equation within 0.03 dB from 1.2 heights on") {
+  const Medium medium{1500.0, 0.03};
+  for (const double frequency_hz : {100e3, 400e3, 900e3}) {
+    Sonar sonar = plain_sonar();
+    sonar.frequency_hz = frequency_hz;
+    const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium);
+    for (const EchoLine& line : lines) {
+      CAPTURE(frequency_hz, static_cast<int>(line.side));
+      CHECK(worst_error_db(sonar, medium, line, 1.2 * altitude_m) < 0.03);
+    }
+  }
+}
+
+TEST_CASE("the level does not depend on the number of planes, elevations or bins") {
+  const Medium medium{1500.0, 0.03};
+  for (const int planes : {8, 16, 32})
+    for (const int elevations : {1500, 3000})
+      for (const int bins : {300, 1500, 6000}) {
+        Sonar sonar = plain_sonar();
+        sonar.planes = planes;
+        sonar.elevations = elevations;
+        sonar.bins = bins;
+        const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium);
+        CAPTURE(planes, elevations, bins);
+        CHECK(worst_error_db(sonar, medium, lines[1], 1.25 * altitude_m) < 0.05);
+      }
+}
+
+TEST_CASE("port and starboard of a level sonar over a level bed are equal") {
+  const auto lines = ping_once(plain_sonar(), level_bed(20.0), above_bed, altitude_m);
+  for (std::size_t i = 0; i < lines[0].bins.intensity_mean.size(); ++i)
+    REQUIRE(lines[0].bins.intensity_mean[i] ==
+            Approx(lines[1].bins.intensity_mean[i]).epsilon(1e-4).margin(1e-6));
+}
+
+TEST_CASE("the first return stands at the altitude, and the water before it is dark") {
+  const Sonar sonar = plain_sonar();
+  const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m);
+  for (const EchoLine& line : lines) {
+    const auto first = static_cast<std::size_t>(line.first_return);
+    CHECK(std::abs(line.bins.range_m[first] - altitude_m) <= sonar.bin_m());
+    CHECK(line.starved == 0);
+    for (std::size_t i = 0; i < line.bins.region.size(); ++i)
+      REQUIRE(line.bins.region[i] ==
+              static_cast<std::uint32_t>(i < first ? Region::water_column : Region::seabed));
+    for (std::size_t i = 0; i + 2 < first; ++i) REQUIRE(line.bins.intensity_mean[i] == 0.0f);
+  }
+}
+
+TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, no layover") {
+  const Sonar sonar = plain_sonar();
+  Pose pose = above_bed;
+  pose.heading_rad = 0.5;
+  const auto lines = ping_once(sonar, level_bed(20.0), pose, altitude_m);
+  const Eigen::Matrix3d body = body_to_world(pose);
+  for (const EchoLine& line : lines) {
+    const double sign = line.side == Side::port ? -1.0 : 1.0;
+    for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+      const double r = line.bins.range_m[i];
+      if (r < 1.05 * altitude_m) continue;
+      CAPTURE(r);
+      const Eigen::Vector3d expected =
+          pose.position + sign * std::sqrt(r * r - altitude_m * altitude_m) * body.col(1) +
+          altitude_m * body.col(2);
+      const Eigen::Vector3d place{line.bins.x_m[i], line.bins.y_m[i], line.bins.z_m[i]};
+      REQUIRE((place - expected).norm() < 0.1);
+      REQUIRE(line.bins.grazing_rad[i] == Approx(std::asin(altitude_m / r)).margin(2e-3));
+      REQUIRE(line.bins.shadow_fraction[i] == 0.0f);
+      REQUIRE(line.bins.layover[i] == 0);
+      REQUIRE(line.bins.sediment[i] == 1);
+      REQUIRE(line.bins.fraction[i] == 1.0f);
+    }
+  }
+}
+
+TEST_CASE("the picture's energy does not depend on which intersector found the hits") {
+  Sonar sonar = plain_sonar();
+  Seafloor bed = level_bed(20.0);
+  add_box(bed, {20.0f, -5.0f, -20.0f}, {22.0f, 5.0f, -17.0f});
+  const auto a = ping_once(sonar, bed, above_bed, altitude_m, {}, "embree");
+  const auto b = ping_once(sonar, bed, above_bed, altitude_m, {}, "brute_force");
+  for (std::size_t i = 0; i < a[1].bins.intensity_mean.size(); ++i)
+    REQUIRE(a[1].bins.intensity_mean[i] ==
+            Approx(b[1].bins.intensity_mean[i]).epsilon(2e-3).margin(1e-3));
+}

@@ -1,0 +1,158 @@
+#include <ensonify/refine/atomic_file.h>
+
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+namespace fs = std::filesystem;
+using ensonify::refine::write_file;
+using ensonify::tests::TemporaryFolder;
+
+namespace {
+
+std::string content(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::set<std::string> names(const fs::path& folder) {
+  std::set<std::string> found;
+  for (const auto& entry : fs::directory_iterator(folder))
+    found.insert(entry.path().filename().string());
+  return found;
+}
+
+/// Writes where it cannot work, and checks what the error says.
+void check_refused(const fs::path& file, std::errc reason) {
+  INFO(file.string());
+  try {
+    write_file(file, "new");
+    FAIL("was written");
+  } catch (const std::system_error& error) {
+    INFO(error.what());
+    CHECK(error.code() == reason);
+    CHECK(std::string(error.what()).find(file.string() + ": cannot ") == 0);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("A file holds the bytes written, and a second write replaces them") {
+  const TemporaryFolder folder;
+  const std::string bytes("a\0b\n\xff", 5);
+  write_file(folder / "f", bytes);
+  CHECK(content(folder / "f") == bytes);
+  write_file(folder / "f", std::string(3'000'000, 'x'));
+  CHECK(content(folder / "f") == std::string(3'000'000, 'x'));
+  write_file(folder / "f", "");
+  CHECK(content(folder / "f").empty());
+  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+}
+
+TEST_CASE("A file's mode is what the umask leaves of 0666") {
+  const TemporaryFolder folder;
+  const mode_t before = umask(0);
+  for (const mode_t mask : {0, 022, 027, 077}) {
+    umask(mask);
+    const fs::path file = folder / std::to_string(mask);
+    write_file(file, "x");
+    struct stat status {};
+    CHECK(stat(file.c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777u) == (0666u & ~mask));
+  }
+  umask(before);
+}
+
+TEST_CASE("A file that cannot be written is refused with file and reason, nothing left behind") {
+  const TemporaryFolder folder;
+  write_file(folder / "plain", "old");
+  fs::create_directory(folder / "folder");
+  fs::create_symlink("/dev/null", folder / "device");
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  const auto before = names(folder.path());
+
+  check_refused(folder / "missing" / "f", std::errc::no_such_file_or_directory);
+  check_refused(folder / "plain" / "f", std::errc::not_a_directory);
+  check_refused(folder / "folder", std::errc::is_a_directory);
+  check_refused(folder / "device", std::errc::invalid_argument);
+  check_refused(folder / "pipe", std::errc::invalid_argument);
+  check_refused(folder / std::string(300, 'n'), std::errc::filename_too_long);
+  CHECK(names(folder.path()) == before);
+  CHECK(content(folder / "plain") == "old");
+}
+
+TEST_CASE("A write beyond the file-size limit leaves the old file and no temporary") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "f";
+  write_file(file, "old");
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{8192, 8192};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    int result = 1;
+    try {
+      write_file(file, std::string(100'000, 'x'));
+    } catch (const std::system_error& error) {
+      const std::string what = error.what();
+      result = error.code() == std::errc::file_too_large &&
+                       what.find(file.string() + ": cannot write it") == 0
+                   ? 0
+                   : 2;
+    }
+    _exit(result);
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+  CHECK(content(file) == "old");
+  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+}
+
+TEST_CASE("A temporary that a killed process left is neither used nor removed") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / ".f.0.tmp") << "half";
+  write_file(folder / "f", "whole");
+  CHECK(content(folder / "f") == "whole");
+  CHECK(content(folder / ".f.0.tmp") == "half");
+  CHECK(names(folder.path()) == std::set<std::string>{"f", ".f.0.tmp"});
+}
+
+TEST_CASE("A reader sees one writer's whole file while several write it") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "f";
+  write_file(file, std::string(20'000, 'a'));
+  std::atomic<int> writers = 3;
+  std::vector<std::jthread> threads;
+  for (const char letter : {'b', 'c', 'd'})
+    threads.emplace_back([&, letter] {
+      for (int i = 0; i < 40; ++i) write_file(file, std::string(20'000, letter));
+      --writers;
+    });
+  int torn = 0, reads = 0;
+  for (; writers > 0; ++reads) {
+    const std::string bytes = content(file);
+    if (bytes.size() != 20'000 || bytes.find_first_not_of(bytes.front()) != std::string::npos)
+      ++torn;
+  }
+  CHECK(reads > 0);
+  CHECK(torn == 0);
+  threads.clear();
+  CHECK(names(folder.path()) == std::set<std::string>{"f"});
+}

@@ -1,0 +1,53 @@
+#include <ensonify/refine/triangle_mesh.h>
+
+#include "support/catch.h"
+
+using namespace ensonify::refine;
+
+TEST_CASE("An empty mesh has a summary of zeros") {
+  const MeshSummary summary = summarise({});
+  CHECK(summary.vertices == 0);
+  CHECK(summary.faces == 0);
+  CHECK(summary.boundary_edges == 0);
+  CHECK(summary.non_manifold_edges == 0);
+}
+
+TEST_CASE("A closed surface has no boundary, and its bounds are in the world") {
+  TriangleMesh tetrahedron;
+  tetrahedron.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, -4}};
+  tetrahedron.faces = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+  tetrahedron.world_origin = {148376.0, 6234000.0, 10.0};
+  const MeshSummary summary = summarise(tetrahedron);
+  CHECK(summary.vertices == 4);
+  CHECK(summary.faces == 4);
+  CHECK(summary.boundary_edges == 0);
+  CHECK(summary.non_manifold_edges == 0);
+  CHECK(summary.lowest == Eigen::Vector3d(148376.0, 6234000.0, 6.0));
+  CHECK(summary.highest == Eigen::Vector3d(148378.0, 6234003.0, 10.0));
+}
+
+TEST_CASE("A sheet's boundary is its rim, whichever way its faces turn") {
+  TriangleMesh sheet;
+  constexpr std::uint32_t columns = 5, rows = 4;  // of vertices
+  for (std::uint32_t row = 0; row < rows; ++row)
+    for (std::uint32_t column = 0; column < columns; ++column)
+      sheet.positions.emplace_back(float(column), float(row), 0.0f);
+  for (std::uint32_t row = 0; row + 1 < rows; ++row)
+    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+      const std::uint32_t a = row * columns + column, b = a + 1, c = a + columns, d = c + 1;
+      sheet.faces.push_back({a, b, d});
+      sheet.faces.push_back(row % 2 ? Face{a, d, c} : Face{a, c, d});
+    }
+  const MeshSummary summary = summarise(sheet);
+  CHECK(summary.boundary_edges == 2 * (columns - 1) + 2 * (rows - 1));
+  CHECK(summary.non_manifold_edges == 0);
+}
+
+TEST_CASE("An edge of three faces is not manifold") {
+  TriangleMesh book;
+  book.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}};
+  book.faces = {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}};
+  const MeshSummary summary = summarise(book);
+  CHECK(summary.non_manifold_edges == 1);
+  CHECK(summary.boundary_edges == 6);
+}

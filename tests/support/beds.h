@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/sonar.h>
+#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/trace/intersector.h>
+#include <ensonify/scatter/backscatter.h>
+
+namespace ensonify::tests {
+
+/// A level square of two triangles about the origin.
+inline engine::Seafloor level_bed(double depth_m, double half_extent_m = 2000.0) {
+  const auto e = static_cast<float>(half_extent_m), z = static_cast<float>(-depth_m);
+  engine::Seafloor bed;
+  bed.mesh.positions = {{-e, -e, z}, {e, -e, z}, {e, e, z}, {-e, e, z}};
+  bed.mesh.faces = {{0, 1, 2}, {0, 2, 3}};
+  bed.labels = {{1, 1, 0}};
+  return bed;
+}
+
+/// An upright box on it: its faces are another label, of instance 7.
+inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f high) {
+  const auto first = static_cast<std::uint32_t>(bed.mesh.positions.size());
+  for (int i = 0; i < 8; ++i)
+    bed.mesh.positions.push_back(
+        {i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z()});
+  bed.face_label.resize(bed.mesh.faces.size(), 0);
+  constexpr std::array<std::array<std::uint32_t, 4>, 6> sides{
+      {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+  for (const auto& [a, b, c, d] : sides) {
+    bed.mesh.faces.push_back({first + a, first + b, first + c});
+    bed.mesh.faces.push_back({first + a, first + c, first + d});
+  }
+  bed.labels.push_back({0, 2, 7});
+  bed.face_label.resize(bed.mesh.faces.size(), static_cast<std::uint16_t>(bed.labels.size() - 1));
+}
+
+/// A sonar that looks alike in all vertical directions.
+inline engine::Sonar plain_sonar() {
+  engine::Sonar sonar;
+  sonar.vertical.beamwidth_rad = 0.0;
+  return sonar;
+}
+
+/// The expected echoes of one ping, port and starboard, over a bed of Lambert's law.
+inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
+                                                 const engine::Seafloor& bed,
+                                                 const engine::Pose& pose, double altitude_m,
+                                                 const engine::Medium& medium = {},
+                                                 std::string_view intersector = "embree") {
+  const auto tracer = engine::make_intersector(intersector, bed.mesh);
+  const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
+  engine::Pinger pinger(sonar, 0, medium, bed,
+                        std::vector<scatter::BackscatterTable>(bed.labels.size(), lambert));
+  pinger.aim(pose, altitude_m);
+  std::array<engine::EchoLine, 2> lines;
+  for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
+    engine::EchoLine& line = lines[static_cast<std::size_t>(side)];
+    line.bins.assign(static_cast<std::size_t>(sonar.bins));
+    pinger.trace(*tracer, side);
+    pinger.echo(side, line);
+  }
+  return lines;
+}
+
+}  // namespace ensonify::tests

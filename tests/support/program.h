@@ -1,0 +1,76 @@
+#pragma once
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/temporary_folder.h"
+
+namespace ensonify::tests {
+
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+/// What a program left behind.
+struct Outcome {
+  int code = -1;  ///< its exit code; minus the signal that ended it
+  std::string out, err;
+};
+
+/// Runs the program in a folder and waits for it. `environment` is added to this one's; `meanwhile`
+/// is called with its process id once it runs; stdout may go elsewhere.
+inline Outcome run_program(const std::filesystem::path& folder, std::vector<std::string> arguments,
+                           const std::vector<std::string>& environment = {},
+                           const std::function<void(pid_t)>& meanwhile = {},
+                           std::filesystem::path stdout_file = {}) {
+  const TemporaryFolder streams;
+  const std::filesystem::path err = streams / "err";
+  if (stdout_file.empty()) stdout_file = streams / "out";
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 1, stdout_file.c_str(), O_WRONLY | O_CREAT, 0600);
+  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+
+  arguments.insert(arguments.begin(), ENSONIFY_PROGRAM);
+  std::vector<char*> argv, envp;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  std::vector<std::string> own = environment;
+  for (std::string& variable : own) envp.push_back(variable.data());
+  for (char** variable = environ; *variable; ++variable) {
+    const std::string name = std::string(*variable).substr(0, std::string(*variable).find('=') + 1);
+    if (name != "ENSONIFY_DATA=") envp.push_back(*variable);
+  }
+  envp.push_back(nullptr);
+
+  pid_t process = 0;
+  const int error = posix_spawn(&process, argv[0], &actions, nullptr, argv.data(), envp.data());
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) throw std::runtime_error("the program cannot be started");
+  if (meanwhile) meanwhile(process);
+  int status = 0;
+  waitpid(process, &status, 0);
+  return {.code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status),
+          .out = read_text(streams / "out"),
+          .err = read_text(err)};
+}
+
+}  // namespace ensonify::tests

@@ -1,0 +1,286 @@
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/program.h"
+
+#include <ensonify/engine/scene/reader.h>
+
+using namespace ensonify::tests;
+namespace fs = std::filesystem;
+
+namespace {
+
+// Fast: a small bed, few and short pings.
+const std::string tiny_scene = R"(version = 1
+[seafloor]
+extent_east_m = 40
+extent_north_m = 20
+cell_m = 0.5
+[track]
+pings = 9
+[sonar.left-right]
+range_m = 15
+bins = 100
+elevations = 128
+[run]
+block_pings = 4
+)";
+
+std::set<std::string> names_in(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
+  return names;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// A hit's row in `trace`'s answer: its ray and face, t, u, v and the normal.
+void check_hit(const std::string& line, std::vector<double> expected) {
+  std::vector<double> values;
+  std::istringstream stream(line);
+  for (std::string field; std::getline(stream, field, ',');) values.push_back(std::stod(field));
+  INFO(line);
+  REQUIRE(values.size() == expected.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    CHECK(values[i] == Approx(expected[i]).epsilon(1e-6).margin(1e-6));  // embree is in float
+}
+
+/// One message and nothing else.
+void check_refused(const Outcome& outcome, int code, const std::string& message) {
+  INFO(outcome.err);
+  CHECK(outcome.code == code);
+  CHECK(outcome.out.empty());
+  CHECK(outcome.err.starts_with("ensonify: "));
+  CHECK(std::ranges::count(outcome.err, '\n') == 1);
+  CHECK(outcome.err.find(message) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("Help goes to stdout, and a wrong command line gets one message and exit code 2") {
+  const TemporaryFolder folder;
+  const Outcome help = run_program(folder.path(), {"--help"});
+  CHECK(help.code == 0);
+  CHECK(help.err.empty());
+  for (const std::string command :
+       {"run", "seafloor", "trace", "mesh-info", "dump-default", "schema", "intersectors"}) {
+    CHECK(help.out.find("\n  " + command + " ") != std::string::npos);
+    const Outcome own = run_program(folder.path(), {command, "--help"});
+    CHECK(own.code == 0);
+    CHECK(own.out.find(command) != std::string::npos);
+  }
+  check_refused(run_program(folder.path(), {}), 2, "a subcommand is required");
+  check_refused(run_program(folder.path(), {"rum"}), 2, "rum");
+  check_refused(run_program(folder.path(), {"run"}), 2, "SCENE is required");
+  check_refused(run_program(folder.path(), {"run", "s.toml", "--fast"}), 2, "--fast");
+  check_refused(run_program(folder.path(), {"run", "s.toml", "--threads", "0"}), 2, "--threads");
+  check_refused(run_program(folder.path(), {"dump-default", "everything"}), 2, "everything");
+  check_refused(run_program(folder.path(), {"run", "none.toml"}), 2, "none.toml: No such file");
+  CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("The default scene, the key table and the intersectors are printed") {
+  const TemporaryFolder folder;
+  const Outcome scene = run_program(folder.path(), {"dump-default", "run"});
+  CHECK(scene.code == 0);
+  CHECK(scene.out == ensonify::engine::dump_scene({}));
+  CHECK(run_program(folder.path(), {"schema"}).out == ensonify::engine::schema_text());
+  CHECK(run_program(folder.path(), {"intersectors"}).out.find("brute_force ") != std::string::npos);
+  const Outcome full = run_program(folder.path(), {"schema"}, {}, {}, "/dev/full");
+  CHECK(full.code == 1);
+  CHECK(full.err == "ensonify: stdout: cannot be written to its end\n");
+}
+
+TEST_CASE("A run writes its files, reports on stderr, and as JSON on stdout when asked") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const std::set<std::string> files = {"left-right.exr", "left-right.png", "left-right_pings.csv",
+                                       "manifest.json"};
+
+  const Outcome plain = run_program(folder.path(), {"run", "tiny.toml"});
+  INFO(plain.err);
+  CHECK(plain.code == 0);
+  CHECK(plain.out.empty());
+  CHECK(plain.err.starts_with("9 pings in "));
+  CHECK(plain.err.find("pings/s") != std::string::npos);
+  CHECK(plain.err.find("picture: tiny-run/left-right.png\n") != std::string::npos);
+  CHECK(names_in(folder / "tiny-run") == files);
+
+  const Outcome json = run_program(
+      folder.path(), {"run", "-D", "track.pings=5", "-D", "seafloor.cell_m=4", "tiny.toml",
+                      "-Doutput.npz=true", "--json", "--quiet", "-o", "deep/out", "--threads", "2",
+                      "--seed", "7", "--intersector", "brute_force", "--surface", "static"});
+  INFO(json.err);
+  CHECK(json.code == 0);
+  CHECK(json.err.empty());
+  const auto report = nlohmann::json::parse(json.out);
+  CHECK(report["counts"]["pings"] == 5);
+  CHECK(report["threads"] == 2);
+  CHECK(report["pings_per_s"] > 0.0);
+  CHECK(report["stages_s"]["trace"] > 0.0);
+  CHECK(report["files"].size() == 5);
+  for (const std::string file : report["files"]) CHECK(fs::is_regular_file(folder / file));
+  const auto manifest = nlohmann::json::parse(read_text(folder / "deep/out/manifest.json"));
+  CHECK(manifest["seed"] == 7);
+  CHECK(manifest["code_path"]["intersector"] == "brute_force");
+  CHECK(manifest.dump().find(folder.path().string()) == std::string::npos);
+}
+
+TEST_CASE("What is wrong with a scene is said once, and nothing is left behind") {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& text, std::vector<std::string> more, int code,
+                           const std::string& message) {
+    write_text(folder / "s.toml", text);
+    more.insert(more.begin(), {"run", "s.toml", "-o", "out"});
+    check_refused(run_program(folder.path(), more), code, message);
+    CHECK(names_in(folder.path()) == std::set<std::string>{"s.toml"});
+  };
+  refused(tiny_scene + "[trak]\n", {}, 2,
+          "ensonify: s.toml:14:2: unknown key \"trak\"; did you mean 'track'?\n");
+  refused(tiny_scene, {"-D", "track.pings=0"}, 2, "ensonify: -D track.pings=0: 'track.pings' is 0");
+  refused(tiny_scene, {"--seed", "-1"}, 2, "'seed' is -1, expected a whole number from 0");
+  refused(tiny_scene, {"--surface", "refined"}, 2, "expected static");
+  refused(tiny_scene, {"--intersector", "embre"}, 2, "did you mean 'embree'?");
+  refused(tiny_scene, {"-D", "track.middle_east_m=1000"}, 2, "off the seafloor");
+  refused(tiny_scene, {"-D", "track.altitude_m=30"}, 2, "above the sea surface");
+  refused(tiny_scene, {"-D", "seafloor.kind=survey", "-D", "seafloor.survey=/dev/zero"}, 2,
+          "expected a path under the scene's own folder");
+  refused(tiny_scene, {"-D", "seafloor.kind=survey", "-D", "seafloor.survey=data:grid.asc"}, 2,
+          "give --data DIR or set ENSONIFY_DATA");
+  refused(tiny_scene, {"-D", "seafloor.kind=survey", "-D", "seafloor.survey=s.toml"}, 2,
+          "s.toml: ");
+
+  write_text(folder / "file", "");  // a folder cannot be made below it
+  const Outcome blocked = run_program(folder.path(), {"run", "s.toml", "-o", "file/out"});
+  check_refused(blocked, 1, "file/out");
+}
+
+TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
+  const TemporaryFolder folder;
+  std::string grid =
+      "ncols 60\nnrows 40\nxllcorner 400000\nyllcorner 6200000\ncellsize 1\nnodata_value -9999\n";
+  for (int row = 0; row < 40; ++row) {
+    for (int column = 0; column < 60; ++column) grid += "-20.5 ";
+    grid += '\n';
+  }
+  fs::create_directory(folder / "d");
+  write_text(folder / "d/grid.asc", grid);
+  write_text(folder / "s.toml",
+             "version = 1\n[seafloor]\nkind = \"survey\"\nsurvey = \"data:grid.asc\"\n"
+             "[track]\npings = 2\n[sonar.a]\nbins = 50\nelevations = 64\n");
+  CHECK(run_program(folder.path(), {"run", "s.toml", "--data", "d", "-o", "a"}).code == 0);
+  CHECK(run_program(folder.path(), {"run", "s.toml", "-o", "b"}, {"ENSONIFY_DATA=d"}).code == 0);
+  CHECK(read_text(folder / "a/manifest.json") == read_text(folder / "b/manifest.json"));
+  CHECK(read_text(folder / "a/manifest.json").find("data:grid.asc") != std::string::npos);
+
+  // The same grid, looked into: a ray straight down in its own coordinates.
+  const Outcome info = run_program(folder.path(), {"mesh-info", "d/grid.asc"});
+  CHECK(info.out ==
+        "vertices 2400\ntriangles 4602\nx_min 400000.5\nx_max 400059.5\ny_min 6200000.5\n"
+        "y_max 6200039.5\nz_min -20.5\nz_max -20.5\nboundary_edges 196\n"
+        "non_manifold_edges 0\nrepairs 0\ncolumns 60\nrows 40\ncell_east_m 1\n"
+        "cell_north_m 1\nholes 0\n");
+  write_text(folder / "r.csv", "ox,oy,oz,dx,dy,dz\n400001.25,6200001,0,0,0,-2\n");
+  const Outcome hit = run_program(folder.path(), {"trace", "d/grid.asc", "r.csv"});
+  check_hit(lines_of(hit.out).at(1), {0, 1, 0, 10.25, 0.25, 0.5, 0, 0, 1});
+}
+
+TEST_CASE("A run that is asked to stop removes its files and exits with 128 and the signal") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const Outcome stopped = run_program(
+        folder.path(),
+        {"run", "tiny.toml", "-o", "out", "--threads", "1", "-D", "track.pings=10000", "-D",
+         "track.speed_mps=0", "-D", "run.block_pings=2", "-D", "sonar.left-right.elevations=8192"},
+        {}, [&](pid_t process) {
+          for (int i = 0; i < 1000 && !fs::exists(folder / "out/left-right.png"); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+          CHECK(fs::exists(folder / "out/left-right.png"));  // the picture grows during the run
+          kill(process, signal);
+          kill(process, signal);
+        });
+    check_refused(stopped, 128 + signal, "stopped");
+    CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
+  }
+}
+
+TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
+  const TemporaryFolder folder;
+  write_text(folder / "flat.toml",
+             "version = 1\n[seafloor]\nextent_east_m = 4\nextent_north_m = 2\ncell_m = 1\n"
+             "depth_m = 20\n[seafloor.fractal]\nheight_at_1m_m = 0\n");
+  REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.ply"}).code == 0);
+  REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.npy"}).code == 0);
+  CHECK(read_text(folder / "flat.npy").find("'shape': (3, 5)") != std::string::npos);
+  check_refused(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.tif"}), 2,
+                ".ply or .npy");
+  CHECK(run_program(folder.path(), {"mesh-info", "flat.ply"}).out ==
+        "vertices 15\ntriangles 16\nx_min -2\nx_max 2\ny_min -1\ny_max 1\nz_min -20\nz_max -20\n"
+        "boundary_edges 12\nnon_manifold_edges 0\nrepairs 0\n");
+
+  // Down, up from below, a miss, one that ends short, a slanted one.
+  const std::string rays =
+      "0.25,0.125,0,0,0,-1,0,inf\r\n0.25,0.125,-30,0,0,1,0,100\r\n50,0,0,0,0,-1,0,inf\r\n"
+      "0,0,0,0,0,-1,0,19.9\r\n\r\n-1.5,0.25,-18,1,0,-1,0,1e3\r\n";
+  write_text(folder / "rays.csv", "\xef\xbb\xbfox,oy,oz,dx,dy,dz,t_min,t_max\r\n" + rays);
+  for (const std::string name : {"embree", "brute_force"}) {
+    const Outcome traced =
+        run_program(folder.path(), {"trace", "flat.ply", "rays.csv", "--intersector", name});
+    INFO(traced.err);
+    REQUIRE(traced.code == 0);
+    const std::vector<std::string> lines = lines_of(traced.out);
+    REQUIRE(lines.size() == 6);
+    CHECK(lines[0] == "ray,hit,face,t,u,v,nx,ny,nz");
+    // Its first is face 12, its corners (0, 0), (1, 0), (1, 1); from below the normal is the same.
+    check_hit(lines[1], {0, 1, 12, 20, 0.125, 0.125, 0, 0, 1});
+    check_hit(lines[2], {1, 1, 12, 10, 0.125, 0.125, 0, 0, 1});
+    CHECK(lines[3] == "2,0,,,,,,,");
+    CHECK(lines[4] == "3,0,,,,,,,");
+    check_hit(lines[5], {4, 1, 12, 2, 0.25, 0.25, 0, 0, 1});
+  }
+
+  // Columns are found by name.
+  write_text(folder / "rays.csv", "dz, dy, dx, oz, oy, ox\n-1, 0, 0, 0, 0.125, 0.25\n");
+  check_hit(lines_of(run_program(folder.path(), {"trace", "flat.ply", "rays.csv"}).out).at(1),
+            {0, 1, 12, 20, 0.125, 0.125, 0, 0, 1});
+
+  const std::string header = "ox,oy,oz,dx,dy,dz\n";
+  const auto refused = [&](const std::string& text, const std::string& message) {
+    write_text(folder / "rays.csv", text);
+    check_refused(run_program(folder.path(), {"trace", "flat.ply", "rays.csv"}), 2,
+                  "ensonify: rays.csv:" + message);
+  };
+  refused("", "1: is empty");
+  refused("ox,oy,oz,dx,dy\n", "1: no column 'dz'");
+  refused("ox,oy,oz,dx,dy,dz,t\n", "1: unknown column 't'");
+  refused("ox,ox,oz,dx,dy,dz\n", "1: column 'ox' is there twice");
+  refused(header + "0,0,0,0,0,-1\n0,0,0,0,0\n", "3: 5 values, expected 6");
+  refused(header + "0,0,zero,0,0,-1\n", "2: oz is 'zero', expected a number");
+  refused(header + "0,0,,0,0,-1\n", "2: oz is '', expected a number");
+  refused(header + "0,0,nan,0,0,-1\n", "2: a ray's origin and direction must be finite");
+  refused(header + "0,0,1e30,0,0,-1\n", "2: a ray's origin and direction must be finite");
+  refused(header + "0,0,1e999,0,0,-1\n", "2: oz is '1e999', expected a number");
+  refused(header + "0,0,0,0,0,0\n", "2: a ray's direction must not be zero");
+  refused(header + std::string(5000, '1'), "2: a line longer than 4096 characters");
+  check_refused(run_program(folder.path(), {"trace", "flat.ply", "none.csv"}), 2,
+                "none.csv: cannot be opened");
+  check_refused(run_program(folder.path(), {"trace", "none.ply", "rays.csv"}), 2, "rays.csv:2:");
+  write_text(folder / "rays.csv", header);
+  CHECK(lines_of(run_program(folder.path(), {"trace", "flat.ply", "rays.csv"}).out).size() == 1);
+  check_refused(run_program(folder.path(), {"trace", "none.ply", "rays.csv"}), 2, "none.ply");
+  check_refused(run_program(folder.path(), {"trace", "flat.ply", "rays.csv", "--intersector", "x"}),
+                2, "there are: embree");
+  check_refused(run_program(folder.path(), {"mesh-info", "rays.csv"}), 2, "rays.csv");
+}

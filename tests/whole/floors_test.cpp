@@ -1,0 +1,147 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The rooms of engine, each of which may include those before it.
+constexpr std::array rooms{"random",   "trace", "seafloor", "sonar", "image", "output", "scene",
+                           "simulate", "run",   "dataset",  "live",  "app",   "python"};
+
+// Where a file stands: "scatter/decibel.h" on the floor scatter; "engine/trace/ray.h" on engine, in
+// the room trace; "engine/run.h" in the room run.
+struct Place {
+  explicit Place(const fs::path& file) : floor(file.begin()->string()) {
+    if (floor == "engine") room = std::next(file.begin())->stem().string();
+  }
+  bool is_library() const {
+    return floor != "bench" && room != "live" && room != "app" && room != "python";
+  }
+  std::string floor, room;
+};
+
+std::string wrong_include(const fs::path& file, const std::string& name, bool quoted) {
+  const Place from(file);
+  if (name.find("../") != std::string::npos) return "../ in an include";
+  if (quoted) {
+    const bool private_header = !from.is_library() && name.find('/') == std::string::npos;
+    return private_header ? "" : "a header of our own is spelled <ensonify/...>";
+  }
+  if (name.starts_with("ensonify/")) {
+    const Place to(name.substr(std::string("ensonify/").size()));
+    if (from.floor == "bench") return "";
+    if (from.floor != "engine" || to.floor == "bench")
+      return to.floor == from.floor ? "" : from.floor + " includes " + to.floor;
+    if (to.floor != "engine") return "";
+    const auto from_room = std::ranges::find(rooms, from.room);
+    const auto to_room = std::ranges::find(rooms, to.room);
+    if (from_room == rooms.end()) return "the room " + from.room + " has no place in the order";
+    return to_room <= from_room ? "" : "the room " + from.room + " includes " + to.room;
+  }
+  const bool standard = name.find_first_of("/.") == std::string::npos;
+  if (from.is_library() && file.extension() == ".h" && !standard && !name.starts_with("Eigen/"))
+    return "a header shows more than std and Eigen: " + name;
+  return "";
+}
+
+std::string wrong_call(const fs::path& file, const std::string& line) {
+  static const std::regex text(R"("([^"\\]|\\.)*"|//.*)");
+  static const std::regex call(
+      R"(\b(cout|cerr|clog|fmt::print|(f?printf|f?puts|_?exit|quick_exit|abort|terminate)\s*\())");
+  std::smatch found;
+  const std::string code = std::regex_replace(line, text, "");
+  if (Place(file).is_library() && std::regex_search(code, found, call))
+    return "a library prints or ends the program: " + found.str(1);
+  return "";
+}
+
+/// Every breach of the floors in a tree, as file:line: what.
+std::vector<std::string> breaches(const fs::path& tree) {
+  static const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]*).*)");
+  std::vector<std::string> all;
+  for (const char* floor : {"scatter", "refine", "engine", "bench"}) {
+    if (!fs::is_directory(tree / floor)) continue;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(tree / floor)) {
+      if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+      const fs::path file = entry.path().lexically_relative(tree);
+      std::ifstream in(entry.path());
+      std::string line;
+      for (int number = 1; std::getline(in, line); ++number) {
+        std::smatch found;
+        const std::string what = std::regex_match(line, found, include)
+                                     ? wrong_include(file, found[2], found[1] == "\"")
+                                     : wrong_call(file, line);
+        if (!what.empty())
+          all.push_back(file.string() + ":" + std::to_string(number) + ": " + what);
+      }
+    }
+  }
+  std::ranges::sort(all);
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("the floors hold: includes go down and libraries are quiet") {
+  REQUIRE(fs::is_regular_file(fs::path(ENSONIFY_SOURCE_DIR) / "engine/simulate.h"));
+  for (const std::string& breach : breaches(ENSONIFY_SOURCE_DIR)) FAIL_CHECK(breach);
+}
+
+TEST_CASE("the floors hold: what breaks them is found") {
+  struct Planted {
+    std::string file, line, what;  // what is wrong with it; empty: nothing
+  };
+  const std::vector<Planted> planted{
+      {"scatter/a.cpp", "#include <ensonify/refine/b.h>", "scatter includes refine"},
+      {"refine/a.cpp", "#include <ensonify/engine/run.h>", "refine includes engine"},
+      {"engine/trace/a.h", "#include <ensonify/engine/sonar/b.h>", "the room trace includes sonar"},
+      {"engine/scene/a.h", " # include <ensonify/engine/run.h>", "the room scene includes run"},
+      {"engine/random.cpp", "#include <ensonify/engine/trace/ray.h>",
+       "the room random includes trace"},
+      {"engine/trace/b.cpp", "#include <ensonify/engine/attic/b.h>",
+       "the room trace includes attic"},
+      {"engine/attic/a.h", "#include <ensonify/engine/attic/b.h>",
+       "the room attic has no place in the order"},
+      {"engine/run.cpp", "#include <ensonify/bench/b.h>", "engine includes bench"},
+      {"engine/app/a.cpp", "#include \"../run.h\"", "../ in an include"},
+      {"engine/image/a.cpp", "#include \"b.h\"", "a header of our own is spelled <ensonify/...>"},
+      {"engine/app/b.cpp", "#include \"trace/b.h\"",
+       "a header of our own is spelled <ensonify/...>"},
+      {"engine/output/a.h", "#include <png.h>", "a header shows more than std and Eigen: png.h"},
+      {"refine/a.h", "#include <tbb/task_arena.h>",
+       "a header shows more than std and Eigen: tbb/task_arena.h"},
+      {"scatter/b.cpp", "  std::cerr << 1;", "a library prints or ends the program: cerr"},
+      {"refine/b.cpp", "  std::printf(\"%d\", 1);  // exit(2)",
+       "a library prints or ends the program: printf("},
+      {"engine/simulate.cpp", "  if (bad) std::abort();",
+       "a library prints or ends the program: abort("},
+
+      {"engine/run.h", "#include <ensonify/engine/simulate.h>", ""},
+      {"engine/sonar/a.cpp", "#include <ensonify/scatter/decibel.h>", ""},
+      {"engine/trace/c.h", "#include <Eigen/Core>", ""},
+      {"engine/trace/d.h", "#include <vector>", ""},
+      {"engine/trace/d.cpp", "#include <embree3/rtcore.h>", ""},
+      {"engine/app/c.cpp", "#include \"arguments.h\"", ""},
+      {"engine/app/d.cpp", "  std::cout << 1;", ""},
+      {"bench/a.cpp", "#include <ensonify/engine/trace/ray.h>", ""},
+      {"scatter/c.cpp", "  std::snprintf(text, 9, \"exit(1)\");  // std::cout, abort()", ""},
+  };
+  const ensonify::tests::TemporaryFolder tree;
+  std::vector<std::string> expected;
+  for (const Planted& p : planted) {
+    fs::create_directories((tree.path() / p.file).parent_path());
+    std::ofstream(tree.path() / p.file) << "\n" << p.line << "\n";
+    if (!p.what.empty()) expected.push_back(p.file + ":2: " + p.what);
+  }
+  std::ranges::sort(expected);
+  CHECK(breaches(tree.path()) == expected);
+}

@@ -1,0 +1,170 @@
+#include <fstream>
+#include <sstream>
+
+#include "support/beds.h"
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+/// A small scene that runs in a moment.
+Scene small_scene() {
+  Scene scene;
+  scene.seafloor.extent_east_m = 100.0;
+  scene.seafloor.extent_north_m = 40.0;
+  scene.seafloor.cell_m = 0.5;
+  scene.track.pings = 50;
+  scene.track.altitude_m = 8.0;
+  scene.run.block_pings = 8;
+  scene.output.npz = true;
+  scene.sonars.front().range_m = 40.0;
+  scene.sonars.front().bins = 200;
+  scene.sonars.front().elevations = 300;
+  return scene;
+}
+
+std::map<std::string, std::string> contents(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    std::ifstream file(entry.path(), std::ios::binary);
+    std::ostringstream bytes;
+    bytes << file.rdbuf();
+    files[entry.path().filename()] = bytes.str();
+  }
+  return files;
+}
+
+}  // namespace
+
+TEST_CASE("a run writes the same bytes on one, two and four threads, and a second time") {
+  const TemporaryFolder folder;
+  run(small_scene(), folder / "one", {.threads = 1});
+  const auto expected = contents(folder / "one");
+  CHECK(expected.size() == 5);
+  for (const int threads : {1, 2, 4}) {
+    const std::string name = "again" + std::to_string(threads);
+    run(small_scene(), folder / name, {.threads = threads});
+    const auto found = contents(folder / name);
+    REQUIRE(found.size() == expected.size());
+    for (const auto& [file, bytes] : expected) {
+      CAPTURE(threads, file);
+      CHECK(found.at(file) == bytes);
+    }
+  }
+}
+
+TEST_CASE("another seed gives another image") {
+  const TemporaryFolder folder;
+  Scene scene = small_scene();
+  run(scene, folder / "a", {});
+  scene.seed = 2;
+  run(scene, folder / "b", {});
+  CHECK(contents(folder / "a")["sidescan.exr"] != contents(folder / "b")["sidescan.exr"]);
+}
+
+TEST_CASE("a ping alone is the ping within the run, whatever came before") {
+  const Scene scene = small_scene();
+  Simulator straight(scene), jumping(scene);
+  const std::vector<Pose> poses = straight.track();
+  std::vector<std::vector<float>> expected;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    expected.push_back(straight.ping(poses[i], i)[1].bins.intensity);
+  for (const std::size_t i : {17u, 3u, 49u, 16u})
+    CHECK(jumping.ping(poses[i], i)[1].bins.intensity == expected[i]);
+}
+
+TEST_CASE("a stopped run leaves nothing behind") {
+  const TemporaryFolder folder;
+  const RunControl stop{.threads = 2,
+                        .progress = [](std::string_view stage, std::size_t done, std::size_t) {
+                          return !(stage == "pings" && done > 16);
+                        }};
+  CHECK_THROWS_AS(run(small_scene(), folder / "out", stop), Stopped);
+  CHECK(!std::filesystem::exists(folder / "out"));
+}
+
+TEST_CASE("a run that cannot write says where, and leaves nothing behind") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "file") << "in the way";
+  CHECK_THROWS_WITH(run(small_scene(), folder / "file", {}),
+                    Catch::Contains((folder / "file").string()));
+  CHECK(contents(folder.path()).size() == 1);
+}
+
+TEST_CASE("a track that leaves the seafloor, the water or the bed is refused with what to do") {
+  const auto refusal = [](auto spoil) -> std::string {
+    Scene scene = small_scene();
+    spoil(scene);
+    try {
+      Simulator(scene).track();
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  using Catch::Contains;
+  CHECK_THAT(refusal([](Scene& s) { s.track.middle_east_m = 80.0; }), Contains("off the seafloor"));
+  CHECK_THAT(refusal([](Scene& s) { s.track.pings = 5000; }), Contains("track.pings"));
+  CHECK_THAT(refusal([](Scene& s) { s.track.altitude_m = 30.0; }),
+             Contains("above the sea surface"));
+  CHECK_THAT(refusal([](Scene& s) {
+               s.track.altitude_m = 0.01;
+               s.seafloor.fractal.height_at_1m_m = 0.3;
+             }),
+             Contains("below the bed"));
+}
+
+TEST_CASE("what lies to starboard shows on the right, what lies ahead shows on top") {
+  // A box 20 m to the right and 5 m ahead of the middle of a northward, then of an eastward track.
+  for (const double heading_rad : {0.0, 1.5707963267948966}) {
+    CAPTURE(heading_rad);
+    Seafloor bed = level_bed(20.0);
+    const Eigen::Matrix3d body = body_to_world({.heading_rad = heading_rad});
+    const Eigen::Vector3d place = 20.0 * body.col(1) + 5.0 * body.col(0);
+    const Eigen::Vector3f half{1.0f, 1.0f, 0.0f};
+    const Eigen::Vector3f foot{static_cast<float>(place.x()), static_cast<float>(place.y()),
+                               -20.0f};
+    add_box(bed, foot - half, foot + half + Eigen::Vector3f(0.0f, 0.0f, 1.5f));
+
+    Sonar sonar = plain_sonar();
+    sonar.bins = 500;
+    const std::vector<Pose> poses =
+        straight_poses({.pings = 101, .speed_mps = 2.0, .heading_rad = heading_rad}, 0.1, -10.0);
+    Waterfall image(sonar, poses.size());
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      image.set_row(i, ping_once(sonar, bed, poses[i], 10.0), {.pose = poses[i]});
+    const Picture picture = render(image, {}, 0.0);
+    REQUIRE(picture.width == 1000);
+    REQUIRE(picture.height == 101);
+
+    // The brightest spot: slant range hypot(19, 10) to starboard, 5 m = 25 pings after the middle.
+    std::size_t x = 0, y = 0, objects = 0;
+    for (std::size_t row = 0; row < image.rows(); ++row)
+      for (std::size_t column = 0; column < image.columns(); ++column)
+        if (image.pixels.instance[row * image.columns() + column] == 7) {
+          x += column;
+          y += row;
+          ++objects;
+        }
+    REQUIRE(objects > 100);
+    const double range_m =
+        (static_cast<double>(x) / static_cast<double>(objects) - 500.0) * sonar.bin_m();
+    CHECK(range_m == Approx(std::hypot(19.0, 10.0)).margin(1.5));
+    CHECK(static_cast<double>(y) / static_cast<double>(objects) == Approx(75.0).margin(3.0));
+    // In the picture that row is a quarter from the top, and the shadow lies outside of the object.
+    const std::size_t row = 100 - 75;
+    const auto at = [&](double r) {
+      return picture.pixels[row * 1000 + 500 + static_cast<std::size_t>(r / sonar.bin_m())];
+    };
+    CHECK(at(std::hypot(19.0, 9.5)) > at(std::hypot(17.0, 10.0)) + 20);
+    CHECK(at(std::hypot(22.0, 10.0)) == 0);
+    CHECK(at(-std::hypot(22.0, 10.0)) > 0);
+  }
+}
