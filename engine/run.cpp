@@ -119,7 +119,6 @@ class Run {
     Simulator& first = *workers.front();
 
     tell("pings", 0, poses_.size());
-    picture_written_ = Clock::now();
     refine::parallel_for(blocks, threads, [&](std::size_t block, int worker) {
       std::optional<Simulator>& mine = workers[static_cast<std::size_t>(worker)];
       if (!mine) mine = first.another();
@@ -149,7 +148,8 @@ class Run {
     }
   }
 
-  // The picture grows while the run goes on, at a twentieth of the time at most.
+  // The picture grows while the run goes on, from the first block, and takes a twentieth of the time
+  // at most.
   void finish_block(const Simulator& simulator, std::size_t pings) {
     const std::unique_lock alone(images_lock_);
     pings_done_ += pings;
@@ -219,7 +219,7 @@ class Run {
   std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
   std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;
   std::size_t pings_done_ = 0;
-  Clock::time_point picture_written_;
+  Clock::time_point picture_written_{};  // long ago, so that the first block shows
   double picture_s_ = 0.0;
 };
 

@@ -6,6 +6,7 @@
 
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/survey.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
 
@@ -25,8 +26,8 @@ void stop_if_asked() {
 
 void write_seafloor(const Arguments& arguments) {
   const std::string kind = arguments.file.extension().string();
-  if (kind != ".ply" && kind != ".npy")
-    throw UsageError(fmt::format("{}: a seafloor is written as .ply or .npy, not as '{}'",
+  if (kind != ".ply" && kind != ".npy" && kind != ".tif")
+    throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
   const SignalWatch signals;  // so that no temporary file is left
@@ -37,8 +38,10 @@ void write_seafloor(const Arguments& arguments) {
   } else {
     const Heightfield field = make_heightfield(scene.seafloor, scene.seed);
     stop_if_asked();
-    refine::write_file(arguments.file, encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
-                                                  static_cast<std::size_t>(field.columns)));
+    refine::write_file(arguments.file,
+                       kind == ".tif" ? encode_geotiff(field)
+                                      : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
+                                                   static_cast<std::size_t>(field.columns)));
   }
 }
 
@@ -48,10 +51,11 @@ void add_seafloor(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand("seafloor",
                                           "Write a scene's seafloor: a mesh in world metres "
-                                          "(.ply), or its heights over the sea surface, "
-                                          "float64, the southern row first, NaN for holes (.npy)");
+                                          "(.ply), its heights over the sea surface, float64, "
+                                          "the southern row first, NaN for holes (.npy), or a "
+                                          "GeoTIFF of world heights (.tif)");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file, .ply or .npy")
+  command.add_option("-o,--output", arguments->file, "The file: .ply, .npy or .tif")
       ->type_name("FILE")
       ->required();
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });

@@ -25,7 +25,7 @@ struct Waterfall {
   Layers pixels;  ///< pings * columns() values a layer
   std::vector<PingRecord> pings;
 
-  Waterfall(const Sonar& sonar, std::size_t pings);
+  Waterfall(const Sonar& its_sonar, std::size_t ping_count);
   std::size_t rows() const { return pings.size(); }
   std::size_t columns() const { return 2 * static_cast<std::size_t>(sonar.bins); }
   /// Puts both sides of a ping into their row, and what the record says of them from the lines.

@@ -57,27 +57,28 @@ void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::sp
   const FanGrid& grid = *fan.grid;
   const std::size_t count = fan.elevations();
   bins_.begin_plane();
+  const Eigen::Vector3d broadside = fan.plane_direction(plane);
   Sight before;        // the neighbour below, if it is in the beam
-  Sight highest;       // the last surface seen, as long as nothing but misses came after it
-  bool fades = false;  // and it ran out of range rather than ending
+  Sight last;          // the last surface that ended, unless its back came after it
+  bool fades = false;  // it ran out of range rather than ending
   for (std::size_t j = 0; j < count; ++j) {
     if (!grid.within_beam(plane, j)) {
-      before = highest = Sight{};
+      before = last = Sight{};
       continue;
     }
     const std::size_t number = plane * count + j;
-    const Ray ray = fan.ray(plane, j);
-    const Sight now = look(ray, aperture.weight[number], hits[number], before);
+    const Eigen::Vector3d direction = fan.direction(broadside, j);
+    const Sight now = look(direction, aperture.weight[number], hits[number], before);
     const double step = j > 0 ? grid.elevation_rad[j] - grid.elevation_rad[j - 1] : 0.0;
     if (before && now && continuous(before, now)) {
       bins_.spread(before, now, fan.origin, step);
     } else {
       if (before) {
-        const double onward_m = before.plane_range_m(ray.direction);
+        const double onward_m = before.plane_range_m(direction);
         fades = !hits[number] && std::isfinite(onward_m) && onward_m >= fan.range_m;
         if (fades) {
           const Hit onward{before.face, onward_m};
-          const Sight sight = look(ray, aperture.weight[number], onward, before);
+          const Sight sight = look(direction, aperture.weight[number], onward, before);
           bins_.spread(before, sight, fan.origin, step);
         } else {
           bins_.settle(before, fan.origin, step);
@@ -86,18 +87,14 @@ void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::sp
       if (now) bins_.settle(now, fan.origin, step);
       if (before && now) bins_.shade(before, now.range_m);
     }
-    if (now) {
-      highest = now;
-      fades = false;
-    }
-    if (hits[number] && !now) highest = Sight{};  // a back: the surface's hole, not its shadow
+    if (before && !now) last = before;
+    if (hits[number] && !now) last = Sight{};  // a back: the surface's hole, not its shadow
     before = now;
   }
   // A surface that ends in mid-water hides all behind it, as does one that stands higher than the
   // fan; one that the fan's lower edge leaves hides nothing.
-  const bool ends = !before && !fades;
-  const bool stands_higher = before && before.direction.z() >= 0.0;
-  if (highest && (ends || stands_higher)) shade_beyond(fan, highest);
+  if (before ? before.direction.z() >= 0.0 : last && !fades)
+    shade_beyond(fan, before ? before : last);
   bins_.end_plane();
 }
 
@@ -113,7 +110,8 @@ void EchoFormer::shade_beyond(const RayFan& fan, const Sight& blocker) {
   if (leaves_m > blocker.range_m) bins_.shade(blocker, leaves_m);
 }
 
-Sight EchoFormer::look(const Ray& ray, float weight, const Hit& hit, const Sight& before) const {
+Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit& hit,
+                       const Sight& before) const {
   Sight sight;
   if (!hit) return sight;
   if (hit.face == before.face) {
@@ -125,11 +123,11 @@ Sight EchoFormer::look(const Ray& ray, float weight, const Hit& hit, const Sight
     sight.normal = (mesh.corner(hit.face, 1) - a).cross(mesh.corner(hit.face, 2) - a).normalized();
     sight.label = seafloor_.label_of(hit.face);
   }
-  const double sine = std::min(-sight.normal.dot(ray.direction), 1.0);
+  const double sine = std::min(-sight.normal.dot(direction), 1.0);
   if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
   sight.face = hit.face;
   sight.range_m = hit.t;
-  sight.direction = ray.direction;
+  sight.direction = direction;
   sight.grazing_rad = std::asin(sine);
   sight.weight = weight;
   sight.density = weight * by_label_[sight.label].over_sine(sine) / (hit.t * hit.t);

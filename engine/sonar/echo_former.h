@@ -37,7 +37,8 @@ class EchoFormer {
   void form(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits, EchoLine& line);
 
  private:
-  Sight look(const Ray& ray, float weight, const Hit& hit, const Sight& before) const;
+  Sight look(const Eigen::Vector3d& direction, float weight, const Hit& hit,
+             const Sight& before) const;
   bool continuous(const Sight& a, const Sight& b) const;
   void walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
                   std::size_t plane);

@@ -73,7 +73,7 @@ class RangeBins {
     std::uint16_t label;
   };
   std::size_t bin_of(double range_m) const;
-  void add(std::size_t bin, double energy, const Sight& sight, const Eigen::Vector3d& place,
+  void add(std::size_t index, double energy, const Sight& sight, const Eigen::Vector3d& place,
            double grazing_rad);
   void turn(int direction, double range_m);
 

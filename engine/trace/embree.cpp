@@ -112,9 +112,7 @@ class Embree final : public Intersector {
       const std::size_t elevation = std::min(first + i, fan.elevations() - 1);
       valid[i] = i < count && fan.grid->within_beam(plane, elevation) ? -1 : 0;
       any = any || valid[i];
-      const Eigen::Vector3f direction = (fan.grid->cos_elevation[elevation] * broadside +
-                                         fan.grid->sin_elevation[elevation] * fan.pole)
-                                            .cast<float>();
+      const Eigen::Vector3f direction = fan.direction(broadside, elevation).cast<float>();
       query.ray.org_x[i] = origin.x();
       query.ray.org_y[i] = origin.y();
       query.ray.org_z[i] = origin.z();

@@ -62,17 +62,16 @@ struct RayFan {
   std::size_t planes() const { return grid->planes.size(); }
   std::size_t elevations() const { return grid->elevation_rad.size(); }
 
-  /// The broadside direction of a plane, to be turned towards the pole by the elevation.
+  /// A plane's direction at elevation 0, from which its rays turn towards the pole.
   Eigen::Vector3d plane_direction(std::size_t plane) const {
     const FanGrid::Plane& p = grid->planes[plane];
     return p.cos_azimuth * middle + p.sin_azimuth * array_axis;
   }
-  Eigen::Vector3d direction(std::size_t plane, std::size_t elevation) const {
-    return grid->cos_elevation[elevation] * plane_direction(plane) +
-           grid->sin_elevation[elevation] * pole;
+  Eigen::Vector3d direction(const Eigen::Vector3d& in_plane, std::size_t elevation) const {
+    return grid->cos_elevation[elevation] * in_plane + grid->sin_elevation[elevation] * pole;
   }
   Ray ray(std::size_t plane, std::size_t elevation) const {
-    return {origin, direction(plane, elevation), 0.0, range_m};
+    return {origin, direction(plane_direction(plane), elevation), 0.0, range_m};
   }
 };
 

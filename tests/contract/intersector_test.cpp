@@ -1,15 +1,18 @@
 // What every intersector promises, whatever is inside it.
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <numbers>
 
 #include "support/catch.h"
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/aperture.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/refine/parallel_for.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -166,38 +169,52 @@ void compare(const refine::TriangleMesh& mesh, const RayFan& fan, std::span<cons
   }
 }
 
-/// Fans of pings along a line over a rippled fractal bed, embree against brute_force.
-Agreement compare_over_ripples(double extent_m, double cell_m, int elevations, int pings) {
-  const Seafloor bed = make_seafloor({.extent_east_m = extent_m,
-                                      .extent_north_m = extent_m,
-                                      .cell_m = cell_m,
-                                      .depth_m = 20.0,
-                                      .ripples = {.rms_height_m = 0.04, .wavelength_m = 1.2}},
-                                     1);
-  Sonar sonar;
-  sonar.elevations = elevations;
-  const Aperture aperture = make_aperture(sonar, 0.00375, 9.0);
+/// Fans of pings of a scene, embree against brute_force; the pings turn and roll, and move on.
+Agreement compare_over(const Scene& scene, int pings) {
+  const Seafloor bed = make_seafloor(scene.seafloor, scene.seed);
+  const Sonar& sonar = scene.sonars.front();
+  const double altitude_m = scene.track.altitude_m;
+  const Aperture aperture =
+      make_aperture(sonar, 1500.0 / sonar.frequency_hz, sonar.range_m / altitude_m);
   const auto embree = make_intersector("embree", bed.mesh);
   const auto reference = make_intersector("brute_force", bed.mesh);
-  Agreement count;
-  for (int i = 0; i < pings; ++i) {
-    const Pose pose{
-        .position = {0.3 * i, 0.17 * i, -12.0}, .roll_rad = 0.02 * i, .heading_rad = 0.4 * i};
-    for (const Side side : {Side::port, Side::starboard}) {
-      const RayFan fan = place_fan(aperture, pose, side, 75.0);
-      std::vector<Hit> found(fan.grid->rays()), expected(fan.grid->rays());
-      embree->intersect(fan, found);
-      reference->intersect(fan, expected);
-      compare(bed.mesh, fan, found, expected, count);
-    }
+  std::vector<Agreement> counts(2 * static_cast<std::size_t>(pings));
+  refine::parallel_for(counts.size(), 2, [&](std::size_t item, int) {
+    const double step = static_cast<double>(item / 2);
+    const Pose pose{.position = {0.3 * step, 0.17 * step, altitude_m - scene.seafloor.depth_m},
+                    .roll_rad = 0.02 * step,
+                    .heading_rad = 0.4 * step};
+    const RayFan fan =
+        place_fan(aperture, pose, item % 2 ? Side::starboard : Side::port, sonar.range_m);
+    std::vector<Hit> found(fan.grid->rays()), expected(fan.grid->rays());
+    embree->intersect(fan, found);
+    reference->intersect(fan, expected);
+    compare(bed.mesh, fan, found, expected, counts[item]);
+  });
+  Agreement sum;
+  for (const Agreement& one : counts) {
+    sum.rays += one.rays;
+    sum.hits += one.hits;
+    sum.other_face += one.other_face;
+    sum.leaks += one.leaks;
+    sum.unexplained += one.unexplained;
+    sum.largest_relative = std::max(sum.largest_relative, one.largest_relative);
   }
-  return count;
+  return sum;
+}
+
+Scene ripples_scene() {
+  return read_scene(std::filesystem::path(ENSONIFY_SOURCE_DIR) / "scenes/ripples.toml");
 }
 
 }  // namespace
 
 TEST_CASE("embree hits what brute force hits on rippled fans, but for rays along an edge") {
-  const Agreement count = compare_over_ripples(30.0, 0.3, 256, 3);
+  Scene scene = ripples_scene();
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 30.0;
+  scene.seafloor.cell_m = 0.3;
+  scene.sonars.front().elevations = 256;
+  const Agreement count = compare_over(scene, 3);
   CAPTURE(count.rays, count.hits, count.other_face, count.leaks, count.largest_relative);
   CHECK(count.rays > 10000);
   CHECK(count.hits > count.rays / 5);
@@ -205,8 +222,8 @@ TEST_CASE("embree hits what brute force hits on rippled fans, but for rays along
   CHECK(count.leaks <= count.rays / 10000);
 }
 
-TEST_CASE("embree hits what brute force hits, 1e5 rays on the ripples scene", "[.][soak]") {
-  const Agreement count = compare_over_ripples(120.0, 0.12, 3000, 2);
+TEST_CASE("embree hits what brute force hits, 1e5 rays of the whole ripples scene", "[.][soak]") {
+  const Agreement count = compare_over(ripples_scene(), 4);
   WARN(count.rays << " rays, " << count.hits << " hits, " << count.other_face
                   << " on a neighbour at the same distance, " << count.leaks
                   << " leaks along an edge, largest relative difference "

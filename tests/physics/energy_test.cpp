@@ -36,7 +36,7 @@ double energy_of_rays(const RayFan& fan, const Aperture& aperture, std::span<con
       const Eigen::Vector3d a = mesh.corner(hit.face, 0);
       const Eigen::Vector3d normal =
           (mesh.corner(hit.face, 1) - a).cross(mesh.corner(hit.face, 2) - a).normalized();
-      const double sine = -normal.dot(fan.direction(k, j));
+      const double sine = -normal.dot(fan.ray(k, j).direction);
       if (sine <= 0.0) continue;
       double step = 0.0;
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);

@@ -224,8 +224,8 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
   REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.ply"}).code == 0);
   REQUIRE(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.npy"}).code == 0);
   CHECK(read_text(folder / "flat.npy").find("'shape': (3, 5)") != std::string::npos);
-  check_refused(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.tif"}), 2,
-                ".ply or .npy");
+  check_refused(run_program(folder.path(), {"seafloor", "flat.toml", "-o", "flat.jpg"}), 2,
+                ".ply, .npy or .tif");
   CHECK(run_program(folder.path(), {"mesh-info", "flat.ply"}).out ==
         "vertices 15\ntriangles 16\nx_min -2\nx_max 2\ny_min -1\ny_max 1\nz_min -20\nz_max -20\n"
         "boundary_edges 12\nnon_manifold_edges 0\nrepairs 0\n");

@@ -80,6 +80,19 @@ TEST_CASE("a ping alone is the ping within the run, whatever came before") {
     CHECK(jumping.ping(poses[i], i)[1].bins.intensity == expected[i]);
 }
 
+TEST_CASE("the picture is there while the run goes on, and has grown when it ends") {
+  const TemporaryFolder folder;
+  const std::filesystem::path picture = folder / "out" / "sidescan.png";
+  std::uintmax_t early_bytes = 0;
+  run(small_scene(), folder / "out",
+      {.threads = 1, .progress = [&](std::string_view stage, std::size_t done, std::size_t) {
+         if (stage == "pings" && done == 16) early_bytes = file_size(picture);
+         return true;
+       }});
+  CHECK(early_bytes > 0);
+  CHECK(file_size(picture) > 2 * early_bytes);
+}
+
 TEST_CASE("a stopped run leaves nothing behind") {
   const TemporaryFolder folder;
   const RunControl stop{.threads = 2,

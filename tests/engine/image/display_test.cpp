@@ -43,7 +43,7 @@ Waterfall flat_bed(std::size_t pings, int bins) {
   return waterfall;
 }
 
-const std::uint8_t middle = 122;  // 255 * 0.35^0.7
+const std::uint8_t middle = 122;             // 255 * 0.35^0.7
 const Display levelling{.spreading = 30.0};  // what makes flat_bed even
 
 }  // namespace

@@ -58,13 +58,12 @@ TEST_CASE("Ripples have the rms height asked for, and a mean of zero") {
     double square = 0.0;
     constexpr int seeds = 16;
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-      const Heightfield field = ripples(
-          {.rms_height_m = 0.06,
-                                           .wavelength_m = wavelength,
-                                           .across_crests_rad = 1.0,
-                                           .relative_width = 0.15,  // enough crests to average over
-                                           .hurst = 0.7},
-                                          seed);
+      const Heightfield field = ripples({.rms_height_m = 0.06,
+                                         .wavelength_m = wavelength,
+                                         .across_crests_rad = 1.0,
+                                         .relative_width = 0.15,  // enough crests to average over
+                                         .hurst = 0.7},
+                                        seed);
       double mean = 0.0;
       for (const double z : field.z_m) {
         mean += z / static_cast<double>(field.z_m.size());

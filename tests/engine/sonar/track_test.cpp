@@ -62,7 +62,7 @@ TEST_CASE("a fan looks to its side, and its pole points upwards") {
   CHECK(port.pole.z() > 0.0);
   // First elevation straight down, last one 10 degrees above the horizontal (of a middle plane).
   const std::size_t plane = starboard.planes() / 2;
-  CHECK(starboard.direction(plane, 0).z() == Approx(-1.0).margin(1e-4));
-  CHECK(starboard.direction(plane, starboard.elevations() - 1).z() ==
+  CHECK(starboard.ray(plane, 0).direction.z() == Approx(-1.0).margin(1e-4));
+  CHECK(starboard.ray(plane, starboard.elevations() - 1).direction.z() ==
         Approx(std::sin(0.1745329)).margin(1e-4));
 }

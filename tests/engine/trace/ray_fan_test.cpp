@@ -50,7 +50,7 @@ TEST_CASE("a ray's sine from broadside is cos(elevation) sin(azimuth), and direc
       10.0};
   for (std::size_t k = 0; k < fan.planes(); ++k)
     for (std::size_t j = 0; j < fan.elevations(); j += 37) {
-      const Eigen::Vector3d d = fan.direction(k, j);
+      const Eigen::Vector3d d = fan.ray(k, j).direction;
       CHECK(d.norm() == Approx(1.0));
       CHECK(d.dot(fan.array_axis) ==
             Approx(grid->cos_elevation[j] * grid->planes[k].sin_azimuth).margin(1e-15));
