@@ -1,7 +1,6 @@
 #include <ensonify/engine/image/display.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <random>
@@ -177,17 +176,4 @@ TEST_CASE("Copper goes from black to pale yellow, never darker, warm all the way
   CHECK((ramp[0] == 0 && ramp[1] == 0 && ramp[2] == 0));
   const std::uint8_t* last = ramp + 3 * 199;
   CHECK((last[0] > 240 && last[1] > 220 && last[2] > 150 && last[2] < 220));
-}
-
-TEST_CASE("A waterfall of 600 x 3000 is a picture in a moment", "[slow]") {
-  const Waterfall waterfall = flat_bed(600, 1500);
-  double best_s = 1.0;
-  for (int i = 0; i < 3; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    render(waterfall, levelling, alpha);
-    best_s = std::min(
-        best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  INFO(best_s);
-  CHECK(best_s < 0.5);  // a machine may be busy
 }
