@@ -176,7 +176,7 @@ TriangleMesh read_ply(const std::filesystem::path& file) {
   mesh.positions.reserve(header.vertices);
   for (std::size_t i = 0; i < header.vertices; ++i) {
     const Eigen::Vector3d world(coordinate(i, 0), coordinate(i, 1), coordinate(i, 2));
-    mesh.positions.push_back((world - mesh.world_origin).cast<float>());
+    mesh.positions.emplace_back((world - mesh.world_origin).cast<float>());
   }
   mesh.faces.resize(header.faces);
   for (std::size_t i = 0; i < header.faces; ++i) {

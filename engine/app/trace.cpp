@@ -108,7 +108,7 @@ class RayReader {
             fmt::format("{} is '{}', expected a number", columns[order_[i]], field.substr(0, 40)));
     }
     const auto& [ox, oy, oz, dx, dy, dz, t_min, t_max] = value;
-    const Ray ray{{ox, oy, oz}, {dx, dy, dz}, t_min, t_max};
+    Ray ray{{ox, oy, oz}, {dx, dy, dz}, t_min, t_max};
     try {
       check_ray(ray);
     } catch (const std::invalid_argument& error) {

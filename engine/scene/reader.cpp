@@ -99,7 +99,7 @@ fs::path resolve(const std::string& text, const ScenePaths& paths) {
     throw refuse(fmt::format("the folder {}: {}",
                              (in_data ? paths.data_folder : paths.scene_folder).string(),
                              error.message()));
-  const fs::path file = fs::canonical(folder / inside, error);
+  fs::path file = fs::canonical(folder / inside, error);
   if (error) throw refuse(fmt::format("{} ({})", error.message(), (folder / inside).string()));
   if (std::ranges::mismatch(folder, file).in1 != folder.end())
     throw refuse(fmt::format("a link leads out of {}", folder.string()));

@@ -18,7 +18,8 @@ auto at(auto Owner::*first, Rest... rest) {
   return [=](Owner& owner) -> Option { return &((owner.*first).*....*rest); };
 }
 
-constexpr double largest_seed = std::numeric_limits<std::int64_t>::max();  // TOML's largest integer
+constexpr double largest_seed =  // TOML's largest integer
+    static_cast<double>(std::numeric_limits<std::int64_t>::max());
 
 std::vector<std::string_view> intersector_names() {
   std::vector<std::string_view> names;

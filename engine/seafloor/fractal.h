@@ -15,7 +15,7 @@ enum class FractalSpectrum {
 /// Relief whose mean squared height difference over a distance d is height_at_1m^2 d^(2H) (eq. 1 of
 /// Riordan, Toal and others).
 struct FractalRelief {
-  double height_at_1m_m = 0.04;  ///< rms height difference of points 1 m apart; 0: none
+  double height_at_1m_m = 0.06;  ///< rms height difference of points 1 m apart; 0: none
   double hurst = 0.7;            ///< H in (0, 1): small is jagged, large is rolling
   FractalSpectrum spectrum = FractalSpectrum::variogram;
 };

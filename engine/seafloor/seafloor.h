@@ -18,7 +18,7 @@ struct SeafloorOptions {
   SeafloorKind kind = SeafloorKind::fractal;
   // fractal
   double extent_east_m = 200.0;
-  double extent_north_m = 120.0;
+  double extent_north_m = 140.0;
   double cell_m = 0.2;
   double depth_m = 20.0;  ///< mean depth below the sea surface
   FractalRelief fractal;

@@ -51,7 +51,7 @@ class Plan {
 
 // The next 2^a 3^b 5^c with a >= 1: lengths that FFTW is fast at, and that have a Nyquist term.
 int fast_length(double at_least) {
-  if (!(at_least <= std::numeric_limits<int>::max() / 2))
+  if (!(at_least <= 0.5 * std::numeric_limits<int>::max()))
     throw std::invalid_argument(fmt::format(
         "relief: {:.3g} cells in a row are too many to synthesise; use larger cells or a smaller "
         "extent",

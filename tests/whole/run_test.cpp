@@ -3,6 +3,7 @@
 
 #include "support/beds.h"
 #include "support/catch.h"
+#include "support/data.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/run.h>
@@ -109,6 +110,26 @@ TEST_CASE("a run that cannot write says where, and leaves nothing behind") {
   CHECK_THROWS_WITH(run(small_scene(), folder / "file", {}),
                     Catch::Contains((folder / "file").string()));
   CHECK(contents(folder.path()).size() == 1);
+}
+
+TEST_CASE("every scene of ours and the default one can fly their tracks") {
+  CHECK(Simulator(Scene{}).track().size() == 600);
+  for (const char* name : {"ripples", "rocky"}) {
+    const std::filesystem::path file =
+        std::filesystem::path(ENSONIFY_SOURCE_DIR) / "scenes" / (name + std::string(".toml"));
+    CHECK(Simulator(read_scene(file)).track().size() == 600);
+  }
+  const auto survey = data_file("bathymetry/massbay_5m.tif");
+  if (!survey) {
+    WARN("skipped the survey scenes: the real data are not there");
+    return;
+  }
+  for (const char* name : {"survey_portsmouth", "survey_massbay"}) {
+    const std::filesystem::path file =
+        std::filesystem::path(ENSONIFY_SOURCE_DIR) / "scenes" / (name + std::string(".toml"));
+    const Scene scene = read_scene(file, {}, survey->parent_path().parent_path());
+    CHECK(Simulator(scene).track().size() == static_cast<std::size_t>(scene.track.pings));
+  }
 }
 
 TEST_CASE("a track that leaves the seafloor, the water or the bed is refused with what to do") {

@@ -273,7 +273,7 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:3:16: 'sonar.a.bandwidth_hz' is 500000, expected at most frequency_hz, which is "
        "400000"},
       {head + "[seafloor]\ncell_m = 0.001",
-       "s.toml:3:10: a seabed of 200 x 120 m in cells of 0.001 m has 2.4e+10 points, expected at "
+       "s.toml:3:10: a seabed of 200 x 140 m in cells of 0.001 m has 2.8e+10 points, expected at "
        "most 1e+08: make the cells larger or the seabed smaller"},
       {head + "[seafloor.ripples]\nrms_height_m = 0.1\nwavelength_m = 0.5",
        "s.toml:4:16: ripples of 0.5 m need cells of 0.125 m or less, and seafloor.cell_m is 0.2"},
