@@ -8,8 +8,6 @@
 #include <fstream>
 #include <limits>
 #include <memory>
-#include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -17,7 +15,6 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <hdf5.h>
@@ -33,8 +30,6 @@ constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netC
 
 // The deepest trench and the highest peak: beyond lie NODATA values that the file does not declare.
 constexpr double highest_m = 12000.0;
-
-void register_drivers() { [[maybe_unused]] static const bool once = (GDALAllRegister(), true); }
 
 class SurveyReader {
  public:
@@ -77,7 +72,7 @@ class SurveyReader {
     if (bytes_ == 0.0) fail("the file is empty");
     H5Eset_auto2(H5E_DEFAULT, nullptr,
                  nullptr);  // else a damaged BAG has HDF5 print, on this thread
-    register_drivers();
+    [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
     // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
     dataset_.reset(GDALDataset::Open(std::filesystem::absolute(file_).c_str(),
                                      GDAL_OF_RASTER | GDAL_OF_READONLY, drivers.data(), nullptr,
@@ -256,53 +251,6 @@ class SurveyReader {
 
 Heightfield read_survey(const std::filesystem::path& file, double water_level_m) {
   return SurveyReader(file, water_level_m).read();
-}
-
-std::vector<std::byte> encode_geotiff(const Heightfield& field) {
-  register_drivers();
-  // GDAL's files in memory share one folder; this name is ours as long as the field is there.
-  const std::string name = fmt::format("/vsimem/ensonify-{}.tif", fmt::ptr(&field));
-  const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
-  std::unique_ptr<GDALDataset> grid(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
-      name.c_str(), field.columns, field.rows, 1, GDT_Float32, nullptr));
-  const auto check = [&](bool done) {
-    if (done) return;
-    grid.reset();
-    VSIUnlink(name.c_str());
-    throw std::runtime_error(
-        fmt::format("cannot make a GeoTIFF of {} x {} cells ({}); is there memory for it?",
-                    field.columns, field.rows, CPLGetLastErrorMsg()));
-  };
-  check(grid != nullptr);
-  const Eigen::Vector3d& origin = field.world_origin;
-  std::array<double, 6> transform = {
-      origin.x() + field.x_m(0) - 0.5 * field.cell_east_m,
-      field.cell_east_m,
-      0.0,
-      origin.y() + field.y_m(field.rows - 1) + 0.5 * field.cell_north_m,
-      0.0,
-      -field.cell_north_m};
-  GDALRasterBand& band = *grid->GetRasterBand(1);
-  check(grid->SetGeoTransform(transform.data()) == CE_None);
-  check(band.SetNoDataValue(std::numeric_limits<double>::quiet_NaN()) == CE_None);
-  std::vector<double> heights(static_cast<std::size_t>(field.columns));
-  for (int line = 0; line < field.rows; ++line) {
-    for (int column = 0; column < field.columns; ++column)
-      heights[static_cast<std::size_t>(column)] =
-          origin.z() + field.at(column, field.rows - 1 - line);
-    check(band.RasterIO(GF_Write, 0, line, field.columns, 1, heights.data(), field.columns, 1,
-                        GDT_Float64, 0, 0, nullptr) == CE_None);
-  }
-  CPLErrorReset();
-  grid->FlushCache(true);
-  check(CPLGetLastErrorType() < CE_Failure);
-  grid.reset();
-  vsi_l_offset size = 0;
-  const std::unique_ptr<GByte, void (*)(void*)> bytes(
-      VSIGetMemFileBuffer(name.c_str(), &size, /* take it over: */ TRUE), VSIFree);
-  check(bytes != nullptr);
-  const auto all = std::as_bytes(std::span(bytes.get(), static_cast<std::size_t>(size)));
-  return {all.begin(), all.end()};
 }
 
 }  // namespace ensonify::engine

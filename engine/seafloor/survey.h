@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <vector>
 
 #include <ensonify/engine/seafloor/heightfield.h>
 
@@ -15,10 +13,5 @@ namespace ensonify::engine {
 /// than its size can hold, is turned, in degrees or in feet, or has no whole cell. Neither heeds
 /// nor writes .aux.xml files.
 Heightfield read_survey(const std::filesystem::path& file, double water_level_m);
-
-/// A heightfield as a GeoTIFF that read_survey gives back: float heights in the survey's own terms
-/// (world origin and all), north up, holes as NaN NODATA, no coordinate reference system. Throws
-/// std::runtime_error if memory does not hold it.
-std::vector<std::byte> encode_geotiff(const Heightfield& field);
 
 }  // namespace ensonify::engine

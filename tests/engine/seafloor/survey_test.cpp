@@ -311,22 +311,3 @@ TEST_CASE("A BAG that is cut is refused") {
              "grid.bag"),
         MeshError);
 }
-
-TEST_CASE("A heightfield written as GeoTIFF reads back: heights, holes, north and world origin") {
-  const TemporaryFolder folder;
-  const Heightfield field = read(folder, text_grid(rows_4x3), 2.0);
-  const std::vector<std::byte> bytes = encode_geotiff(field);
-  CHECK(bytes == encode_geotiff(field));
-  std::ofstream(folder / "again.tif", std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
-  const Heightfield again = read_survey(folder / "again.tif", 2.0);
-  CHECK(again.columns == 4);
-  CHECK(again.rows == 3);
-  CHECK(again.cell_east_m == field.cell_east_m);
-  CHECK(again.cell_north_m == field.cell_north_m);
-  CHECK(again.world_origin == field.world_origin);
-  for (std::size_t i = 0; i < field.z_m.size(); ++i) {
-    CHECK(std::isnan(again.z_m[i]) == std::isnan(field.z_m[i]));
-    if (!std::isnan(field.z_m[i])) CHECK(again.z_m[i] == field.z_m[i]);
-  }
-}

@@ -1,0 +1,64 @@
+#include <ensonify/engine/output/geotiff.h>
+
+#include <array>
+#include <limits>
+#include <memory>
+#include <span>
+#include <stdexcept>
+
+#include <cpl_error.h>
+#include <cpl_vsi.h>
+#include <fmt/format.h>
+#include <gdal_frmts.h>
+#include <gdal_priv.h>
+
+namespace ensonify::engine {
+
+std::vector<std::byte> encode_geotiff(const Heightfield& field) {
+  [[maybe_unused]] static const bool registered = (GDALRegister_GTiff(), true);
+  // GDAL's files in memory share one folder; this name is ours as long as the field is there.
+  const std::string name = fmt::format("/vsimem/ensonify-{}.tif", fmt::ptr(&field));
+  const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
+  std::unique_ptr<GDALDataset> grid(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
+      name.c_str(), field.columns, field.rows, 1, GDT_Float32, nullptr));
+  const auto check = [&](bool done) {
+    if (done) return;
+    grid.reset();
+    VSIUnlink(name.c_str());
+    throw std::runtime_error(
+        fmt::format("cannot make a GeoTIFF of {} x {} cells ({}); is there memory for it?",
+                    field.columns, field.rows, CPLGetLastErrorMsg()));
+  };
+  check(grid != nullptr);
+  const Eigen::Vector3d& origin = field.world_origin;
+  std::array<double, 6> transform = {
+      origin.x() + field.x_m(0) - 0.5 * field.cell_east_m,
+      field.cell_east_m,
+      0.0,
+      origin.y() + field.y_m(field.rows - 1) + 0.5 * field.cell_north_m,
+      0.0,
+      -field.cell_north_m};
+  GDALRasterBand& band = *grid->GetRasterBand(1);
+  check(grid->SetGeoTransform(transform.data()) == CE_None);
+  check(band.SetNoDataValue(std::numeric_limits<double>::quiet_NaN()) == CE_None);
+  std::vector<double> heights(static_cast<std::size_t>(field.columns));
+  for (int line = 0; line < field.rows; ++line) {
+    for (int column = 0; column < field.columns; ++column)
+      heights[static_cast<std::size_t>(column)] =
+          origin.z() + field.at(column, field.rows - 1 - line);
+    check(band.RasterIO(GF_Write, 0, line, field.columns, 1, heights.data(), field.columns, 1,
+                        GDT_Float64, 0, 0, nullptr) == CE_None);
+  }
+  CPLErrorReset();
+  grid->FlushCache(true);
+  check(CPLGetLastErrorType() < CE_Failure);
+  grid.reset();
+  vsi_l_offset size = 0;
+  const std::unique_ptr<GByte, void (*)(void*)> bytes(
+      VSIGetMemFileBuffer(name.c_str(), &size, /* take it over: */ TRUE), VSIFree);
+  check(bytes != nullptr);
+  const auto all = std::as_bytes(std::span(bytes.get(), static_cast<std::size_t>(size)));
+  return {all.begin(), all.end()};
+}
+
+}  // namespace ensonify::engine
