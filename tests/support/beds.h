@@ -26,8 +26,8 @@ inline engine::Seafloor level_bed(double depth_m, double half_extent_m = 2000.0)
 inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f high) {
   const auto first = static_cast<std::uint32_t>(bed.mesh.positions.size());
   for (int i = 0; i < 8; ++i)
-    bed.mesh.positions.push_back(
-        {i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z()});
+    bed.mesh.positions.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
+                                    i & 4 ? high.z() : low.z());
   bed.face_label.resize(bed.mesh.faces.size(), 0);
   constexpr std::array<std::array<std::uint32_t, 4>, 6> sides{
       {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};

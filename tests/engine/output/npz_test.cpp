@@ -117,7 +117,8 @@ TEST_CASE("A NumPy file is laid out as its specification says") {
   CHECK(text[9 + length] == '\n');
   CHECK(text.substr(10).find("{'descr': '<f8', 'fortran_order': False, 'shape': (3, 2), }") == 0);
   REQUIRE(text.size() == 10 + length + 48);
-  CHECK(std::memcmp(text.data() + 10 + length, values.data(), 48) == 0);
+  CHECK(text.substr(10 + length) ==
+        std::string(reinterpret_cast<const char*>(values.data()), 48));  // to the bit
   CHECK_THROWS_AS(encode_npy(values, 2, 2), std::invalid_argument);
   // Any length of header is padded to 64.
   for (std::size_t columns : {1u, 10u, 1000u, 100'000u, 1'000'000u}) {

@@ -404,7 +404,7 @@ TEST_CASE("A scene's files lie under its own folder or the data folder, and nowh
            {"file:///etc/passwd", "No such file"},
            {"~/a.tif", "No such file"}}) {
     INFO(name);
-    const std::string error = error_of([&] { read(name, data); });
+    const std::string error = error_of([&, &its_name = name] { read(its_name, data); });
     CHECK(error.starts_with(start));
     CHECK(error.find(why) != std::string::npos);
   }

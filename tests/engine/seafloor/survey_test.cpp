@@ -48,7 +48,7 @@ std::string error_of(const TemporaryFolder& folder, const std::string& bytes,
   try {
     read(folder, bytes, 0.0, name);
   } catch (const MeshError& error) {
-    const std::string what = error.what();
+    std::string what = error.what();
     CHECK(what.starts_with((folder / name).string() + ": "));
     return what;
   }
