@@ -80,12 +80,13 @@ struct Simulator::Ready {
 
 /// One thread's own.
 struct Simulator::Worker {
-  StaticSurface surface;
+  std::unique_ptr<Surface> surface;
   std::vector<Pinger> pingers;
   std::vector<EchoLine> lines;
   StageTimes times;
 
-  explicit Worker(const Ready& ready) : surface(ready.whole) {
+  explicit Worker(const Ready& ready)
+      : surface(make_surface(ready.scene.run.surface, ready.whole)) {
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
       pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_label);
@@ -118,7 +119,7 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
   StopWatch watch;
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
     Pinger& pinger = worker.pingers[i];
-    const Intersector& surface = worker.surface.prepare(pinger.aim(pose, height_m));
+    const Intersector& surface = worker.surface->prepare(pinger.aim(pose, height_m));
     watch.lap(worker.times.surface_s);
     for (const Side side : {Side::port, Side::starboard}) {
       EchoLine& line = worker.lines[2 * i + static_cast<std::size_t>(side)];

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/trace/surface.h>
 
 namespace ensonify::engine {
 namespace {
@@ -152,7 +153,7 @@ const std::vector<Section<Scene>>& scene_sections() {
        "How a run is computed.",
        {
            {"surface", "", {}, "Which triangles a ping sees. static: all of them.",
-            at(&Scene::run, &RunOptions::surface), {"static"}},
+            at(&Scene::run, &RunOptions::surface), surface_names()},
            {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`).",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
            {"block_pings", "", {1, 100000}, "Pings are handed to threads in blocks of this many.",

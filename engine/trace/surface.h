@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
@@ -27,5 +28,13 @@ class StaticSurface final : public Surface {
  private:
   std::shared_ptr<const Intersector> whole_;
 };
+
+/// The surfaces there are, by the names of `--surface`.
+std::vector<std::string_view> surface_names();
+
+/// One worker's surface of that name; `whole` is over all faces. Throws std::invalid_argument, listing
+/// the names there are.
+std::unique_ptr<Surface> make_surface(std::string_view name,
+                                      std::shared_ptr<const Intersector> whole);
 
 }  // namespace ensonify::engine

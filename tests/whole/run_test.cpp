@@ -61,6 +61,15 @@ TEST_CASE("a run writes the same bytes on one, two and four threads, and a secon
   }
 }
 
+TEST_CASE("a surface or an intersector that is not there is refused by the library, too") {
+  Scene scene = small_scene();
+  scene.run.surface = "refind";
+  CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("there are: static"));
+  scene = small_scene();
+  scene.run.intersector = "embre";
+  CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("there are: embree"));
+}
+
 TEST_CASE("another seed gives another image") {
   const TemporaryFolder folder;
   Scene scene = small_scene();
