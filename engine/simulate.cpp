@@ -195,10 +195,8 @@ std::vector<Pose> Simulator::track() const {
   return poses;
 }
 
-const Scene& Simulator::scene() const { return ready_->scene; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
 const Intersector& Simulator::intersector() const { return *ready_->whole; }
-double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return ready_->media.at(sonar).absorption_db_per_m;
 }

@@ -47,10 +47,8 @@ class Simulator {
   /// the bed and under the sea surface. Throws SceneError.
   std::vector<Pose> track() const;
 
-  const Scene& scene() const;
   const Seafloor& seafloor() const;
   const Intersector& intersector() const;
-  double sound_speed_mps() const;
   double absorption_db_per_m(std::size_t sonar) const;
   const StageTimes& times() const;
 

@@ -9,7 +9,6 @@ class BruteForce final : public Intersector {
  public:
   explicit BruteForce(refine::Triangles triangles) : triangles_(triangles) {}
 
-  std::string_view name() const override { return "brute_force"; }
   std::string_view code_path() const override { return "portable"; }
 
   void intersect(const RayFan& fan, std::span<Hit> hits) const override {

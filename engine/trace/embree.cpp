@@ -37,7 +37,6 @@ class Embree final : public Intersector {
     check();
   }
 
-  std::string_view name() const override { return "embree"; }
   std::string_view code_path() const override { return instruction_set_; }
 
   void intersect(const RayFan& fan, std::span<Hit> hits) const override {

@@ -22,8 +22,6 @@ class Intersector {
  public:
   virtual ~Intersector() = default;
 
-  /// The name it has in the table, as in `--intersector`.
-  virtual std::string_view name() const = 0;
   /// What its last bits depend on, beside its libraries: an instruction set, or "portable".
   virtual std::string_view code_path() const = 0;
 
