@@ -114,6 +114,25 @@ TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, 
   }
 }
 
+TEST_CASE("a bed that rises to the side is even to the last bin: no hole, no rim") {
+  // Up to a quarter of the altitude (0.09) there are rays even in range; beyond, only those even in
+  // angle.
+  for (const auto& [rise, largest_step_db] : {std::pair{0.05, 0.1}, {0.09, 0.1}, {0.12, 1.0}}) {
+    CAPTURE(rise);
+    Seafloor bed = level_bed(20.0, 100.0);
+    for (Eigen::Vector3f& p : bed.mesh.positions) p.z() += static_cast<float>(rise) * p.x();
+    Sonar sonar = plain_sonar();
+    sonar.elevations = 1000;
+    const EchoLine starboard = ping_once(sonar, bed, above_bed, altitude_m)[1];
+    CHECK(starboard.starved == 0);
+    const std::vector<float>& mean = starboard.bins.intensity_mean;
+    for (std::size_t i = mean.size() / 3; i < mean.size(); ++i) {
+      REQUIRE(starboard.bins.region[i] == static_cast<std::uint32_t>(Region::seabed));
+      REQUIRE(std::abs(scatter::to_db(mean[i] / mean[i - 1])) < largest_step_db);
+    }
+  }
+}
+
 TEST_CASE("the picture's energy does not depend on which intersector found the hits") {
   Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0);
