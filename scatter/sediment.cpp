@@ -1,0 +1,224 @@
+#include <ensonify/scatter/sediment.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace ensonify::scatter {
+namespace {
+
+constexpr double finest_gravel_phi = -1.0;
+constexpr double lowest_valid_hz = 10e3;
+constexpr double highest_valid_hz = 100e3;
+
+struct Grain {
+  std::string_view name;
+  double mean_size_phi;
+};
+// TR 9407 table 2.
+constexpr std::array<Grain, 26> grains = {
+    {{"sandy gravel", -1.0},      {"very coarse sand", -0.5},
+     {"muddy sandy gravel", 0.0}, {"coarse sand", 0.5},
+     {"gravelly sand", 0.5},      {"gravelly muddy sand", 1.0},
+     {"medium sand", 1.5},        {"muddy gravel", 2.0},
+     {"fine sand", 2.5},          {"silty sand", 2.5},
+     {"muddy sand", 3.0},         {"very fine sand", 3.5},
+     {"clayey sand", 4.0},        {"coarse silt", 4.5},
+     {"sandy silt", 5.0},         {"gravelly mud", 5.0},
+     {"medium silt", 5.5},        {"sand silt clay", 5.5},
+     {"sandy mud", 6.0},          {"silt", 6.0},
+     {"fine silt", 6.5},          {"clayey silt", 6.5},
+     {"sandy clay", 7.0},         {"very fine silt", 7.5},
+     {"silty clay", 8.0},         {"clay", 9.0}}};
+
+struct Stone {
+  std::string_view name;
+  double sound_speed_ratio, strength_cm4;
+};
+// Cobble's strength is the one that reproduces table 3; table 2's is hard to read in the scan.
+constexpr std::array<Stone, 5> stones = {{{"rough rock", 2.5, 0.20693},
+                                          {"rock", 2.5, 0.01862},
+                                          {"cobble", 1.8, 0.0160},
+                                          {"gravel", 1.8, 0.0160},
+                                          {"pebble", 1.8, 0.0160}}};
+
+// TR 9407 eqs 2-6: M is the mean grain size in phi.
+double density_ratio(double M) {
+  if (M < 1.0) return 0.007797 * M * M - 0.17057 * M + 2.3139;
+  if (M < 5.3) return -0.0165406 * M * M * M + 0.2290201 * M * M - 1.1069031 * M + 3.0455;
+  return -0.0012973 * M + 1.1565;
+}
+
+double sound_speed_ratio(double M) {
+  if (M < 1.0) return 0.002709 * M * M - 0.056452 * M + 1.2778;
+  if (M < 5.3) return -0.0014881 * M * M * M + 0.0213937 * M * M - 0.1382798 * M + 1.3425;
+  return -0.0024324 * M + 1.0019;
+}
+
+double attenuation_db_per_m_khz(double M) {
+  if (M < 0.0) return 0.4556;
+  if (M < 2.6) return 0.4556 + 0.0245 * M;
+  if (M < 4.5) return 0.1978 + 0.1245 * M;
+  if (M < 6.0) return 8.0399 - 2.5228 * M + 0.20098 * M * M;
+  return 0.9431 - 0.2041 * M + 0.0117 * M * M;
+}
+
+double loss(double M) {
+  constexpr double c1 = 1.528;  // m/ms: the handbook's water, whatever ours is
+  return attenuation_db_per_m_khz(M) * sound_speed_ratio(M) * c1 * std::numbers::ln10 /
+         (40.0 * std::numbers::pi);
+}
+
+// Eqs 9-10: from the rms relief of a track 100 cm long.
+double strength_cm4(double M) {
+  const double h_cm = M < 5.0 ? (2.03846 - 0.26923 * M) / (1.0 + 0.076923 * M) : 0.5;
+  return 0.00207 * h_cm * h_cm;
+}
+
+/// Lower case, with one space for whatever stands between words, and without a remark in brackets.
+std::string normalised(std::string_view name) {
+  std::string out;
+  bool gap = false;
+  for (const char c : name.substr(0, name.find('('))) {
+    const auto u = static_cast<unsigned char>(c);
+    if (std::isspace(u) || c == '-' || c == '_') {
+      gap = !out.empty();
+      continue;
+    }
+    if (gap) out += ' ';
+    gap = false;
+    out += static_cast<char>(std::tolower(u));
+  }
+  return out;
+}
+
+/// How many letters must be put in, taken out or changed to make one of the other (Levenshtein).
+std::size_t letters_apart(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i] != b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({changed, diagonal + 1, row[j] + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string unknown_name(std::string_view name, std::vector<NamedSediment> all) {
+  const std::string wanted = normalised(name.substr(0, 64));
+  std::ranges::stable_sort(all, {},
+                           [&](const NamedSediment& s) { return letters_apart(wanted, s.name); });
+  return fmt::format("sediment '{}' is not known; the nearest names are '{}', '{}' and '{}'",
+                     name.substr(0, 64), all[0].name, all[1].name, all[2].name);
+}
+
+}  // namespace
+
+void check(const Sediment& sediment) {
+  struct Range {
+    std::string_view name;
+    double value, low, high;
+  };
+  for (const Range& r :
+       {Range{"density_ratio", sediment.density_ratio, 1.0, 3.0},
+        Range{"sound_speed_ratio", sediment.sound_speed_ratio, 0.8, 3.0},
+        Range{"loss", sediment.loss, 0.0, 0.1}, Range{"volume", sediment.volume, 0.0, 1.0},
+        Range{"strength_cm4", sediment.strength_cm4, 0.0, 1.0},
+        Range{"strength_offset_db", sediment.strength_offset_db, -100.0, 100.0}})
+    if (!(r.value >= r.low && r.value <= r.high))
+      throw std::invalid_argument(
+          fmt::format("sediment: {} is {}, expected {} to {}", r.name, r.value, r.low, r.high));
+  if (!(sediment.exponent > 2.0 && sediment.exponent < 4.0))
+    throw std::invalid_argument(
+        fmt::format("sediment: exponent is {}, expected more than 2 and less than 4 (and best 2.4 "
+                    "to 3.9)",
+                    sediment.exponent));
+}
+
+std::vector<NamedSediment> named_sediments() {
+  std::vector<NamedSediment> all;
+  for (const Stone& s : stones)
+    all.push_back({s.name, std::nullopt,
+                   Sediment{.density_ratio = 2.5,
+                            .sound_speed_ratio = s.sound_speed_ratio,
+                            .loss = 0.01374,
+                            .volume = 0.002,
+                            .strength_cm4 = s.strength_cm4}});
+  for (const Grain& g : grains)
+    all.push_back({g.name, g.mean_size_phi, sediment_of_grain_size(g.mean_size_phi)});
+  return all;
+}
+
+Sediment sediment_named(std::string_view name) {
+  std::vector<NamedSediment> all = named_sediments();
+  const std::string wanted = normalised(name);
+  const auto found = std::ranges::find(all, wanted, &NamedSediment::name);
+  if (found == all.end()) throw std::invalid_argument(unknown_name(name, std::move(all)));
+  return found->sediment;
+}
+
+Sediment sediment_of_grain_size(double mean_grain_size_phi) {
+  const double M = mean_grain_size_phi;
+  if (!(M >= -1.0 && M <= 9.0))
+    throw std::invalid_argument(
+        fmt::format("mean grain size is {} phi, expected -1 to 9 (coarser: name a sediment, as "
+                    "gravel or rock)",
+                    M));
+  return {.density_ratio = density_ratio(M),
+          .sound_speed_ratio = sound_speed_ratio(M),
+          .loss = loss(M),
+          .volume = M < 5.5 ? 0.002 : 0.001,  // eq. 6
+          .strength_cm4 = strength_cm4(M)};
+}
+
+bool gravel_or_rock(const Sediment& sediment) {
+  return sediment.sound_speed_ratio >= sound_speed_ratio(finest_gravel_phi);
+}
+
+double wavenumber_per_cm(double frequency_hz, double sound_speed_mps) {
+  const auto require_positive = [](std::string_view name, double value) {
+    if (!(value > 0.0 && std::isfinite(value)))
+      throw std::invalid_argument(fmt::format("{} is {}, expected more than 0", name, value));
+  };
+  require_positive("frequency_hz", frequency_hz);
+  require_positive("sound_speed_mps", sound_speed_mps);
+  return 2.0 * std::numbers::pi * frequency_hz / (100.0 * sound_speed_mps);
+}
+
+double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
+                                double sound_speed_mps) {
+  if (gravel_or_rock(sediment)) frequency_hz = std::min(frequency_hz, highest_valid_hz);
+  return wavenumber_per_cm(frequency_hz, sound_speed_mps);
+}
+
+std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz) {
+  std::string warning;
+  if (!(frequency_hz >= lowest_valid_hz && frequency_hz <= highest_valid_hz))
+    warning =
+        fmt::format("{:g} kHz is outside 10 to 100 kHz, where the bottom model is validated: {}",
+                    frequency_hz / 1000.0,
+                    frequency_hz > highest_valid_hz && gravel_or_rock(sediment)
+                        ? "the roughness of gravel and rock is that of 100 kHz"
+                        : "levels are extrapolated");
+  if (!(sediment.exponent >= 2.4 && sediment.exponent <= 3.9))
+    warning += fmt::format("{}exponent {} is outside the recommended 2.4 to 3.9",
+                           warning.empty() ? "" : "; ", sediment.exponent);
+  if (warning.empty()) return std::nullopt;
+  return warning;
+}
+
+double relief_spectrum_cm4(const Sediment& sediment, double k_per_cm) {
+  return sediment.strength_cm4 * std::pow(k_per_cm, -sediment.exponent);
+}
+
+}  // namespace ensonify::scatter

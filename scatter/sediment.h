@@ -1,0 +1,70 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ensonify::scatter {
+
+/// A seabed as APL-UW TR 9407 (1994), section IV.A, sees it: six numbers, relative to the water above.
+///
+/// The handbook counts wavenumbers in rad/cm: so do all functions of this folder that take one
+/// (`k_per_cm`). Its relief has the isotropic spectrum W2(K) = strength K^-exponent cm^4 (eq. 7),
+/// whose integral over the plane is the variance of height.
+struct Sediment {
+  double density_ratio = 0.0;       ///< rho, 1 to 3
+  double sound_speed_ratio = 0.0;   ///< nu, 0.8 to 3
+  double loss = 0.0;                ///< delta, Im/Re of the sediment's wavenumber, 0 to 0.1
+  double volume = 0.0;              ///< sigma2, volume cross-section over attenuation, 0 to 1
+  double exponent = 3.25;           ///< gamma, between 2 and 4 (recommended: 2.4 to 3.9); eq. 8
+  double strength_cm4 = 0.0;        ///< w2, 0 to 1; below 1e-12 the bed counts as smooth
+  double strength_offset_db = 0.0;  ///< added to the scattering strength that the models give
+
+  double alpha() const { return exponent / 2.0 - 1.0; }
+  bool smooth() const { return strength_cm4 < 1e-12; }
+};
+
+/// Throws std::invalid_argument, naming the valid range, for what lies outside TR 9407 IV.A.8's.
+void check(const Sediment& sediment);
+
+struct NamedSediment {
+  std::string_view name;
+  std::optional<double> mean_grain_size_phi;  ///< none for rock and stones
+  Sediment sediment;
+};
+
+/// TR 9407 table 2, coarse to fine, a row a name. Where a mean grain size belongs to the name, the
+/// parameters are its regressions and not the table's rounded numbers.
+std::vector<NamedSediment> named_sediments();
+
+/// One of them; case does not matter, and space, hyphen and underscore are the same. Throws
+/// std::invalid_argument with the nearest names for another.
+Sediment sediment_named(std::string_view name);
+
+/// The regressions over mean grain size, TR 9407 eqs 2-10. Throws std::invalid_argument outside
+/// -1 to 9 phi.
+Sediment sediment_of_grain_size(double mean_grain_size_phi);
+
+/// Whether it is at least as fast as a bed of 2 mm grains (-1 phi), Wentworth's border between sand
+/// and gravel. It is asked of the sound speed because each seabed has one, named or not, and it alone
+/// tells rock and stones from what the regressions over grain size describe.
+bool gravel_or_rock(const Sediment& sediment);
+
+/// Wavenumber in the water, rad/cm. Throws std::invalid_argument unless both are positive and finite.
+double wavenumber_per_cm(double frequency_hz, double sound_speed_mps);
+
+/// The wavenumber at which the relief of TR 9407 is evaluated: the water's, but that of 100 kHz for
+/// gravel and rock above it, where the large-roughness form would leave the measurements by 10 to
+/// 20 dB (Jackson's elastic small-slope results at 300 kHz).
+double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
+                                double sound_speed_mps);
+
+/// What should be said once a run about TR 9407 at this frequency (valid: 10 to 100 kHz) and with this
+/// exponent; nothing inside its range.
+std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz);
+
+/// W2(K), TR 9407 eq. 7, cm^4.
+double relief_spectrum_cm4(const Sediment& sediment, double k_per_cm);
+
+}  // namespace ensonify::scatter

@@ -1,0 +1,93 @@
+#include <ensonify/scatter/sound_speed_profile.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace ensonify::scatter {
+namespace {
+
+constexpr double deepest_sample_m = 12000.0;  // below the deepest trench
+constexpr double slowest_mps = 1000.0;
+constexpr double fastest_mps = 2000.0;
+constexpr double one_depth_m = 1e-3;  // no cast resolves less
+
+double speed_in(const SoundSpeedLayer& layer, double depth_m) {
+  if (layer.gradient_per_s == 0.0) return layer.top_mps;
+  return std::lerp(layer.top_mps, layer.bottom_mps,
+                   (depth_m - layer.top_m) / (layer.bottom_m - layer.top_m));
+}
+
+/// Straight down between two depths of one layer: the integral of dz / c(z).
+double time_s(const SoundSpeedLayer& layer, double from_m, double to_m) {
+  const double speed = speed_in(layer, from_m);
+  const double change = layer.gradient_per_s * (to_m - from_m) / speed;
+  return (to_m - from_m) / speed * (change == 0.0 ? 1.0 : std::log1p(change) / change);
+}
+
+}  // namespace
+
+void check_sound_speed_sample(const SoundSpeedSample& sample) {
+  if (!(sample.depth_m >= 0.0 && sample.depth_m <= deepest_sample_m))
+    throw std::invalid_argument(
+        fmt::format("the depth is {} m, expected 0 (the surface) to {}, counted downwards",
+                    sample.depth_m, deepest_sample_m));
+  if (!(sample.sound_speed_mps >= slowest_mps && sample.sound_speed_mps <= fastest_mps))
+    throw std::invalid_argument(fmt::format("the sound speed is {} m/s, expected {} to {}",
+                                            sample.sound_speed_mps, slowest_mps, fastest_mps));
+}
+
+SoundSpeedProfile::SoundSpeedProfile(std::vector<SoundSpeedSample> samples) {
+  if (samples.empty()) throw std::invalid_argument("a sound speed profile needs at least a sample");
+  for (const SoundSpeedSample& sample : samples) check_sound_speed_sample(sample);
+  // By speed too, so that the order of the samples does not change a bit of the means.
+  std::ranges::sort(samples, [](const SoundSpeedSample& a, const SoundSpeedSample& b) {
+    return a.depth_m != b.depth_m ? a.depth_m < b.depth_m : a.sound_speed_mps < b.sound_speed_mps;
+  });
+
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  layers_.reserve(samples.size() + 1);
+  for (auto sample = samples.begin(); sample != samples.end();) {
+    const double depth_m = sample->depth_m;
+    double sum_mps = 0.0;
+    int count = 0;
+    for (; sample != samples.end() && sample->depth_m - depth_m < one_depth_m; ++sample, ++count)
+      sum_mps += sample->sound_speed_mps;
+    const double speed_mps = sum_mps / count;
+    if (layers_.empty()) {
+      layers_.push_back({-inf, depth_m, speed_mps, speed_mps, 0.0});
+    } else {
+      SoundSpeedLayer& above = layers_.back();
+      above.bottom_m = depth_m;
+      above.bottom_mps = speed_mps;
+      above.gradient_per_s = (speed_mps - above.top_mps) / (depth_m - above.top_m);
+    }
+    layers_.push_back({depth_m, inf, speed_mps, speed_mps, 0.0});
+  }
+}
+
+std::size_t SoundSpeedProfile::layer_index(double depth_m) const {
+  const auto below = std::ranges::upper_bound(layers_, depth_m, {}, &SoundSpeedLayer::top_m);
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(below - layers_.begin() - 1, 0));
+}
+
+double SoundSpeedProfile::speed_mps(double depth_m) const {
+  return speed_in(layers_[layer_index(depth_m)], depth_m);
+}
+
+double SoundSpeedProfile::mean_speed_mps(double from_m, double to_m) const {
+  if (!std::isfinite(from_m) || !std::isfinite(to_m))
+    throw std::invalid_argument("a mean sound speed needs two finite depths");
+  const auto [upper_m, lower_m] = std::minmax(from_m, to_m);
+  if (upper_m == lower_m) return speed_mps(upper_m);
+  double sum_s = 0.0;
+  for (std::size_t i = layer_index(upper_m); i < layers_.size() && layers_[i].top_m < lower_m; ++i)
+    sum_s += time_s(layers_[i], std::max(upper_m, layers_[i].top_m),
+                    std::min(lower_m, layers_[i].bottom_m));
+  return (lower_m - upper_m) / sum_s;
+}
+
+}  // namespace ensonify::scatter

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace ensonify::scatter {
+
+/// A measured sound speed; depth counts down from the surface.
+struct SoundSpeedSample {
+  double depth_m = 0.0;
+  double sound_speed_mps = 1500.0;
+};
+
+/// Throws std::invalid_argument unless the depth is within 0..12000 m and the speed within
+/// 1000..2000 m/s.
+void check_sound_speed_sample(const SoundSpeedSample& sample);
+
+/// Water in which the speed is linear in depth: c = speed at the top + gradient (depth - top).
+struct SoundSpeedLayer {
+  double top_m, bottom_m;  ///< -inf and inf at the profile's ends
+  double top_mps, bottom_mps;
+  double gradient_per_s;  ///< 0 where the top or the bottom is infinite
+};
+
+/// Sound speed over depth, linear between samples, without jumps. Above the first and below the last
+/// sample it stays what it was there. A bed below the cast is common, and a cast's last gradient
+/// says nothing of what is beneath; unmixed, the same water would gain 1.6 m/s per 100 m from its
+/// pressure alone, less than is unknown. Whoever needs to tell the user compares deepest_m().
+class SoundSpeedProfile {
+ public:
+  /// From samples in any order, at least one. Those within a millimetre below another are one with
+  /// it: the mean speed at the upper depth. Throws std::invalid_argument as check_sound_speed_sample.
+  explicit SoundSpeedProfile(std::vector<SoundSpeedSample> samples);
+
+  double speed_mps(double depth_m) const;
+
+  /// The harmonic mean between two depths, in either order, which is distance over travel time
+  /// straight down; the speed itself where they are equal. Throws std::invalid_argument unless both
+  /// are finite.
+  double mean_speed_mps(double from_m, double to_m) const;
+
+  /// From the surface down: constant above the first sample, one between each two, constant below
+  /// the last. The layer of a depth holds its top and not its bottom.
+  const std::vector<SoundSpeedLayer>& layers() const { return layers_; }
+  std::size_t layer_index(double depth_m) const;
+
+  double shallowest_m() const { return layers_.front().bottom_m; }
+  double deepest_m() const { return layers_.back().top_m; }
+
+ private:
+  std::vector<SoundSpeedLayer> layers_;
+};
+
+}  // namespace ensonify::scatter
