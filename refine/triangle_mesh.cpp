@@ -1,19 +1,39 @@
 #include <ensonify/refine/triangle_mesh.h>
 
 #include <algorithm>
+#include <numeric>
 
 namespace ensonify::refine {
 
 Bounds bounds(Triangles triangles) {
   Bounds box;
-  if (triangles.positions.empty()) return box;
-  box.lowest = box.highest = triangles.positions.front();
-  for (const Eigen::Vector3f& p : triangles.positions) {
-    box.lowest = box.lowest.cwiseMin(p);
-    box.highest = box.highest.cwiseMax(p);
-  }
+  if (triangles.faces.empty()) return box;
+  box.lowest = box.highest = triangles.positions[triangles.faces.front()[0]];
+  for (const Face& face : triangles.faces)
+    for (const std::uint32_t vertex : face) {
+      box.lowest = box.lowest.cwiseMin(triangles.positions[vertex]);
+      box.highest = box.highest.cwiseMax(triangles.positions[vertex]);
+    }
   return box;
 }
+
+namespace {
+
+/// For each vertex one of those at its place, the same for all of them.
+std::vector<std::uint32_t> one_a_place(const std::vector<Eigen::Vector3f>& positions) {
+  const auto before = [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  };
+  std::vector<std::uint32_t> sorted(positions.size()), one(positions.size());
+  std::iota(sorted.begin(), sorted.end(), 0u);
+  std::ranges::sort(sorted, before, [&](std::uint32_t i) { return positions[i]; });
+  for (std::size_t i = 0; i < sorted.size(); ++i)
+    one[sorted[i]] = i > 0 && positions[sorted[i]] == positions[sorted[i - 1]] ? one[sorted[i - 1]]
+                                                                              : sorted[i];
+  return one;
+}
+
+}  // namespace
 
 MeshSummary summarise(const TriangleMesh& mesh) {
   const Bounds box = bounds(mesh);
@@ -21,12 +41,13 @@ MeshSummary summarise(const TriangleMesh& mesh) {
                       .faces = mesh.faces.size(),
                       .lowest = mesh.world_origin + box.lowest.cast<double>(),
                       .highest = mesh.world_origin + box.highest.cast<double>()};
+  const std::vector<std::uint32_t> place = one_a_place(mesh.positions);
   std::vector<std::uint64_t> edges;  // lower vertex in the high half, higher vertex in the low half
   edges.reserve(3 * mesh.faces.size());
   for (const Face& face : mesh.faces)
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint64_t a = face[k], b = face[(k + 1) % 3];
-      edges.push_back(std::min(a, b) << 32 | std::max(a, b));
+      const std::uint64_t a = place[face[k]], b = place[face[(k + 1) % 3]];
+      if (a != b) edges.push_back(std::min(a, b) << 32 | std::max(a, b));
     }
   std::sort(edges.begin(), edges.end());
   for (std::size_t i = 0, next = 0; i < edges.size(); i = next) {

@@ -37,14 +37,14 @@ struct TriangleMesh {
   operator Triangles() const { return {positions, faces}; }
 };
 
-/// The box around a mesh's vertices, local metres; both zero without any.
+/// The box around the vertices that faces use, local metres; both zero without any.
 struct Bounds {
   Eigen::Vector3f lowest = Eigen::Vector3f::Zero();
   Eigen::Vector3f highest = Eigen::Vector3f::Zero();
 };
 Bounds bounds(Triangles triangles);
 
-/// What `mesh-info` tells of a mesh.
+/// What `mesh-info` tells of a mesh. Edges join places: vertices at one place count as one there.
 struct MeshSummary {
   std::size_t vertices = 0;
   std::size_t faces = 0;

@@ -10,14 +10,15 @@
 
 namespace ensonify::engine::app {
 
-/// A mesh from a file: a PLY, or anything else as a survey grid, whose heights it keeps.
+/// A mesh from a file: by its name PLY, OBJ, STL or OFF, or else a survey grid, whose heights it
+/// keeps.
 struct MeshFile {
   std::optional<Heightfield> grid;
   refine::TriangleMesh mesh;
 
   explicit MeshFile(const std::filesystem::path& file) {
-    if (file.extension() == ".ply") {
-      mesh = refine::read_ply(file);
+    if (refine::mesh_format(file)) {
+      mesh = refine::read_mesh(file);
     } else {
       grid = read_survey(file, 0.0);
       mesh = tessellate(*grid);

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/refine/mesh_repair.h>
+
 #include "app.h"
 #include "mesh_file.h"
 
@@ -25,7 +27,9 @@ void print_info(const std::filesystem::path& file) {
   }
   line("boundary_edges", summary.boundary_edges);
   line("non_manifold_edges", summary.non_manifold_edges);
-  line("repairs", 0);
+  const refine::RepairReport repairs = refine::repair(input.mesh).report;
+  line("repairs", repairs.total());
+  for (const auto& [name, count] : repairs.entries()) line(fmt::format("repair_{}", name), count);
   if (input.grid) {
     const Heightfield& grid = *input.grid;
     line("columns", grid.columns);
@@ -42,7 +46,8 @@ void print_info(const std::filesystem::path& file) {
 void add_mesh_info(CLI::App& app, Action& action) {
   const auto file = std::make_shared<std::filesystem::path>();
   CLI::App& command = *app.add_subcommand(
-      "mesh-info", "Tell about a mesh (.ply) or a survey grid: one `name value` a line, metres");
+      "mesh-info", "Tell about a mesh (PLY, OBJ, STL, OFF) or a survey grid: one `name value` a line, metres; the "
+      "counts are the file's own, repairs are what a run would change");
   command.add_option("FILE", *file, "The mesh or grid")->required();
   command.callback([&action, file] { action = [file] { print_info(*file); }; });
 }

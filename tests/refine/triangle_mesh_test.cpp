@@ -14,11 +14,11 @@ TEST_CASE("An empty mesh has a summary of zeros") {
 
 TEST_CASE("A closed surface has no boundary, and its bounds are in the world") {
   TriangleMesh tetrahedron;
-  tetrahedron.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, -4}};
+  tetrahedron.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, -4}, {9, 9, 9}};  // one astray
   tetrahedron.faces = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
   tetrahedron.world_origin = {148376.0, 6234000.0, 10.0};
   const MeshSummary summary = summarise(tetrahedron);
-  CHECK(summary.vertices == 4);
+  CHECK(summary.vertices == 5);
   CHECK(summary.faces == 4);
   CHECK(summary.boundary_edges == 0);
   CHECK(summary.non_manifold_edges == 0);

@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/refine/mesh_formats.h>
+
+namespace ensonify::refine {
+namespace {
+
+// Statements that add no polygon. One that is not known may be a misspelt vertex: it is refused.
+constexpr std::array ignored{"vt",     "vn",       "vp",         "g",        "o",
+                             "s",      "l",        "p",          "mg",       "lod",
+                             "bevel",  "c_interp", "d_interp",   "usemtl",   "mtllib",
+                             "usemap", "maplib",   "shadow_obj", "trace_obj"};
+constexpr std::array free_form{"cstype", "deg", "bmat", "step", "parm", "trim",  "hole",  "scrv",
+                               "sp",     "end", "con",  "curv", "surf", "curv2", "ctech", "stech"};
+
+class ObjParser {
+ public:
+  ObjParser(std::string_view bytes, std::string_view name)
+      : text_(bytes, name, {.hash_comments = true, .joined_lines = true}) {}
+
+  FileMesh parse() {
+    while (text_.to_word()) {
+      const std::string_view statement = text_.word();
+      if (statement == "v")
+        vertex();
+      else if (statement == "f" || statement == "fo")
+        face();
+      else if (std::ranges::find(ignored, statement) != ignored.end())
+        text_.skip_line();
+      else if (std::ranges::find(free_form, statement) != free_form.end())
+        text_.fail(
+            fmt::format("\"{}\" belongs to a free-form surface, which is not read; write "
+                        "the file again as polygons",
+                        statement));
+      else
+        text_.fail(fmt::format("{} is no statement of an OBJ file; correct or drop the line",
+                               quoted(statement)));
+    }
+    if (mesh_.faces.empty())
+      text_.fail("the file ends without a face (f); write it again with its faces");
+    if (highest_ > mesh_.positions.size())
+      text_.fail(index_fault(static_cast<std::int64_t>(highest_), mesh_.positions.size()),
+                 highest_line_);
+    return std::move(mesh_);
+  }
+
+ private:
+  void vertex() {
+    Eigen::Vector3d& position = mesh_.positions.emplace_back();
+    int numbers = 0;
+    for (std::string_view word; !(word = text_.word()).empty(); ++numbers) {
+      const double value = text_.coordinate(word);
+      if (numbers < 3) position[numbers] = value;
+    }
+    // With a weight, a colour, or both: none of them moves a corner of a polygon.
+    if (numbers != 3 && numbers != 4 && numbers != 6 && numbers != 7)
+      text_.fail(
+          fmt::format("a vertex has {} numbers, expected x y z (and a weight, a colour, or "
+                      "both); correct the line",
+                      numbers));
+  }
+
+  void face() {
+    Fan fan(mesh_.faces);
+    for (std::string_view word; !(word = text_.word()).empty();) fan.add(corner(word));
+    if (fan.corners() < 3)
+      text_.fail(fmt::format("a face has {} corners, expected 3 or more; correct or drop the line",
+                             fan.corners()));
+  }
+
+  /// a, a/b, a//c or a/b/c: only a counts, but the others are numbers too, or left out.
+  std::uint32_t corner(std::string_view word) {
+    const std::size_t slash = std::min(word.find('/'), word.size());
+    const std::int64_t index = text_.integer(word.substr(0, slash), "a vertex's number");
+    std::string_view others = word.substr(slash);
+    for (int i = 0; i < 2 && !others.empty(); ++i) {
+      const std::size_t end = std::min(others.find('/', 1), others.size());
+      if (end > 1) text_.integer(others.substr(1, end - 1), "a corner as a, a/b, a//c or a/b/c");
+      others.remove_prefix(end);
+    }
+    if (!others.empty())
+      text_.fail(fmt::format("found {}, expected a corner as a, a/b, a//c or a/b/c; correct it",
+                             quoted(word)));
+
+    const auto vertices = static_cast<std::int64_t>(mesh_.positions.size());
+    if (index == 0 || index < -vertices || index > std::numeric_limits<std::uint32_t>::max())
+      text_.fail(index_fault(index, mesh_.positions.size()));
+    if (index < 0) return static_cast<std::uint32_t>(vertices + index);
+    // It may name a vertex that is still to come.
+    if (static_cast<std::uint64_t>(index) > highest_) {
+      highest_ = static_cast<std::uint64_t>(index);
+      highest_line_ = text_.line();
+    }
+    return static_cast<std::uint32_t>(index - 1);
+  }
+
+  MeshText text_;
+  FileMesh mesh_;
+  std::uint64_t highest_ = 0;  ///< the highest number any face names
+  std::size_t highest_line_ = 0;
+};
+
+}  // namespace
+
+FileMesh parse_obj(std::string_view bytes, std::string_view name) {
+  return ObjParser(bytes, name).parse();
+}
+
+}  // namespace ensonify::refine
