@@ -3,9 +3,6 @@
 #include <cmath>
 
 namespace ensonify::bench {
-namespace {
-
-// The same square of rippled sand, cut into more or fewer faces, under about 65,536 rays a ping.
 engine::Scene ripples(double faces) {
   constexpr double extent_m = 200.0;
   engine::Scene scene;
@@ -18,8 +15,6 @@ engine::Scene ripples(double faces) {
   scene.sonars.front().elevations = 4096;
   return scene;
 }
-
-}  // namespace
 
 std::vector<Case> all_cases() {
   return {{"ripples/0.5M/static/embree", ripples(0.5e6)},

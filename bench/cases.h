@@ -13,6 +13,9 @@ struct Case {
   engine::Scene scene;
 };
 
+/// The same square of rippled sand, cut into more or fewer faces, under about 65,536 rays a ping.
+engine::Scene ripples(double faces);
+
 /// Every case there is, the one that ratios refer to first.
 std::vector<Case> all_cases();
 

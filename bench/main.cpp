@@ -7,6 +7,7 @@
 #include "cases.h"
 #include "measure.h"
 #include "report.h"
+#include "traces.h"
 
 int main(int argc, char** argv) try {
   using namespace ensonify::bench;
@@ -26,12 +27,13 @@ int main(int argc, char** argv) try {
   std::vector<Case> cases;
   for (Case& one : all_cases())
     if (one.name.find(filter) != std::string::npos) cases.push_back(std::move(one));
-  if (cases.empty()) {
+  std::vector<TraceMeasurement> traces = measure_traces(filter, rounds, pings);
+  if (cases.empty() && traces.empty()) {
     fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", filter);
     return 2;
   }
   const std::vector<Measurement> results = measure(cases, rounds, pings);
-  fmt::print("{}", as_json ? json(results) : table(results));
+  fmt::print("{}", as_json ? json(results, traces) : table(results, traces));
   return 0;
 } catch (const std::exception& error) {
   fmt::print(stderr, "ensonify-bench: {}\n", error.what());

@@ -18,10 +18,13 @@ std::string processor() {
 
 }  // namespace
 
-std::string table(const std::vector<Measurement>& results) {
-  std::string text =
-      fmt::format("{:<28} {:>9} {:>9} {:>8} {:>17} {:>6}   {}\n", "case", "faces", "rays/ping",
-                  "pings/s", "ms/ping (spread)", "ratio", "ms: surface trace echo speckle");
+std::string table(const std::vector<Measurement>& results,
+                  const std::vector<TraceMeasurement>& traces) {
+  std::string text;
+  if (!results.empty())
+    text +=
+        fmt::format("{:<28} {:>9} {:>9} {:>8} {:>17} {:>6}   {}\n", "case", "faces", "rays/ping",
+                    "pings/s", "ms/ping (spread)", "ratio", "ms: surface trace echo speckle");
   for (const Measurement& m : results)
     text += fmt::format(
         "{:<28} {:>9} {:>9.0f} {:>8.1f} {:>6.2f} ({:.2f}-{:.2f}) {:>6.2f}   {:.3f} {:.3f} "
@@ -29,10 +32,18 @@ std::string table(const std::vector<Measurement>& results) {
         m.name, m.faces, m.rays_per_ping, 1e3 / m.ping_ms.median, m.ping_ms.median,
         m.ping_ms.lowest, m.ping_ms.highest, m.ping_ms.median / results.front().ping_ms.median,
         m.surface_ms, m.trace_ms, m.echo_ms, m.speckle_ms);
+  if (!traces.empty())
+    text += fmt::format("{:<38} {:>9} {:>9} {:>20} {:>6}   {}\n", "trace", "rays/pair", "build ms",
+                        "us/pair (spread)", "ratio", "instruction set");
+  for (const TraceMeasurement& m : traces)
+    text += fmt::format("{:<38} {:>9.0f} {:>9.1f} {:>8.0f} ({:.0f}-{:.0f}) {:>6.3f}   {}\n", m.name,
+                        m.rays, m.build_ms, m.pair_us.median, m.pair_us.lowest, m.pair_us.highest,
+                        m.ratio, m.code_path);
   return text;
 }
 
-std::string json(const std::vector<Measurement>& results) {
+std::string json(const std::vector<Measurement>& results,
+                 const std::vector<TraceMeasurement>& traces) {
   nlohmann::ordered_json report{{"version", ENSONIFY_VERSION},
                                 {"compiler", ENSONIFY_COMPILER},
                                 {"processor", processor()},
@@ -53,6 +64,15 @@ std::string json(const std::vector<Measurement>& results) {
                                {"trace_ms", m.trace_ms},
                                {"echo_ms", m.echo_ms},
                                {"speckle_ms", m.speckle_ms}});
+  for (const TraceMeasurement& m : traces)
+    report["traces"].push_back({{"name", m.name},
+                                {"rays", m.rays},
+                                {"instruction_set", m.code_path},
+                                {"build_ms", m.build_ms},
+                                {"pair_us", m.pair_us.median},
+                                {"pair_us_lowest", m.pair_us.lowest},
+                                {"pair_us_highest", m.pair_us.highest},
+                                {"ratio", m.ratio}});
   return report.dump(2) + "\n";
 }
 

@@ -4,13 +4,16 @@
 #include <vector>
 
 #include "measure.h"
+#include "traces.h"
 
 namespace ensonify::bench {
 
-/// A table to read, ratios against the first row.
-std::string table(const std::vector<Measurement>& results);
+/// Tables to read, pings' ratios against the first row.
+std::string table(const std::vector<Measurement>& results,
+                  const std::vector<TraceMeasurement>& traces);
 
 /// The same for programs, with the machine and the build.
-std::string json(const std::vector<Measurement>& results);
+std::string json(const std::vector<Measurement>& results,
+                 const std::vector<TraceMeasurement>& traces);
 
 }  // namespace ensonify::bench

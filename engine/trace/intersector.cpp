@@ -1,6 +1,7 @@
 #include <ensonify/engine/trace/intersector.h>
 
 #include <array>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 
 #include <ensonify/engine/trace/brute_force.h>
 #include <ensonify/engine/trace/embree.h>
+#include <ensonify/engine/trace/pluecker.h>
 
 namespace ensonify::engine {
 namespace {
@@ -17,9 +19,13 @@ constexpr double largest_component = 1e18;  // Embree's own bound is a little wi
 bool fits(const Eigen::Vector3d& v) { return (v.array().abs() <= largest_component).all(); }
 
 constexpr std::array kinds{
-    IntersectorKind{"embree", "Embree's bounding volume hierarchy, packets of 16 rays, float",
+    IntersectorKind{"embree", "Embree's bounding volume hierarchy, packets of rays, float",
                     &make_embree},
-    IntersectorKind{"brute_force", "every face for every ray, double: the plain reference, slow",
+    IntersectorKind{"embree-single", "the same, ray by ray: what packets bring",
+                    &make_embree_single},
+    IntersectorKind{"pluecker", "the reference: Plücker's test, double, ties decided exactly",
+                    &make_pluecker},
+    IntersectorKind{"brute_force", "the same test of every face for every ray: slow",
                     &make_brute_force},
 };
 
@@ -27,12 +33,14 @@ constexpr std::array kinds{
 
 std::span<const IntersectorKind> intersector_kinds() { return kinds; }
 
-std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles) {
+std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
+                                              const IntersectorOptions& options) {
   std::vector<std::string_view> names;
   for (const IntersectorKind& kind : kinds) {
     if (kind.name == name) {
-      check_vertices(triangles);
-      return kind.make(triangles);
+      std::unique_ptr<Intersector> made = kind.make(options);
+      made->build(triangles);
+      return made;
     }
     names.push_back(kind.name);
   }
@@ -53,15 +61,32 @@ void check_ray(const Ray& ray) {
 void check_fan(const RayFan& fan, std::span<const Hit> hits) {
   if (hits.size() != fan.grid->rays())
     throw std::invalid_argument("a fan's hits need one place for every ray of its grid");
-  for (const Eigen::Vector3d& direction : {fan.array_axis, fan.middle, fan.pole})
+  for (const Eigen::Vector3d& direction : {fan.array_axis, fan.middle, fan.pole}) {
     check_ray({fan.origin, direction, 0.0, fan.range_m});
+    if (!(std::abs(direction.squaredNorm() - 1.0) <= 1e-6))
+      throw std::invalid_argument("a fan's array axis, middle and pole must be unit vectors");
+  }
+  bool within = true;  // no ray is looked at one by one: a sine beyond 1 is as far as it goes
+  for (const FanGrid::Plane& plane : fan.grid->planes)
+    within &= std::abs(plane.sin_azimuth) <= 1.0 && std::abs(plane.cos_azimuth) <= 1.0;
+  for (std::size_t i = 0; i < fan.elevations(); ++i)
+    within &=
+        std::abs(fan.grid->sin_elevation[i]) <= 1.0 && std::abs(fan.grid->cos_elevation[i]) <= 1.0;
+  if (!within) throw std::invalid_argument("a fan's sines and cosines must be within 1");
 }
 
-void check_vertices(refine::Triangles triangles) {
-  for (std::size_t i = 0; i < triangles.positions.size(); ++i)
-    if (!fits(triangles.positions[i].cast<double>()))
-      throw refine::MeshError(fmt::format(
-          "vertex {} is not finite, or beyond 1e18 m; repair the mesh before tracing it", i));
+void check_vertices(refine::Triangles triangles, double largest_m) {
+  const auto bound = static_cast<float>(largest_m);
+  for (std::size_t i = 0; i < triangles.faces.size(); ++i)
+    for (const std::uint32_t corner : triangles.faces[i]) {
+      if (corner >= triangles.positions.size())
+        throw refine::MeshError(fmt::format("face {} has a vertex {}, of {}; repair the mesh", i,
+                                            corner, triangles.positions.size()));
+      if (!(triangles.positions[corner].array().abs() <= bound).all())
+        throw refine::MeshError(fmt::format(
+            "vertex {} is not finite, or beyond {:g} m; repair the mesh before tracing it", corner,
+            largest_m));
+    }
 }
 
 }  // namespace ensonify::engine

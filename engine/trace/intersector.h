@@ -12,17 +12,37 @@
 
 namespace ensonify::engine {
 
+/// How a back-end is made. What a back-end has no use for, it ignores.
+struct IntersectorOptions {
+  /// Whether rays that meet an edge or a corner are held there at some cost in speed (Embree's robust
+  /// mode); the exact back-ends always hold them.
+  bool robust = true;
+  /// The trees are for one ping each, of one thread: built fast rather than traced fast.
+  bool for_one_ping = false;
+  /// What the last bits of a back-end in float may depend on, the name of an instruction set (see
+  /// instruction_sets in embree.h); empty: the best that all machines of the last ten years have.
+  std::string instruction_set;
+};
+
 /// Finds nearest hits over the triangles it was given. Queries are const and may run on any number
-/// of threads at once.
+/// of threads at once, but not while it is built.
 ///
 /// The contract, the same for every back-end (tests/contract): both sides of a face are hit; a hit
-/// has t_min <= t <= t_max; a degenerate face is never hit; an empty mesh is missed. Non-finite or
-/// huge (above 1e18) rays, zero directions and negative t_min throw std::invalid_argument.
+/// has t_min <= t <= t_max; of several at one distance the lowest face wins; a degenerate face is
+/// never hit; an empty mesh is missed. Non-finite or huge (above 1e18) rays, zero directions and
+/// negative t_min throw std::invalid_argument.
 class Intersector {
  public:
   virtual ~Intersector() = default;
 
-  /// What its last bits depend on, beside its libraries: an instruction set, or "portable".
+  /// Takes these triangles, which must outlive the queries and not change, instead of those it had.
+  /// Throws refine::MeshError for a face whose vertex is not there, not finite, or beyond what the
+  /// back-end can hold (1e18 m, embree 1e9 m), std::bad_alloc or std::runtime_error where memory or a
+  /// library refuses; it is empty then, and may be built again.
+  virtual void build(refine::Triangles triangles) = 0;
+
+  /// What its last bits depend on, beside its libraries: an instruction set ("avx2", or "avx2 fast"
+  /// if not robust), or "portable".
   virtual std::string_view code_path() const = 0;
 
   /// hits[fan.ray number], a miss for rays outside the beam. hits.size() == planes * elevations.
@@ -31,21 +51,24 @@ class Intersector {
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
 };
 
-/// A back-end: its name, one line of help, and how to make one over triangles, which must outlive it.
-/// Making one throws refine::MeshError for a vertex that is not finite or beyond 1e18.
+/// A back-end: its name, one line of help, and how to make one, empty until it is built.
 struct IntersectorKind {
   std::string_view name;
   std::string_view help;
-  std::unique_ptr<Intersector> (*make)(refine::Triangles triangles);
+  std::unique_ptr<Intersector> (*make)(const IntersectorOptions& options);
 };
 std::span<const IntersectorKind> intersector_kinds();
 
-/// The back-end of that name. Throws std::invalid_argument, listing the names there are.
-std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles);
+/// The back-end of that name over triangles. Throws std::invalid_argument, listing the names there
+/// are, and what build() throws.
+std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
+                                              const IntersectorOptions& options = {});
 
-/// The guards of the contract, for back-ends to call.
+/// The guards of the contract, for back-ends to call. check_fan also wants the fan's frame to be unit
+/// vectors and its sines and cosines within 1, so that no ray need be looked at by itself;
+/// check_vertices looks at the vertices that faces use.
 void check_ray(const Ray& ray);
 void check_fan(const RayFan& fan, std::span<const Hit> hits);
-void check_vertices(refine::Triangles triangles);
+void check_vertices(refine::Triangles triangles, double largest_m = 1e18);
 
 }  // namespace ensonify::engine

@@ -1,0 +1,109 @@
+#include "traces.h"
+
+#include <algorithm>
+#include <ctime>
+#include <memory>
+
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/trace/embree.h>
+
+#include "bare_embree.h"
+#include "cases.h"
+
+namespace ensonify::bench {
+namespace {
+
+double seconds(clockid_t clock) {
+  timespec time;
+  clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+struct Row {
+  std::string name;
+  std::unique_ptr<engine::Intersector> (*make)(const engine::IntersectorOptions& options);
+  engine::IntersectorOptions options;
+};
+
+/// The bare loop, which ratios refer to, first.
+std::vector<Row> rows() {
+  std::vector<Row> all{{"bare embree", make_bare_embree, {}},
+                       {"embree", engine::make_embree, {}},
+                       {"embree fast", engine::make_embree, {.robust = false}},
+                       {"embree-single", engine::make_embree_single, {}}};
+  for (const std::string_view set : engine::instruction_sets())
+    if (set == "avx512") {
+      all.push_back({"bare embree avx512", make_bare_embree, {.instruction_set = "avx512"}});
+      all.push_back({"embree avx512", engine::make_embree, {.instruction_set = "avx512"}});
+    }
+  return all;
+}
+
+std::vector<engine::RayFan> fans_over(const engine::Simulator& simulator,
+                                      const engine::Scene& scene) {
+  constexpr double sound_speed_mps = 1500.0;
+  const engine::Sonar& sonar = scene.sonars.front();
+  const engine::Aperture aperture = make_aperture(sonar, sound_speed_mps / sonar.frequency_hz,
+                                                  sonar.range_m / scene.track.altitude_m);
+  std::vector<engine::RayFan> fans;
+  for (const engine::Pose& pose : simulator.track())
+    for (const engine::Side side : {engine::Side::port, engine::Side::starboard})
+      fans.push_back(place_fan(aperture, pose, side, trace_range_m(sonar, sound_speed_mps)));
+  return fans;
+}
+
+std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene scene,
+                                           std::string_view filter, int rounds, int pings) {
+  std::vector<Row> wanted = rows();
+  std::erase_if(wanted,
+                [&](const Row& row) { return (bed + row.name).find(filter) == std::string::npos; });
+  if (wanted.empty()) return {};
+  scene.track.pings = pings;
+  const engine::Simulator simulator(scene);
+  const std::vector<engine::RayFan> fans = fans_over(simulator, scene);
+  std::vector<engine::Hit> hits(fans.front().grid->rays());
+
+  std::vector<TraceMeasurement> results;
+  std::vector<std::unique_ptr<engine::Intersector>> tracers;
+  for (const Row& row : wanted) {
+    tracers.push_back(row.make(row.options));
+    const double start_s = seconds(CLOCK_MONOTONIC);
+    tracers.back()->build(simulator.seafloor().mesh);
+    results.push_back({.name = bed + row.name,
+                       .code_path = std::string(tracers.back()->code_path()),
+                       .rays = 2.0 * static_cast<double>(hits.size()),
+                       .build_ms = 1e3 * (seconds(CLOCK_MONOTONIC) - start_s)});
+    tracers.back()->intersect(fans.front(), hits);  // warms up
+  }
+  // Turn by turn for each pair of fans, so that a change of the machine's pace meets all alike; in
+  // the thread's own time, so that other programs do not count.
+  std::vector<std::vector<double>> pair_us(tracers.size()), ratio(tracers.size());
+  for (int round = 0; round < rounds; ++round)
+    for (std::size_t fan = 0; fan < fans.size(); fan += 2)
+      for (std::size_t i = 0; i < tracers.size(); ++i) {
+        const double start_s = seconds(CLOCK_THREAD_CPUTIME_ID);
+        tracers[i]->intersect(fans[fan], hits);
+        tracers[i]->intersect(fans[fan + 1], hits);
+        pair_us[i].push_back(1e6 * (seconds(CLOCK_THREAD_CPUTIME_ID) - start_s));
+        ratio[i].push_back(pair_us[i].back() / pair_us.front().back());
+      }
+  for (std::size_t i = 0; i < tracers.size(); ++i) {
+    results[i].pair_us = spread_of(pair_us[i]);
+    results[i].ratio = spread_of(ratio[i]).median;
+  }
+  return results;
+}
+
+}  // namespace
+
+std::vector<TraceMeasurement> measure_traces(std::string_view filter, int rounds, int pings) {
+  std::vector<TraceMeasurement> all =
+      measure_over("trace/ripples/0.5M/", ripples(0.5e6), filter, rounds, pings);
+  for (TraceMeasurement& one :
+       measure_over("trace/ripples/2M/", ripples(2e6), filter, rounds, pings))
+    all.push_back(std::move(one));
+  return all;
+}
+
+}  // namespace ensonify::bench

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "measure.h"
+
+namespace ensonify::bench {
+
+/// What tracing alone costs, on one thread, with a tree over the whole seafloor.
+struct TraceMeasurement {
+  std::string name;  ///< trace/scene/faces/intersector
+  std::string code_path;
+  double rays = 0.0;      ///< a pair of fans, port and starboard
+  double build_ms = 0.0;  ///< once, on all threads
+  Spread pair_us;         ///< a pair of fans
+  double ratio = 0.0;     ///< to Embree's bare loop over the same fans, the middle of all pairs
+};
+
+/// Times the tracing cases whose name holds `filter`, in turns, `pings` pairs of fans a round.
+std::vector<TraceMeasurement> measure_traces(std::string_view filter, int rounds, int pings);
+
+}  // namespace ensonify::bench
