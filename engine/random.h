@@ -8,7 +8,13 @@ namespace ensonify::engine {
 
 /// What a stream of random numbers is for. Streams of different purposes are independent; the
 /// numbers are part of the promise of equal bytes, so they are never reused or changed.
-enum class Purpose : std::uint64_t { fractal_relief = 1, ripple_relief = 2, speckle = 3, test = 4 };
+enum class Purpose : std::uint64_t {
+  fractal_relief = 1,
+  ripple_relief = 2,
+  speckle = 3,
+  test = 4,
+  agreement = 5
+};
 
 /// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,
 /// so threads, order and shards cannot change them. Philox4x64-10 (Salmon and others, SC11).

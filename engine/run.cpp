@@ -87,6 +87,8 @@ class Run {
     report_.prepare_s = seconds_since(start);
     report_.counts["vertices"] = simulator.seafloor().mesh.positions.size();
     report_.counts["faces"] = simulator.seafloor().mesh.faces.size();
+    report_.counts["repairs"] = simulator.seafloor().repairs;
+    report_.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
 
     start = Clock::now();
     for (const Sonar& sonar : scene_.sonars) images_.emplace_back(sonar, poses_.size());
@@ -192,6 +194,8 @@ class Run {
                       .surface = scene_.run.surface,
                       .intersector = scene_.run.intersector,
                       .code_path = std::string(simulator.intersector().code_path()),
+                      .classes = simulator.seafloor().classes,
+                      .materials = simulator.seafloor().materials,
                       .counts = report_.counts,
                       .warnings = report_.warnings,
                       .files = folder_.records()};

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/ping.h>
 #include <ensonify/engine/trace/surface.h>
@@ -17,6 +19,8 @@ namespace ensonify::engine {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr double past_object_m = 1e-3;  // beyond a face of it that was met
 
 /// Adds the time since the last lap to a stage.
 class StopWatch {
@@ -31,10 +35,12 @@ class StopWatch {
   Clock::time_point since_ = Clock::now();
 };
 
-double mean_height_m(const refine::TriangleMesh& mesh) {
+double mean_bed_height_m(const Seafloor& seafloor) {
   double sum = 0.0;
-  for (const Eigen::Vector3f& p : mesh.positions) sum += p.z();
-  return sum / static_cast<double>(mesh.positions.size());
+  for (std::size_t face = 0; face < seafloor.bed_faces; ++face)
+    for (const std::uint32_t vertex : seafloor.mesh.faces[face])
+      sum += seafloor.mesh.positions[vertex].z();
+  return sum / (3.0 * static_cast<double>(seafloor.bed_faces));
 }
 
 }  // namespace
@@ -56,25 +62,54 @@ struct Simulator::Ready {
   std::shared_ptr<const Intersector> whole;
   double sound_speed_mps;
   std::vector<Medium> media;  ///< one a sonar
-  std::vector<scatter::BackscatterTable> by_label;
+  std::vector<std::vector<scatter::BackscatterTable>> by_material;  ///< for each sonar
+  std::vector<std::string> warnings;
 
   explicit Ready(const Scene& of)
       : scene(of),
-        seafloor(make_seafloor(of.seafloor, of.seed)),
+        seafloor(make_seafloor(of.seafloor, of.seed, of.objects)),
         bounds(refine::bounds(seafloor.mesh)),
-        mean_bed_m(mean_height_m(seafloor.mesh)),
-        whole(make_intersector(of.run.intersector, seafloor.mesh)) {
+        mean_bed_m(mean_bed_height_m(seafloor)),
+        whole(make_intersector(of.run.intersector, seafloor.mesh, of.run.intersection)),
+        warnings(seafloor.warnings) {
     const double half_depth_m = std::max(0.0, -0.5 * mean_bed_m);
     const Sea& sea = scene.sea;
     sound_speed_mps =
         sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, half_depth_m));
+    if (!sea.profile.path.empty()) take_profile(read_profile(sea.profile.path));
     for (const Sonar& sonar : scene.sonars)
       media.push_back({sound_speed_mps, sea.absorption_db_per_km
                                             ? *sea.absorption_db_per_km / 1000.0
                                             : scatter::absorption_db_per_m(sea.water, half_depth_m,
                                                                            sonar.frequency_hz)});
-    const scatter::BackscatterTable bed(scatter::Lambert(scene.seafloor.lambert_mu_db));
-    by_label.assign(seafloor.labels.size(), bed);
+    for (const Sonar& sonar : scene.sonars) {
+      std::vector<scatter::BackscatterTable>& tables = by_material.emplace_back();
+      tables.push_back(scatter::BackscatterTable(scatter::Lambert()));  // of none: no face has it
+      for (std::size_t i = 1; i < seafloor.materials.size(); ++i)
+        tables.push_back(table_of(seafloor.materials[i], sonar));
+    }
+  }
+
+  scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar) {
+    const Material material = material_named(name, scene.materials);
+    const bool relief = name == scene.seafloor.material && scene.seafloor.kind == SeafloorKind::fractal &&
+                        scene.seafloor.fractal.sediments_own;
+    if (const auto warning = validity_warning(material, sonar.frequency_hz)) warn(*warning);
+    return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
+                                                     relief ? scene.seafloor.cell_m : 0.0));
+  }
+
+  void take_profile(const scatter::SoundSpeedProfile& profile) {
+    const double bed_m = std::max(0.0, -mean_bed_m);
+    sound_speed_mps = profile.mean_speed_mps(0.0, bed_m);
+    if (const double deepest_m = -double(bounds.lowest.z()); deepest_m > profile.deepest_m())
+      warn(fmt::format("{}: the cast ends at {:.1f} m, above the deepest bed at {:.1f} m; its last "
+                       "speed is taken below",
+                       scene.sea.profile.name, profile.deepest_m(), deepest_m));
+  }
+
+  void warn(const std::string& warning) {
+    if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
   }
 };
 
@@ -89,7 +124,8 @@ struct Simulator::Worker {
       : surface(make_surface(ready.scene.run.surface, ready.whole)) {
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
-      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_label);
+      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor,
+                           ready.by_material[i]);
       for (const Side side : {Side::port, Side::starboard}) {
         EchoLine& line = lines.emplace_back();
         line.side = side;
@@ -137,10 +173,14 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
   // From above everything, so that a place below the bed is noticed.
   const double top_m = ready_->bounds.highest.z() + 1.0;
-  const Ray down{{position.x(), position.y(), top_m}, -Eigen::Vector3d::UnitZ()};
-  Hit hit;
-  ready_->whole->intersect({&down, 1}, {&hit, 1});
-  return hit ? position.z() - (top_m - hit.t) : std::numeric_limits<double>::quiet_NaN();
+  Ray down{{position.x(), position.y(), top_m}, -Eigen::Vector3d::UnitZ()};
+  for (;;) {
+    Hit hit;
+    ready_->whole->intersect({&down, 1}, {&hit, 1});
+    if (!hit) return std::numeric_limits<double>::quiet_NaN();
+    if (hit.face < ready_->seafloor.bed_faces) return position.z() - (top_m - hit.t);
+    down.t_min = hit.t + past_object_m;
+  }
 }
 
 std::vector<Pose> Simulator::track() const {
@@ -195,6 +235,7 @@ std::vector<Pose> Simulator::track() const {
   return poses;
 }
 
+std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
 const Intersector& Simulator::intersector() const { return *ready_->whole; }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {

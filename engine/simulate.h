@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <ensonify/engine/scene/scene.h>
@@ -40,7 +41,8 @@ class Simulator {
   /// std::invalid_argument for a pose that is not finite.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
-  /// Height over the bed straight below, negative beneath it; NaN over a hole and off the seafloor.
+  /// Height over the bed straight below, objects looked through, negative beneath it; NaN over a hole
+  /// and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
   /// The scene's track over this seafloor: one pose a ping, checked to lie over the seafloor, above
@@ -48,6 +50,8 @@ class Simulator {
   std::vector<Pose> track() const;
 
   const Seafloor& seafloor() const;
+  /// What should be said once a run: repairs, models outside their range, a cast that is too short.
+  std::span<const std::string> warnings() const;
   const Intersector& intersector() const;
   double absorption_db_per_m(std::size_t sonar) const;
   const StageTimes& times() const;

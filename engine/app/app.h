@@ -25,12 +25,16 @@ struct UsageError : std::runtime_error {
 using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
+void add_check(CLI::App& app, Action& action);
 void add_seafloor(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_mesh_info(CLI::App& app, Action& action);
 void add_dump_default(CLI::App& app, Action& action);
 void add_schema(CLI::App& app, Action& action);
 void add_intersectors(CLI::App& app, Action& action);
+void add_water(CLI::App& app, Action& action);
+void add_backscatter(CLI::App& app, Action& action);
+void add_sediments(CLI::App& app, Action& action);
 
 /// The scene on the command line: SCENE, -D and --data.
 struct SceneArguments {

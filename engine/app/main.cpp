@@ -55,12 +55,16 @@ int main(int argc, char** argv) {
       "scene or input file, 128+n a signal.");
   app::Action action;
   app::add_run(program, action);
+  app::add_check(program, action);
   app::add_seafloor(program, action);
   app::add_trace(program, action);
   app::add_mesh_info(program, action);
   app::add_dump_default(program, action);
   app::add_schema(program, action);
   app::add_intersectors(program, action);
+  app::add_water(program, action);
+  app::add_backscatter(program, action);
+  app::add_sediments(program, action);
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& help) {

@@ -67,6 +67,8 @@ std::string manifest_json(const Manifest& manifest) {
        {{"surface", manifest.surface},
         {"intersector", manifest.intersector},
         {"instruction_set", manifest.code_path}}},
+      {"classes", manifest.classes},
+      {"materials", manifest.materials},
       {"counts", manifest.counts},
       {"warnings", manifest.warnings},
       {"files", files},

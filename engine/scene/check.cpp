@@ -21,15 +21,44 @@ void check_scene(const Scene& scene,
   };
 
   const SeafloorOptions& bed = scene.seafloor;
-  const bool survey = bed.kind == SeafloorKind::survey;
-  require(!survey || !scene.survey.empty(), "seafloor.kind", [] {
-    return "'seafloor.kind' is \"survey\", but no survey is named: give its file as "
-           "seafloor.survey";
+  const auto file_of_kind = [&](SeafloorKind kind, std::string_view name, const InputFile& file) {
+    const std::string key = fmt::format("seafloor.{}", name);
+    require(bed.kind != kind || !file.name.empty(), "seafloor.kind", [&] {
+      return fmt::format("'seafloor.kind' is \"{0}\", but no {0} is named: give its file as {1}", name,
+                         key);
+    });
+    require(bed.kind == kind || file.name.empty(), key, [&] {
+      return fmt::format("'{}' needs seafloor.kind = \"{}\"", key, name);
+    });
+  };
+  file_of_kind(SeafloorKind::survey, "survey", bed.survey);
+  file_of_kind(SeafloorKind::mesh, "mesh", bed.mesh);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const std::string object = fmt::format("objects.{}", i);
+    require(!scene.objects[i].mesh.name.empty(), object, [&] {
+      return fmt::format("'{}' has no mesh: give its file as mesh = \"...\"", object);
+    });
+    require(!scene.objects[i].class_name.empty(), object + ".class", [&] {
+      return fmt::format("'{}.class' is empty, expected a name", object);
+    });
+  }
+  const auto material = [&](const std::string& name, const std::string& key) {
+    try {
+      for (const Sonar& sonar : scene.sonars)
+        backscatter_of(material_named(name, scene.materials), sonar.frequency_hz, 1500.0, 0.0);
+    } catch (const std::invalid_argument& error) {
+      throw SceneError(fmt::format("{}: '{}': {}", place(key), key, error.what()));
+    }
+  };
+  material(bed.material, "seafloor.material");
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    material(scene.objects[i].material, fmt::format("objects.{}.material", i));
+  for (const Material& own : scene.materials)
+    material(own.name, fmt::format("material.{}.like", own.name));
+  require(scene.sea.profile.name.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
+    return "'sea.sound_speed_mps' and 'sea.profile' are both given, expected one of them";
   });
-  require(survey || scene.survey.empty(), survey_key, [] {
-    return "'seafloor.survey' needs seafloor.kind = \"survey\" (a fractal seabed reads no file)";
-  });
-  if (!survey) {
+  if (bed.kind == SeafloorKind::fractal) {
     require(bed.cell_m <= bed.extent_east_m && bed.cell_m <= bed.extent_north_m, "seafloor.cell_m",
             [&] {
               return fmt::format("'seafloor.cell_m' is {}, longer than the seabed of {} x {} m",

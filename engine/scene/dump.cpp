@@ -12,10 +12,10 @@ std::string help_text(const Key<Owner>& key) {
 }
 
 template <class Owner>
-void dump(std::string& out, const Section<Owner>& section, std::string_view name, Owner& owner,
+void dump(std::string& out, const Section<Owner>& section, std::string_view heading, Owner& owner,
           bool with_comments) {
-  if (with_comments && !name.empty()) out += fmt::format("\n# {}\n", section.help);
-  if (!name.empty()) out += fmt::format("{}[{}]\n", with_comments ? "" : "\n", name);
+  if (with_comments && !heading.empty()) out += fmt::format("\n# {}\n", section.help);
+  if (!heading.empty()) out += fmt::format("{}{}\n", with_comments ? "" : "\n", heading);
   for (const Key<Owner>& key : section.keys) {
     const std::optional<std::string> value = option_text(key, owner);
     if (with_comments) out += fmt::format("# {}\n", help_text(key));
@@ -26,10 +26,23 @@ void dump(std::string& out, const Section<Owner>& section, std::string_view name
   }
 }
 
+/// A table that a scene need not have, as an example that is commented out.
 template <class Owner>
-void describe(std::string& out, const Section<Owner>& section, Owner& owner) {
-  out += section.name.empty() ? fmt::format("\n## The top of the file\n")
-                              : fmt::format("\n## [{}]\n", section.name);
+void dump_example(std::string& out, const Section<Owner>& section, std::string_view heading) {
+  Owner example;
+  std::string text;
+  dump(text, section, heading, example, true);
+  for (std::size_t begin = 0, end; begin < text.size(); begin = end + 1) {
+    end = text.find('\n', begin);
+    const std::string line = text.substr(begin, end - begin);
+    out += fmt::format("{}{}\n", line.empty() || line.starts_with('#') ? "" : "# ", line);
+  }
+}
+
+template <class Owner>
+void describe(std::string& out, const Section<Owner>& section, std::string_view heading,
+              Owner& owner) {
+  out += fmt::format("\n## {}\n", heading.empty() ? "The top of the file" : heading);
   out +=
       fmt::format("\n{}\n\n| key | is | expected | default |\n|---|---|---|---|\n", section.help);
   for (const Key<Owner>& key : section.keys)
@@ -46,10 +59,22 @@ std::string dump_scene(const Scene& scene, bool with_comments) {
     out += "# A scene of ensonify, with every key. Those that are commented out are unset.\n\n";
   out += "version = 1\n";
   for (const auto& section : scene_sections()) {
-    dump(out, section, section.name, copy, with_comments);
+    if (section.name == "track") {
+      for (ObjectOptions& object : copy.objects)
+        dump(out, object_section(), "[[objects]]", object, with_comments);
+      if (with_comments && copy.objects.empty())
+        dump_example(out, object_section(), "[[objects]]");
+      for (Material& material : copy.materials)
+        dump(out, material_section(), fmt::format("[material.{}]", material.name), material,
+             with_comments);
+      if (with_comments && copy.materials.empty())
+        dump_example(out, material_section(), "[material.NAME]");
+    }
+    const std::string heading = section.name.empty() ? "" : fmt::format("[{}]", section.name);
+    dump(out, section, heading, copy, with_comments);
     if (section.name == "track")
       for (Sonar& sonar : copy.sonars)
-        dump(out, sonar_section(), "sonar." + sonar.name, sonar, with_comments);
+        dump(out, sonar_section(), fmt::format("[sonar.{}]", sonar.name), sonar, with_comments);
   }
   return out;
 }
@@ -59,15 +84,20 @@ std::string schema_text() {
       "# Scene files\n\n"
       "A scene is a TOML file that begins with `version = 1`. A key's unit is in its name; every "
       "key has "
-      "a default. `ensonify dump-default run` prints them all; `-D key=value` changes one, its "
-      "whole "
-      "name with dots, as in `-D sea.temperature_c=12` or `-D sonar.sidescan.range_m=50`. A scene "
-      "that "
-      "names no sonar has one, called `sidescan`.\n";
+      "a default. `ensonify dump-default run` prints them all; `-D key=value` changes one, its whole "
+      "name with dots, as in `-D sea.temperature_c=12`, `-D sonar.sidescan.range_m=50` or, for the first "
+      "object, `-D objects.0.height_m=2`. A scene that names no sonar has one, called `sidescan`.\n";
   Scene scene;
+  ObjectOptions object;
+  Material material;
   for (const auto& section : scene_sections()) {
-    describe(out, section, scene);
-    if (section.name == "track") describe(out, sonar_section(), scene.sonars.front());
+    if (section.name == "track") {
+      describe(out, object_section(), "[[objects]]", object);
+      describe(out, material_section(), "[material.NAME]", material);
+    }
+    describe(out, section, section.name.empty() ? "" : fmt::format("[{}]", section.name), scene);
+    if (section.name == "track")
+      describe(out, sonar_section(), "[sonar.NAME]", scene.sonars.front());
   }
   return out;
 }

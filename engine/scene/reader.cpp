@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -20,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t largest_file_bytes = 1 << 20;
-constexpr std::size_t longest_sonar_name = 64;
+constexpr std::size_t longest_name = 64;
 
 /// Edits (insert, drop, change, swap neighbours) from one word to the other.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -79,10 +80,10 @@ std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
 }
 
-/// The file that a scene names. Throws SceneError without a place.
-fs::path resolve(const std::string& text, const ScenePaths& paths) {
+/// The file that a key names. Throws SceneError without a place.
+fs::path resolve(std::string_view key, const std::string& text, const ScenePaths& paths) {
   const auto refuse = [&](std::string_view why) {
-    return SceneError(fmt::format("'{}' names {}: {}", survey_key, printable(text), why));
+    return SceneError(fmt::format("'{}' names {}: {}", key, printable(text), why));
   };
   constexpr std::string_view data = "data:";
   const bool in_data = text.starts_with(data);
@@ -118,18 +119,13 @@ class Reader {
     if (!version)
       throw SceneError(fmt::format("{}:1:1: no 'version', expected version = 1 at the top", name_));
     if (const toml::table* sonars = table["sonar"].as_table()) {
-      // In the file's order, which toml++ does not keep.
-      std::vector<std::pair<toml::source_position, std::string>> order;
-      for (const auto& [key, node] : *sonars) order.emplace_back(key.source().begin, key.str());
-      std::ranges::stable_sort(order,
-                               [](const auto& a, const auto& b) { return a.first < b.first; });
-      scene_.sonars.clear();
-      for (auto& [position, name] : order) {
-        check_sonar_name(name, sonars->find(name)->first);
-        scene_.sonars.emplace_back().name = std::move(name);
-      }
+      scene_.sonars = named<Sonar>(*sonars, "sonar");
       if (scene_.sonars.empty()) throw fault(*sonars, "'sonar' is empty, expected [sonar.NAME]");
     }
+    if (const toml::table* materials = table["material"].as_table())
+      scene_.materials = named<Material>(*materials, "material");
+    if (const toml::array* objects = table["objects"].as_array())
+      scene_.objects.resize(objects->size());
     read_table(table, "");
   }
 
@@ -161,13 +157,14 @@ class Reader {
       return found == places_.end() ? name_ : found->second;
     };
     check_scene(scene_, place);
-    if (!scene_.survey.empty()) {
+    for_each_file(scene_, [&](std::string_view key, InputFile& file) {
+      if (file.name.empty()) return;
       try {
-        scene_.seafloor.survey = resolve(scene_.survey, paths);
+        file.path = resolve(key, file.name, paths);
       } catch (const SceneError& error) {
-        throw SceneError(fmt::format("{}: {}", place(survey_key), error.what()));
+        throw SceneError(fmt::format("{}: {}", place(key), error.what()));
       }
-    }
+    });
     return std::move(scene_);
   }
 
@@ -197,7 +194,11 @@ class Reader {
       } else if (path == "version") {
         read_version(node);
       } else if (path == "sonar") {
-        read_sonars(node);
+        read_named(node, "sonar", sonar_section(), scene_.sonars);
+      } else if (path == "material") {
+        read_named(node, "material", material_section(), scene_.materials);
+      } else if (path == "objects") {
+        read_objects(node);
       } else if (const auto* row = find_key(section_name, key.str())) {
         set(*row, scene_, node, path);
       } else if (std::ranges::any_of(scene_sections(),
@@ -215,40 +216,85 @@ class Reader {
                                     description(node)));
   }
 
-  void read_sonars(const toml::node& node) {
-    for (const auto& [name, table] : expect_table(node, "sonar.NAME")) {
-      const std::string path = joined("sonar", name.str());
-      const auto sonar = std::ranges::find(scene_.sonars, name.str(), &Sonar::name);
-      if (sonar == scene_.sonars.end()) {  // only an override can name one that the file has not
+  /// One owner for each table in a table of them, in the file's order, which toml++ does not keep.
+  template <class Owner>
+  std::vector<Owner> named(const toml::table& tables, std::string_view kind) const {
+    std::vector<std::pair<toml::source_position, std::string>> order;
+    for (const auto& [key, node] : tables) order.emplace_back(key.source().begin, key.str());
+    std::ranges::stable_sort(order, [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<Owner> owners;
+    for (auto& [position, name] : order) {
+      check_name(kind, name, tables.find(name)->first);
+      owners.emplace_back().name = std::move(name);
+    }
+    return owners;
+  }
+
+  template <class Owner>
+  void read_named(const toml::node& node, std::string_view kind, const Section<Owner>& section,
+                  std::vector<Owner>& owners) {
+    for (const auto& [name, table] : expect_table(node, section.name)) {
+      const std::string path = joined(kind, name.str());
+      const auto owner = std::ranges::find(owners, name.str(), &Owner::name);
+      if (owner == owners.end()) {  // only an override can name one that the file has not
         std::vector<std::string> names;
-        for (const Sonar& s : scene_.sonars) names.push_back(s.name);
-        throw fault(name, fmt::format("the scene has no sonar {}, expected one of {}{}",
+        for (const Owner& o : owners) names.push_back(o.name);
+        throw fault(name, fmt::format("the scene has no {} {}, expected one of {}{}", kind,
                                       printable(name.str()), fmt::join(names, ", "),
                                       suggestion(name.str(), names)));
       }
-      for (const auto& [key, value] : expect_table(table, path)) {
-        const auto& keys = sonar_section().keys;
-        const auto row = std::ranges::find(keys, key.str(), &Key<Sonar>::name);
-        if (row == keys.end()) {
-          std::vector<std::string> known;
-          for (const auto& k : keys) known.emplace_back(k.name);
-          throw unknown(key, path, std::move(known));
-        }
-        set(*row, *sonar, value, joined(path, key.str()));
-      }
+      read_keys(section, *owner, expect_table(table, path), path);
     }
   }
 
-  void check_sonar_name(std::string_view name, const toml::key& key) const {
+  // The file has an array of tables; an override names one by its number, as in objects.0.height_m.
+  void read_objects(const toml::node& node) {
+    if (const toml::array* array = node.as_array()) {
+      for (std::size_t i = 0; i < array->size(); ++i) {
+        const std::string path = fmt::format("objects.{}", i);
+        places_.insert_or_assign(path, place((*array)[i].source()));
+        read_keys(object_section(), scene_.objects[i], expect_table((*array)[i], "[objects]"), path);
+      }
+      return;
+    }
+    const toml::table* numbered = in_file_ ? nullptr : node.as_table();
+    if (!numbered)
+      throw fault(node, fmt::format("'objects' is {}, expected tables, [[objects]]", description(node)));
+    for (const auto& [number, table] : *numbered) {
+      std::size_t i = 0;
+      const std::string_view digits = number.str();
+      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), i);
+      if (error != std::errc() || end != digits.data() + digits.size() || i >= scene_.objects.size())
+        throw fault(number, fmt::format("the scene has no object {}; it has {}, numbered from 0",
+                                        printable(digits), scene_.objects.size()));
+      const std::string path = fmt::format("objects.{}", i);
+      read_keys(object_section(), scene_.objects[i], expect_table(table, path), path);
+    }
+  }
+
+  template <class Owner>
+  void read_keys(const Section<Owner>& section, Owner& owner, const toml::table& table,
+                 const std::string& path) {
+    for (const auto& [key, value] : table) {
+      const auto row = std::ranges::find(section.keys, key.str(), &Key<Owner>::name);
+      if (row == section.keys.end()) {
+        std::vector<std::string> known;
+        for (const auto& k : section.keys) known.emplace_back(k.name);
+        throw unknown(key, path, std::move(known));
+      }
+      set(*row, owner, value, joined(path, key.str()));
+    }
+  }
+
+  void check_name(std::string_view kind, std::string_view name, const toml::key& key) const {
     const auto allowed = [](char c) {
       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
              c == '_' || c == '-';
     };
-    if (name.empty() || name.size() > longest_sonar_name || !std::ranges::all_of(name, allowed))
+    if (name.empty() || name.size() > longest_name || !std::ranges::all_of(name, allowed))
       throw fault(key,
-                  fmt::format("the sonar's name is {}, expected 1 to {} letters, digits, _ and - "
-                              "(it names files)",
-                              printable(name), longest_sonar_name));
+                  fmt::format("the {}'s name is {}, expected 1 to {} letters, digits, _ and -", kind,
+                              printable(name), longest_name));
   }
 
   const toml::table& expect_table(const toml::node& node, std::string_view path) const {
@@ -268,7 +314,7 @@ class Reader {
   /// The keys and tables of a section.
   static std::vector<std::string> known_names(std::string_view section_name) {
     std::vector<std::string> names;
-    if (section_name.empty()) names.emplace_back("sonar");
+    if (section_name.empty()) names.insert(names.end(), {"sonar", "objects", "material"});
     for (const auto& section : scene_sections()) {
       if (section.name == section_name)
         for (const auto& key : section.keys) names.emplace_back(key.name);
@@ -291,6 +337,10 @@ class Reader {
         for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
       for (const auto& k : sonar_section().keys)
         all.push_back(joined(sonar_section().name, k.name));
+      for (const auto& k : object_section().keys)
+        all.push_back(joined(object_section().name, k.name));
+      for (const auto& k : material_section().keys)
+        all.push_back(joined(material_section().name, k.name));
       hint = suggestion(key.str(), all);
     }
     if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(here, ", "));
@@ -341,6 +391,8 @@ class Reader {
             *option = static_cast<T>(whole());
           } else if constexpr (std::is_enum_v<T>) {
             *option = static_cast<T>(choice());
+          } else if constexpr (std::is_same_v<T, InputFile>) {
+            option->name = word();
           } else if constexpr (std::is_same_v<T, std::string>) {
             *option = key.choices.empty() ? word() : std::string(key.choices[choice()]);
           } else {

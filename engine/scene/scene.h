@@ -7,9 +7,13 @@
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/seafloor/input_file.h>
+#include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/sonar.h>
 #include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
@@ -19,9 +23,10 @@ struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The sea: from its temperature and salinity, or by plain numbers where given.
+/// The sea: from its temperature and salinity, or by a cast or plain numbers where given.
 struct Sea {
   scatter::SeaWater water;
+  InputFile profile;  ///< a sound speed profile, of which the mean down to the bed is taken
   std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
   std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
 };
@@ -30,6 +35,7 @@ struct Sea {
 struct RunOptions {
   std::string surface = "static";
   std::string intersector = "embree";
+  IntersectorOptions intersection;
   int block_pings = 64;  ///< pings are computed in aligned blocks of this many
 };
 
@@ -42,8 +48,9 @@ struct Scene {
   std::uint64_t seed = 1;
   bool speckle = true;
   Sea sea;
-  SeafloorOptions seafloor;  ///< its survey says where the file lies on this machine
-  std::string survey;        ///< and this how the scene names it: `grid.tif`, `data:grid.tif`
+  SeafloorOptions seafloor;
+  std::vector<ObjectOptions> objects;
+  std::vector<Material> materials;  ///< those of its own
   StraightTrack track;
   std::vector<Sonar> sonars = {Sonar{}};
   RunOptions run;

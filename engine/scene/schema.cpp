@@ -69,8 +69,12 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::sea, &Sea::water, &SeaWater::salinity_psu)},
            {"ph", "", {6, 9}, "Acidity; it matters to absorption below some kilohertz.",
             at(&Scene::sea, &Sea::water, &SeaWater::ph)},
+           {"profile", "", {},
+            "A cast, CSV with columns depth_m and soundspeed_mps, whose mean down to the bed is taken; "
+            "a path as for seafloor.survey.",
+            at(&Scene::sea, &Sea::profile)},
            {"sound_speed_mps", "m/s", {1000, 2000},
-            "Sound speed; unset: from the water at half the bed's depth.",
+            "Sound speed; unset: from the profile, or the water at half the bed's depth.",
             at(&Scene::sea, &Sea::sound_speed_mps)},
            {"absorption_db_per_km", "dB/km", {0, 10000},
             "Absorption; unset: from the water at half the bed's depth.",
@@ -79,8 +83,8 @@ const std::vector<Section<Scene>>& scene_sections() {
       {"seafloor",
        "Where the seabed comes from and what it is made of.",
        {
-           {"kind", "", {}, "A generated seabed, or a surveyed one.",
-            at(&Scene::seafloor, &SeafloorOptions::kind), {"fractal", "survey"}},
+           {"kind", "", {}, "A generated seabed, a survey's grid, or a mesh.",
+            at(&Scene::seafloor, &SeafloorOptions::kind), {"fractal", "survey", "mesh"}},
            {"extent_east_m", "m", {0.01, 100e3}, "Size of a generated seabed from west to east.",
             at(&Scene::seafloor, &SeafloorOptions::extent_east_m)},
            {"extent_north_m", "m", {0.01, 100e3}, "Size of a generated seabed from south to north.",
@@ -92,13 +96,19 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"survey", "", {},
             "A survey's grid (GeoTIFF, BAG, ESRI ASCII, netCDF): a path under the scene's folder, "
             "or data:path under the data folder.",
-            at(&Scene::survey)},
+            at(&Scene::seafloor, &SeafloorOptions::survey)},
+           {"mesh", "", {},
+            "A mesh (PLY, OBJ, STL, OFF) with z up as the whole seabed; a path as for survey.",
+            at(&Scene::seafloor, &SeafloorOptions::mesh)},
+           {"weld_m", "m", {-1, 1000},
+            "Vertices of the mesh this close become one; 0: only equal ones, less: none.",
+            at(&Scene::seafloor, &SeafloorOptions::weld_m)},
            {"water_level_m", "m", {-11000, 9000},
-            "Height of the sea surface in the survey's own heights.",
+            "Height of the sea surface in the survey's or the mesh's own heights.",
             at(&Scene::seafloor, &SeafloorOptions::water_level_m)},
-           {"lambert_mu_db", "dB", {-100, -5},
-            "Lambert's law: strength of the seabed's backscatter, 10 log10(mu).",
-            at(&Scene::seafloor, &SeafloorOptions::lambert_mu_db)},
+           {"material", "", {},
+            "What it is made of: a name that `ensonify sediments` lists, or a [material.NAME].",
+            at(&Scene::seafloor, &SeafloorOptions::material)},
        }},
       {"seafloor.fractal",
        "Relief of a generated seabed that looks alike at every scale.",
@@ -113,6 +123,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             "the paper's own exponent.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::spectrum),
             {"variogram", "paper"}},
+           {"sediments_own", "", {},
+            "Whether this is the relief that the material's roughness stands for: its slopes are then "
+            "not counted twice.",
+            at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::sediments_own)},
        }},
       {"seafloor.ripples",
        "Relief of a generated seabed with crests in one direction, added to the fractal one.",
@@ -156,6 +170,11 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::run, &RunOptions::surface), surface_names()},
            {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`).",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
+           {"robust", "", {}, "Whether no ray may slip between faces, at some cost in speed.",
+            at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::robust)},
+           {"instruction_set", "", {},
+            "What embree's last bits follow (sse4.2, avx2, avx512 ...); empty: avx2.",
+            at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::instruction_set)},
            {"block_pings", "", {1, 100000}, "Pings are handed to threads in blocks of this many.",
             at(&Scene::run, &RunOptions::block_pings)},
        }},
@@ -183,6 +202,80 @@ const std::vector<Section<Scene>>& scene_sections() {
        }},
   };
   return sections;
+}
+
+const Section<ObjectOptions>& object_section() {
+  static const Section<ObjectOptions> section = {
+      "objects",
+      "A thing on the seabed, or over it; as many as wanted. It stands where its mesh first touches.",
+      {
+          {"mesh", "", {},
+           "Its mesh (PLY, OBJ, STL, OFF) with z up: a path under the scene's folder, or data:path "
+           "under the data folder.",
+           at(&ObjectOptions::mesh)},
+          {"class", "", {}, "What it is called in the labels.", at(&ObjectOptions::class_name)},
+          {"material", "", {}, "What it is made of: steel, wood, rock ..., or a [material.NAME].",
+           at(&ObjectOptions::material)},
+          {"east_m", "m", {-1e6, 1e6}, "Its middle, east of the seabed's.",
+           at(&ObjectOptions::east_m)},
+          {"north_m", "m", {-1e6, 1e6}, "Its middle, north of the seabed's.",
+           at(&ObjectOptions::north_m)},
+          {"height_m", "m", {-1000, 11000},
+           "Between it and the bed where they come nearest: 0 stands, more floats, less is sunk in.",
+           at(&ObjectOptions::height_m)},
+          {"heading_deg", "degrees", {-360, 360},
+           "Turns the mesh's y axis from north, clockwise seen from above.",
+           at(&ObjectOptions::heading_rad)},
+          {"pitch_deg", "degrees", {-180, 180}, "Then lifts its y end.",
+           at(&ObjectOptions::pitch_rad)},
+          {"roll_deg", "degrees", {-180, 180}, "Then lowers its x side.",
+           at(&ObjectOptions::roll_rad)},
+          {"scale", "", {1e-6, 1e6}, "Metres a unit of the file.", at(&ObjectOptions::scale)},
+          {"weld_m", "m", {-1, 1000},
+           "Vertices this close become one; 0: only equal ones, less: none.",
+           at(&ObjectOptions::weld_m)},
+      }};
+  return section;
+}
+
+const Section<Material>& material_section() {
+  static const Section<Material> section = {
+      "material.NAME",
+      "A material of the scene's own: a known one, and what differs. NAME (letters, digits, _ and -) is "
+      "what seafloor.material and the objects' call it by.",
+      {
+          {"model", "", {},
+           "tr9407: APL-UW's for sediments; small-slope: its successor, for them too; lambert; solid.",
+           at(&Material::model), {"tr9407", "small-slope", "lambert", "solid"}},
+          {"like", "", {},
+           "The sediment (`ensonify sediments` lists them) or solid (steel, aluminium, concrete, stone, "
+           "wood, glass fibre, rubber) to start from.",
+           at(&Material::like)},
+          {"mean_grain_size_phi", "phi", {-1, 9}, "The sediment of that mean grain size instead.",
+           at(&Material::mean_grain_size_phi)},
+          {"density_ratio", "", {1, 3}, "A sediment's density over the water's.",
+           at(&Material::density_ratio)},
+          {"sound_speed_ratio", "", {0.8, 3}, "Its sound speed over the water's.",
+           at(&Material::sound_speed_ratio)},
+          {"loss", "", {0, 0.1}, "Imaginary over real part of its wavenumber.", at(&Material::loss)},
+          {"volume", "", {0, 1}, "Its volume scattering cross-section over attenuation.",
+           at(&Material::volume)},
+          {"exponent", "", {2.001, 3.999}, "Exponent of its relief's spectrum.",
+           at(&Material::exponent)},
+          {"strength_cm4", "cm^4", {0, 1}, "Strength of its relief's spectrum.",
+           at(&Material::strength_cm4)},
+          {"strength_offset_db", "dB", {-100, 100}, "Added to its scattering strength.",
+           at(&Material::strength_offset_db)},
+          {"lambert_mu_db", "dB", {-100, -5}, "For lambert: 10 log10(mu).",
+           at(&Material::lambert_mu_db)},
+          {"diffuse_db", "dB", {-100, -4.98}, "A solid's diffuse part, 10 log10(mu).",
+           at(&Material::diffuse_db)},
+          {"specular", "", {0, 1}, "Share of the energy that a solid reflects.",
+           at(&Material::specular)},
+          {"lobe_width_deg", "degrees", {0.001, 45}, "Rms lean of its facets: the lobe's half width.",
+           at(&Material::lobe_width_rad)},
+      }};
+  return section;
 }
 
 const Section<Sonar>& sonar_section() {
@@ -232,7 +325,8 @@ std::string expectation(const Key<Owner>& key) {
   Owner owner;
   const Option option = key.option(owner);
   if (std::holds_alternative<bool*>(option)) return "true or false";
-  if (std::holds_alternative<std::string*>(option)) return "a path";
+  if (std::holds_alternative<InputFile*>(option)) return "a path";
+  if (std::holds_alternative<std::string*>(option)) return "a name";
   const std::string_view space = key.unit.empty() ? "" : " ";
   if (std::holds_alternative<std::uint64_t*>(option) || std::holds_alternative<int*>(option))
     return fmt::format("a whole number from {:.0f} to {}", key.range.low,
@@ -256,6 +350,8 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
           return *value ? std::optional(number(**value)) : std::nullopt;
         else if constexpr (std::is_same_v<T, std::string>)
           return value->empty() ? std::nullopt : std::optional(toml_string(*value));
+        else if constexpr (std::is_same_v<T, InputFile>)
+          return value->name.empty() ? std::nullopt : std::optional(toml_string(value->name));
         else if constexpr (std::is_enum_v<T>)
           return toml_string(key.choices[static_cast<std::size_t>(*value)]);
         else
@@ -265,9 +361,26 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
 }
 
 template std::string expectation(const Key<Scene>&);
+template std::string expectation(const Key<ObjectOptions>&);
+template std::string expectation(const Key<Material>&);
 template std::string expectation(const Key<Sonar>&);
 template std::optional<std::string> option_text(const Key<Scene>&, Scene&);
+template std::optional<std::string> option_text(const Key<ObjectOptions>&, ObjectOptions&);
+template std::optional<std::string> option_text(const Key<Material>&, Material&);
 template std::optional<std::string> option_text(const Key<Sonar>&, Sonar&);
+
+void for_each_file(Scene& scene, const std::function<void(std::string_view, InputFile&)>& f) {
+  const auto visit = [&](const auto& section, std::string_view name, auto& owner) {
+    for (const auto& key : section.keys) {
+      const Option option = key.option(owner);
+      if (InputFile* const* file = std::get_if<InputFile*>(&option))
+        f(fmt::format("{}.{}", name, key.name), **file);
+    }
+  };
+  for (const auto& section : scene_sections()) visit(section, section.name, scene);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    visit(object_section(), fmt::format("objects.{}", i), scene.objects[i]);
+}
 
 std::string toml_string(std::string_view text) {
   std::string out = "\"";

@@ -14,7 +14,8 @@ namespace ensonify::engine {
 
 /// The option behind a key.
 using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
-                            std::string*, SeafloorKind*, FractalSpectrum*, Palette*>;
+                            std::string*, InputFile*, SeafloorKind*, FractalSpectrum*,
+                            MaterialModel*, Palette*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {
@@ -43,8 +44,12 @@ struct Section {
   std::vector<Key<Owner>> keys;
 };
 
-/// All keys but `version` and the sonars'.
+/// All keys but `version`, the objects', the materials' and the sonars'.
 const std::vector<Section<Scene>>& scene_sections();
+/// The keys of each [[objects]].
+const Section<ObjectOptions>& object_section();
+/// The keys of each [material.NAME].
+const Section<Material>& material_section();
 /// The keys of each [sonar.NAME].
 const Section<Sonar>& sonar_section();
 
@@ -56,10 +61,12 @@ std::string expectation(const Key<Owner>& key);
 template <class Owner>
 std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner);
 
+/// Calls f(dotted name of the key, file) for every file that a scene can name.
+void for_each_file(Scene& scene, const std::function<void(std::string_view, InputFile&)>& f);
+
 /// A string as TOML.
 std::string toml_string(std::string_view text);
 
 inline constexpr double radians_per_degree = 0.017453292519943295;
-inline constexpr std::string_view survey_key = "seafloor.survey";
 
 }  // namespace ensonify::engine

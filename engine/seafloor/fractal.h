@@ -18,6 +18,7 @@ struct FractalRelief {
   double height_at_1m_m = 0.06;  ///< rms height difference of points 1 m apart; 0: none
   double hurst = 0.7;            ///< H in (0, 1): small is jagged, large is rolling
   FractalSpectrum spectrum = FractalSpectrum::variogram;
+  bool sediments_own = false;  ///< the relief that the material's own roughness stands for
 };
 
 /// Adds such relief to a heightfield by spectral synthesis: white noise, filtered by |k|^-(H+1)

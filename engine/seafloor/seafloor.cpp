@@ -10,11 +10,32 @@
 
 #include <ensonify/engine/seafloor/survey.h>
 #include <ensonify/engine/seafloor/tessellate.h>
+#include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr double most_faces = 2147483648.0;  // 2^31
+constexpr std::size_t most_objects = 65534;   // 65535 is what label pictures leave out
+
+/// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called "none".
+std::uint16_t number_of(const std::string& name, std::vector<std::string>& names) {
+  const auto found = std::find(names.begin() + 1, names.end(), name);
+  const auto number = static_cast<std::uint16_t>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  return number;
+}
+
+void tell_of_repairs(const refine::RepairReport& report, const std::filesystem::path& file,
+                     Seafloor& seafloor) {
+  if (report.total() == 0) return;
+  seafloor.repairs += report.total();
+  std::string what;
+  for (const auto& [name, count] : report.entries())
+    if (count > 0) what += fmt::format("{}{} {}", what.empty() ? "" : ", ", name, count);
+  seafloor.warnings.push_back(fmt::format("{}: repaired: {}", file.filename().string(), what));
+}
 
 Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed) {
   const auto positive = [](double value, const char* name) {
@@ -58,7 +79,7 @@ Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed) {
 }
 
 Heightfield make_survey(const SeafloorOptions& options) {
-  Heightfield field = read_survey(options.survey, options.water_level_m);
+  Heightfield field = read_survey(options.survey.path, options.water_level_m);
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const double z : field.z_m)
     if (!std::isnan(z)) {
@@ -70,21 +91,76 @@ Heightfield make_survey(const SeafloorOptions& options) {
         "{}: the whole survey lies above the sea surface: its heights are {:.2f} to {:.2f} m and "
         "the water level is {:.2f} m; set water_level_m, or change the sign of depths that count "
         "downwards",
-        options.survey.string(), lowest + options.water_level_m, highest + options.water_level_m,
+        options.survey.path.string(), lowest + options.water_level_m, highest + options.water_level_m,
         options.water_level_m));
   return field;
+}
+
+refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor) {
+  refine::RepairedMesh repaired = refine::repair(refine::read_mesh(options.mesh.path), options.weld_m);
+  tell_of_repairs(repaired.report, options.mesh.path, seafloor);
+  refine::TriangleMesh& mesh = repaired.mesh;
+  const auto rise_m = static_cast<float>(mesh.world_origin.z() - options.water_level_m);
+  for (Eigen::Vector3f& p : mesh.positions) p.z() += rise_m;
+  mesh.world_origin.z() = options.water_level_m;
+  if (refine::bounds(mesh).lowest.z() >= 0.0f)
+    throw refine::MeshError(fmt::format(
+        "{}: the whole mesh lies above the sea surface, the water level being {:.2f} m; set "
+        "water_level_m, or turn depths that count downwards into heights",
+        options.mesh.path.string(), options.water_level_m));
+  return std::move(mesh);
+}
+
+void add_object(const ObjectOptions& object, Seafloor& seafloor) {
+  refine::TriangleMesh& whole = seafloor.mesh;
+  const refine::Triangles bed{whole.positions, std::span(whole.faces).first(seafloor.bed_faces)};
+  const refine::RepairedMesh placed = place_object(object, bed);
+  tell_of_repairs(placed.report, object.mesh.path, seafloor);
+  if (whole.faces.size() + placed.mesh.faces.size() > most_faces)
+    throw refine::MeshError(fmt::format("{}: with this object the seafloor has more than 2^31 faces; "
+                                        "take a coarser mesh or bed",
+                                        object.mesh.path.string()));
+  const auto first = static_cast<std::uint32_t>(whole.positions.size());
+  whole.positions.insert(whole.positions.end(), placed.mesh.positions.begin(),
+                         placed.mesh.positions.end());
+  for (const refine::Face& face : placed.mesh.faces)
+    whole.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+
+  const auto instance = static_cast<std::uint16_t>(seafloor.labels.size());
+  seafloor.labels.push_back({.sediment = number_of(object.material, seafloor.materials),
+                             .class_id = number_of(object.class_name, seafloor.classes),
+                             .instance = instance,
+                             .two_sided = true});
+  if (seafloor.face_label.empty()) seafloor.face_label.assign(seafloor.bed_faces, 0);
+  seafloor.face_label.resize(whole.faces.size(), instance);
 }
 
 }  // namespace
 
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed) {
-  return options.kind == SeafloorKind::survey ? make_survey(options) : make_fractal(options, seed);
+  switch (options.kind) {
+    case SeafloorKind::fractal: return make_fractal(options, seed);
+    case SeafloorKind::survey: return make_survey(options);
+    case SeafloorKind::mesh: break;
+  }
+  throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it as .ply");
 }
 
-Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed) {
-  return {.mesh = tessellate(make_heightfield(options, seed)),
-          .labels = {{.sediment = 1, .class_id = 1, .instance = 0}},
-          .face_label = {}};
+Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
+                       std::span<const ObjectOptions> objects) {
+  if (objects.size() > most_objects)
+    throw std::invalid_argument(
+        fmt::format("{} objects are more than {}; take fewer", objects.size(), most_objects));
+  Seafloor seafloor;
+  const bool mesh = options.kind == SeafloorKind::mesh;
+  seafloor.mesh = mesh ? make_mesh(options, seafloor) : tessellate(make_heightfield(options, seed));
+  seafloor.bed_faces = seafloor.mesh.faces.size();
+  seafloor.labels = {{.sediment = number_of(options.material, seafloor.materials),
+                      .class_id = number_of("seabed", seafloor.classes),
+                      .instance = 0,
+                      .two_sided = mesh}};
+  for (const ObjectOptions& object : objects) add_object(object, seafloor);
+  return seafloor;
 }
 
 }  // namespace ensonify::engine

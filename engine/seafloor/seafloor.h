@@ -1,17 +1,20 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <ensonify/engine/seafloor/fractal.h>
 #include <ensonify/engine/seafloor/heightfield.h>
+#include <ensonify/engine/seafloor/input_file.h>
+#include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/ripples.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-enum class SeafloorKind { fractal, survey };
+enum class SeafloorKind { fractal, survey, mesh };
 
 /// Where the seafloor comes from.
 struct SeafloorOptions {
@@ -23,25 +26,32 @@ struct SeafloorOptions {
   double depth_m = 20.0;  ///< mean depth below the sea surface
   FractalRelief fractal;
   RippleRelief ripples;
-  // survey
-  std::filesystem::path survey;
-  double water_level_m = 0.0;  ///< height of the sea surface in the survey's own heights
-  // what it is made of
-  double lambert_mu_db = -27.0;
+  // survey, mesh
+  InputFile survey;
+  InputFile mesh;
+  double weld_m = 0.0;         ///< the mesh's vertices this close become one
+  double water_level_m = 0.0;  ///< height of the sea surface in the file's own heights
+  std::string material = "medium sand";  ///< see material.h
 };
 
 /// What a face belongs to; 0 is none.
 struct Label {
-  std::uint16_t sediment = 0;
-  std::uint16_t class_id = 0;
-  std::uint16_t instance = 0;
+  std::uint16_t sediment = 0;  ///< into Seafloor::materials
+  std::uint16_t class_id = 0;  ///< into Seafloor::classes
+  std::uint16_t instance = 0;  ///< which object, from 1; 0: the bed
+  bool two_sided = false;      ///< its backs answer as well: nobody knows a stranger's outside
 };
 
 /// The mesh, and what each face is. Local z is height above the sea surface, so it is negative.
 struct Seafloor {
   refine::TriangleMesh mesh;
+  std::size_t bed_faces = 0;              ///< the bed's come first, then each object's
   std::vector<Label> labels;              ///< the different ones there are; at least one
   std::vector<std::uint16_t> face_label;  ///< into labels, one a face; empty: all are labels[0]
+  std::vector<std::string> classes = {"none"};
+  std::vector<std::string> materials = {"none"};
+  std::size_t repairs = 0;            ///< of the files' meshes, all counts summed
+  std::vector<std::string> warnings;  ///< what was repaired, a line a file
 
   std::uint16_t label_of(std::uint32_t face) const {
     return face_label.empty() ? std::uint16_t{0} : face_label[face];
@@ -49,9 +59,11 @@ struct Seafloor {
 };
 
 /// The heights that options describe. Throws std::invalid_argument for options that make no bed
-/// below the sea surface, refine::MeshError for a survey that makes none, and what its parts throw.
+/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a survey that makes none, and what its parts throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
-/// The same as a mesh, one label for the whole bed.
-Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed);
+/// The bed (of any kind) as a mesh, with objects set down on it. Throws as make_heightfield does, and
+/// refine::MeshError for a mesh that cannot be read or an object without a bed below.
+Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
+                       std::span<const ObjectOptions> objects = {});
 
 }  // namespace ensonify::engine

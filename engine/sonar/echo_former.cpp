@@ -12,9 +12,9 @@
 namespace ensonify::engine {
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-                       std::vector<scatter::BackscatterTable> by_label)
+                       std::span<const scatter::BackscatterTable> by_material)
     : seafloor_(seafloor),
-      by_label_(std::move(by_label)),
+      by_material_(by_material),
       bins_(sonar.bin_m(), static_cast<std::size_t>(std::ceil(
                                trace_range_m(sonar, medium.sound_speed_mps) / sonar.bin_m())) +
                                1),
@@ -123,14 +123,16 @@ Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit
     sight.normal = (mesh.corner(hit.face, 1) - a).cross(mesh.corner(hit.face, 2) - a).normalized();
     sight.label = seafloor_.label_of(hit.face);
   }
-  const double sine = std::min(-sight.normal.dot(direction), 1.0);
+  const Label& label = seafloor_.labels[sight.label];
+  double sine = std::min(-sight.normal.dot(direction), 1.0);
+  if (label.two_sided) sine = std::min(std::abs(sine), 1.0);
   if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
   sight.face = hit.face;
   sight.range_m = hit.t;
   sight.direction = direction;
   sight.grazing_rad = std::asin(sine);
   sight.weight = weight;
-  sight.density = weight * by_label_[sight.label].over_sine(sine) / (hit.t * hit.t);
+  sight.density = weight * by_material_[label.sediment].over_sine(sine) / (hit.t * hit.t);
   return sight;
 }
 

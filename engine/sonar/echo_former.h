@@ -28,9 +28,9 @@ struct Medium {
 /// off each ray keeps its own half. The bins then go through the pulse.
 class EchoFormer {
  public:
-  /// The seafloor must outlive this; by_label[i] belongs to seafloor.labels[i].
+  /// The seafloor and the tables must outlive this; by_material[i] belongs to seafloor.materials[i].
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-             std::vector<scatter::BackscatterTable> by_label);
+             std::span<const scatter::BackscatterTable> by_material);
 
   /// hits and aperture.weight by the fan's ray numbers. Fills the line but for its side; the speckled
   /// intensity is still the expectation.
@@ -46,7 +46,7 @@ class EchoFormer {
   double longest_edge_m(std::uint32_t face) const;
 
   const Seafloor& seafloor_;
-  std::vector<scatter::BackscatterTable> by_label_;
+  std::span<const scatter::BackscatterTable> by_material_;
   Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
   RangeBins bins_;
   std::vector<double> gain_;    // of a bin's energy: source level and absorption

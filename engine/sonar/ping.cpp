@@ -5,11 +5,11 @@
 namespace ensonify::engine {
 
 Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
-               const Seafloor& seafloor, std::vector<scatter::BackscatterTable> by_label)
+               const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sonar_number_(sonar_number),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, std::move(by_label)) {}
+      former_(sonar, medium, seafloor, by_material) {}
 
 std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
   aperture_ = &apertures_.at(altitude_m);

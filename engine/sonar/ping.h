@@ -15,10 +15,10 @@ namespace ensonify::engine {
 /// One sonar at work on one thread: aims its fans, then listens. Its memory is kept from ping to ping.
 class Pinger {
  public:
-  /// The seafloor must outlive this; by_label as in EchoFormer. `sonar_number` tells a scene's sonars
+  /// The seafloor and the tables must outlive this; by_material as in EchoFormer. `sonar_number` tells a scene's sonars
   /// apart in their random numbers.
   Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
-         const Seafloor& seafloor, std::vector<scatter::BackscatterTable> by_label);
+         const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material);
 
   /// The fans of both sides, port first, at a pose so high over the bed; good until the next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);

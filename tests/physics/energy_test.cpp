@@ -63,7 +63,9 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
     std::vector<Hit> hits(fan.grid->rays());
     make_intersector("embree", bed.mesh)->intersect(fan, hits);
 
-    EchoFormer former(sonar, medium, bed, {scatter::BackscatterTable(scatter::Lambert(-27.0))});
+    const std::vector<scatter::BackscatterTable> tables(
+        2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
+    EchoFormer former(sonar, medium, bed, tables);
     EchoLine line;
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
     former.form(fan, aperture, hits, line);

@@ -25,7 +25,9 @@ Moments moments(const std::vector<double>& values) {
 std::vector<double> speckle_factors() {
   const Seafloor bed = level_bed(20.0);
   Sonar sonar = plain_sonar();
-  Pinger pinger(sonar, 0, {}, bed, {scatter::BackscatterTable(scatter::Lambert())});
+  const std::vector<scatter::BackscatterTable> lambert(
+      2, scatter::BackscatterTable(scatter::Lambert()));
+  Pinger pinger(sonar, 0, {}, bed, lambert);
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 4.0f);

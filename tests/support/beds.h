@@ -35,7 +35,7 @@ inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f 
     bed.mesh.faces.push_back({first + a, first + b, first + c});
     bed.mesh.faces.push_back({first + a, first + c, first + d});
   }
-  bed.labels.push_back({0, 2, 7});
+  bed.labels.push_back({2, 2, 7});
   bed.face_label.resize(bed.mesh.faces.size(), static_cast<std::uint16_t>(bed.labels.size() - 1));
 }
 
@@ -53,9 +53,9 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
                                                  const engine::Medium& medium = {},
                                                  std::string_view intersector = "embree") {
   const auto tracer = engine::make_intersector(intersector, bed.mesh);
-  const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
-  engine::Pinger pinger(sonar, 0, medium, bed,
-                        std::vector<scatter::BackscatterTable>(bed.labels.size(), lambert));
+  const std::vector<scatter::BackscatterTable> lambert(
+      3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
+  engine::Pinger pinger(sonar, 0, medium, bed, lambert);
   pinger.aim(pose, altitude_m);
   std::array<engine::EchoLine, 2> lines;
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {

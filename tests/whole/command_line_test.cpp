@@ -21,6 +21,9 @@ const std::string tiny_scene = R"(version = 1
 extent_east_m = 40
 extent_north_m = 20
 cell_m = 0.5
+material = "plain"
+[material.plain]
+model = "lambert"
 [track]
 pings = 9
 [sonar.left-right]
@@ -30,6 +33,11 @@ elevations = 128
 [run]
 block_pings = 4
 )";
+
+const std::string no_repairs =
+    "repairs 0\nrepair_welded_vertices 0\nrepair_degenerate_faces 0\nrepair_duplicate_faces 0\n"
+    "repair_non_manifold_edges 0\nrepair_unorientable_edges 0\nrepair_split_vertices 0\n"
+    "repair_flipped_faces 0\nrepair_unreferenced_vertices 0\n";
 
 std::set<std::string> names_in(const fs::path& folder) {
   std::set<std::string> names;
@@ -74,7 +82,8 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   CHECK(help.code == 0);
   CHECK(help.err.empty());
   for (const std::string command :
-       {"run", "seafloor", "trace", "mesh-info", "dump-default", "schema", "intersectors"}) {
+       {"run", "check", "seafloor", "trace", "mesh-info", "backscatter", "sediments", "water",
+        "dump-default", "schema", "intersectors"}) {
     CHECK(help.out.find("\n  " + command + " ") != std::string::npos);
     const Outcome own = run_program(folder.path(), {command, "--help"});
     CHECK(own.code == 0);
@@ -147,7 +156,7 @@ TEST_CASE("What is wrong with a scene is said once, and nothing is left behind")
     CHECK(names_in(folder.path()) == std::set<std::string>{"s.toml"});
   };
   refused(tiny_scene + "[trak]\n", {}, 2,
-          "ensonify: s.toml:14:2: unknown key \"trak\"; did you mean 'track'?\n");
+          "ensonify: s.toml:17:2: unknown key \"trak\"; did you mean 'track'?\n");
   refused(tiny_scene, {"-D", "track.pings=0"}, 2, "ensonify: -D track.pings=0: 'track.pings' is 0");
   refused(tiny_scene, {"--seed", "-1"}, 2, "'seed' is -1, expected a whole number from 0");
   refused(tiny_scene, {"--surface", "refined"}, 2, "expected static");
@@ -189,8 +198,8 @@ TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
   CHECK(info.out ==
         "vertices 2400\ntriangles 4602\nx_min 400000.5\nx_max 400059.5\ny_min 6200000.5\n"
         "y_max 6200039.5\nz_min -20.5\nz_max -20.5\nboundary_edges 196\n"
-        "non_manifold_edges 0\nrepairs 0\ncolumns 60\nrows 40\ncell_east_m 1\n"
-        "cell_north_m 1\nholes 0\n");
+        "non_manifold_edges 0\n" +
+            no_repairs + "columns 60\nrows 40\ncell_east_m 1\ncell_north_m 1\nholes 0\n");
   write_text(folder / "r.csv", "ox,oy,oz,dx,dy,dz\n400001.25,6200001,0,0,0,-2\n");
   const Outcome hit = run_program(folder.path(), {"trace", "d/grid.asc", "r.csv"});
   check_hit(lines_of(hit.out).at(1), {0, 1, 0, 10.25, 0.25, 0.5, 0, 0, 1});
@@ -228,7 +237,8 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
                 ".ply, .npy or .tif");
   CHECK(run_program(folder.path(), {"mesh-info", "flat.ply"}).out ==
         "vertices 15\ntriangles 16\nx_min -2\nx_max 2\ny_min -1\ny_max 1\nz_min -20\nz_max -20\n"
-        "boundary_edges 12\nnon_manifold_edges 0\nrepairs 0\n");
+        "boundary_edges 12\nnon_manifold_edges 0\n" +
+            no_repairs);
 
   // Down, up from below, a miss, one that ends short, a slanted one.
   const std::string rays =

@@ -20,6 +20,8 @@ Manifest sample_manifest() {
   manifest.surface = "static";
   manifest.intersector = "embree";
   manifest.code_path = "avx2";
+  manifest.classes = {"none", "seabed"};
+  manifest.materials = {"none", "medium sand"};
   manifest.counts = {{"pings", 600}, {"rays", 5'000'000'000}};
   manifest.warnings = {"the bed has holes"};
   manifest.files = {{"a.exr", 12, xxh128("a")}, {"b.png", 0, xxh128("")}};
@@ -43,7 +45,7 @@ TEST_CASE("A manifest says what it was given, in order, with versions and the sc
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   CHECK(keys == std::vector<std::string>{"program", "version", "libraries", "scene", "scene_hash",
-                                         "seed", "code_path", "counts", "warnings", "files"});
+                                         "seed", "code_path", "classes", "materials", "counts", "warnings", "files"});
   CHECK(json["program"] == "ensonify");
   for (const char* library :
        {"embree", "fftw", "gdal", "libarchive", "libpng", "openexr", "zlib"}) {
@@ -56,6 +58,8 @@ TEST_CASE("A manifest says what it was given, in order, with versions and the sc
   CHECK(json["code_path"]["surface"] == "static");
   CHECK(json["code_path"]["intersector"] == "embree");
   CHECK(json["code_path"]["instruction_set"] == "avx2");
+  CHECK(json["classes"] == std::vector<std::string>{"none", "seabed"});
+  CHECK(json["materials"] == std::vector<std::string>{"none", "medium sand"});
   CHECK(json["counts"]["rays"] == 5'000'000'000);
   CHECK(json["warnings"] == std::vector<std::string>{"the bed has holes"});
   REQUIRE(json["files"].size() == 2);

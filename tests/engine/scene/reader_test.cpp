@@ -33,6 +33,8 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
           return fmt::format("{:x}", std::bit_cast<std::uint64_t>(*value));
         else if constexpr (std::is_enum_v<T>)
           return fmt::format("{}", static_cast<int>(*value));
+        else if constexpr (std::is_same_v<T, InputFile>)
+          return value->name;
         else
           return fmt::format("{}", *value);
       },
@@ -45,6 +47,12 @@ std::vector<std::string> contents(Scene scene) {
   for (const auto& section : scene_sections())
     for (const auto& key : section.keys)
       out.push_back(fmt::format("{}.{} {}", section.name, key.name, bits(key, scene)));
+  for (ObjectOptions& object : scene.objects)
+    for (const auto& key : object_section().keys)
+      out.push_back(fmt::format("object {} {}", key.name, bits(key, object)));
+  for (Material& material : scene.materials)
+    for (const auto& key : material_section().keys)
+      out.push_back(fmt::format("{}.{} {}", material.name, key.name, bits(key, material)));
   for (Sonar& sonar : scene.sonars)
     for (const auto& key : sonar_section().keys)
       out.push_back(fmt::format("{}.{} {}", sonar.name, key.name, bits(key, sonar)));
@@ -84,13 +92,21 @@ absorption_db_per_km = 1e-3
 [seafloor]
 extent_east_m = 123.4
 cell_m = 0.1
-lambert_mu_db = -31.7
+material = "own-1"
 [seafloor.fractal]
 hurst = 0.33
 spectrum = "paper"
 [seafloor.ripples]
 rms_height_m = 0.04
 across_crests_deg = 33.3
+[material.own-1]
+model = "small-slope"
+like = "cobble"
+exponent = 3.1
+[material.plate]
+model = "solid"
+like = "wood"
+lobe_width_deg = 7.3
 [track]
 pings = 17
 heading_deg = -0.1
@@ -150,7 +166,8 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
     CHECK(key.help.ends_with("."));
     const Option option = key.option(owner);
     std::vector<std::string> bad = {"[1]", "{}", "2024-01-01"};
-    if (std::holds_alternative<std::string*>(option) && key.choices.empty()) {
+    if ((std::holds_alternative<std::string*>(option) && key.choices.empty()) ||
+        std::holds_alternative<InputFile*>(option)) {
       bad.push_back("1");
     } else if (!key.choices.empty() || std::holds_alternative<bool*>(option)) {
       bad.insert(bad.end(), {"1", "word"});
@@ -179,7 +196,7 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
   // Each key's own value through -D, over a scene where everything else has been changed.
   std::vector<std::string> overrides;
   Scene busy = parsed(busy_scene);
-  busy.survey.clear();
+  busy.seafloor.survey = {};
   for (const auto& section : scene_sections())
     for (const auto& key : section.keys)
       if (const auto text = option_text(key, busy))
@@ -188,8 +205,13 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
   for (const auto& key : sonar_section().keys)
     overrides.push_back(
         fmt::format("sonar.zeta.{}={}", key.name, *option_text(key, busy.sonars[0])));
+  for (Material& material : busy.materials)
+    for (const auto& key : material_section().keys)
+      if (const auto text = option_text(key, material))
+        overrides.push_back(fmt::format("material.{}.{}={}", material.name, key.name, *text));
   busy.sonars.pop_back();
-  CHECK(contents(parsed(head + "[sonar.zeta]", overrides)) == contents(busy));
+  CHECK(contents(parsed(head + "[sonar.zeta]\n[material.own-1]\n[material.plate]", overrides)) ==
+        contents(busy));
 }
 
 TEST_CASE("Each kind of fault is said with its place, what was expected and a suggestion") {
@@ -224,8 +246,7 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:2:1: 'sonar.NAME' is an array, expected a table, [sonar.NAME]"},
       {head + "[sonar]\nbins = 3", "s.toml:3:8: 'sonar.bins' is 3, expected a table, [sonar.bins]"},
       {head + "[sonar.\"a/b\"]",
-       "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and - (it "
-       "names files)"},
+       "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and -"},
       {head + "seed = -1",
        "s.toml:2:8: 'seed' is -1, expected a whole number from 0 to 9223372036854775807"},
       {head + "speckle = 1", "s.toml:2:11: 'speckle' is 1, expected true or false"},
@@ -256,8 +277,28 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:3:8: 'seafloor.kind' is \"survey\", but no survey is named: give its file as "
        "seafloor.survey"},
       {head + "[seafloor]\nsurvey = \"a.tif\"",
-       "s.toml:3:10: 'seafloor.survey' needs seafloor.kind = \"survey\" (a fractal seabed reads no "
-       "file)"},
+       "s.toml:3:10: 'seafloor.survey' needs seafloor.kind = \"survey\""},
+      {head + "[seafloor]\nkind = \"mesh\"",
+       "s.toml:3:8: 'seafloor.kind' is \"mesh\", but no mesh is named: give its file as seafloor.mesh"},
+      {head + "[[objects]]\nmesh = \"a.ply\"\n[[objects]]\neast_m = 1",
+       "s.toml:4:1: 'objects.1' has no mesh: give its file as mesh = \"...\""},
+      {head + "[objects]\nmesh = \"a.ply\"",
+       "s.toml:2:1: 'objects' is a table, expected tables, [[objects]]"},
+      {head + "objects = [1]", "s.toml:2:12: '[objects]' is 1, expected a table, [[objects]]"},
+      {head + "[[objects]]\nmesh = \"a.ply\"\nhight_m = 1",
+       "s.toml:4:1: unknown key \"hight_m\" in [objects.0]; did you mean 'height_m'?"},
+      {head + "[[objects]]\nmesh = \"a.ply\"\nscale = 0",
+       "s.toml:4:9: 'objects.0.scale' is 0, expected a number from 1e-06 to 1000000"},
+      {head + "[seafloor]\nmaterial = \"medium sant\"",
+       "s.toml:3:12: 'seafloor.material': sediment 'medium sant' is not known; the nearest names are "
+       "'medium sand', 'medium silt' and 'muddy sand'; solids are steel, aluminium, concrete, stone, "
+       "wood, glass fibre, rubber; or describe it in a table [material.medium sant]"},
+      {head + "[material.a]\nlike = \"lava\"\nmodel = \"solid\"",
+       "s.toml:3:8: 'material.a.like': solid 'lava' is not known, expected steel, aluminium, "
+       "concrete, stone, wood, glass fibre, rubber"},
+      {head + "[material.a]\nspecular = 1\nlike = \"steel\"\nmodel = \"solid\"",
+       "s.toml:4:8: 'material.a.like': solid: diffuse_db = -11 and specular = 1 scatter more energy "
+       "than arrives: pi 10^(diffuse_db/10) + specular is 1.250, expected at most 1"},
       {head + "[sonar.a]\nsector_low_deg = 95",
        "s.toml: 'sonar.a.sector_high_deg' is 90, expected more than sector_low_deg, which is 95"},
       {head + "[sonar.a]\nplanes = 7",
@@ -340,6 +381,38 @@ TEST_CASE("An override is read as TOML, a bare word as a string, and errors name
   CHECK(error_of(head, {"seed=\xff"}).starts_with("-D seed=\xff: "));
 }
 
+TEST_CASE("Objects keep their order and their numbers, from the file, an override and a dump") {
+  const TemporaryFolder folder;
+  for (const char* name : {"wreck.ply", "rock.stl"}) write(folder / name, "");
+  const std::string text = head +
+                           "[[objects]]\nmesh = \"wreck.ply\"\nclass = \"wreck\"\nheading_deg = 33.3\n"
+                           "[[objects]]\nmesh = \"rock.stl\"\nheight_m = -0.25\nscale = 1.5\n";
+  const ScenePaths paths{folder.path(), {}};
+  const Scene scene = parse_scene(text, "s.toml", std::vector<std::string>{"objects.1.east_m=7"}, paths);
+  REQUIRE(scene.objects.size() == 2);
+  CHECK(scene.objects[0].class_name == "wreck");
+  CHECK(scene.objects[1].mesh.path == fs::canonical(folder / "rock.stl"));
+  CHECK(scene.objects[1].height_m == -0.25);
+  CHECK(scene.objects[1].east_m == 7.0);
+  for (const bool with_comments : {true, false}) {
+    const std::string dumped = dump_scene(scene, with_comments);
+    const Scene back = parse_scene(dumped, "dumped", {}, paths);
+    CHECK(contents(back) == contents(scene));
+    CHECK(dump_scene(back, with_comments) == dumped);
+  }
+  for (const auto& [override_text, message] : std::vector<std::pair<std::string, std::string>>{
+           {"objects.2.east_m=7", "the scene has no object \"2\"; it has 2, numbered from 0"},
+           {"objects.x.east_m=7", "the scene has no object \"x\"; it has 2, numbered from 0"},
+           {"objects.1.east=7", "unknown key \"east\" in [objects.1]; did you mean 'east_m'?"},
+           {"objects.1.mesh=coral.ply", "'objects.1.mesh' names \"coral.ply\": No such file"}}) {
+    const std::string error = error_of([&, &its_text = override_text] {
+      parse_scene(text, "s.toml", std::vector<std::string>{its_text}, paths);
+    });
+    INFO(error);
+    CHECK(error.starts_with("-D " + override_text + ": " + message));
+  }
+}
+
 TEST_CASE("A scene's files lie under its own folder or the data folder, and nowhere else") {
   TemporaryFolder folder;
   const fs::path scenes = folder / "scenes", data = folder / "data";
@@ -366,12 +439,12 @@ TEST_CASE("A scene's files lie under its own folder or the data folder, and nowh
                                                      {"stays.tif", scenes / "sub/b.tif"},
                                                      {"data:c.tif", data / "c.tif"}}) {
     const Scene scene = read(name, data);
-    CHECK(scene.survey == name);
-    CHECK(scene.seafloor.survey == fs::canonical(file));
+    CHECK(scene.seafloor.survey.name == name);
+    CHECK(scene.seafloor.survey.path == fs::canonical(file));
     const std::string dumped = dump_scene(scene);
     CHECK(dumped.find(folder.path().string()) == std::string::npos);
     const Scene back = parse_scene(dumped, "dumped", {}, {scenes, data});
-    CHECK(back.seafloor.survey == scene.seafloor.survey);
+    CHECK(back.seafloor.survey.path == scene.seafloor.survey.path);
     CHECK(contents(back) == contents(scene));
   }
 
@@ -414,7 +487,7 @@ TEST_CASE("A scene's files lie under its own folder or the data folder, and nowh
   // Back to a fractal bed from the command line.
   read("a.tif", {});
   const std::vector<std::string> away = {"seafloor.kind=fractal", "seafloor.survey="};
-  CHECK(read_scene(scenes / "s.toml", away).seafloor.survey.empty());
+  CHECK(read_scene(scenes / "s.toml", away).seafloor.survey.name.empty());
 }
 
 TEST_CASE("A scene file that is none is refused by name") {

@@ -113,7 +113,7 @@ TEST_CASE("A survey becomes a seafloor below its water level, and none of it abo
   write_text(folder / "river.asc", grid);
   SeafloorOptions options;
   options.kind = SeafloorKind::survey;
-  options.survey = folder / "river.asc";
+  options.survey.path = folder / "river.asc";
   CHECK_THROWS_AS(make_seafloor(options, 1), MeshError);
   CHECK(message_of(options).find("water_level_m") != std::string::npos);
   options.water_level_m = 375.0;

@@ -1,0 +1,130 @@
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/reflection.h>
+
+#include "app.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+using scatter::Sediment;
+
+struct Parameter {
+  const char* option;
+  double Sediment::*member;
+  const char* help;
+};
+constexpr std::array<Parameter, 6> parameters = {
+    {{"--density-ratio", &Sediment::density_ratio, "Density over the water's, 1 to 3"},
+     {"--sound-speed-ratio", &Sediment::sound_speed_ratio,
+      "Sound speed over the water's, 0.8 to 3"},
+     {"--loss", &Sediment::loss, "Imaginary over real part of the wavenumber, 0 to 0.1"},
+     {"--volume", &Sediment::volume, "Volume cross-section over attenuation, 0 to 1"},
+     {"--exponent", &Sediment::exponent, "Of the relief's spectrum, between 2 and 4"},
+     {"--strength-cm4", &Sediment::strength_cm4, "Of the relief's spectrum, 0 to 1"}}};
+
+struct Arguments {
+  double frequency_hz = 0.0;
+  double sound_speed_mps = 0.0;
+  std::optional<std::string> sediment;
+  std::optional<double> mean_grain_size_phi;
+  std::array<std::optional<double>, parameters.size()> given;
+  std::string model = "tr9407";
+  std::vector<double> angles_deg = std::vector<double>(90);
+
+  Arguments() { std::iota(angles_deg.begin(), angles_deg.end(), 1.0); }
+};
+
+Sediment sediment_of(const Arguments& arguments) {
+  Sediment sediment;
+  if (arguments.sediment) {
+    sediment = scatter::sediment_named(*arguments.sediment);
+  } else if (arguments.mean_grain_size_phi) {
+    sediment = scatter::sediment_of_grain_size(*arguments.mean_grain_size_phi);
+  } else {
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (!arguments.given[i])
+        throw UsageError(
+            fmt::format("{} is missing: give --sediment, --mean-grain-size-phi, or all six "
+                        "parameters",
+                        parameters[i].option));
+  }
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (arguments.given[i]) sediment.*parameters[i].member = *arguments.given[i];
+  return sediment;
+}
+
+void print_backscatter(const Arguments& arguments) {
+  const Sediment sediment = sediment_of(arguments);
+  const scatter::BottomModel model = scatter::bottom_model(arguments.model);
+  const scatter::Bottom bottom(sediment, arguments.frequency_hz, arguments.sound_speed_mps, model);
+  std::string out =
+      "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
+      "reflection_loss_db\n";
+  for (const double angle_deg : arguments.angles_deg) {
+    if (!(angle_deg >= 0.0 && angle_deg <= 90.0))
+      throw UsageError(
+          fmt::format("--angles-deg: {} is not a grazing angle, expected 0 to 90", angle_deg));
+    const double grazing_rad = angle_deg * std::numbers::pi / 180.0;
+    const scatter::BottomTerms terms = bottom.terms(grazing_rad);
+    out += fmt::format("{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n", angle_deg,
+                       scatter::to_db(bottom.cross_section(grazing_rad)), terms.roughness,
+                       terms.volume, terms.kirchhoff, terms.composite, terms.large_roughness,
+                       scatter::reflection_loss_db(sediment, grazing_rad));
+  }
+  if (model != scatter::BottomModel::lambert)
+    if (const auto warning = scatter::validity_warning(sediment, arguments.frequency_hz))
+      fmt::print(stderr, "ensonify: warning: {}\n", *warning);
+  print(out);
+}
+
+}  // namespace
+
+void add_backscatter(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "backscatter",
+      "Give a seabed's backscattering strength over the grazing angle (CSV). Columns: "
+      "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
+      "reflection_loss_db; roughness to large_roughness are linear cross-sections, the strength is "
+      "that of roughness + volume, and what a model does not have is 0: kirchhoff, composite and "
+      "large_roughness for small-slope, those and volume for lambert");
+  command.add_option("--frequency-hz", arguments->frequency_hz, "Of the sound")->required();
+  command.add_option("--sound-speed-mps", arguments->sound_speed_mps, "Of the water at the bed")
+      ->required();
+  CLI::Option* const name = command
+                                .add_option("--sediment", arguments->sediment,
+                                            "A named seabed (`ensonify sediments` lists them)")
+                                ->type_name("NAME");
+  command
+      .add_option("--mean-grain-size-phi", arguments->mean_grain_size_phi,
+                  "The seabed by its mean grain size, -1 to 9")
+      ->type_name("PHI")
+      ->excludes(name);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
+        ->group("A seabed's six parameters: all, or those that differ");
+  command
+      .add_option("--model", arguments->model,
+                  "tr9407, small-slope (for the roughness), or lambert (-27 dB, whatever the bed)")
+      ->capture_default_str()
+      ->type_name("NAME");
+  command
+      .add_option("--angles-deg", arguments->angles_deg,
+                  "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")
+      ->delimiter(',')
+      ->type_name("A,B,..");
+  command.callback(
+      [&action, arguments] { action = [arguments] { print_backscatter(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

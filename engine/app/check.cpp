@@ -1,0 +1,238 @@
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/trace/agreement.h>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+constexpr std::string_view reference_name = "pluecker";
+constexpr std::string_view slow_name = "brute_force";
+constexpr double slow_tests = 1e9;  // of a ray against a face: a quarter of a minute of one core
+
+struct Arguments {
+  SceneArguments scene;
+  std::uint64_t rays = 1000000;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+std::uint64_t rays_within_beam(const FanGrid& grid) {
+  std::uint64_t rays = 0;
+  for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
+    for (std::size_t elevation = 0; elevation < grid.elevation_rad.size(); ++elevation)
+      rays += grid.within_beam(plane, elevation);
+  return rays;
+}
+
+/// Fans of all sonars along the track, at least so many rays. Where the track has not enough pings it
+/// is flown again, the sonar turned a little.
+std::vector<RayFan> scene_fans(const Scene& scene, const Simulator& simulator, std::uint64_t rays) {
+  // A percent in the speed of sound, which sets a beam's width, is nothing here.
+  const double sound_speed_mps = scene.sea.sound_speed_mps.value_or(1500.0);
+  std::vector<Apertures> apertures;
+  for (const Sonar& sonar : scene.sonars)
+    apertures.emplace_back(sonar, sound_speed_mps / sonar.frequency_hz);
+  const std::vector<Pose> track = simulator.track();
+  std::vector<RayFan> fans;
+  const auto place = [&](Pose pose) {
+    double height_m = simulator.altitude_m(pose.position);
+    if (!(height_m > 0.0)) height_m = scene.track.altitude_m;  // over a hole
+    for (std::size_t i = 0; i < scene.sonars.size(); ++i)
+      for (const Side side : {Side::port, Side::starboard})
+        fans.push_back(place_fan(apertures[i].at(height_m), pose, side,
+                                 trace_range_m(scene.sonars[i], sound_speed_mps)));
+  };
+  place(track[track.size() / 2]);
+  std::uint64_t a_ping = 0;
+  for (const RayFan& fan : fans) a_ping += rays_within_beam(*fan.grid);
+  const std::uint64_t pings = (rays + a_ping - 1) / a_ping;
+  fans.clear();
+  for (std::uint64_t ping = 0; ping < pings; ++ping) {
+    if (pings <= track.size()) {
+      place(track[ping * track.size() / pings]);
+      continue;
+    }
+    Pose pose = track[ping % track.size()];
+    if (ping >= track.size()) {
+      std::array<double, 3> turn;
+      Stream(scene.seed, Purpose::agreement, {2, ping, 0}).normal(turn);
+      pose.roll_rad += 0.05 * turn[0];
+      pose.pitch_rad += 0.05 * turn[1];
+      pose.heading_rad += 0.05 * turn[2];
+    }
+    place(pose);
+  }
+  return fans;
+}
+
+/// Every surface with every intersector. The reference's own tree serves as one of them.
+std::vector<Candidate> candidates(const Simulator& simulator, std::uint64_t rays) {
+  const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+  const double tests = static_cast<double>(rays) * static_cast<double>(mesh.faces.size());
+  std::vector<Candidate> all;
+  for (const IntersectorKind& kind : intersector_kinds()) {
+    const std::shared_ptr<const Intersector> whole =
+        kind.name == reference_name
+            ? std::shared_ptr<const Intersector>(std::shared_ptr<void>(), &simulator.intersector())
+            : make_intersector(kind.name, mesh);
+    for (const std::string_view surface : surface_names())
+      all.push_back({.surface = std::string(surface),
+                     .intersector = std::string(kind.name),
+                     .make = [surface, whole] { return make_surface(surface, whole); },
+                     .has_every_face = surface == "static",
+                     .every = kind.name == slow_name
+                                  ? static_cast<std::uint64_t>(std::ceil(tests / slow_tests))
+                                  : 1});
+  }
+  return all;
+}
+
+std::string csv(const std::vector<AgreementRow>& rows) {
+  std::string out = "surface,intersector,source,rays";
+  for (const std::string_view verdict : verdict_names) out += fmt::format(",{}", verdict);
+  out += ",largest_dt_m,largest_dt_relative,largest_dt_of_tolerance\n";
+  for (const AgreementRow& row : rows) {
+    out += fmt::format("{},{},{},{}", row.surface, row.intersector,
+                       ray_source_names[static_cast<std::size_t>(row.source)], row.rays);
+    for (const std::uint64_t count : row.verdicts) out += fmt::format(",{}", count);
+    out += fmt::format(",{:.3g},{:.3g},{:.3g}\n", row.largest_dt_m, row.largest_dt_relative,
+                       row.largest_dt_of_tolerance);
+  }
+  return out;
+}
+
+nlohmann::ordered_json to_json(const AgreementRow& row) {
+  nlohmann::ordered_json json = {{"surface", row.surface},
+                                 {"intersector", row.intersector},
+                                 {"source", ray_source_names[static_cast<std::size_t>(row.source)]},
+                                 {"rays", row.rays}};
+  for (std::size_t i = 0; i < verdict_names.size(); ++i) json[verdict_names[i]] = row.verdicts[i];
+  json["largest_dt_m"] = row.largest_dt_m;
+  json["largest_dt_relative"] = row.largest_dt_relative;
+  json["largest_dt_of_tolerance"] = row.largest_dt_of_tolerance;
+  return json;
+}
+
+/// Enough to ask again: `ensonify seafloor` writes the mesh, `ensonify trace` takes the ray.
+void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_origin) {
+  const auto answer = [](const Hit& hit) {
+    return hit ? fmt::format("face {}, t {:.17g}, u {:.17g}, v {:.17g}", hit.face, hit.t, hit.u,
+                             hit.v)
+               : "no face";
+  };
+  for (const Difference& d : row.unexplained) {
+    const Eigen::Vector3d o = d.ray.origin + world_origin;
+    fmt::print(stderr,
+               "unexplained: {} {} {}\n  ox,oy,oz,dx,dy,dz,t_min,t_max\n  {:.17g},{:.17g},{:.17g},"
+               "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n  reference: {}\n  found:     {}\n",
+               row.surface, row.intersector, ray_source_names[static_cast<std::size_t>(row.source)],
+               o.x(), o.y(), o.z(), d.ray.direction.x(), d.ray.direction.y(), d.ray.direction.z(),
+               d.ray.t_min, d.ray.t_max, answer(d.expected), answer(d.found));
+  }
+}
+
+void check(const Arguments& arguments) {
+  using Clock = std::chrono::steady_clock;
+  const auto since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  Scene scene = arguments.scene.read();
+  scene.run.intersector = reference_name;
+  scene.run.surface = "static";
+  const int threads = arguments.threads > 0
+                          ? arguments.threads
+                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const SignalWatch signals;
+  std::optional<Progress> progress(std::in_place, arguments.quiet);
+  const auto tell = [&](std::string_view stage, std::uint64_t done, std::uint64_t of) {
+    progress->tell(stage, done, of);
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; there is no table");
+  };
+
+  Clock::time_point start = Clock::now();
+  tell("seafloor and trees", 0, 1);
+  const Simulator simulator(scene);
+  const std::vector<Candidate> all = candidates(simulator, arguments.rays);
+  const std::vector<RayFan> fans = scene_fans(scene, simulator, (arguments.rays + 1) / 2);
+  tell("seafloor and trees", 1, 1);
+  const double prepare_s = since(start);
+
+  start = Clock::now();
+  const std::vector<AgreementRow> rows =
+      compare(simulator.seafloor().mesh, simulator.intersector(), all, fans,
+              {.seed = scene.seed,
+               .aimed_fan_rays = arguments.rays / 4,
+               .aimed_rays = arguments.rays / 4,
+               .threads = threads,
+               .progress = [&](std::uint64_t done, std::uint64_t of) { tell("rays", done, of); }});
+  const double compare_s = since(start);
+  progress.reset();
+
+  std::uint64_t unexplained = 0;
+  for (const AgreementRow& row : rows) {
+    print_unexplained(row, simulator.seafloor().mesh.world_origin);
+    unexplained += row.count(Verdict::unexplained);
+  }
+  if (arguments.json) {
+    nlohmann::ordered_json table = nlohmann::ordered_json::array();
+    for (const AgreementRow& row : rows) table.push_back(to_json(row));
+    const nlohmann::ordered_json json = {
+        {"scene", arguments.scene.file.string()},
+        {"seed", scene.seed},
+        {"faces", simulator.seafloor().mesh.faces.size()},
+        {"reference", reference_name},
+        {"unexplained", unexplained},
+        {"rows", table},
+        {"times_s", {{"prepare", prepare_s}, {"compare", compare_s}}},
+        {"threads", threads},
+    };
+    print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  } else {
+    print(csv(rows));
+  }
+  if (unexplained > 0)
+    throw std::runtime_error(fmt::format(
+        "{} differences from the reference are unexplained; the first of each row are above",
+        unexplained));
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "check",
+      "Compare every surface and intersector with the exact reference, on a scene's own rays and "
+      "on "
+      "rays aimed at vertices and edges; exit code 1 if a difference is unexplained");
+  arguments->scene.add_to(command);
+  command
+      .add_option(
+          "--rays", arguments->rays,
+          "About so many a surface and intersector (default: a million; brute_force gets what "
+          "it can do in half a minute)")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000000}));
+  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.add_flag("--json", arguments->json, "Print the table and times as one JSON object");
+  command.add_flag("--quiet", arguments->quiet, "No progress; differences and errors stay");
+  command.callback([&action, arguments] { action = [arguments] { check(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

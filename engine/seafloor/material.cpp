@@ -1,0 +1,95 @@
+#include <ensonify/engine/seafloor/material.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <ensonify/scatter/composite_roughness.h>
+#include <ensonify/scatter/solid_target.h>
+
+namespace ensonify::engine {
+namespace {
+
+using scatter::Sediment, scatter::Solid;
+
+Sediment sediment_of(const Material& material) {
+  Sediment sediment = material.mean_grain_size_phi
+                          ? scatter::sediment_of_grain_size(*material.mean_grain_size_phi)
+                          : scatter::sediment_named(material.like);
+  using Parameter = std::pair<std::optional<double> Material::*, double Sediment::*>;
+  for (const auto& [given, parameter] :
+       {Parameter{&Material::density_ratio, &Sediment::density_ratio},
+        Parameter{&Material::sound_speed_ratio, &Sediment::sound_speed_ratio},
+        Parameter{&Material::loss, &Sediment::loss}, Parameter{&Material::volume, &Sediment::volume},
+        Parameter{&Material::exponent, &Sediment::exponent},
+        Parameter{&Material::strength_cm4, &Sediment::strength_cm4}})
+    sediment.*parameter = (material.*given).value_or(sediment.*parameter);
+  sediment.strength_offset_db = material.strength_offset_db;
+  scatter::check(sediment);
+  return sediment;
+}
+
+Solid solid_of(const Material& material) {
+  Solid solid = scatter::solid_named(material.like);
+  solid.diffuse_db = material.diffuse_db.value_or(solid.diffuse_db);
+  solid.specular = material.specular.value_or(solid.specular);
+  solid.lobe_width_rad = material.lobe_width_rad.value_or(solid.lobe_width_rad);
+  return solid;
+}
+
+bool is_sediment(const Material& material) {
+  return material.model == MaterialModel::tr9407 || material.model == MaterialModel::small_slope;
+}
+
+}  // namespace
+
+Material material_named(std::string_view name, std::span<const Material> own) {
+  const auto found = std::ranges::find(own, name, &Material::name);
+  if (found != own.end()) return *found;
+  Material known{.name = std::string(name), .like = std::string(name)};
+  const std::vector<scatter::NamedSolid> solids = scatter::named_solids();
+  if (std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end()) {
+    known.model = MaterialModel::solid;
+    return known;
+  }
+  try {
+    scatter::sediment_named(name);
+  } catch (const std::invalid_argument& unknown) {
+    std::string solid_names;
+    for (const scatter::NamedSolid& solid : solids) solid_names += fmt::format(", {}", solid.name);
+    throw std::invalid_argument(fmt::format(
+        "{}; solids are{}; or describe it in a table [material.{}]", unknown.what(),
+        solid_names.substr(1), name));
+  }
+  return known;
+}
+
+std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, double frequency_hz,
+                                                     double sound_speed_mps,
+                                                     double relief_spacing_m) {
+  if (material.model == MaterialModel::lambert)
+    return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
+  if (material.model == MaterialModel::solid)
+    return std::make_unique<scatter::SolidTarget>(solid_of(material));
+  const Sediment sediment = sediment_of(material);
+  const double k_per_cm =
+      scatter::relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps);
+  return std::make_unique<scatter::Bottom>(
+      sediment, frequency_hz, sound_speed_mps,
+      material.model == MaterialModel::tr9407 ? scatter::BottomModel::tr9407
+                                              : scatter::BottomModel::small_slope,
+      relief_spacing_m > 0.0
+          ? scatter::resolved_slope_fraction(sediment, k_per_cm, relief_spacing_m)
+          : 0.0);
+}
+
+std::optional<std::string> validity_warning(const Material& material, double frequency_hz) {
+  if (!is_sediment(material)) return std::nullopt;
+  const auto warning = scatter::validity_warning(sediment_of(material), frequency_hz);
+  if (!warning) return std::nullopt;
+  return fmt::format("material {}: {}", material.name, *warning);
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,421 @@
+// A comparison is worth what it catches: each fault is planted in a sound intersector, and must be
+// found by rays from every source; and what is no fault must pass.
+
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+
+#include <Eigen/Geometry>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/trace/adversarial_rays.h>
+#include <ensonify/engine/trace/agreement.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using Eigen::Vector3d;
+
+namespace {
+
+/// A rough bed of 2 x 16 x 16 faces in a square of 8 m, 20 m deep, with a column of needles.
+refine::TriangleMesh rough_bed() {
+  constexpr std::uint32_t side = 17;
+  std::vector<double> heights(side * side);
+  Stream(5, Purpose::test).normal(heights);
+  refine::TriangleMesh mesh;
+  for (std::uint32_t j = 0; j < side; ++j)
+    for (std::uint32_t i = 0; i < side; ++i)
+      mesh.positions.emplace_back(i == 8 ? -0.499f : -4.0f + 0.5f * static_cast<float>(i),
+                                  -4.0f + 0.5f * static_cast<float>(j),
+                                  static_cast<float>(-20.0 + 0.15 * heights[j * side + i]));
+  for (std::uint32_t j = 0; j + 1 < side; ++j)
+    for (std::uint32_t i = 0; i + 1 < side; ++i) {
+      const std::uint32_t k = j * side + i;
+      mesh.faces.push_back({k, k + 1, k + side + 1});
+      mesh.faces.push_back({k, k + side + 1, k + side});
+    }
+  return mesh;
+}
+
+/// Two fans that look down at the bed from 3 m over it.
+std::vector<RayFan> bed_fans() {
+  const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = 0.3,
+                                                              .sector_high_rad = 1.7,
+                                                              .truncation_rad = 0.2,
+                                                              .main_lobe_rad = 0.2,
+                                                              .planes = 8,
+                                                              .elevations = 256});
+  const double c = std::cos(1.0), s = std::sin(1.0);
+  return {{grid, {0.1, -2.3, -17.0}, {1, 0, 0}, {0, c, -s}, {0, s, c}, 30.0},
+          {grid, {-1.7, 0.2, -17.1}, {0, -1, 0}, {c, 0, -s}, {s, 0, c}, 30.0}};
+}
+
+/// Answers of a sound intersector, some of them spoilt.
+class Spoilt final : public Intersector {
+ public:
+  using Fault = std::function<Hit(const Ray& ray, const Hit& hit, const Intersector& sound)>;
+
+  Spoilt(refine::Triangles triangles, Fault fault, bool fans_only = false)
+      : sound_(make_intersector("pluecker", triangles)),
+        fault_(std::move(fault)),
+        fans_only_(fans_only) {}
+
+  void build(refine::Triangles triangles) override { sound_->build(triangles); }
+  std::string_view code_path() const override { return "portable"; }
+  void intersect(const RayFan& fan, std::span<Hit> hits) const override {
+    sound_->intersect(fan, hits);
+    for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+      for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
+        Hit& hit = hits[plane * fan.elevations() + elevation];
+        if (fan.grid->within_beam(plane, elevation))
+          hit = fault_(fan.ray(plane, elevation), hit, *sound_);
+      }
+  }
+  void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    if (fans_only_) throw std::invalid_argument("fans only");
+    sound_->intersect(rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = fault_(rays[i], hits[i], *sound_);
+  }
+
+ private:
+  std::unique_ptr<Intersector> sound_;
+  Fault fault_;
+  bool fans_only_;
+};
+
+Hit no_fault(const Ray&, const Hit& hit, const Intersector&) { return hit; }
+
+Hit ask(const Intersector& tracer, const Ray& ray) {
+  Hit hit;
+  tracer.intersect({&ray, 1}, {&hit, 1});
+  return hit;
+}
+
+/// What is met behind a hit.
+Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
+  Ray rest = ray;
+  rest.t_min = hit.t * (1.0 + 1e-9);
+  return rest.t_min <= rest.t_max ? ask(sound, rest) : Hit{};
+}
+
+std::vector<AgreementRow> compare_one(refine::Triangles mesh,
+                                      std::shared_ptr<const Intersector> candidate, int threads = 2,
+                                      std::uint64_t every = 1) {
+  const auto reference = make_intersector("pluecker", mesh);
+  const Candidate one{"static", "candidate",
+                      [&] { return std::make_unique<StaticSurface>(candidate); }, true, every};
+  return compare(mesh, *reference, {&one, 1}, bed_fans(),
+                 {.seed = 7, .aimed_fan_rays = 20000, .aimed_rays = 20000, .threads = threads});
+}
+
+std::uint64_t total(const std::vector<AgreementRow>& rows, Verdict verdict) {
+  std::uint64_t sum = 0;
+  for (const AgreementRow& row : rows) sum += row.count(verdict);
+  return sum;
+}
+
+//  y
+//  2  3---2      a square of two faces in the plane z = 0, and a second at z = -1
+//     | \1|
+//     |0 \|      (the diagonal from 3 to 1)
+//  0  0---1  x
+refine::TriangleMesh two_squares() {
+  refine::TriangleMesh mesh;
+  for (const float z : {0.0f, -1.0f}) {
+    const auto n = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const auto& [x, y] : {std::pair{0.0f, 0.0f}, {2.0f, 0.0f}, {2.0f, 2.0f}, {0.0f, 2.0f}})
+      mesh.positions.emplace_back(x, y, z);
+    mesh.faces.push_back({n, n + 1, n + 3});
+    mesh.faces.push_back({n + 1, n + 2, n + 3});
+  }
+  return mesh;
+}
+
+/// Straight down from z = 1 at a place.
+Ray down(double x, double y) { return {{x, y, 1.0}, {0, 0, -1}}; }
+
+}  // namespace
+
+TEST_CASE("what an intersector sees differently is judged by where it happens") {
+  const refine::TriangleMesh mesh = two_squares();
+  const auto reference = make_intersector("pluecker", mesh);
+  const Judge judge(mesh, *reference);
+  const auto verdict = [&](const Ray& ray, const Hit& found) {
+    return judge.judge(ray, ask(*reference, ray), found);
+  };
+  const Hit miss;
+  const double close = 1e-8, apart = 1e-4;
+
+  // On the diagonal's lower left, where face 0 is met.
+  const auto face_1_at = [](double x, double y, double t) {
+    return Hit{1, t, (2.0 - x) < 0.0 ? 0.0 : 0.5 * (x + y) - 1.0, 1.0 - 0.5 * x};
+  };
+  CHECK(verdict(down(1.0 - close, 1.0), face_1_at(1.0 - close, 1.0, 1.0)) == Verdict::tie);
+  CHECK(verdict(down(1.0 - apart, 1.0), face_1_at(1.0 - apart, 1.0, 1.0)) == Verdict::unexplained);
+
+  // Through: at the diagonal it leaks, at the border it may pass, elsewhere it may not.
+  CHECK(verdict(down(1.0 - close, 1.0), miss) == Verdict::leak);  // through both squares
+  CHECK(verdict(down(1.0, 0.0 + close), miss) == Verdict::edge);  // past both at the border
+  CHECK(verdict(down(1.0, 0.0 + apart), miss) == Verdict::unexplained);
+  Ray short_one = down(1.0 - close, 1.0);
+  short_one.t_max = 1.5;
+  CHECK(verdict(short_one, miss) == Verdict::leak);
+  short_one.origin.x() = 0.7;
+  CHECK(verdict(short_one, miss) == Verdict::unexplained);
+
+  // The square below, found through the diagonal of the upper one; and further below, nothing.
+  const Ray at_diagonal = down(1.0 - close, 1.0);
+  const Hit lower = next(at_diagonal, ask(*reference, at_diagonal), *reference);
+  REQUIRE(lower.face >= 2);
+  CHECK(verdict(at_diagonal, lower) == Verdict::leak);
+  CHECK(verdict(down(0.7, 0.7), next(down(0.7, 0.7), ask(*reference, down(0.7, 0.7)),
+                                     *reference)) == Verdict::unexplained);
+
+  // At the ray's own end.
+  for (const double end : {1.0, 1.0 - 1e-9, 1.0 + 1e-9}) {
+    Ray ray = down(0.5, 0.5);
+    ray.t_max = end;
+    if (ask(*reference, ray)) CHECK(verdict(ray, miss) == Verdict::end);
+    if (!ask(*reference, ray)) CHECK(verdict(ray, {0, end, 0.25, 0.25}) == Verdict::end);
+    CHECK(verdict(ray, {0, 1.0 + 1e-6, 0.25, 0.25}) == Verdict::unexplained);  // beyond it
+  }
+
+  // A face whose plane the ray lies in may be met or not, and anywhere; one beside the ray may not.
+  const Ray level{{-1.0, 1.0, 0.0}, {1, 0, 0}};
+  REQUIRE(!ask(*reference, level));
+  CHECK(verdict(level, {0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
+  CHECK(verdict({{-1.0, 2.5, 0.0}, {1, 0, 0}}, {0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
+  CHECK(verdict({{-1.0, 1.0, 1e-3}, {1, 0, 0}}, {0, 1.3, 0.2, 0.5}) == Verdict::unexplained);
+  CHECK(verdict(level, {2, 1.3, 0.2, 0.5}) == Verdict::unexplained);
+
+  CHECK(verdict(down(5.0, 5.0), miss) == Verdict::same);
+  CHECK(verdict(down(5.0, 5.0), {0, 1.0, 0.3, 0.3}) == Verdict::unexplained);
+  CHECK(verdict(down(0.5, 0.5), {4, 1.0, 0.25, 0.25}) == Verdict::unexplained);  // no such face
+  CHECK(verdict(down(0.5, 0.5), {0, std::nan(""), 0.25, 0.25}) == Verdict::unexplained);
+  CHECK(verdict(down(0.5, 0.5), {0, 1.0, std::nan(""), 0.25}) == Verdict::unexplained);
+}
+
+TEST_CASE("every intersector agrees with the reference, the exact ones wholly") {
+  const refine::TriangleMesh mesh = rough_bed();
+  for (const IntersectorKind& kind : intersector_kinds()) {
+    CAPTURE(std::string(kind.name));
+    for (const AgreementRow& row : compare_one(mesh, make_intersector(kind.name, mesh))) {
+      CAPTURE(ray_source_names[static_cast<std::size_t>(row.source)]);
+      CHECK(row.rays >= 3000);
+      CHECK(row.count(Verdict::unexplained) == 0);
+      CHECK(row.unexplained.empty());
+      if (kind.name == "pluecker" || kind.name == "brute_force") {
+        CHECK(row.count(Verdict::leak) == 0);
+        CHECK(row.count(Verdict::same) == row.rays);
+        CHECK(row.largest_dt_m <= 1e-9);
+      }
+    }
+  }
+}
+
+TEST_CASE("a planted fault is caught by rays from every source") {
+  const refine::TriangleMesh mesh = rough_bed();
+  refine::TriangleMesh shifted = mesh;
+  shifted.positions[8 * 17 + 4].z() += 1e-3f;
+  refine::TriangleMesh turned = mesh;  // the diagonal of one square
+  turned.faces[300] = {mesh.faces[300][0], mesh.faces[300][1], mesh.faces[301][2]};
+  turned.faces[301] = {mesh.faces[300][1], mesh.faces[300][2], mesh.faces[301][2]};
+
+  struct Planted {
+    std::string name;
+    Spoilt::Fault fault;
+    const refine::TriangleMesh& over;
+  };
+  const std::vector<Planted> planted{
+      {"t a ten-thousandth too far", [](auto&, Hit hit, auto&) { return hit.t *= 1.0 + 1e-4, hit; },
+       mesh},
+      {"t a ten-thousandth too near",
+       [](auto&, Hit hit, auto&) { return hit.t *= 1.0 - 1e-4, hit; }, mesh},
+      {"the number of the face beside",
+       [](auto&, Hit hit, auto&) { return hit ? hit.face ^= 1, hit : hit; }, mesh},
+      {"a face dropped",
+       [](auto& ray, const Hit& hit, auto& sound) {
+         return hit.face % 64 == 7 ? next(ray, hit, sound) : hit;
+       },
+       mesh},
+      {"the face behind",
+       [](auto& ray, const Hit& hit, auto& sound) {
+         const Hit behind = hit ? next(ray, hit, sound) : hit;
+         return behind ? behind : hit;
+       },
+       mesh},
+      {"one miss in a hundred",
+       [](auto&, const Hit& hit, auto&) { return std::fmod(hit.t, 0.01) < 1e-4 ? Hit{} : hit; },
+       mesh},
+      {"a hit where there is none",
+       [](auto&, const Hit& hit, auto&) {
+         return hit ? hit : Hit{9, 1.0, 0.3, 0.3};
+       },
+       mesh},
+      {"a hit beyond the end",
+       [](auto& ray, Hit hit, auto&) {
+         return hit && std::isfinite(ray.t_max) ? hit.t = 1.001 * ray.t_max, hit : hit;
+       },
+       mesh},
+      {"u and v swapped", [](auto&, Hit hit, auto&) { return std::swap(hit.u, hit.v), hit; }, mesh},
+      {"t in metres, not in lengths of the direction, or doubled",
+       [](auto& ray, Hit hit, auto&) {
+         const double length = ray.direction.norm();
+         return hit.t *= std::abs(length - 1.0) > 1e-9 ? length : 2.0, hit;
+       },
+       mesh},
+      {"a vertex a millimetre too high", no_fault, shifted},
+      {"a square cut the other way", no_fault, turned},
+  };
+  for (const Planted& fault : planted) {
+    CAPTURE(fault.name);
+    const auto rows = compare_one(mesh, std::make_shared<Spoilt>(fault.over, fault.fault));
+    REQUIRE(rows.size() == 3);
+    for (const AgreementRow& row : rows) {
+      CAPTURE(ray_source_names[static_cast<std::size_t>(row.source)], row.rays);
+      CHECK(row.count(Verdict::unexplained) > 0);
+      CHECK(row.unexplained.size() == std::min<std::uint64_t>(5, row.count(Verdict::unexplained)));
+    }
+  }
+}
+
+TEST_CASE("a t that is off by a ten-thousandth is caught on nearly every ray of a fan that hits") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto rows = compare_one(mesh, std::make_shared<Spoilt>(mesh, [](auto&, Hit hit, auto&) {
+                                  return hit.t *= 1.0 + 1e-4, hit;
+                                }));
+  const auto fans = bed_fans();
+  std::uint64_t hits = 0;
+  for (const RayFan& fan : fans) {
+    std::vector<Hit> found(fan.grid->rays());
+    make_intersector("pluecker", mesh)->intersect(fan, found);
+    for (const Hit& hit : found) hits += static_cast<bool>(hit);
+  }
+  CHECK(rows[0].source == RaySource::scene);
+  CHECK(hits > 1000);
+  CHECK(static_cast<double>(rows[0].count(Verdict::unexplained)) >
+        0.98 * static_cast<double>(hits));
+}
+
+TEST_CASE("duplicate faces are ties, whichever is found") {
+  refine::TriangleMesh mesh = rough_bed();
+  const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
+  for (std::uint32_t face = 0; face < faces; ++face) mesh.faces.push_back(mesh.faces[face]);
+  const auto rows = compare_one(mesh, std::make_shared<Spoilt>(mesh, [&](auto&, Hit hit, auto&) {
+                                  return hit ? hit.face += faces, hit : hit;
+                                }));
+  for (const AgreementRow& row : rows) {
+    CHECK(row.count(Verdict::unexplained) == 0);
+    CHECK(row.count(Verdict::tie) > 1000);
+    CHECK(row.count(Verdict::leak) + row.count(Verdict::end) + row.count(Verdict::edge) == 0);
+    if (row.source != RaySource::aimed_rays) CHECK(row.count(Verdict::coplanar) == 0);
+  }
+}
+
+TEST_CASE("an intersector that lets rays through along edges has leaks, not unexplained misses") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto rows =
+      compare_one(mesh, std::make_shared<Spoilt>(mesh, [](auto& ray, const Hit& hit, auto& sound) {
+                    const bool at_edge = std::min({hit.u, hit.v, 1.0 - hit.u - hit.v}) < 1e-12;
+                    return hit && at_edge ? next(ray, hit, sound) : hit;
+                  }));
+  CHECK(total(rows, Verdict::unexplained) == 0);
+  CHECK(total(rows, Verdict::leak) > 1000);
+}
+
+TEST_CASE("an answer computed for the ray rounded to float lies within the tolerance") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto tracer = make_intersector("pluecker", mesh);
+  const Judge judge(mesh, *tracer);
+  std::vector<Ray> rays(20000);
+  AdversarialRays(mesh, 3).aim(0, rays);
+  double largest = 0.0;
+  for (const Ray& ray : rays) {
+    Ray rounded = ray;
+    rounded.origin = ray.origin.cast<float>().cast<double>();
+    rounded.direction = ray.direction.cast<float>().cast<double>();
+    const Hit exact = ask(*tracer, ray), moved = ask(*tracer, rounded);
+    if (!exact || moved.face != exact.face) continue;
+    largest = std::max(largest, std::abs(moved.t - exact.t) * ray.direction.norm() /
+                                    judge.tolerance_m(ray, exact.face));
+  }
+  CHECK(largest < 1.0);
+  CHECK(largest > 0.02);  // and it is not loose by much
+
+  // From 10 m, at 45 degrees on an even face, a hit has to be right to some hundredths of a millimetre.
+  const refine::TriangleMesh square = two_squares();
+  CHECK(Judge(square, *tracer).tolerance_m({{-6.0, 1.0, 7.0}, {1, 0, -1}}, 0) < 5e-5);
+}
+
+TEST_CASE("the number of threads does not change a comparison") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto candidate = std::make_shared<Spoilt>(
+      mesh, [](auto&, const Hit& hit, auto&) { return hit.face % 64 == 7 ? Hit{} : hit; });
+  const auto one = compare_one(mesh, candidate, 1), four = compare_one(mesh, candidate, 4);
+  REQUIRE(one.size() == four.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    CHECK(one[i].rays == four[i].rays);
+    CHECK(one[i].verdicts == four[i].verdicts);
+    CHECK(one[i].largest_dt_m == four[i].largest_dt_m);
+    REQUIRE(one[i].unexplained.size() == four[i].unexplained.size());
+    for (std::size_t k = 0; k < one[i].unexplained.size(); ++k)
+      CHECK(one[i].unexplained[k].ray.direction == four[i].unexplained[k].ray.direction);
+  }
+}
+
+TEST_CASE("a back-end that takes fans only is compared on fans, one that is slow on a share") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto whole = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault));
+  const auto fans_only = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault, true));
+  REQUIRE(whole.size() == 3);
+  REQUIRE(fans_only.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) CHECK(fans_only[i].rays == whole[i].rays);
+
+  const auto share = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault), 2, 50);
+  REQUIRE(share.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(share[i].rays == Approx(static_cast<double>(whole[i].rays) / 50.0).epsilon(0.1));
+    CHECK(share[i].count(Verdict::same) == share[i].rays);
+  }
+}
+
+TEST_CASE("aimed rays meet vertices and edges, and are the same for the same seed") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto tracer = make_intersector("pluecker", mesh);
+  const AdversarialRays aimed(mesh, 11), again(mesh, 11), other(mesh, 12);
+  std::vector<Ray> rays(4096), same(4096), different(4096);
+  aimed.aim(3, rays);
+  again.aim(3, same);
+  other.aim(3, different);
+  std::size_t hits = 0, on_edges = 0, equal = 0;
+  const auto look = [&](const Ray& ray, const Hit& hit) {
+    CHECK_NOTHROW(check_ray(ray));
+    hits += static_cast<bool>(hit);
+    on_edges += hit && std::min({hit.u, hit.v, 1.0 - hit.u - hit.v}) < 1e-9;
+  };
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    CHECK(rays[i].origin == same[i].origin);
+    CHECK(rays[i].direction == same[i].direction);
+    equal += rays[i].direction == different[i].direction;
+    look(rays[i], ask(*tracer, rays[i]));
+  }
+  CHECK(equal == 0);
+  CHECK(hits > rays.size() / 2);
+  CHECK(on_edges > hits / 2);
+
+  hits = on_edges = 0;
+  for (std::uint64_t number = 0; number < 20; ++number) {
+    const RayFan fan = aimed.aim(number, *tracer);
+    CHECK(fan.grid->sin_elevation == again.aim(number, *tracer).grid->sin_elevation);
+    CHECK(std::ranges::is_sorted(fan.grid->elevation_rad));
+    std::vector<Hit> found(fan.grid->rays());
+    tracer->intersect(fan, found);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      look(fan.ray(i / fan.elevations(), i % fan.elevations()), found[i]);
+  }
+  CHECK(hits > 2000);
+  CHECK(on_edges > hits / 20);
+  CHECK_THROWS_AS(AdversarialRays({}, 1), std::invalid_argument);
+}

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/mesh_repair.h>
+
+#include "support/manifold.h"
+
+// What the fuzz targets share. A target throws away what is refused as documented; whatever else
+// happens (another exception, a sanitizer's report, a broken promise) is a finding.
+namespace ensonify::tests {
+
+/// Ends the program, so that the fuzzer keeps the input.
+inline void promise(bool kept, std::string_view what) {
+  if (kept) return;
+  std::fprintf(stderr, "broken promise: %.*s\n", static_cast<int>(what.size()), what.data());
+  std::abort();
+}
+
+inline std::string_view text(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
+
+inline void check_mesh(const refine::TriangleMesh& mesh) {
+  promise(!mesh.faces.empty(), "there is a face");
+  promise(mesh.world_origin.allFinite(), "the world origin is finite");
+  for (const Eigen::Vector3f& position : mesh.positions)
+    promise(position.allFinite(), "positions are finite");
+  for (const refine::Face& face : mesh.faces)
+    for (const std::uint32_t vertex : face)
+      promise(vertex < mesh.positions.size(), "faces name vertices that are there");
+}
+
+inline void check_repair(const refine::TriangleMesh& mesh, double weld_m) {
+  const refine::RepairedMesh repaired = refine::repair(mesh, weld_m);
+  const std::string fault = manifold_fault(repaired.mesh);
+  promise(fault.empty(), fault);
+  const refine::RepairReport& report = repaired.report;
+  promise(repaired.mesh.faces.size() + report.degenerate_faces + report.duplicate_faces ==
+              mesh.faces.size(),
+          "dropped faces are counted");
+  const refine::RepairedMesh again = refine::repair(repaired.mesh, weld_m);
+  promise(again.report.total() == 0 && again.mesh.faces == repaired.mesh.faces &&
+              again.mesh.positions == repaired.mesh.positions,
+          "what is repaired is in order");
+}
+
+/// One input of a mesh reader's target.
+inline int fuzz_mesh(const std::uint8_t* data, std::size_t size, refine::MeshFormat format) {
+  refine::TriangleMesh mesh;
+  try {
+    mesh = refine::parse_mesh(text(data, size), format, "fuzz");
+  } catch (const refine::MeshError&) {
+    return 0;
+  }
+  check_mesh(mesh);
+  if (mesh.faces.size() <= 1000)
+    for (const double weld_m : {0.0, 0.5, -1.0}) check_repair(mesh, weld_m);
+  return 0;
+}
+
+}  // namespace ensonify::tests

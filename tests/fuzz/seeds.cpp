@@ -1,0 +1,79 @@
+// Writes the inputs from which the fuzz targets start: seeds FOLDER makes FOLDER/TARGET/NUMBER.
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include <ensonify/engine/scene/reader.h>
+
+#include "support/damaged_meshes.h"
+#include "support/grids.h"
+#include "support/tricky_meshes.h"
+
+using namespace ensonify;
+
+namespace {
+
+constexpr std::size_t largest_seed_bytes = 4096;
+
+class Seeds {
+ public:
+  explicit Seeds(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  void add(const std::string& target, const std::string& bytes) {
+    if (bytes.size() > largest_seed_bytes) return;
+    std::filesystem::create_directories(folder_ / target);
+    tests::write_text(folder_ / target / std::to_string(++count_[target]), bytes);
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::map<std::string, int> count_;
+};
+
+std::string target(refine::MeshFormat format) {
+  switch (format) {
+    case refine::MeshFormat::ply: return "mesh_ply";
+    case refine::MeshFormat::obj: return "mesh_obj";
+    case refine::MeshFormat::stl: return "mesh_stl";
+    default: return "mesh_off";
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return 2;
+  Seeds seeds(argv[1]);
+
+  for (const tests::TrickyMesh& mesh : tests::tricky_meshes())
+    seeds.add(target(mesh.format), mesh.bytes);
+  for (const tests::DamagedMesh& mesh : tests::damaged_meshes())
+    seeds.add(target(mesh.format), mesh.bytes);
+
+  const std::string heights = "-10 -10.5 -11\n-9 -9999 -12\n-10 -11 -1e1\n-8 -9 -10\n";
+  seeds.add("grid", "ncols 3\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n" +
+                        heights);
+  seeds.add("grid",
+            "ncols 3\r\nnrows 4\r\nxllcenter 500000.5\r\nyllcenter 6.2e6\r\ndx 0.5\r\ndy 2\r\n" +
+                heights);
+  tests::Tiff tiff{.columns = 2, .rows = 3, .heights = {-1, -2, -3, -4, -5, -6}};
+  seeds.add("grid", tiff.bytes());
+  tiff.nodata = "-4";
+  tiff.geographic = true;
+  seeds.add("grid", tiff.bytes());
+
+  std::string scene = engine::dump_scene(engine::Scene{}, false);
+  seeds.add("scene", scene);
+  scene += "[[objects]]\nmesh = 'file'\n[[objects]]\nmesh = 'file'\nscale = 2\n";
+  const std::string zero(1, '\0');
+  seeds.add("scene", scene + zero + "track.pings=3" + zero + "display.palette=copper");
+  seeds.add("scene",
+            "version = 1\nseed = 0x7f\nsea = {salinity_psu = 35.0}\n[seafloor]\nkind = 'survey'\n"
+            "survey = \"f\\u0069le\" # there\n[sonar]\na-1.range_m = 1_0.0e1\nb = {bins = 2}\n");
+
+  seeds.add("profile", "depth_m,soundspeed_mps\n0,1500.5\n10,1490\n");
+  seeds.add("profile",
+            tests::byte_order_mark +
+                "# a cast\r\ntime,\"soundspeed_mps\",depth_m\r\n\r\n3,1500,2e1\r\n,1.49e3,0\r\n");
+  return 0;
+}

@@ -1,0 +1,153 @@
+#include <cmath>
+#include <map>
+
+#include "support/catch.h"
+#include "support/program.h"
+
+using namespace ensonify::tests;
+
+namespace {
+
+using Row = std::map<std::string, std::string>;
+
+/// The rows of a CSV, by the names of its columns.
+std::vector<Row> rows_of(const std::string& text) {
+  const auto fields_of = [](const std::string& line) {
+    std::vector<std::string> fields(1);
+    for (const char c : line)
+      if (c == ',')
+        fields.emplace_back();
+      else
+        fields.back() += c;
+    return fields;
+  };
+  std::istringstream stream(text);
+  std::string line;
+  std::getline(stream, line);
+  const std::vector<std::string> names = fields_of(line);
+  std::vector<Row> rows;
+  while (std::getline(stream, line)) {
+    const std::vector<std::string> fields = fields_of(line);
+    REQUIRE(fields.size() == names.size());
+    Row& row = rows.emplace_back();
+    for (std::size_t i = 0; i < names.size(); ++i) row[names[i]] = fields[i];
+  }
+  return rows;
+}
+
+Outcome backscatter(const std::string& arguments) {
+  std::vector<std::string> words = {"backscatter"};
+  std::istringstream stream(arguments);
+  for (std::string word; stream >> word;) words.push_back(word);
+  const TemporaryFolder folder;
+  return run_program(folder.path(), words);
+}
+
+std::vector<Row> answer(const std::string& arguments) {
+  const Outcome outcome = backscatter(arguments);
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  return rows_of(outcome.out);
+}
+
+const std::string at_30_khz = "--frequency-hz 30000 --sound-speed-mps 1528 ";
+
+}  // namespace
+
+TEST_CASE("backscatter prints the terms of the bottom model") {
+  const Outcome outcome = backscatter(at_30_khz + "--sediment medium_sand --angles-deg 0,10,60,90");
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.err.empty());
+  CHECK(
+      outcome.out.starts_with("grazing_deg,strength_db,roughness,volume,kirchhoff,composite,"
+                              "large_roughness,reflection_loss_db\n"));
+  const std::vector<Row> rows = rows_of(outcome.out);
+  REQUIRE(rows.size() == 4);
+  CHECK(std::stod(rows[1].at("strength_db")) == Approx(-35.4).margin(0.1));
+  CHECK(std::stod(rows[1].at("kirchhoff")) == 0.0);
+  CHECK(10.0 * std::log10(std::stod(rows[2].at("kirchhoff"))) == Approx(-24.54).margin(0.006));
+  CHECK(10.0 * std::log10(std::stod(rows[2].at("volume"))) == Approx(-24.04).margin(0.006));
+  CHECK(std::stod(rows[3].at("reflection_loss_db")) == Approx(-20.0 * std::log10(0.369775)));
+  for (const Row& row : rows)
+    CHECK(std::stod(row.at("strength_db")) ==
+          Approx(10.0 * std::log10(std::stod(row.at("roughness")) + std::stod(row.at("volume")))));
+}
+
+TEST_CASE("a seabed is told by name, grain size or parameters, and parameters override") {
+  const std::string angles = " --angles-deg 5,30,85";
+  const auto strengths = [&](const std::string& seabed) {
+    std::vector<std::string> out;
+    for (const Row& row : answer(at_30_khz + seabed + angles)) out.push_back(row.at("strength_db"));
+    return out;
+  };
+  const auto named = strengths("--sediment medium-sand");
+  CHECK(named == strengths("--mean-grain-size-phi 1.5"));
+  const TemporaryFolder folder;
+  const Row sand =
+      rows_of(run_program(folder.path(), {"sediments", "--mean-grain-size-phi", "1.5"}).out)[0];
+  CHECK(named == strengths("--density-ratio " + sand.at("density_ratio") + " --sound-speed-ratio " +
+                           sand.at("sound_speed_ratio") + " --loss " + sand.at("loss") +
+                           " --volume " + sand.at("volume") + " --exponent " + sand.at("exponent") +
+                           " --strength-cm4 " + sand.at("strength_cm4")));
+  const auto quiet = strengths("--sediment medium_sand --volume 0");
+  CHECK(quiet != named);
+  CHECK(quiet == strengths("--mean-grain-size-phi 1.5 --volume 0"));
+}
+
+TEST_CASE("the other models fill what they have") {
+  for (const Row& row : answer(at_30_khz + "--sediment clay --model lambert --angles-deg 30,90")) {
+    CHECK(std::stod(row.at("strength_db")) ==
+          Approx(std::stod(row.at("grazing_deg")) == 90.0 ? -27.0 : -33.0206));
+    CHECK(std::stod(row.at("volume")) == 0.0);
+  }
+  const std::vector<Row> slope = answer(at_30_khz + "--sediment clay --model small-slope");
+  CHECK(slope.size() == 90);
+  CHECK(std::stod(slope[44].at("roughness")) > 0.0);
+  CHECK(std::stod(slope[44].at("volume")) > 0.0);
+  CHECK(std::stod(slope[89].at("kirchhoff")) == 0.0);
+}
+
+TEST_CASE("a frequency beyond the model's is warned of once, on stderr") {
+  const Outcome rock = backscatter(
+      "--frequency-hz 400000 --sound-speed-mps 1500 --sediment rock --angles-deg 5,6,7");
+  CHECK(rock.code == 0);
+  CHECK(rock.err.find("400 kHz") != std::string::npos);
+  CHECK(std::count(rock.err.begin(), rock.err.end(), '\n') == 1);
+}
+
+TEST_CASE("a wrong seabed or angle is one message and code 2") {
+  for (const auto& [arguments, said] : std::vector<std::pair<std::string, std::string>>{
+           {"--sediment medum_sand", "'medium sand'"},
+           {"--sediment rock --exponent 4", "less than 4"},
+           {"--sediment rock --loss -0.1", "0 to 0.1"},
+           {"--mean-grain-size-phi 12", "-1 to 9"},
+           {"--density-ratio 2", "--sound-speed-ratio is missing"},
+           {"--sediment rock --mean-grain-size-phi 1", "excludes"},
+           {"--sediment rock --angles-deg 5,95", "0 to 90"},
+           {"--sediment rock --angles-deg 5,x", "x"},
+           {"--sediment rock --model cosine", "small-slope"}}) {
+    const Outcome outcome = backscatter(at_30_khz + arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.out.empty());
+    CHECK(outcome.err.find(said) != std::string::npos);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  }
+  CHECK(backscatter("--frequency-hz 0 --sound-speed-mps 1500 --sediment rock").code == 2);
+}
+
+TEST_CASE("sediments lists every name with its parameters") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program(folder.path(), {"sediments"});
+  REQUIRE(outcome.code == 0);
+  CHECK(
+      outcome.out.starts_with("name,mean_grain_size_phi,density_ratio,sound_speed_ratio,loss,"
+                              "volume,exponent,strength_cm4\n"));
+  const std::vector<Row> rows = rows_of(outcome.out);
+  CHECK(rows.size() == 31);
+  for (const Row& row : rows) {
+    CAPTURE(row.at("name"));
+    CHECK(row.at("mean_grain_size_phi").empty() == (std::stod(row.at("loss")) == 0.01374));
+  }
+  CHECK(run_program(folder.path(), {"sediments", "--mean-grain-size-phi", "-1.5"}).code == 2);
+}

@@ -1,0 +1,84 @@
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/program.h"
+
+#include <ensonify/engine/trace/intersector.h>
+
+using namespace ensonify::tests;
+
+namespace {
+
+const std::string small_scene = R"(version = 1
+[seafloor]
+extent_east_m = 40
+extent_north_m = 20
+cell_m = 1
+[track]
+pings = 9
+[sonar.left-right]
+range_m = 15
+bins = 100
+elevations = 128
+)";
+
+}  // namespace
+
+TEST_CASE("check compares every intersector with the reference, and finds nothing unexplained") {
+  const TemporaryFolder folder;
+  write_text(folder / "small.toml", small_scene);
+  const auto check = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"check", "small.toml", "--rays", "30000"});
+    return run_program(folder.path(), more);
+  };
+  const Outcome table = check({"--threads", "1"});
+  INFO(table.err);
+  CHECK(table.code == 0);
+  CHECK(table.err.empty());
+  CHECK(table.out.starts_with("surface,intersector,source,rays,same,tie,end,edge,leak,coplanar,"));
+  for (const auto& kind : ensonify::engine::intersector_kinds())
+    CHECK(table.out.find("\nstatic," + std::string(kind.name) + ",scene,") != std::string::npos);
+  CHECK(check({"--threads", "3"}).out == table.out);
+  CHECK(check({"-D", "seed=2"}).out != table.out);
+
+  const Outcome json = check({"--json", "--quiet"});
+  CHECK(json.code == 0);
+  const auto report = nlohmann::json::parse(json.out);
+  CHECK(report["reference"] == "pluecker");
+  CHECK(report["unexplained"] == 0);
+  CHECK(report["times_s"]["compare"] > 0.0);
+  std::uint64_t scene_rays = 0;
+  for (const auto& row : report["rows"]) {
+    std::uint64_t judged = 0;
+    for (const auto* verdict : {"same", "tie", "end", "edge", "leak", "coplanar", "unexplained"})
+      judged += row[verdict].get<std::uint64_t>();
+    CHECK(judged == row["rays"]);
+    if (row["intersector"] == "embree" && row["source"] == "scene") scene_rays = row["rays"];
+    if (row["intersector"] == "pluecker") CHECK(row["same"] == row["rays"]);
+  }
+  CHECK(scene_rays >= 15000);  // more than the track has pings for: it is flown again
+}
+
+TEST_CASE("check refuses what it cannot do, and stops when asked") {
+  const TemporaryFolder folder;
+  write_text(folder / "small.toml", small_scene);
+  for (const char* rays : {"0", "-5", "many"}) {
+    const Outcome wrong = run_program(folder.path(), {"check", "small.toml", "--rays", rays});
+    CHECK(wrong.code == 2);
+    CHECK(wrong.out.empty());
+    CHECK(wrong.err.find("--rays") != std::string::npos);
+  }
+  CHECK(run_program(folder.path(), {"check", "none.toml"}).code == 2);
+  const Outcome stopped = run_program(
+      folder.path(), {"check", "small.toml", "--rays", "1000000000"}, {}, [](pid_t process) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        kill(process, SIGINT);
+      });
+  CHECK(stopped.code == 130);
+  CHECK(stopped.out.empty());
+  CHECK(stopped.err.find("stopped on request") != std::string::npos);
+}
