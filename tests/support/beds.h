@@ -18,6 +18,7 @@ inline engine::Seafloor level_bed(double depth_m, double half_extent_m = 2000.0)
   engine::Seafloor bed;
   bed.mesh.positions = {{-e, -e, z}, {e, -e, z}, {e, e, z}, {-e, e, z}};
   bed.mesh.faces = {{0, 1, 2}, {0, 2, 3}};
+  bed.bed_faces = 2;
   bed.labels = {{1, 1, 0}};
   return bed;
 }

@@ -1,0 +1,435 @@
+#include <ensonify/refine/active_mesh.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+namespace ensonify::refine {
+namespace {
+
+using Index = std::uint32_t;
+
+Index next(Index half_edge) { return half_edge % 4 == 2 ? half_edge - 2 : half_edge + 1; }
+Index previous(Index half_edge) { return half_edge % 4 == 0 ? half_edge + 2 : half_edge - 1; }
+
+std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
+Index high(std::uint64_t packed) { return static_cast<Index>(packed >> 32); }
+Index low(std::uint64_t packed) { return static_cast<Index>(packed); }
+
+/// Stable, by digits: a thousand numbers take microseconds.
+void sort_by_high(std::vector<std::uint64_t>& numbers, std::vector<std::uint64_t>& spare) {
+  std::uint64_t all = 0;
+  for (const std::uint64_t n : numbers) all |= n;
+  spare.resize(numbers.size());
+  for (int shift = 32; shift < 64 && all >> shift != 0; shift += 11) {
+    std::array<Index, 1 << 11> place{};
+    const auto digit = [&](std::uint64_t n) { return n >> shift & (place.size() - 1); };
+    for (const std::uint64_t n : numbers) ++place[digit(n)];
+    std::exclusive_scan(place.begin(), place.end(), place.begin(), Index{0});
+    for (const std::uint64_t n : numbers) spare[place[digit(n)]++] = n;
+    numbers.swap(spare);
+  }
+}
+
+}  // namespace
+
+ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
+  const std::vector<Index>& roots = mesh.roots;
+  for (Index r = 0; r < roots.size(); ++r)
+    nodes_.push_back(node_over(roots[r] - r, roots[r], mesh.end_of(r), none));
+  if (nodes_.size() % 2) nodes_.emplace_back();
+
+  struct Edge {
+    Index lower, higher, half_edge;
+    auto operator<=>(const Edge&) const = default;
+  };
+  std::vector<Edge> edges;
+  for (Index slot = 2 * static_cast<Index>(mesh.mid.size()); slot < mesh.faces.size(); ++slot) {
+    const Index f = make_face(slot);
+    auto& corners = faces_[f].vertices;
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[k] = static_cast<Index>(std::ranges::upper_bound(roots, mesh.faces[slot][k]) -
+                                      roots.begin() - 1);
+    for (Index k = 0; k < 3; ++k) {
+      const auto [lower, higher] = std::minmax(corners[k], corners[(k + 1) % 3]);
+      edges.push_back({lower, higher, 4 * f + k});
+    }
+  }
+  std::ranges::sort(edges);
+  for (std::size_t e = 1; e < edges.size(); ++e)
+    if (edges[e].lower == edges[e - 1].lower && edges[e].higher == edges[e - 1].higher)
+      join(edges[e].half_edge, edges[e - 1].half_edge);
+  for (const Edge& edge : edges)
+    if (Index& first = nodes_[from(edge.half_edge)].half_edge;
+        first == none || opposite(edge.half_edge) == none)
+      first = edge.half_edge;
+
+  base_nodes_ = nodes_;
+  base_faces_ = faces_;
+  reset();
+}
+
+void ActiveMesh::reset() {
+  nodes_ = base_nodes_;
+  faces_ = base_faces_;
+  free_children_.clear();
+  free_faces_.clear();
+  vertex_count_ = mesh_->roots.size();
+  marks_.assign(nodes_.size(), 0);
+  mark_ = 0;
+  exact_faces_.clear();
+  exact_sources_.clear();
+  for (const ActiveFace& face : faces_)
+    if (all_leaves(face.vertices[0], face.vertices[1], face.vertices[2]))
+      changes_.push_back(pack(face.source, face.slot));
+  settle_exact();
+}
+
+RefineStatistics ActiveMesh::refine(std::span<const ViewVolume> volumes) {
+  view_.look_at(volumes);
+  statistics_ = {};
+  offers_.clear();
+  find_fronts();
+  for (const Index vertex : inner_)
+    if (touches(nodes_[vertex])) touched_.push_back(vertex);
+  for (const Index left : twins_)
+    if (!touches(nodes_[nodes_[left].parent])) offers_.push_back(nodes_[left].parent);
+  split_touched();
+  // What was split by force is held open by what forced it: it need not be offered yet.
+  opened_.clear();
+  collapse_offered();
+  settle_exact();
+  return statistics_;
+}
+
+/// Lists what refinement has to look at: active inner vertices, and pairs of active siblings by the left
+/// one. Without branches, which nobody could predict here.
+void ActiveMesh::find_fronts() {
+  inner_.resize(nodes_.size() + 1);
+  twins_.resize(nodes_.size());
+  std::size_t inner = 0, twins = 0;
+  for (Index left = 0; left < nodes_.size(); left += 2) {
+    const Node &a = nodes_[left], &b = nodes_[left + 1];
+    inner_[inner] = left;
+    inner += a.is_active() & !a.is_leaf();
+    inner_[inner] = left + 1;
+    inner += b.is_active() & !b.is_leaf();
+    twins_[twins] = left;
+    twins += a.is_active() & b.is_active() & (a.parent != none);
+  }
+  inner_.resize(inner);
+  twins_.resize(twins);
+}
+
+/// Splits also what comes of that and is touched: the children of forced splits among them.
+void ActiveMesh::split_touched() {
+  for (std::size_t i = 0; i < touched_.size(); ++i)
+    if (nodes_[touched_[i]].is_active()) split(touched_[i]);
+  touched_.clear();
+}
+
+/// Goes on until no more of them can be. This ends: each collapse goes with splits of later-collapsed
+/// nodes only, so that, written with the finest first, the list of what is split becomes less and less.
+void ActiveMesh::collapse_offered() {
+  for (std::size_t collapses = none; collapses != statistics_.collapses;) {
+    collapses = statistics_.collapses;
+    statistics_.blocked_collapses = 0;
+    waiting_.clear();
+    for (std::size_t i = 0; i < offers_.size(); ++i) {
+      const Index node = offers_[i];
+      const bool is_wanted = has_two_active(node) && !touches(nodes_[node]);  // still
+      if (!is_wanted || !collapse(node)) {
+        statistics_.blocked_collapses += is_wanted;
+        waiting_.push_back(node);
+        continue;
+      }
+      split_touched();
+      for (const Index opened : opened_) offer(opened);
+      opened_.clear();
+      offer(nodes_[node].parent);
+    }
+    offers_.swap(waiting_);
+  }
+}
+
+void ActiveMesh::offer(Index node) {
+  if (node != none && has_two_active(node) && !touches(nodes_[node])) offers_.push_back(node);
+}
+
+void ActiveMesh::vsplit(Index vertex) {
+  if (vertex >= nodes_.size() || !nodes_[vertex].is_active() || nodes_[vertex].is_leaf())
+    throw std::invalid_argument("ActiveMesh::vsplit: no active inner node; nodes() tells them");
+  split(vertex);
+  touched_.clear();
+  opened_.clear();
+  settle_exact();
+}
+
+bool ActiveMesh::ecol(Index node) {
+  if (node >= nodes_.size() || !has_two_active(node))
+    throw std::invalid_argument("ActiveMesh::ecol: no node with two active children");
+  const bool done = collapse(node);
+  touched_.clear();
+  opened_.clear();
+  settle_exact();
+  return done;
+}
+
+ExactFaces ActiveMesh::exact_faces() const { return {mesh_->points, exact_faces_, exact_sources_}; }
+
+/// Merges what came and went into the list. A face may have done both, and several times.
+void ActiveMesh::settle_exact() {
+  if (changes_.empty()) return;
+  sort_by_high(changes_, spare_changes_);
+  next_exact_faces_.clear();
+  next_exact_sources_.clear();
+  std::size_t old = 0;
+  for (auto change = changes_.begin(); old < exact_sources_.size() || change != changes_.end();) {
+    const Index source = change != changes_.end() ? high(*change) : none;
+    for (; old < exact_sources_.size() && exact_sources_[old] < source; ++old) {
+      next_exact_faces_.push_back(exact_faces_[old]);
+      next_exact_sources_.push_back(exact_sources_[old]);
+    }
+    if (source == none) break;
+    int count = 0;
+    Face face{};
+    if (old < exact_sources_.size() && exact_sources_[old] == source) {
+      ++count;
+      face = exact_faces_[old++];
+    }
+    for (; change != changes_.end() && high(*change) == source; ++change) {
+      count += low(*change) == none ? -1 : 1;
+      if (low(*change) != none) face = mesh_->faces[low(*change)];
+    }
+    if (count == 0) continue;
+    next_exact_faces_.push_back(face);
+    next_exact_sources_.push_back(source);
+  }
+  exact_faces_.swap(next_exact_faces_);
+  exact_sources_.swap(next_exact_sources_);
+  changes_.clear();
+}
+
+ActiveMesh::Node ActiveMesh::node_over(Index number, Index lo, Index hi, Index parent) {
+  Node node{.lo = lo, .hi = hi, .parent = parent};
+  if (!node.is_leaf()) node.number = number;
+  return node;
+}
+
+void ActiveMesh::join(Index a, Index b) {
+  if (a != none) opposite(a) = b;
+  if (b != none) opposite(b) = a;
+}
+
+void ActiveMesh::walk(Index vertex, Fan& fan) const {
+  fan.half_edges.clear();
+  fan.ring.clear();
+  const Index first = nodes_[vertex].half_edge;
+  Index h = first, last = none;
+  do {
+    fan.half_edges.push_back(h);
+    fan.ring.push_back(from(next(h)));
+    last = previous(h);
+    h = faces_[last / 4].opposites[last % 4];
+  } while (h != none && h != first);
+  fan.ring.push_back(from(last));
+  fan.open = h == none;
+}
+
+Index ActiveMesh::make_face(Index slot) {
+  Index f = static_cast<Index>(faces_.size());
+  if (free_faces_.empty()) {
+    faces_.emplace_back();
+  } else {
+    f = free_faces_.back();
+    free_faces_.pop_back();
+  }
+  faces_[f] = {.vertices = {none, none, none},
+               .opposites = {none, none, none},
+               .slot = slot,
+               .source = mesh_->source_face[slot]};
+  return f;
+}
+
+/// Both children of an active inner vertex, which so becomes a split one.
+Index ActiveMesh::make_children(Index vertex) {
+  Index left = static_cast<Index>(nodes_.size());
+  if (free_children_.empty()) {
+    nodes_.resize(nodes_.size() + 2);
+    marks_.resize(nodes_.size(), 0);
+  } else {
+    left = free_children_.back();
+    free_children_.pop_back();
+  }
+  Node& node = nodes_[vertex];
+  const Index mid = mesh_->mid[node.number];
+  nodes_[left] = node_over(node.number + 1, node.lo, mid, vertex);
+  nodes_[left + 1] = node_over(node.number + (mid - node.lo), mid, node.hi, vertex);
+  node.left = left;
+  ++vertex_count_;
+  return left;
+}
+
+void ActiveMesh::split(Index vertex) {
+  forcing_.assign(1, vertex);
+  while (!forcing_.empty()) {
+    const Index in_the_way = try_split(forcing_.back());
+    if (in_the_way == none) {
+      forcing_.pop_back();
+    } else {
+      forcing_.push_back(in_the_way);
+      ++statistics_.forced_splits;
+    }
+  }
+}
+
+/// Splits a vertex, or says which other one has to be split before. With the children above one
+/// another, left below, the first fundamental face comes between them on the left side and the second
+/// on the right: so counter-clockwise round the vertex, the faces from the first's cut vertex to the
+/// second's are the left child's, the others the right one's. A missing face's cut is the border.
+Index ActiveMesh::try_split(Index vertex) {
+  Fan& fan = fans_[0];
+  walk(vertex, fan);
+  const Index count = static_cast<Index>(fan.half_edges.size());
+  const Index first_slot = 2 * nodes_[vertex].number;
+  std::array<Index, 2> cut_corner = {0, 0}, cut_leaf = {none, none};
+  for (Index s = 0; s < 2; ++s) {
+    const Face& face = mesh_->faces[first_slot + s];
+    if (face[0] == none) continue;
+    while (nodes_[vertex].covers(face[cut_corner[s]])) ++cut_corner[s];
+    cut_leaf[s] = face[cut_corner[s]];
+  }
+  std::array<Index, 2> at = {0, count};  // of the cuts, in the ring
+  for (Index j = count + 1; j-- > 0;)
+    for (Index s = 0; s < 2; ++s) at[s] = nodes_[fan.ring[j]].covers(cut_leaf[s]) ? j : at[s];
+  const bool two = cut_leaf[0] != none && cut_leaf[1] != none;
+  if (two && fan.ring[at[0]] == fan.ring[at[1]]) return fan.ring[at[0]];
+
+  const Index left = make_children(vertex);
+  const std::array<bool, 2> is_leaf = {nodes_[left].is_leaf(), nodes_[left + 1].is_leaf()};
+  for (Index j = 0; j < count; ++j) {
+    const bool is_left = at[0] <= at[1] ? at[0] <= j && j < at[1] : !(at[1] <= j && j < at[0]);
+    const Index h = fan.half_edges[j];
+    faces_[h / 4].vertices[h % 4] = is_left ? left : left + 1;
+    if (is_leaf[is_left ? 0 : 1] && nodes_[fan.ring[j]].is_leaf() &&
+        nodes_[fan.ring[j + 1]].is_leaf())
+      changes_.push_back(pack(faces_[h / 4].source, faces_[h / 4].slot));
+  }
+
+  std::array<Index, 2> across = {none, none};  // from a child to the other
+  std::array<Index, 2> to_cut = {none, none};  // from the other child
+  for (Index s = 0; s < 2; ++s) {
+    if (cut_leaf[s] == none) continue;
+    const Index f = make_face(first_slot + s), cut = fan.ring[at[s]];
+    const Index from_cut = 4 * f + cut_corner[s];
+    across[s] = next(from_cut);
+    to_cut[s] = next(across[s]);
+    faces_[f].vertices[cut_corner[s]] = cut;
+    faces_[f].vertices[across[s] % 4] = left + s;
+    faces_[f].vertices[to_cut[s] % 4] = left + 1 - s;
+    const bool has_in = at[s] > 0 || !fan.open, has_out = at[s] < count;
+    join(to_cut[s], has_in ? previous(fan.half_edges[(at[s] + count - 1) % count]) : none);
+    join(from_cut, has_out ? fan.half_edges[at[s]] : none);
+    if (!has_out) nodes_[cut].half_edge = from_cut;
+    if (all_leaves(left, left + 1, cut)) changes_.push_back(pack(faces_[f].source, faces_[f].slot));
+  }
+  join(across[0], across[1]);
+  for (Index s = 0; s < 2; ++s) {
+    // Whether the gap that an open fan had is this child's.
+    const bool has_gap = fan.open && (cut_leaf[s] == none || (two && at[s] > at[1 - s]));
+    nodes_[left + s].half_edge = !has_gap        ? across[s]
+                                 : at[1 - s] > 0 ? fan.half_edges[0]
+                                                 : to_cut[1 - s];
+    if (!is_leaf[s] && touches(nodes_[left + s])) touched_.push_back(left + s);
+  }
+  opened_.push_back(vertex);
+  ++statistics_.splits;
+  return none;
+}
+
+/// Collapses once nothing blocks; what blocks it and was collapsed later is split.
+bool ActiveMesh::collapse(Index node) {
+  while (!is_free(node)) {
+    for (const Index blocker : blockers_)
+      if (nodes_[blocker].is_leaf() ||
+          mesh_->order[nodes_[blocker].number] < mesh_->order[nodes_[node].number])
+        return false;
+    for (const Index blocker : blockers_)
+      if (nodes_[blocker].is_active()) {
+        split(blocker);
+        ++statistics_.unblocking_splits;
+      }
+  }
+  merge_children(node);
+  return true;
+}
+
+/// Whether two active children may collapse: they have no common neighbours but the cut vertices. Finds
+/// both fans, what is to vanish, and blockers. (What else makes a collapse legal, at a border or of a
+/// tetrahedron, cannot have changed since the progressive mesh was built: it is between the children
+/// and the border, or it would leave some vertex of the progressive mesh with no face.)
+bool ActiveMesh::is_free(Index node) {
+  const Index left = nodes_[node].left;
+  blockers_.clear();
+  doomed_ = {};
+  for (Index s = 0; s < 2; ++s) {
+    walk(left + s, fans_[s]);
+    for (std::size_t j = 0; j < fans_[s].half_edges.size(); ++j)
+      if (fans_[s].ring[j] == left + 1 - s) {
+        const Index across = fans_[s].half_edges[j];
+        doomed_[s] = {.face = across / 4,
+                      .cut = from(previous(across)),
+                      .in = opposite(next(across)),
+                      .out = opposite(previous(across))};
+      }
+  }
+  if (++mark_ == 0) {
+    std::ranges::fill(marks_, 0);
+    mark_ = 1;
+  }
+  for (const Index v : fans_[0].ring) marks_[v] = mark_;
+  for (const Index v : fans_[1].ring)
+    if (std::exchange(marks_[v], 0) == mark_ && v != doomed_[0].cut && v != doomed_[1].cut)
+      blockers_.push_back(v);
+  return blockers_.empty();
+}
+
+void ActiveMesh::merge_children(Index node) {
+  const Index left = nodes_[node].left;
+  for (Index s = 0; s < 2; ++s) {
+    const auto& [half_edges, ring, open] = fans_[s];
+    for (std::size_t j = 0; j < half_edges.size(); ++j) {
+      ActiveFace& face = faces_[half_edges[j] / 4];
+      const bool first_seen =
+          s == 0 || (half_edges[j] / 4 != doomed_[0].face && half_edges[j] / 4 != doomed_[1].face);
+      if (first_seen && all_leaves(left + s, ring[j], ring[j + 1]))
+        changes_.push_back(pack(face.source, none));
+      face.vertices[half_edges[j] % 4] = node;
+    }
+  }
+  Index first = doomed_[0].out;
+  for (Index s = 0; s < 2; ++s) {
+    if (!fans_[s].open) continue;
+    const Index h = nodes_[left + s].half_edge;
+    if (h / 4 == doomed_[1 - s].face)
+      first = doomed_[1 - s].out;  // it led to that cut vertex along the border
+    else if (h / 4 != doomed_[s].face)
+      first = h;
+  }
+  nodes_[node].half_edge = first;
+  for (const Fundamental& f : doomed_) {
+    if (f.face == none) continue;
+    join(f.in, f.out);
+    if (nodes_[f.cut].half_edge / 4 == f.face) nodes_[f.cut].half_edge = f.in;
+    faces_[f.face].slot = none;
+    free_faces_.push_back(f.face);
+  }
+  nodes_[node].left = none;
+  nodes_[left] = nodes_[left + 1] = {};
+  free_children_.push_back(left);
+  --vertex_count_;
+  ++statistics_.collapses;
+}
+
+}  // namespace ensonify::refine

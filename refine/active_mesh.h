@@ -1,0 +1,160 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <ensonify/refine/footprint.h>
+#include <ensonify/refine/progressive_mesh.h>
+#include <ensonify/refine/view_volume.h>
+
+namespace ensonify::refine {
+
+/// What one refinement did.
+struct RefineStatistics {
+  std::size_t splits = 0;
+  std::size_t forced_splits = 0;      ///< of them: to part two cut vertices that were one
+  std::size_t unblocking_splits = 0;  ///< of them: to free a collapse that others blocked
+  std::size_t collapses = 0;
+  std::size_t blocked_collapses = 0;  ///< wanted, but not allowed yet
+};
+
+/// One worker's selectively refined mesh over a progressive mesh, for all its sonars (Kim & Lee, "Truly
+/// selective refinement of progressive meshes", 2001): split wherever a node's sphere meets a view
+/// volume, coarse elsewhere. Each active face is an original face whose three corners have distinct
+/// active ancestors; where all three are leaves the face is there unchanged, and those are all that
+/// the volumes can touch.
+class ActiveMesh {
+ public:
+  static constexpr std::uint32_t none = ProgressiveMesh::none;
+
+  /// An active vertex, or a split node above some: the leaves [lo, hi) as one. Siblings lie side by
+  /// side, the left one first. Gaps in between are neither.
+  struct Node {
+    std::uint32_t lo = 0, hi = 0;
+    std::uint32_t number = none;     ///< of an inner node in the progressive mesh
+    std::uint32_t parent = none;     ///< where among nodes()
+    std::uint32_t left = none;       ///< its left child there, once it is split
+    std::uint32_t half_edge = none;  ///< that leaves an active vertex: at a border its fan's first
+
+    bool is_leaf() const { return hi - lo == 1; }
+    bool is_active() const { return (hi != 0) & (left == none); }
+    bool covers(std::uint32_t leaf) const { return leaf - lo < hi - lo; }
+  };
+
+  /// An active face; a gap where `slot` is none. Half-edge 4f + k leads from corner k of face f to the
+  /// next corner, the face to its left.
+  struct ActiveFace {
+    std::array<std::uint32_t, 3> vertices;   ///< among nodes(), by corner
+    std::array<std::uint32_t, 3> opposites;  ///< by half-edge; none at a border
+    std::uint32_t slot = none;               ///< of the original face in the progressive mesh
+    std::uint32_t source = none;             ///< its number in the source mesh
+  };
+
+  /// Starts as the base mesh, which must outlive this.
+  explicit ActiveMesh(const ProgressiveMesh& mesh);
+
+  /// Back to the base mesh, keeping the memory.
+  void reset();
+
+  /// Splits whatever these volumes touch and collapses what none touches. Nothing is allocated in a
+  /// steady state. Throws std::invalid_argument as ViewTest does.
+  RefineStatistics refine(std::span<const ViewVolume> volumes);
+
+  /// The faces that are exact now, ascending in source_faces; good until the next change.
+  ExactFaces exact_faces() const;
+
+  /// Splits one active vertex, and before it those that keep its two cut vertices one. Throws
+  /// std::invalid_argument where nodes()[vertex] is no active inner node.
+  void vsplit(std::uint32_t vertex);
+
+  /// Makes a split node with two active children a vertex again. Whatever blocks that and was collapsed
+  /// later in the progressive mesh is split; if something else does, nothing changes and this is false.
+  /// Throws std::invalid_argument where nodes()[node] is none such.
+  bool ecol(std::uint32_t node);
+
+  std::size_t vertex_count() const { return vertex_count_; }
+  std::size_t face_count() const { return faces_.size() - free_faces_.size(); }
+
+  std::span<const Node> nodes() const { return nodes_; }
+  std::span<const ActiveFace> faces() const { return faces_; }
+  const ProgressiveMesh& progressive_mesh() const { return *mesh_; }
+  /// Where an active vertex is drawn, local metres: at the leaf that its collapses kept.
+  const Eigen::Vector3f& position(std::uint32_t vertex) const {
+    return mesh_->points[nodes_[vertex].hi - 1];
+  }
+
+ private:
+  /// The half-edges that leave a vertex, counter-clockwise, and the vertices they lead to; then the last
+  /// face's third corner, which is the first of these again where the fan is closed.
+  struct Fan {
+    std::vector<std::uint32_t> half_edges, ring;
+    bool open = false;
+  };
+  /// One of the two faces that a split makes and a collapse takes away: of a child, the other child and
+  /// the cut vertex. In and out lead to the cut vertex and from it, where that face is not (any more).
+  struct Fundamental {
+    std::uint32_t face = none;  // none: it is not there, at a border
+    std::uint32_t cut = none;
+    std::uint32_t in = none, out = none;
+  };
+
+  static Node node_over(std::uint32_t number, std::uint32_t lo, std::uint32_t hi,
+                        std::uint32_t parent);
+  std::uint32_t from(std::uint32_t half_edge) const {
+    return faces_[half_edge / 4].vertices[half_edge % 4];
+  }
+  std::uint32_t& opposite(std::uint32_t half_edge) {
+    return faces_[half_edge / 4].opposites[half_edge % 4];
+  }
+  void join(std::uint32_t a, std::uint32_t b);
+  void walk(std::uint32_t vertex, Fan& fan) const;
+  bool all_leaves(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    return nodes_[a].is_leaf() && nodes_[b].is_leaf() && nodes_[c].is_leaf();
+  }
+
+  void split(std::uint32_t vertex);
+  std::uint32_t try_split(std::uint32_t vertex);
+  std::uint32_t make_children(std::uint32_t vertex);
+  std::uint32_t make_face(std::uint32_t slot);
+
+  bool collapse(std::uint32_t node);
+  bool is_free(std::uint32_t node);
+  void merge_children(std::uint32_t node);
+
+  bool touches(const Node& node) const { return view_.touches(mesh_->spheres[node.number]); }
+  bool has_two_active(std::uint32_t node) const {
+    const std::uint32_t left = nodes_[node].left;
+    return left != none && nodes_[left].is_active() && nodes_[left + 1].is_active();
+  }
+  void find_fronts();
+  void split_touched();
+  void collapse_offered();
+  void offer(std::uint32_t node);
+  void settle_exact();
+
+  const ProgressiveMesh* mesh_;
+  std::vector<Node> nodes_, base_nodes_;
+  std::vector<ActiveFace> faces_, base_faces_;
+  std::vector<std::uint32_t> free_children_, free_faces_;
+  std::size_t vertex_count_ = 0;
+
+  std::vector<Face> exact_faces_, next_exact_faces_;
+  std::vector<std::uint32_t> exact_sources_, next_exact_sources_;
+  std::vector<std::uint64_t> changes_,
+      spare_changes_;  // since: source face above; its slot, or none
+
+  // what one change needs
+  ViewTest view_;
+  RefineStatistics statistics_;
+  std::array<Fan, 2> fans_;
+  std::array<Fundamental, 2> doomed_;
+  std::vector<std::uint32_t> marks_;  // by vertex: the last collapse's number that met it
+  std::uint32_t mark_ = 0;
+  std::vector<std::uint32_t> forcing_, blockers_, touched_, opened_, offers_, waiting_, twins_,
+      inner_;
+};
+
+}  // namespace ensonify::refine

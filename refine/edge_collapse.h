@@ -1,0 +1,17 @@
+#pragma once
+
+#include <ensonify/refine/progressive_mesh.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::refine {
+
+/// The analysis phase on OpenMesh: edges are collapsed in order of their quadric error (Garland &
+/// Heckbert 1997) while OpenMesh's is_collapse_ok allows it, and what they took away is kept. The
+/// reference builder: slow (some 20 us a face), for meshes of some million faces.
+///
+/// `mesh` must be manifold and oriented, with or without borders, in any number of components
+/// (mesh_repair.h makes it so); throws MeshError naming the first place where it is not. Unreferenced
+/// vertices become leaves of their own. The result depends on nothing but the mesh.
+ProgressiveMesh build_by_edge_collapse(const TriangleMesh& mesh);
+
+}  // namespace ensonify::refine

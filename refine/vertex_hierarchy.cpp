@@ -1,0 +1,255 @@
+#include <ensonify/refine/vertex_hierarchy.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+namespace ensonify::refine {
+namespace {
+
+using Index = std::uint32_t;
+constexpr Index none = ProgressiveMesh::none;
+constexpr Index leaf_bit = Index{1}
+                           << 31;  // a child's number is a collapse's, or a vertex's with it
+
+/// The trees that collapses make, named by collapse.
+struct Forest {
+  struct Node {
+    Index left, right;
+    Index leaves;  // under it
+  };
+  std::vector<Node> nodes;
+  std::vector<Index> tops;  // of each tree
+
+  Index leaves_of(Index child) const { return child & leaf_bit ? 1 : nodes[child].leaves; }
+};
+
+Forest grow(std::size_t vertices, std::span<const Collapse> collapses) {
+  const auto fail = [](std::size_t c, Index vertex) {
+    throw std::invalid_argument(fmt::format(
+        "lay_out: collapse {} names vertex {}, which is not there or no longer", c, vertex));
+  };
+  if (vertices >= leaf_bit)
+    throw std::invalid_argument("lay_out: 2^31 vertices or more; split the mesh");
+  Forest forest;
+  forest.nodes.reserve(collapses.size());
+  std::vector<Index> top(vertices);  // what stands for a vertex so far
+  for (Index v = 0; v < vertices; ++v) top[v] = v | leaf_bit;
+  for (std::size_t c = 0; c < collapses.size(); ++c) {
+    const auto [kept, removed, left_face, right_face] = collapses[c];
+    for (const Index v : {kept, removed})
+      if (v >= vertices || top[v] == none) fail(c, v);
+    if (kept == removed) fail(c, removed);
+    const Index left = std::exchange(top[removed], none), right = top[kept];
+    forest.nodes.push_back({left, right, forest.leaves_of(left) + forest.leaves_of(right)});
+    top[kept] = static_cast<Index>(c);
+  }
+  for (const Index t : top)
+    if (t != none) forest.tops.push_back(t);
+  return forest;
+}
+
+/// The leaves [lo, hi) of an inner node, by its preorder number.
+struct Range {
+  Index lo, hi;
+};
+
+/// What laying out needs beside the result.
+struct Layout {
+  std::vector<Index> leaf_of;  // a vertex's rank
+  std::vector<Range> ranges;
+};
+
+/// Numbers leaves depth-first and inner nodes in preorder; fills points, mid, order, roots, and the two
+/// slots of faces an inner node.
+Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const Forest& forest,
+              ProgressiveMesh& out) {
+  const std::size_t inner = forest.nodes.size();
+  Layout layout{.leaf_of = std::vector<Index>(in.positions.size()), .ranges{}};
+  layout.ranges.resize(inner);
+  out.points.resize(in.positions.size());
+  out.mid.resize(inner);
+  out.order.resize(inner);
+  out.source_face.assign(2 * inner, none);
+
+  std::vector<Index> first_leaf(inner), number(inner);  // by collapse; parents fill them in
+  const auto place = [&](Index child, Index lo, Index node) {
+    if (child & leaf_bit) {
+      layout.leaf_of[child ^ leaf_bit] = lo;
+      out.points[lo] = in.positions[child ^ leaf_bit];
+    } else {
+      first_leaf[child] = lo;
+      number[child] = node;
+    }
+  };
+  Index leaf = 0;
+  for (const Index top : forest.tops) {
+    place(top, leaf, leaf - static_cast<Index>(out.roots.size()));
+    out.roots.push_back(leaf);
+    leaf += forest.leaves_of(top);
+  }
+  for (std::size_t c = inner; c-- > 0;) {
+    const auto [left, right, leaves] = forest.nodes[c];
+    const Index lo = first_leaf[c], node = number[c], mid = lo + forest.leaves_of(left);
+    layout.ranges[node] = {lo, lo + leaves};
+    out.mid[node] = mid;
+    out.order[node] = static_cast<Index>(c);
+    out.source_face[2 * std::size_t{node}] = collapses[c].left_face;
+    out.source_face[2 * std::size_t{node} + 1] = collapses[c].right_face;
+    place(left, lo, node + 1);
+    place(right, mid, node + (mid - lo));
+  }
+  return layout;
+}
+
+/// Completes source_face by the base mesh's faces, and names all faces' corners by leaf.
+void place_faces(const TriangleMesh& in, const Layout& layout, ProgressiveMesh& out) {
+  std::vector<bool> seen(in.faces.size(), false);
+  for (const Index f : out.source_face) {
+    if (f == none) continue;
+    if (f >= in.faces.size() || seen[f])
+      throw std::invalid_argument(fmt::format(
+          "lay_out: a collapse takes away face {}, which is not there or no longer", f));
+    seen[f] = true;
+  }
+  for (Index f = 0; f < in.faces.size(); ++f)
+    if (!seen[f]) out.source_face.push_back(f);
+  out.faces.reserve(out.source_face.size());
+  for (const Index f : out.source_face) {
+    Face face = {none, none, none};
+    if (f != none)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Index vertex = in.faces[f][k];
+        if (vertex >= layout.leaf_of.size())
+          throw std::invalid_argument(
+              fmt::format("lay_out: face {} names vertex {}, which is not there", f, vertex));
+        face[k] = layout.leaf_of[vertex];
+      }
+    out.faces.push_back(face);
+  }
+}
+
+/// Spheres from the leaves up. Centres are those of the bounding boxes of closed stars; a radius is the
+/// distance of the farthest corner, found by going down only where children's spheres reach farther
+/// than what has been found.
+class SphereMaker {
+ public:
+  SphereMaker(const ProgressiveMesh& mesh, const std::vector<Range>& ranges)
+      : mesh_(mesh),
+        ranges_(ranges),
+        star_begin_(mesh.points.size() + 1, 0),
+        star_radius_(mesh.points.size()) {
+    find_stars();
+  }
+
+  std::vector<Sphere> make() {
+    std::vector<Eigen::AlignedBox3f> boxes(ranges_.size());
+    spheres_.resize(ranges_.size());
+    for (std::size_t i = ranges_.size(); i-- > 0;) {  // children's numbers are above their parent's
+      const auto [lo, hi] = ranges_[i];
+      const Index mid = mesh_.mid[i], node = static_cast<Index>(i);
+      const auto box = [&](Index child, Index first, Index end) {
+        return end - first == 1 ? star_box(first) : boxes[child];
+      };
+      boxes[i] = box(node + 1, lo, mid).merged(box(node + (mid - lo), mid, hi));
+      const Eigen::Vector3f centre = 0.5f * (boxes[i].min() + boxes[i].max());
+      spheres_[i] = {centre, inflated(farthest(node, centre.cast<double>()))};
+    }
+    return std::move(spheres_);
+  }
+
+ private:
+  // A sphere may be a hundredth larger than need be, where that spares the way down; and as much as its
+  // children's reach where that way is long, as in a tree that is no more than a chain.
+  static constexpr double tolerance = 1.01;
+  static constexpr int longest_way = 256;
+
+  static float inflated(double radius) {
+    return std::nextafter(static_cast<float>(radius), std::numeric_limits<float>::infinity());
+  }
+
+  /// The corners of faces at each leaf, itself left out; most are there twice.
+  void find_stars() {
+    for (const Face& face : mesh_.faces)
+      if (face[0] != none)
+        for (const Index leaf : face) star_begin_[leaf + 1] += 2;
+    for (std::size_t l = 0; l < mesh_.points.size(); ++l) star_begin_[l + 1] += star_begin_[l];
+    star_.resize(star_begin_.back());
+    std::vector<std::uint64_t> end(star_begin_.begin(), star_begin_.end() - 1);
+    for (const Face& face : mesh_.faces)
+      if (face[0] != none)
+        for (std::size_t k = 0; k < 3; ++k) {
+          star_[end[face[k]]++] = face[(k + 1) % 3];
+          star_[end[face[k]]++] = face[(k + 2) % 3];
+        }
+    for (Index l = 0; l < mesh_.points.size(); ++l)
+      star_radius_[l] = inflated(star_distance(l, mesh_.points[l].cast<double>()));
+  }
+  std::span<const Index> star(Index leaf) const {
+    return std::span(star_).subspan(star_begin_[leaf], star_begin_[leaf + 1] - star_begin_[leaf]);
+  }
+  Eigen::AlignedBox3f star_box(Index leaf) const {
+    Eigen::AlignedBox3f box(mesh_.points[leaf]);
+    for (const Index other : star(leaf)) box.extend(mesh_.points[other]);
+    return box;
+  }
+  double star_distance(Index leaf, const Eigen::Vector3d& from) const {
+    double farthest2 = (mesh_.points[leaf].cast<double>() - from).squaredNorm();
+    for (const Index other : star(leaf))
+      farthest2 = std::max(farthest2, (mesh_.points[other].cast<double>() - from).squaredNorm());
+    return std::sqrt(farthest2);
+  }
+
+  /// How far the corners below a node reach, at most: those of its children were placed before.
+  double farthest(Index top, const Eigen::Vector3d& from) {
+    double found = 0.0, passed = 0.0;
+    pending_.assign({top});
+    for (int visited = 0; !pending_.empty(); ++visited) {
+      const Index node = pending_.back();
+      pending_.pop_back();
+      const auto [lo, hi] = ranges_[node];
+      const Index mid = mesh_.mid[node];
+      const auto visit = [&](Index child, Index first, Index end) {
+        const bool is_leaf = end - first == 1;
+        const double bound =
+            is_leaf
+                ? (mesh_.points[first].cast<double>() - from).norm() + star_radius_[first]
+                : (spheres_[child].centre.cast<double>() - from).norm() + spheres_[child].radius;
+        if (bound <= tolerance * found || visited >= longest_way)
+          passed = std::max(passed, bound);
+        else if (is_leaf)
+          found = std::max(found, star_distance(first, from));
+        else
+          pending_.push_back(child);
+      };
+      visit(node + 1, lo, mid);
+      visit(node + (mid - lo), mid, hi);
+    }
+    return std::max(found, passed);
+  }
+
+  const ProgressiveMesh& mesh_;
+  const std::vector<Range>& ranges_;
+  std::vector<std::uint64_t> star_begin_;
+  std::vector<Index> star_;
+  std::vector<float> star_radius_;
+  std::vector<Sphere> spheres_;
+  std::vector<Index> pending_;
+};
+
+}  // namespace
+
+ProgressiveMesh lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses) {
+  ProgressiveMesh out{.world_origin = mesh.world_origin};
+  const Layout layout = number(mesh, collapses, grow(mesh.positions.size(), collapses), out);
+  place_faces(mesh, layout, out);
+  out.spheres = SphereMaker(out, layout.ranges).make();
+  return out;
+}
+
+}  // namespace ensonify::refine

@@ -1,0 +1,126 @@
+#include <ensonify/refine/invariants.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ensonify/refine/edge_collapse.h>
+
+#include "support/catch.h"
+#include "support/meshes.h"
+
+using namespace ensonify::refine;
+using Lines = std::vector<std::string>;
+
+namespace {
+
+constexpr std::uint32_t none = ProgressiveMesh::none;
+
+/// A half refined grid with a hierarchy of its own, which a test may spoil behind its back.
+struct Refined {
+  ProgressiveMesh hierarchy =
+      build_by_edge_collapse(ensonify::tests::open_grid(30, 30, 1.0, 0.5, 5));
+  ViewVolume volume = {.apex = {0.0, 0.0, 4.0},
+                       .array_axis = {1.0, 0.0, 0.0},
+                       .middle = {0.0, 0.0, -1.0},
+                       .pole = {0.0, 1.0, 0.0},
+                       .truncation_rad = 0.05,
+                       .elevation_low_rad = -1.5,
+                       .elevation_high_rad = 1.5,
+                       .range_m = 10.0};
+  ActiveMesh mesh{hierarchy};
+
+  Refined() {
+    mesh.refine({&volume, 1});
+    REQUIRE(broken_invariants(hierarchy) == Lines{});
+    REQUIRE(broken_invariants(mesh, {&volume, 1}) == Lines{});
+  }
+  Refined(const Refined&) = delete;
+
+  /// An active inner vertex.
+  const ActiveMesh::Node& inner() const {
+    return *std::ranges::find_if(mesh.nodes(), [](const ActiveMesh::Node& node) {
+      return node.is_active() && !node.is_leaf();
+    });
+  }
+  /// The slot of an active face, exact or coarse.
+  std::uint32_t slot(bool exact) const {
+    return std::ranges::find_if(mesh.faces(),
+                                [&](const ActiveMesh::ActiveFace& face) {
+                                  return face.slot != none &&
+                                         exact == std::ranges::all_of(
+                                                      face.vertices, [&](std::uint32_t v) {
+                                                        return mesh.nodes()[v].is_leaf();
+                                                      });
+                                })
+        ->slot;
+  }
+  bool says(const std::string& law) const {
+    const Lines lines = broken_invariants(mesh, {&volume, 1});
+    return std::ranges::any_of(lines,
+                               [&](const std::string& line) { return line.starts_with(law); });
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a face of a vertex outside its node's sphere is noticed") {
+  Refined r;
+  for (Sphere& sphere : r.hierarchy.spheres) sphere.radius *= 0.98f;
+  CHECK(broken_invariants(r.hierarchy).size() == 1);
+}
+
+TEST_CASE("a touched vertex that was not split is noticed") {
+  Refined r;
+  r.hierarchy.spheres[r.inner().number].radius = 1e3f;
+  CHECK(r.says("no active inner sphere meets a volume"));
+}
+
+TEST_CASE("faces that are missing from the exact ones are noticed") {
+  Refined r;
+  // Before its node was split, that is: the footprint then has them.
+  r.mesh.reset();
+  CHECK(r.says("the exact faces contain the footprint's"));
+}
+
+TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed") {
+  SECTION("a child's range") {
+    Refined r;
+    const auto split = std::ranges::find_if(
+        r.mesh.nodes(), [](const ActiveMesh::Node& node) { return node.left != none; });
+    ++r.hierarchy.mid[split->number];
+    CHECK(r.says("children are the hierarchy's"));
+  }
+  SECTION("a leaf without an ancestor") {
+    Refined r;
+    r.hierarchy.points.emplace_back();
+    CHECK(r.says("a leaf has an active ancestor"));
+  }
+  SECTION("the order of a face's corners") {
+    Refined r;
+    Face& face = r.hierarchy.faces[r.slot(true)];
+    std::ranges::rotate(face, face.begin() + 1);
+    CHECK(r.says("a face joins its corners' active ancestors"));
+  }
+  SECTION("a face that should be active") {
+    Refined r;
+    r.hierarchy.faces.push_back(r.hierarchy.faces[r.slot(true)]);
+    r.hierarchy.source_face.push_back(0);
+    CHECK(r.says("active are the original faces with three active ancestors"));
+  }
+  SECTION("a face's number in the source") {
+    Refined r;
+    std::swap(r.hierarchy.source_face[r.slot(true)], r.hierarchy.source_face[r.slot(false)]);
+    CHECK(r.says("exact are"));
+  }
+}
+
+TEST_CASE("a split that would force an earlier one is noticed") {
+  Refined r;
+  // With all orders turned round, whatever a split forces comes too early.
+  for (std::uint32_t& order : r.hierarchy.order)
+    order = static_cast<std::uint32_t>(r.hierarchy.order.size()) - order;
+  CHECK(r.says("what a split would force was collapsed later"));
+}
