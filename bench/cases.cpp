@@ -17,8 +17,15 @@ engine::Scene ripples(double faces) {
 }
 
 std::vector<Case> all_cases() {
-  return {{"ripples/0.5M/static/embree", ripples(0.5e6)},
-          {"ripples/2M/static/embree", ripples(2e6)}};
+  std::vector<Case> cases;
+  for (const auto& [size, faces] : {std::pair{"0.5M", 0.5e6}, std::pair{"2M", 2e6}})
+    for (const char* surface : {"static", "refined", "footprint"}) {
+      Case& one = cases.emplace_back();
+      one.name = std::string("ripples/") + size + "/" + surface + "/embree";
+      one.scene = ripples(faces);
+      one.scene.run.surface = surface;
+    }
+  return cases;
 }
 
 }  // namespace ensonify::bench

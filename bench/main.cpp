@@ -6,6 +6,7 @@
 
 #include "cases.h"
 #include "measure.h"
+#include "refinement.h"
 #include "report.h"
 #include "traces.h"
 
@@ -27,13 +28,14 @@ int main(int argc, char** argv) try {
   std::vector<Case> cases;
   for (Case& one : all_cases())
     if (one.name.find(filter) != std::string::npos) cases.push_back(std::move(one));
-  std::vector<TraceMeasurement> traces = measure_traces(filter, rounds, pings);
-  if (cases.empty() && traces.empty()) {
+  Results results{.traces = measure_traces(filter, rounds, pings),
+                  .refinements = measure_refinement(filter)};
+  if (cases.empty() && results.traces.empty() && results.refinements.empty()) {
     fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", filter);
     return 2;
   }
-  const std::vector<Measurement> results = measure(cases, rounds, pings);
-  fmt::print("{}", as_json ? json(results, traces) : table(results, traces));
+  results.pings = measure(cases, rounds, pings);
+  fmt::print("{}", as_json ? json(results) : table(results));
   return 0;
 } catch (const std::exception& error) {
   fmt::print(stderr, "ensonify-bench: {}\n", error.what());

@@ -1,18 +1,13 @@
 #include "measure.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include <ensonify/engine/simulate.h>
 
+#include "clock.h"
+
 namespace ensonify::bench {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 struct Running {
   engine::Simulator simulator;
@@ -38,11 +33,11 @@ std::vector<Measurement> measure(const std::vector<Case>& cases, int rounds, int
     result.name = one.name;
     engine::Scene scene = one.scene;
     scene.track.pings = pings;
-    const Clock::time_point start = Clock::now();
+    const double start_s = wall_s();
     engine::Simulator simulator(scene);
-    result.prepare_s = seconds_since(start);
+    result.prepare_s = wall_s() - start_s;
     result.faces = simulator.seafloor().mesh.faces.size();
-    result.code_path = simulator.intersector().code_path();
+    result.code_path = simulator.code_path();
     std::vector<engine::Pose> poses = simulator.track();
     for (const engine::EchoLine& line : simulator.ping(poses.front(), 0))  // warms up, too
       result.rays_per_ping += static_cast<double>(line.rays);
@@ -53,9 +48,9 @@ std::vector<Measurement> measure(const std::vector<Case>& cases, int rounds, int
   for (const Running& one : running) before.push_back(one.simulator.times());
   for (int round = 0; round < rounds; ++round)
     for (Running& one : running) {
-      const Clock::time_point start = Clock::now();
+      const double start_s = wall_s();
       for (std::size_t i = 0; i < one.poses.size(); ++i) one.simulator.ping(one.poses[i], i);
-      one.ping_ms.push_back(1e3 * seconds_since(start) / pings);
+      one.ping_ms.push_back(1e3 * (wall_s() - start_s) / pings);
     }
 
   for (std::size_t i = 0; i < running.size(); ++i) {

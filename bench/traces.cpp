@@ -1,24 +1,17 @@
 #include "traces.h"
 
 #include <algorithm>
-#include <ctime>
 #include <memory>
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/aperture.h>
 #include <ensonify/engine/trace/embree.h>
 
 #include "bare_embree.h"
 #include "cases.h"
+#include "clock.h"
 
 namespace ensonify::bench {
 namespace {
-
-double seconds(clockid_t clock) {
-  timespec time;
-  clock_gettime(clock, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 struct Row {
   std::string name;
@@ -40,16 +33,10 @@ std::vector<Row> rows() {
   return all;
 }
 
-std::vector<engine::RayFan> fans_over(const engine::Simulator& simulator,
-                                      const engine::Scene& scene) {
-  constexpr double sound_speed_mps = 1500.0;
-  const engine::Sonar& sonar = scene.sonars.front();
-  const engine::Aperture aperture = make_aperture(sonar, sound_speed_mps / sonar.frequency_hz,
-                                                  sonar.range_m / scene.track.altitude_m);
+std::vector<engine::RayFan> fans_over(engine::Simulator& simulator) {
   std::vector<engine::RayFan> fans;
   for (const engine::Pose& pose : simulator.track())
-    for (const engine::Side side : {engine::Side::port, engine::Side::starboard})
-      fans.push_back(place_fan(aperture, pose, side, trace_range_m(sonar, sound_speed_mps)));
+    for (const engine::RayFan& fan : simulator.aim(pose)) fans.push_back(fan);
   return fans;
 }
 
@@ -60,20 +47,20 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
                 [&](const Row& row) { return (bed + row.name).find(filter) == std::string::npos; });
   if (wanted.empty()) return {};
   scene.track.pings = pings;
-  const engine::Simulator simulator(scene);
-  const std::vector<engine::RayFan> fans = fans_over(simulator, scene);
+  engine::Simulator simulator(scene);
+  const std::vector<engine::RayFan> fans = fans_over(simulator);
   std::vector<engine::Hit> hits(fans.front().grid->rays());
 
   std::vector<TraceMeasurement> results;
   std::vector<std::unique_ptr<engine::Intersector>> tracers;
   for (const Row& row : wanted) {
     tracers.push_back(row.make(row.options));
-    const double start_s = seconds(CLOCK_MONOTONIC);
+    const double start_s = wall_s();
     tracers.back()->build(simulator.seafloor().mesh);
     results.push_back({.name = bed + row.name,
                        .code_path = std::string(tracers.back()->code_path()),
                        .rays = 2.0 * static_cast<double>(hits.size()),
-                       .build_ms = 1e3 * (seconds(CLOCK_MONOTONIC) - start_s)});
+                       .build_ms = 1e3 * (wall_s() - start_s)});
     tracers.back()->intersect(fans.front(), hits);  // warms up
   }
   // Turn by turn for each pair of fans, so that a change of the machine's pace meets all alike; in
@@ -82,10 +69,10 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
   for (int round = 0; round < rounds; ++round)
     for (std::size_t fan = 0; fan < fans.size(); fan += 2)
       for (std::size_t i = 0; i < tracers.size(); ++i) {
-        const double start_s = seconds(CLOCK_THREAD_CPUTIME_ID);
+        const double start_s = thread_s();
         tracers[i]->intersect(fans[fan], hits);
         tracers[i]->intersect(fans[fan + 1], hits);
-        pair_us[i].push_back(1e6 * (seconds(CLOCK_THREAD_CPUTIME_ID) - start_s));
+        pair_us[i].push_back(1e6 * (thread_s() - start_s));
         ratio[i].push_back(pair_us[i].back() / pair_us.front().back());
       }
   for (std::size_t i = 0; i < tracers.size(); ++i) {

@@ -126,6 +126,7 @@ class Run {
       if (!mine) mine = first.another();
       const std::size_t begin = block * block_pings;
       const std::size_t end = std::min(begin + block_pings, poses_.size());
+      mine->reset();
       for (std::size_t ping = begin; ping < end; ++ping) do_ping(*mine, ping, block);
       finish_block(*mine, end - begin);
     });
@@ -193,7 +194,7 @@ class Run {
                       .seed = scene_.seed,
                       .surface = scene_.run.surface,
                       .intersector = scene_.run.intersector,
-                      .code_path = std::string(simulator.intersector().code_path()),
+                      .code_path = std::string(simulator.code_path()),
                       .classes = simulator.seafloor().classes,
                       .materials = simulator.seafloor().materials,
                       .counts = report_.counts,

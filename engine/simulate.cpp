@@ -9,9 +9,11 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/engine/trace/surface.h>
 #include <ensonify/scatter/backscatter.h>
 
@@ -19,8 +21,6 @@ namespace ensonify::engine {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr double past_object_m = 1e-3;  // beyond a face of it that was met
 
 /// Adds the time since the last lap to a stage.
 class StopWatch {
@@ -58,10 +58,12 @@ struct Simulator::Ready {
   Scene scene;
   Seafloor seafloor;
   refine::Bounds bounds;
+  BedBelow bed_below;
   double mean_bed_m;  ///< height, so it is negative
-  std::shared_ptr<const Intersector> whole;
+  SurfaceParts parts;
+  std::string code_path;
   double sound_speed_mps;
-  std::vector<Medium> media;  ///< one a sonar
+  std::vector<Medium> media;                                        ///< one a sonar
   std::vector<std::vector<scatter::BackscatterTable>> by_material;  ///< for each sonar
   std::vector<std::string> warnings;
 
@@ -69,9 +71,17 @@ struct Simulator::Ready {
       : scene(of),
         seafloor(make_seafloor(of.seafloor, of.seed, of.objects)),
         bounds(refine::bounds(seafloor.mesh)),
+        bed_below(seafloor),
         mean_bed_m(mean_bed_height_m(seafloor)),
-        whole(make_intersector(of.run.intersector, seafloor.mesh, of.run.intersection)),
+        parts{.intersector = of.run.intersector,
+              .options = of.run.intersection,
+              .tree_pings = of.run.tree_pings},
         warnings(seafloor.warnings) {
+    if (surface_kind(of.run.surface).needs_progressive_mesh)
+      parts.progressive = make_progressive_mesh(seafloor.mesh);
+    else
+      parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
+    code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
     const double half_depth_m = std::max(0.0, -0.5 * mean_bed_m);
     const Sea& sea = scene.sea;
     sound_speed_mps =
@@ -92,7 +102,8 @@ struct Simulator::Ready {
 
   scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar) {
     const Material material = material_named(name, scene.materials);
-    const bool relief = name == scene.seafloor.material && scene.seafloor.kind == SeafloorKind::fractal &&
+    const bool relief = name == scene.seafloor.material &&
+                        scene.seafloor.kind == SeafloorKind::fractal &&
                         scene.seafloor.fractal.sediments_own;
     if (const auto warning = validity_warning(material, sonar.frequency_hz)) warn(*warning);
     return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
@@ -103,9 +114,10 @@ struct Simulator::Ready {
     const double bed_m = std::max(0.0, -mean_bed_m);
     sound_speed_mps = profile.mean_speed_mps(0.0, bed_m);
     if (const double deepest_m = -double(bounds.lowest.z()); deepest_m > profile.deepest_m())
-      warn(fmt::format("{}: the cast ends at {:.1f} m, above the deepest bed at {:.1f} m; its last "
-                       "speed is taken below",
-                       scene.sea.profile.name, profile.deepest_m(), deepest_m));
+      warn(
+          fmt::format("{}: the cast ends at {:.1f} m, above the deepest bed at {:.1f} m; its last "
+                      "speed is taken below",
+                      scene.sea.profile.name, profile.deepest_m(), deepest_m));
   }
 
   void warn(const std::string& warning) {
@@ -117,15 +129,15 @@ struct Simulator::Ready {
 struct Simulator::Worker {
   std::unique_ptr<Surface> surface;
   std::vector<Pinger> pingers;
+  std::vector<RayFan> fans;
   std::vector<EchoLine> lines;
   StageTimes times;
 
   explicit Worker(const Ready& ready)
-      : surface(make_surface(ready.scene.run.surface, ready.whole)) {
+      : surface(surface_kind(ready.scene.run.surface).make(ready.parts)) {
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
-      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor,
-                           ready.by_material[i]);
+      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i]);
       for (const Side side : {Side::port, Side::starboard}) {
         EchoLine& line = lines.emplace_back();
         line.side = side;
@@ -144,19 +156,25 @@ Simulator::~Simulator() = default;
 
 Simulator Simulator::another() const { return Simulator(ready_); }
 
-std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {
-  Worker& worker = *worker_;
+std::span<const RayFan> Simulator::aim(const Pose& pose) {
   if (!pose.position.allFinite() ||
       !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
-    throw std::invalid_argument("Simulator::ping: the pose is not finite");
+    throw std::invalid_argument("Simulator: the pose is not finite");
   double height_m = altitude_m(pose.position);
   if (!(height_m > 0.0)) height_m = pose.position.z() - ready_->mean_bed_m;  // over a hole
+  worker_->fans.clear();
+  for (Pinger& pinger : worker_->pingers)
+    for (const RayFan& fan : pinger.aim(pose, height_m)) worker_->fans.push_back(fan);
+  return worker_->fans;
+}
 
+std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {
+  Worker& worker = *worker_;
   StopWatch watch;
+  const Intersector& surface = worker.surface->prepare(aim(pose));
+  watch.lap(worker.times.surface_s);
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
     Pinger& pinger = worker.pingers[i];
-    const Intersector& surface = worker.surface->prepare(pinger.aim(pose, height_m));
-    watch.lap(worker.times.surface_s);
     for (const Side side : {Side::port, Side::starboard}) {
       EchoLine& line = worker.lines[2 * i + static_cast<std::size_t>(side)];
       pinger.trace(surface, side);
@@ -171,16 +189,7 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
 }
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
-  // From above everything, so that a place below the bed is noticed.
-  const double top_m = ready_->bounds.highest.z() + 1.0;
-  Ray down{{position.x(), position.y(), top_m}, -Eigen::Vector3d::UnitZ()};
-  for (;;) {
-    Hit hit;
-    ready_->whole->intersect({&down, 1}, {&hit, 1});
-    if (!hit) return std::numeric_limits<double>::quiet_NaN();
-    if (hit.face < ready_->seafloor.bed_faces) return position.z() - (top_m - hit.t);
-    down.t_min = hit.t + past_object_m;
-  }
+  return position.z() - ready_->bed_below.height_m(position.x(), position.y());
 }
 
 std::vector<Pose> Simulator::track() const {
@@ -237,7 +246,8 @@ std::vector<Pose> Simulator::track() const {
 
 std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
-const Intersector& Simulator::intersector() const { return *ready_->whole; }
+std::string_view Simulator::code_path() const { return ready_->code_path; }
+void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return ready_->media.at(sonar).absorption_db_per_m;
 }

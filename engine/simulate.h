@@ -5,12 +5,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/track.h>
-#include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
 
@@ -41,6 +42,13 @@ class Simulator {
   /// std::invalid_argument for a pose that is not finite.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
+  /// The fans of a ping, of every sonar port and starboard; good until the next call. Throws as ping().
+  std::span<const RayFan> aim(const Pose& pose);
+
+  /// Forgets what earlier pings left in the surface. Pings do not depend on it; a block of them starts
+  /// with it, so that memory and speed do not either.
+  void reset();
+
   /// Height over the bed straight below, objects looked through, negative beneath it; NaN over a hole
   /// and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
@@ -52,7 +60,8 @@ class Simulator {
   const Seafloor& seafloor() const;
   /// What should be said once a run: repairs, models outside their range, a cast that is too short.
   std::span<const std::string> warnings() const;
-  const Intersector& intersector() const;
+  /// What the intersector's last bits depend on.
+  std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
   const StageTimes& times() const;
 

@@ -1,7 +1,8 @@
 #include <ensonify/refine/triangle_mesh.h>
 
 #include <algorithm>
-#include <numeric>
+
+#include <ensonify/refine/mesh_repair.h>
 
 namespace ensonify::refine {
 
@@ -17,31 +18,13 @@ Bounds bounds(Triangles triangles) {
   return box;
 }
 
-namespace {
-
-/// For each vertex one of those at its place, the same for all of them.
-std::vector<std::uint32_t> one_a_place(const std::vector<Eigen::Vector3f>& positions) {
-  const auto before = [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  };
-  std::vector<std::uint32_t> sorted(positions.size()), one(positions.size());
-  std::iota(sorted.begin(), sorted.end(), 0u);
-  std::ranges::sort(sorted, before, [&](std::uint32_t i) { return positions[i]; });
-  for (std::size_t i = 0; i < sorted.size(); ++i)
-    one[sorted[i]] = i > 0 && positions[sorted[i]] == positions[sorted[i - 1]] ? one[sorted[i - 1]]
-                                                                              : sorted[i];
-  return one;
-}
-
-}  // namespace
-
 MeshSummary summarise(const TriangleMesh& mesh) {
   const Bounds box = bounds(mesh);
   MeshSummary summary{.vertices = mesh.positions.size(),
                       .faces = mesh.faces.size(),
                       .lowest = mesh.world_origin + box.lowest.cast<double>(),
                       .highest = mesh.world_origin + box.highest.cast<double>()};
-  const std::vector<std::uint32_t> place = one_a_place(mesh.positions);
+  const std::vector<std::uint32_t> place = weld(mesh.positions, 0.0);
   std::vector<std::uint64_t> edges;  // lower vertex in the high half, higher vertex in the low half
   edges.reserve(3 * mesh.faces.size());
   for (const Face& face : mesh.faces)

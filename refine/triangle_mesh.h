@@ -21,6 +21,9 @@ using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwi
 struct Triangles {
   std::span<const Eigen::Vector3f> positions;
   std::span<const Face> faces;
+  std::span<const std::uint32_t> numbers = {};  ///< what each face is called; empty: 0, 1, 2 ...
+
+  std::uint32_t number(std::uint32_t face) const { return numbers.empty() ? face : numbers[face]; }
 
   Eigen::Vector3d corner(std::uint32_t face, int k) const {
     return positions[faces[face][static_cast<std::size_t>(k)]].cast<double>();
@@ -34,7 +37,7 @@ struct TriangleMesh {
   std::vector<Face> faces;
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
 
-  operator Triangles() const { return {positions, faces}; }
+  operator Triangles() const { return {positions, faces, {}}; }
 };
 
 /// The box around the vertices that faces use, local metres; both zero without any.

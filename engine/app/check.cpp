@@ -9,8 +9,8 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/aperture.h>
 #include <ensonify/engine/trace/agreement.h>
+#include <ensonify/engine/trace/exact_surface.h>
 
 #include "app.h"
 #include "progress.h"
@@ -40,21 +40,12 @@ std::uint64_t rays_within_beam(const FanGrid& grid) {
 
 /// Fans of all sonars along the track, at least so many rays. Where the track has not enough pings it
 /// is flown again, the sonar turned a little.
-std::vector<RayFan> scene_fans(const Scene& scene, const Simulator& simulator, std::uint64_t rays) {
-  // A percent in the speed of sound, which sets a beam's width, is nothing here.
-  const double sound_speed_mps = scene.sea.sound_speed_mps.value_or(1500.0);
-  std::vector<Apertures> apertures;
-  for (const Sonar& sonar : scene.sonars)
-    apertures.emplace_back(sonar, sound_speed_mps / sonar.frequency_hz);
+std::vector<RayFan> scene_fans(std::uint64_t seed, Simulator& simulator, std::uint64_t rays) {
   const std::vector<Pose> track = simulator.track();
   std::vector<RayFan> fans;
-  const auto place = [&](Pose pose) {
-    double height_m = simulator.altitude_m(pose.position);
-    if (!(height_m > 0.0)) height_m = scene.track.altitude_m;  // over a hole
-    for (std::size_t i = 0; i < scene.sonars.size(); ++i)
-      for (const Side side : {Side::port, Side::starboard})
-        fans.push_back(place_fan(apertures[i].at(height_m), pose, side,
-                                 trace_range_m(scene.sonars[i], sound_speed_mps)));
+  const auto place = [&](const Pose& pose) {
+    const std::span<const RayFan> ping = simulator.aim(pose);
+    fans.insert(fans.end(), ping.begin(), ping.end());
   };
   place(track[track.size() / 2]);
   std::uint64_t a_ping = 0;
@@ -69,7 +60,7 @@ std::vector<RayFan> scene_fans(const Scene& scene, const Simulator& simulator, s
     Pose pose = track[ping % track.size()];
     if (ping >= track.size()) {
       std::array<double, 3> turn;
-      Stream(scene.seed, Purpose::agreement, {2, ping, 0}).normal(turn);
+      Stream(seed, Purpose::agreement, {2, ping, 0}).normal(turn);
       pose.roll_rad += 0.05 * turn[0];
       pose.pitch_rad += 0.05 * turn[1];
       pose.heading_rad += 0.05 * turn[2];
@@ -79,21 +70,23 @@ std::vector<RayFan> scene_fans(const Scene& scene, const Simulator& simulator, s
   return fans;
 }
 
-/// Every surface with every intersector. The reference's own tree serves as one of them.
-std::vector<Candidate> candidates(const Simulator& simulator, std::uint64_t rays) {
-  const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+/// Every surface with every intersector.
+std::vector<Candidate> candidates(const refine::TriangleMesh& mesh, const Scene& scene,
+                                  std::uint64_t rays) {
   const double tests = static_cast<double>(rays) * static_cast<double>(mesh.faces.size());
+  const auto progressive = make_progressive_mesh(mesh);
   std::vector<Candidate> all;
   for (const IntersectorKind& kind : intersector_kinds()) {
-    const std::shared_ptr<const Intersector> whole =
-        kind.name == reference_name
-            ? std::shared_ptr<const Intersector>(std::shared_ptr<void>(), &simulator.intersector())
-            : make_intersector(kind.name, mesh);
-    for (const std::string_view surface : surface_names())
-      all.push_back({.surface = std::string(surface),
+    const SurfaceParts parts{.whole = make_intersector(kind.name, mesh, scene.run.intersection),
+                             .progressive = progressive,
+                             .intersector = std::string(kind.name),
+                             .options = scene.run.intersection,
+                             .tree_pings = scene.run.tree_pings};
+    for (const SurfaceKind& surface : surface_kinds())
+      all.push_back({.surface = std::string(surface.name),
                      .intersector = std::string(kind.name),
-                     .make = [surface, whole] { return make_surface(surface, whole); },
-                     .has_every_face = surface == "static",
+                     .make = [make = surface.make, parts] { return make(parts); },
+                     .has_every_face = !surface.needs_progressive_mesh,
                      .every = kind.name == slow_name
                                   ? static_cast<std::uint64_t>(std::ceil(tests / slow_tests))
                                   : 1});
@@ -151,7 +144,6 @@ void check(const Arguments& arguments) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
   Scene scene = arguments.scene.read();
-  scene.run.intersector = reference_name;
   scene.run.surface = "static";
   const int threads = arguments.threads > 0
                           ? arguments.threads
@@ -165,15 +157,17 @@ void check(const Arguments& arguments) {
 
   Clock::time_point start = Clock::now();
   tell("seafloor and trees", 0, 1);
-  const Simulator simulator(scene);
-  const std::vector<Candidate> all = candidates(simulator, arguments.rays);
-  const std::vector<RayFan> fans = scene_fans(scene, simulator, (arguments.rays + 1) / 2);
+  Simulator simulator(scene);
+  const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+  const std::unique_ptr<Intersector> reference = make_intersector(reference_name, mesh);
+  const std::vector<Candidate> all = candidates(mesh, scene, arguments.rays);
+  const std::vector<RayFan> fans = scene_fans(scene.seed, simulator, (arguments.rays + 1) / 2);
   tell("seafloor and trees", 1, 1);
   const double prepare_s = since(start);
 
   start = Clock::now();
   const std::vector<AgreementRow> rows =
-      compare(simulator.seafloor().mesh, simulator.intersector(), all, fans,
+      compare(mesh, *reference, all, fans,
               {.seed = scene.seed,
                .aimed_fan_rays = arguments.rays / 4,
                .aimed_rays = arguments.rays / 4,

@@ -24,12 +24,11 @@ void check_scene(const Scene& scene,
   const auto file_of_kind = [&](SeafloorKind kind, std::string_view name, const InputFile& file) {
     const std::string key = fmt::format("seafloor.{}", name);
     require(bed.kind != kind || !file.name.empty(), "seafloor.kind", [&] {
-      return fmt::format("'seafloor.kind' is \"{0}\", but no {0} is named: give its file as {1}", name,
-                         key);
+      return fmt::format("'seafloor.kind' is \"{0}\", but no {0} is named: give its file as {1}",
+                         name, key);
     });
-    require(bed.kind == kind || file.name.empty(), key, [&] {
-      return fmt::format("'{}' needs seafloor.kind = \"{}\"", key, name);
-    });
+    require(bed.kind == kind || file.name.empty(), key,
+            [&] { return fmt::format("'{}' needs seafloor.kind = \"{}\"", key, name); });
   };
   file_of_kind(SeafloorKind::survey, "survey", bed.survey);
   file_of_kind(SeafloorKind::mesh, "mesh", bed.mesh);
@@ -38,9 +37,8 @@ void check_scene(const Scene& scene,
     require(!scene.objects[i].mesh.name.empty(), object, [&] {
       return fmt::format("'{}' has no mesh: give its file as mesh = \"...\"", object);
     });
-    require(!scene.objects[i].class_name.empty(), object + ".class", [&] {
-      return fmt::format("'{}.class' is empty, expected a name", object);
-    });
+    require(!scene.objects[i].class_name.empty(), object + ".class",
+            [&] { return fmt::format("'{}.class' is empty, expected a name", object); });
   }
   const auto material = [&](const std::string& name, const std::string& key) {
     try {

@@ -62,8 +62,7 @@ std::string dump_scene(const Scene& scene, bool with_comments) {
     if (section.name == "track") {
       for (ObjectOptions& object : copy.objects)
         dump(out, object_section(), "[[objects]]", object, with_comments);
-      if (with_comments && copy.objects.empty())
-        dump_example(out, object_section(), "[[objects]]");
+      if (with_comments && copy.objects.empty()) dump_example(out, object_section(), "[[objects]]");
       for (Material& material : copy.materials)
         dump(out, material_section(), fmt::format("[material.{}]", material.name), material,
              with_comments);
@@ -84,9 +83,12 @@ std::string schema_text() {
       "# Scene files\n\n"
       "A scene is a TOML file that begins with `version = 1`. A key's unit is in its name; every "
       "key has "
-      "a default. `ensonify dump-default run` prints them all; `-D key=value` changes one, its whole "
-      "name with dots, as in `-D sea.temperature_c=12`, `-D sonar.sidescan.range_m=50` or, for the first "
-      "object, `-D objects.0.height_m=2`. A scene that names no sonar has one, called `sidescan`.\n";
+      "a default. `ensonify dump-default run` prints them all; `-D key=value` changes one, its "
+      "whole "
+      "name with dots, as in `-D sea.temperature_c=12`, `-D sonar.sidescan.range_m=50` or, for the "
+      "first "
+      "object, `-D objects.0.height_m=2`. A scene that names no sonar has one, called "
+      "`sidescan`.\n";
   Scene scene;
   ObjectOptions object;
   Material material;

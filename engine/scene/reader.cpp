@@ -253,18 +253,21 @@ class Reader {
       for (std::size_t i = 0; i < array->size(); ++i) {
         const std::string path = fmt::format("objects.{}", i);
         places_.insert_or_assign(path, place((*array)[i].source()));
-        read_keys(object_section(), scene_.objects[i], expect_table((*array)[i], "[objects]"), path);
+        read_keys(object_section(), scene_.objects[i], expect_table((*array)[i], "[objects]"),
+                  path);
       }
       return;
     }
     const toml::table* numbered = in_file_ ? nullptr : node.as_table();
     if (!numbered)
-      throw fault(node, fmt::format("'objects' is {}, expected tables, [[objects]]", description(node)));
+      throw fault(node,
+                  fmt::format("'objects' is {}, expected tables, [[objects]]", description(node)));
     for (const auto& [number, table] : *numbered) {
       std::size_t i = 0;
       const std::string_view digits = number.str();
       const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), i);
-      if (error != std::errc() || end != digits.data() + digits.size() || i >= scene_.objects.size())
+      if (error != std::errc() || end != digits.data() + digits.size() ||
+          i >= scene_.objects.size())
         throw fault(number, fmt::format("the scene has no object {}; it has {}, numbered from 0",
                                         printable(digits), scene_.objects.size()));
       const std::string path = fmt::format("objects.{}", i);
@@ -292,9 +295,8 @@ class Reader {
              c == '_' || c == '-';
     };
     if (name.empty() || name.size() > longest_name || !std::ranges::all_of(name, allowed))
-      throw fault(key,
-                  fmt::format("the {}'s name is {}, expected 1 to {} letters, digits, _ and -", kind,
-                              printable(name), longest_name));
+      throw fault(key, fmt::format("the {}'s name is {}, expected 1 to {} letters, digits, _ and -",
+                                   kind, printable(name), longest_name));
   }
 
   const toml::table& expect_table(const toml::node& node, std::string_view path) const {

@@ -36,6 +36,7 @@ struct RunOptions {
   std::string surface = "static";
   std::string intersector = "embree";
   IntersectorOptions intersection;
+  int tree_pings = 1;  ///< an intersector's tree of exact faces is meant to do for this many pings
   int block_pings = 64;  ///< pings are computed in aligned blocks of this many
 };
 

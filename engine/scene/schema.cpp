@@ -166,7 +166,9 @@ const std::vector<Section<Scene>>& scene_sections() {
       {"run",
        "How a run is computed.",
        {
-           {"surface", "", {}, "Which triangles a ping sees. static: all of them.",
+           {"surface", "", {},
+            "Which triangles a ping sees. static: all, in one tree; refined: those in the fan, unchanged, "
+            "of a mesh refined at each ping; footprint: the same by a query.",
             at(&Scene::run, &RunOptions::surface), surface_names()},
            {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`).",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
@@ -175,6 +177,9 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"instruction_set", "", {},
             "What embree's last bits follow (sse4.2, avx2, avx512 ...); empty: avx2.",
             at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::instruction_set)},
+           {"tree_pings", "", {1, 1000},
+            "For how many pings a tree of the fan's faces is meant to do; more faces, fewer trees.",
+            at(&Scene::run, &RunOptions::tree_pings)},
            {"block_pings", "", {1, 100000}, "Pings are handed to threads in blocks of this many.",
             at(&Scene::run, &RunOptions::block_pings)},
        }},

@@ -22,7 +22,8 @@ Sediment sediment_of(const Material& material) {
   for (const auto& [given, parameter] :
        {Parameter{&Material::density_ratio, &Sediment::density_ratio},
         Parameter{&Material::sound_speed_ratio, &Sediment::sound_speed_ratio},
-        Parameter{&Material::loss, &Sediment::loss}, Parameter{&Material::volume, &Sediment::volume},
+        Parameter{&Material::loss, &Sediment::loss},
+        Parameter{&Material::volume, &Sediment::volume},
         Parameter{&Material::exponent, &Sediment::exponent},
         Parameter{&Material::strength_cm4, &Sediment::strength_cm4}})
     sediment.*parameter = (material.*given).value_or(sediment.*parameter);
@@ -59,9 +60,9 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   } catch (const std::invalid_argument& unknown) {
     std::string solid_names;
     for (const scatter::NamedSolid& solid : solids) solid_names += fmt::format(", {}", solid.name);
-    throw std::invalid_argument(fmt::format(
-        "{}; solids are{}; or describe it in a table [material.{}]", unknown.what(),
-        solid_names.substr(1), name));
+    throw std::invalid_argument(
+        fmt::format("{}; solids are{}; or describe it in a table [material.{}]", unknown.what(),
+                    solid_names.substr(1), name));
   }
   return known;
 }

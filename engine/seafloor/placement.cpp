@@ -39,7 +39,8 @@ std::vector<refine::Face> faces_below(const refine::Bounds& box, refine::Triangl
 
 std::vector<Vector3f> corners(refine::Triangles triangles) {
   std::vector<std::uint32_t> used;
-  for (const refine::Face& face : triangles.faces) used.insert(used.end(), face.begin(), face.end());
+  for (const refine::Face& face : triangles.faces)
+    used.insert(used.end(), face.begin(), face.end());
   std::ranges::sort(used);
   used.erase(std::unique(used.begin(), used.end()), used.end());
   std::vector<Vector3f> points;
@@ -85,15 +86,17 @@ refine::RepairedMesh place_object(const ObjectOptions& object, refine::Triangles
   const auto put_at = [&](double z_m) {
     const Vector3d place(object.east_m, object.north_m, z_m);
     for (std::size_t i = 0; i < original.size(); ++i)
-      placed.mesh.positions[i] = (turn * (original[i].cast<double>() - middle) + place).cast<float>();
+      placed.mesh.positions[i] =
+          (turn * (original[i].cast<double>() - middle) + place).cast<float>();
   };
   put_at(0.0);
   const double drop = drop_m(placed.mesh, bed);
   if (!std::isfinite(drop))
-    throw refine::MeshError(fmt::format(
-        "{}: there is no bed below this object at {:.1f} m east, {:.1f} m north; move its east_m and "
-        "north_m over the seafloor",
-        object.mesh.path.string(), object.east_m, object.north_m));
+    throw refine::MeshError(
+        fmt::format("{}: there is no bed below this object at {:.1f} m east, {:.1f} m north; move "
+                    "its east_m and "
+                    "north_m over the seafloor",
+                    object.mesh.path.string(), object.east_m, object.north_m));
   put_at(object.height_m - drop);
   placed.mesh.world_origin.setZero();
   return placed;

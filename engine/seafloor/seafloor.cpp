@@ -17,7 +17,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double most_faces = 2147483648.0;  // 2^31
-constexpr std::size_t most_objects = 65534;   // 65535 is what label pictures leave out
+constexpr std::size_t most_objects = 65534;  // 65535 is what label pictures leave out
 
 /// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called "none".
 std::uint16_t number_of(const std::string& name, std::vector<std::string>& names) {
@@ -91,13 +91,14 @@ Heightfield make_survey(const SeafloorOptions& options) {
         "{}: the whole survey lies above the sea surface: its heights are {:.2f} to {:.2f} m and "
         "the water level is {:.2f} m; set water_level_m, or change the sign of depths that count "
         "downwards",
-        options.survey.path.string(), lowest + options.water_level_m, highest + options.water_level_m,
-        options.water_level_m));
+        options.survey.path.string(), lowest + options.water_level_m,
+        highest + options.water_level_m, options.water_level_m));
   return field;
 }
 
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor) {
-  refine::RepairedMesh repaired = refine::repair(refine::read_mesh(options.mesh.path), options.weld_m);
+  refine::RepairedMesh repaired =
+      refine::repair(refine::read_mesh(options.mesh.path), options.weld_m);
   tell_of_repairs(repaired.report, options.mesh.path, seafloor);
   refine::TriangleMesh& mesh = repaired.mesh;
   const auto rise_m = static_cast<float>(mesh.world_origin.z() - options.water_level_m);
@@ -117,9 +118,10 @@ void add_object(const ObjectOptions& object, Seafloor& seafloor) {
   const refine::RepairedMesh placed = place_object(object, bed);
   tell_of_repairs(placed.report, object.mesh.path, seafloor);
   if (whole.faces.size() + placed.mesh.faces.size() > most_faces)
-    throw refine::MeshError(fmt::format("{}: with this object the seafloor has more than 2^31 faces; "
-                                        "take a coarser mesh or bed",
-                                        object.mesh.path.string()));
+    throw refine::MeshError(
+        fmt::format("{}: with this object the seafloor has more than 2^31 faces; "
+                    "take a coarser mesh or bed",
+                    object.mesh.path.string()));
   const auto first = static_cast<std::uint32_t>(whole.positions.size());
   whole.positions.insert(whole.positions.end(), placed.mesh.positions.begin(),
                          placed.mesh.positions.end());

@@ -29,8 +29,8 @@ struct SeafloorOptions {
   // survey, mesh
   InputFile survey;
   InputFile mesh;
-  double weld_m = 0.0;         ///< the mesh's vertices this close become one
-  double water_level_m = 0.0;  ///< height of the sea surface in the file's own heights
+  double weld_m = 0.0;                   ///< the mesh's vertices this close become one
+  double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
   std::string material = "medium sand";  ///< see material.h
 };
 

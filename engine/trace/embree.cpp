@@ -82,10 +82,6 @@ struct TieBreaking : EmbreeQuery {
 #endif
 };
 
-Hit to_hit(unsigned face, float t, float u, float v) {
-  return {face, static_cast<double>(t) + 0.0, u, v};  // + 0: Embree has hits at -0
-}
-
 /// Vertices of our own for a tree of one ping: Embree's Morton codes give each axis the same number of
 /// steps across the box of the faces, so over a level bed they would sort by height before place, and
 /// rays would take three times as long. Two faces without area stretch the box to a cube. The corners are
@@ -143,6 +139,7 @@ class Embree final : public Intersector {
 
   void build(refine::Triangles triangles) override {
     scene_.reset();  // first: memory is never needed for two
+    triangles_ = triangles;
     check_vertices(triangles, largest_vertex_m);
     if (triangles.faces.empty()) return;
     try {
@@ -235,6 +232,10 @@ class Embree final : public Intersector {
     else
       rtcCommitScene(scene_.get());
     check();
+  }
+
+  Hit to_hit(unsigned face, float t, float u, float v) const {
+    return {triangles_.number(face), static_cast<double>(t) + 0.0, u, v};  // Embree has hits at -0
   }
 
   template <int lanes>
@@ -366,6 +367,7 @@ class Embree final : public Intersector {
   }
 
   IntersectorOptions options_;
+  refine::Triangles triangles_;
   std::string code_path_;
   int lanes_ = 1;
   struct {

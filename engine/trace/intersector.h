@@ -28,8 +28,8 @@ struct IntersectorOptions {
 /// of threads at once, but not while it is built.
 ///
 /// The contract, the same for every back-end (tests/contract): both sides of a face are hit; a hit
-/// has t_min <= t <= t_max; of several at one distance the lowest face wins; a degenerate face is
-/// never hit; an empty mesh is missed. Non-finite or huge (above 1e18) rays, zero directions and
+/// has t_min <= t <= t_max; of several at one distance the first face wins; a degenerate face is
+/// never hit; an empty mesh is missed; hits call faces by the triangles' numbers. Non-finite or huge (above 1e18) rays, zero directions and
 /// negative t_min throw std::invalid_argument.
 class Intersector {
  public:

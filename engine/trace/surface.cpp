@@ -6,22 +6,31 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <ensonify/engine/trace/exact_surface.h>
+
 namespace ensonify::engine {
 namespace {
 
-struct SurfaceKind {
-  std::string_view name;
-  std::unique_ptr<Surface> (*make)(std::shared_ptr<const Intersector> whole);
+class StaticSurface final : public Surface {
+ public:
+  explicit StaticSurface(std::shared_ptr<const Intersector> whole) : whole_(std::move(whole)) {}
+  const Intersector& prepare(std::span<const RayFan>) override { return *whole_; }
+
+ private:
+  std::shared_ptr<const Intersector> whole_;
 };
 
 constexpr std::array kinds{
-    SurfaceKind{"static",
-                [](std::shared_ptr<const Intersector> whole) -> std::unique_ptr<Surface> {
-                  return std::make_unique<StaticSurface>(std::move(whole));
-                }},
+    SurfaceKind{"static", "all faces, built once", false, &make_static_surface},
+    SurfaceKind{"refined", "the exact faces of a mesh that is refined at each ping", true,
+                &make_refined_surface},
+    SurfaceKind{"footprint", "the same faces by a query at each ping", true,
+                &make_footprint_surface},
 };
 
 }  // namespace
+
+std::span<const SurfaceKind> surface_kinds() { return kinds; }
 
 std::vector<std::string_view> surface_names() {
   std::vector<std::string_view> names;
@@ -29,12 +38,15 @@ std::vector<std::string_view> surface_names() {
   return names;
 }
 
-std::unique_ptr<Surface> make_surface(std::string_view name,
-                                      std::shared_ptr<const Intersector> whole) {
+const SurfaceKind& surface_kind(std::string_view name) {
   for (const SurfaceKind& kind : kinds)
-    if (kind.name == name) return kind.make(std::move(whole));
+    if (kind.name == name) return kind;
   throw std::invalid_argument(fmt::format("there is no surface '{}'; there are: {}", name,
                                           fmt::join(surface_names(), ", ")));
+}
+
+std::unique_ptr<Surface> make_static_surface(const SurfaceParts& parts) {
+  return std::make_unique<StaticSurface>(parts.whole);
 }
 
 }  // namespace ensonify::engine

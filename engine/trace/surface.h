@@ -2,39 +2,51 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/refine/progressive_mesh.h>
 
 namespace ensonify::engine {
 
 /// Which triangles are there for a ping, whatever intersects them. Faces keep their numbers in the
-/// seafloor's mesh, and their corners' order.
+/// seafloor's mesh, and their corners' order. One thread at a time.
 class Surface {
  public:
   virtual ~Surface() = default;
   /// The intersector over the faces that these fans can touch; good until the next call.
   virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
+  /// Forgets what earlier pings left.
+  virtual void reset() {}
 };
 
-/// All faces, built once, shared by every worker.
-class StaticSurface final : public Surface {
- public:
-  explicit StaticSurface(std::shared_ptr<const Intersector> whole) : whole_(std::move(whole)) {}
-  const Intersector& prepare(std::span<const RayFan>) override { return *whole_; }
-
- private:
-  std::shared_ptr<const Intersector> whole_;
+/// What the workers' surfaces are made from and share.
+struct SurfaceParts {
+  std::shared_ptr<const Intersector> whole;                    ///< over all faces, for `static`
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;  ///< for the others
+  std::string intersector;                                     ///< which they build
+  IntersectorOptions options;
+  int tree_pings = 1;  ///< for how many pings to come a tree is meant to do
 };
 
-/// The surfaces there are, by the names of `--surface`.
+/// A kind of surface: its name for `--surface`, one line of help, which part it needs, and how to make
+/// one worker's.
+struct SurfaceKind {
+  std::string_view name;
+  std::string_view help;
+  bool needs_progressive_mesh;
+  std::unique_ptr<Surface> (*make)(const SurfaceParts& parts);
+};
+std::span<const SurfaceKind> surface_kinds();
 std::vector<std::string_view> surface_names();
 
-/// One worker's surface of that name; `whole` is over all faces. Throws std::invalid_argument, listing
-/// the names there are.
-std::unique_ptr<Surface> make_surface(std::string_view name,
-                                      std::shared_ptr<const Intersector> whole);
+/// The kind of that name. Throws std::invalid_argument, listing the names there are.
+const SurfaceKind& surface_kind(std::string_view name);
+
+/// All faces, built once.
+std::unique_ptr<Surface> make_static_surface(const SurfaceParts& parts);
 
 }  // namespace ensonify::engine

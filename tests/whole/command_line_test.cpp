@@ -159,7 +159,7 @@ TEST_CASE("What is wrong with a scene is said once, and nothing is left behind")
           "ensonify: s.toml:17:2: unknown key \"trak\"; did you mean 'track'?\n");
   refused(tiny_scene, {"-D", "track.pings=0"}, 2, "ensonify: -D track.pings=0: 'track.pings' is 0");
   refused(tiny_scene, {"--seed", "-1"}, 2, "'seed' is -1, expected a whole number from 0");
-  refused(tiny_scene, {"--surface", "refined"}, 2, "expected static");
+  refused(tiny_scene, {"--surface", "refine"}, 2, "did you mean 'refined'");
   refused(tiny_scene, {"--intersector", "embre"}, 2, "did you mean 'embree'?");
   refused(tiny_scene, {"-D", "track.middle_east_m=1000"}, 2, "off the seafloor");
   refused(tiny_scene, {"-D", "track.altitude_m=30"}, 2, "above the sea surface");

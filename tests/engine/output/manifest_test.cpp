@@ -45,7 +45,8 @@ TEST_CASE("A manifest says what it was given, in order, with versions and the sc
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   CHECK(keys == std::vector<std::string>{"program", "version", "libraries", "scene", "scene_hash",
-                                         "seed", "code_path", "classes", "materials", "counts", "warnings", "files"});
+                                         "seed", "code_path", "classes", "materials", "counts",
+                                         "warnings", "files"});
   CHECK(json["program"] == "ensonify");
   for (const char* library :
        {"embree", "fftw", "gdal", "libarchive", "libpng", "openexr", "zlib"}) {

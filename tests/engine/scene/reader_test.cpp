@@ -270,8 +270,9 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:3:11: 'display.palette' is the string \"gray\", expected one of grey, copper; did "
        "you "
        "mean 'grey'?"},
-      {head + "[run]\nsurface = \"refined\"",
-       "s.toml:3:11: 'run.surface' is the string \"refined\", expected static"},
+      {head + "[run]\nsurface = \"refine\"",
+       "s.toml:3:11: 'run.surface' is the string \"refine\", expected one of static, refined, "
+       "footprint; did you mean 'refined'?"},
       // What keys say of each other.
       {head + "[seafloor]\nkind = \"survey\"",
        "s.toml:3:8: 'seafloor.kind' is \"survey\", but no survey is named: give its file as "
@@ -279,7 +280,8 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
       {head + "[seafloor]\nsurvey = \"a.tif\"",
        "s.toml:3:10: 'seafloor.survey' needs seafloor.kind = \"survey\""},
       {head + "[seafloor]\nkind = \"mesh\"",
-       "s.toml:3:8: 'seafloor.kind' is \"mesh\", but no mesh is named: give its file as seafloor.mesh"},
+       "s.toml:3:8: 'seafloor.kind' is \"mesh\", but no mesh is named: give its file as "
+       "seafloor.mesh"},
       {head + "[[objects]]\nmesh = \"a.ply\"\n[[objects]]\neast_m = 1",
        "s.toml:4:1: 'objects.1' has no mesh: give its file as mesh = \"...\""},
       {head + "[objects]\nmesh = \"a.ply\"",
@@ -290,14 +292,17 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
       {head + "[[objects]]\nmesh = \"a.ply\"\nscale = 0",
        "s.toml:4:9: 'objects.0.scale' is 0, expected a number from 1e-06 to 1000000"},
       {head + "[seafloor]\nmaterial = \"medium sant\"",
-       "s.toml:3:12: 'seafloor.material': sediment 'medium sant' is not known; the nearest names are "
-       "'medium sand', 'medium silt' and 'muddy sand'; solids are steel, aluminium, concrete, stone, "
+       "s.toml:3:12: 'seafloor.material': sediment 'medium sant' is not known; the nearest names "
+       "are "
+       "'medium sand', 'medium silt' and 'muddy sand'; solids are steel, aluminium, concrete, "
+       "stone, "
        "wood, glass fibre, rubber; or describe it in a table [material.medium sant]"},
       {head + "[material.a]\nlike = \"lava\"\nmodel = \"solid\"",
        "s.toml:3:8: 'material.a.like': solid 'lava' is not known, expected steel, aluminium, "
        "concrete, stone, wood, glass fibre, rubber"},
       {head + "[material.a]\nspecular = 1\nlike = \"steel\"\nmodel = \"solid\"",
-       "s.toml:4:8: 'material.a.like': solid: diffuse_db = -11 and specular = 1 scatter more energy "
+       "s.toml:4:8: 'material.a.like': solid: diffuse_db = -11 and specular = 1 scatter more "
+       "energy "
        "than arrives: pi 10^(diffuse_db/10) + specular is 1.250, expected at most 1"},
       {head + "[sonar.a]\nsector_low_deg = 95",
        "s.toml: 'sonar.a.sector_high_deg' is 90, expected more than sector_low_deg, which is 95"},
@@ -384,11 +389,13 @@ TEST_CASE("An override is read as TOML, a bare word as a string, and errors name
 TEST_CASE("Objects keep their order and their numbers, from the file, an override and a dump") {
   const TemporaryFolder folder;
   for (const char* name : {"wreck.ply", "rock.stl"}) write(folder / name, "");
-  const std::string text = head +
-                           "[[objects]]\nmesh = \"wreck.ply\"\nclass = \"wreck\"\nheading_deg = 33.3\n"
-                           "[[objects]]\nmesh = \"rock.stl\"\nheight_m = -0.25\nscale = 1.5\n";
+  const std::string text =
+      head +
+      "[[objects]]\nmesh = \"wreck.ply\"\nclass = \"wreck\"\nheading_deg = 33.3\n"
+      "[[objects]]\nmesh = \"rock.stl\"\nheight_m = -0.25\nscale = 1.5\n";
   const ScenePaths paths{folder.path(), {}};
-  const Scene scene = parse_scene(text, "s.toml", std::vector<std::string>{"objects.1.east_m=7"}, paths);
+  const Scene scene =
+      parse_scene(text, "s.toml", std::vector<std::string>{"objects.1.east_m=7"}, paths);
   REQUIRE(scene.objects.size() == 2);
   CHECK(scene.objects[0].class_name == "wreck");
   CHECK(scene.objects[1].mesh.path == fs::canonical(folder / "rock.stl"));

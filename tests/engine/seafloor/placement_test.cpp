@@ -11,8 +11,8 @@
 
 using namespace ensonify;
 using namespace ensonify::engine;
-using ensonify::tests::TemporaryFolder;
 using Eigen::Vector3d, Eigen::Vector3f;
+using ensonify::tests::TemporaryFolder;
 
 namespace {
 
@@ -50,7 +50,8 @@ void check_box(const refine::Bounds& found, Vector3d lowest, Vector3d highest) {
 
 }  // namespace
 
-TEST_CASE("An object stands on the bed, floats over it or is sunk into it, its middle in its place") {
+TEST_CASE(
+    "An object stands on the bed, floats over it or is sunk into it, its middle in its place") {
   const Things things;
   ObjectOptions options = things.object(box({2, 4, 1}));
   options.east_m = 10.0;
@@ -91,7 +92,8 @@ TEST_CASE("A plate rests on a rock that meets it between its corners") {
   Things things;
   //        /\          a pyramid of 1 m under the plate's middle
   const auto first = static_cast<std::uint32_t>(things.bed.positions.size());
-  for (const Vector3f& p : {Vector3f{-1, -1, -20}, {1, -1, -20}, {1, 1, -20}, {-1, 1, -20}, {0, 0, -19}})
+  for (const Vector3f& p :
+       {Vector3f{-1, -1, -20}, {1, -1, -20}, {1, 1, -20}, {-1, 1, -20}, {0, 0, -19}})
     things.bed.positions.push_back(p);
   for (std::uint32_t k = 0; k < 4; ++k)
     things.bed.faces.push_back({first + k, first + (k + 1) % 4, first + 4});

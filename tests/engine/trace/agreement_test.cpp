@@ -105,7 +105,7 @@ std::vector<AgreementRow> compare_one(refine::Triangles mesh,
                                       std::uint64_t every = 1) {
   const auto reference = make_intersector("pluecker", mesh);
   const Candidate one{"static", "candidate",
-                      [&] { return std::make_unique<StaticSurface>(candidate); }, true, every};
+                      [&] { return make_static_surface({.whole = candidate}); }, true, every};
   return compare(mesh, *reference, {&one, 1}, bed_fans(),
                  {.seed = 7, .aimed_fan_rays = 20000, .aimed_rays = 20000, .threads = threads});
 }

@@ -1,0 +1,85 @@
+#include <ensonify/engine/seafloor/bed_below.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/trace/exact_side.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double faces_a_cell = 2.0;
+constexpr double most_cells_a_face = 8.0;  // on average: long faces want larger cells
+
+}  // namespace
+
+BedBelow::BedBelow(const Seafloor& seafloor)
+    : bed_{seafloor.mesh.positions, std::span(seafloor.mesh.faces).first(seafloor.bed_faces), {}} {
+  const refine::Bounds box = refine::bounds(bed_);
+  lowest_ = box.lowest.head<2>().cast<double>();
+  const Eigen::Vector2d extent = box.highest.head<2>().cast<double>() - lowest_;
+  const auto faces = static_cast<double>(bed_.faces.size());
+  cell_m_ = std::max({std::sqrt(extent.prod() * faces_a_cell / faces),
+                      extent.maxCoeff() * faces_a_cell / faces, 1e-6});
+  for (double entries = 2.0 * most_cells_a_face * faces; entries > most_cells_a_face * faces;) {
+    cells_ = (extent / cell_m_).array().floor().cast<std::int64_t>() + 1;
+    entries = 0.0;
+    for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
+      for_each_cell(face, [&](std::size_t) { ++entries; });
+    if (entries > most_cells_a_face * faces) cell_m_ *= 2.0;
+  }
+
+  first_.assign(static_cast<std::size_t>(cells_.prod()) + 1, 0);
+  for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
+    for_each_cell(face, [&](std::size_t cell) { ++first_[cell + 1]; });
+  for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
+  faces_.resize(first_.back());
+  std::vector<std::uint64_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
+    for_each_cell(face, [&](std::size_t cell) { faces_[next[cell]++] = face; });
+}
+
+BedBelow::Cells BedBelow::cell_of(const Eigen::Vector2d& place) const {
+  return ((place - lowest_) / cell_m_).array().floor().cast<std::int64_t>();
+}
+
+template <class F>
+void BedBelow::for_each_cell(std::uint32_t face, F&& f) const {
+  const refine::Face& corners = bed_.faces[face];
+  const Eigen::Vector2f a = bed_.positions[corners[0]].head<2>(),
+                        b = bed_.positions[corners[1]].head<2>(),
+                        c = bed_.positions[corners[2]].head<2>();
+  const Cells low = cell_of(a.cwiseMin(b).cwiseMin(c).cast<double>());
+  const Cells high = cell_of(a.cwiseMax(b).cwiseMax(c).cast<double>()).min(cells_ - 1);
+  for (std::int64_t row = low[1]; row <= high[1]; ++row)
+    for (std::int64_t column = low[0]; column <= high[0]; ++column)
+      f(static_cast<std::size_t>(row * cells_[0] + column));
+}
+
+double BedBelow::height_m(double x_m, double y_m) const {
+  double highest_m = -std::numeric_limits<double>::infinity();
+  const Cells at = cell_of({x_m, y_m});
+  if ((at < 0).any() || (at >= cells_).any()) return std::numeric_limits<double>::quiet_NaN();
+  const Eigen::Vector3d place(x_m, y_m, 0.0), up = Eigen::Vector3d::UnitZ();
+  const auto cell = static_cast<std::size_t>(at[1] * cells_[0] + at[0]);
+  for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i) {
+    const refine::Face& corners = bed_.faces[faces_[i]];
+    const auto side = [&](std::size_t from, std::size_t to) {
+      return exact_side(place, up, bed_.positions[corners[from]], bed_.positions[corners[to]]);
+    };
+    const int first = side(0, 1);
+    if (first == 0 || side(1, 2) != first || side(2, 0) != first) continue;
+    const Eigen::Vector3d a = bed_.corner(faces_[i], 0);
+    const Eigen::Vector3d normal =
+        (bed_.corner(faces_[i], 1) - a).cross(bed_.corner(faces_[i], 2) - a);
+    highest_m = std::max(
+        highest_m, a.z() + (normal.x() * (a.x() - x_m) + normal.y() * (a.y() - y_m)) / normal.z());
+  }
+  return std::isfinite(highest_m) ? highest_m : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include <ensonify/engine/trace/surface.h>
+#include <ensonify/refine/progressive_mesh.h>
+#include <ensonify/refine/triangle_mesh.h>
+#include <ensonify/refine/view_volume.h>
+
+namespace ensonify::engine {
+
+/// The faces that the fans can touch, unchanged, and no others: every ray of theirs hits what it would
+/// hit on the whole mesh. Their tree is built anew at each ping, or does until the fans leave what it
+/// was built for.
+std::unique_ptr<Surface> make_refined_surface(const SurfaceParts& parts);
+std::unique_ptr<Surface> make_footprint_surface(const SurfaceParts& parts);
+
+/// The progressive mesh over a seafloor's mesh, made manifold where it is not (that parts vertices, and
+/// costs a ray nothing); faces keep their numbers. Throws what the builder throws.
+std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
+    const refine::TriangleMesh& mesh);
+
+/// The volume that holds all rays of a fan.
+refine::ViewVolume view_volume(const RayFan& fan);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,184 @@
+// A whole ping, whatever stands behind it.
+
+#include <ensonify/engine/simulate.h>
+
+#include <cmath>
+
+#include "support/beds.h"
+#include "support/catch.h"
+#include "support/data.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/tessellate.h>
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/mesh_reader.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+/// A rough bed with a box on it, under two sonars.
+Scene busy_scene(const tests::TemporaryFolder& folder) {
+  Seafloor holder;
+  tests::add_box(holder, {0, 0, 0}, {4, 2, 3});
+  refine::write_ply(folder / "box.ply", holder.mesh);
+  Scene scene;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 60.0;
+  scene.seafloor.cell_m = 0.5;
+  scene.objects.push_back({.mesh = {"box.ply", folder / "box.ply"},
+                           .class_name = "box",
+                           .east_m = 12.0,
+                           .north_m = 3.0,
+                           .heading_rad = 0.4});
+  scene.sonars.front().range_m = 30.0;
+  scene.sonars.front().bins = 300;
+  scene.sonars.front().elevations = 400;
+  Sonar& ahead = scene.sonars.emplace_back(scene.sonars.front());
+  ahead.name = "low";
+  ahead.frequency_hz = 100e3;
+  ahead.range_m = 20.0;
+  scene.track.pings = 30;
+  scene.track.heading_rad = 0.1;
+  return scene;
+}
+
+/// Every number of every line of every ping.
+std::vector<double> everything(const Scene& scene) {
+  Simulator simulator(scene);
+  const std::vector<Pose> poses = simulator.track();
+  std::vector<double> all;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (i % 10 == 0) simulator.reset();
+    for (const EchoLine& line : simulator.ping(poses[i], i))
+      Layers::for_each([&](std::string_view, auto layer) {
+        all.insert(all.end(), (line.bins.*layer).begin(), (line.bins.*layer).end());
+      });
+    all.push_back(simulator.altitude_m(poses[i].position));
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("the surface changes no number of any ping, nor does keeping its trees") {
+  const tests::TemporaryFolder folder;
+  Scene scene = busy_scene(folder);
+  const std::vector<double> whole = everything(scene);
+  for (const char* surface : {"refined", "footprint"})
+    for (const int tree_pings : {1, 6}) {
+      CAPTURE(surface, tree_pings);
+      scene.run.surface = surface;
+      scene.run.tree_pings = tree_pings;
+      CHECK(everything(scene) == whole);
+    }
+}
+
+TEST_CASE("a million rays of each scene hit the same on every surface, to the bit", "[.][soak]") {
+  const auto data = tests::data_file("mesh_underwater/skytteren_wreck.ply");
+  if (!data) WARN("skipped two scenes: the real data are not there");
+  for (const char* name : {"ripples", "rocky", "wreck", "survey_portsmouth"}) {
+    const std::string file = std::string(ENSONIFY_SOURCE_DIR) + "/scenes/" + name + ".toml";
+    const bool real = std::string(name) == "wreck" || std::string(name) == "survey_portsmouth";
+    if (real && !data) continue;
+    Scene scene = read_scene(file, {}, real ? data->parent_path().parent_path() : "");
+    Simulator simulator(scene);
+    const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+    const auto whole = make_intersector("embree", mesh);
+    const SurfaceParts parts{.progressive = make_progressive_mesh(mesh), .intersector = "embree"};
+    const auto refined = make_refined_surface(parts), footprint = make_footprint_surface(parts);
+    const std::vector<Pose> track = simulator.track();
+    std::size_t rays = 0, ties = 0, hit_or_miss = 0, others = 0;
+    std::vector<Hit> expected, found;
+    for (std::size_t ping = 0; rays < 1000000; ping = (ping + 7) % track.size()) {
+      const std::span<const RayFan> fans = simulator.aim(track[ping]);
+      for (Surface* surface : {refined.get(), footprint.get()}) {
+        const Intersector& exact = surface->prepare(fans);
+        for (const RayFan& fan : fans) {
+          expected.resize(fan.grid->rays());
+          found.resize(fan.grid->rays());
+          whole->intersect(fan, expected);
+          exact.intersect(fan, found);
+          for (std::size_t i = 0; i < found.size(); ++i) {
+            if (found[i].face == expected[i].face && found[i].t == expected[i].t) continue;
+            if (static_cast<bool>(found[i]) != static_cast<bool>(expected[i]))
+              ++hit_or_miss;
+            else
+              ++(found[i].t == expected[i].t ? ties : others);
+          }
+          if (surface == refined.get()) rays += found.size();
+        }
+      }
+    }
+    WARN(name << ": " << rays << " rays, " << ties << " ties, " << hit_or_miss << " hit or miss, "
+              << others << " others");
+    CHECK(ties <= rays / 10000);
+    CHECK(hit_or_miss == 0);
+    CHECK(others == 0);
+  }
+}
+
+TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks through it") {
+  const tests::TemporaryFolder folder;
+  Scene scene = busy_scene(folder);
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  Simulator simulator(scene);
+  Pose pose;
+  pose.position = {0.0, 3.0, -10.0};
+  const EchoLine& starboard = simulator.ping(pose, 0)[1];
+  bool object = false, shadow = false, port_object = false;
+  for (std::size_t i = 0; i < starboard.bins.region.size(); ++i) {
+    const Layers& bins = starboard.bins;
+    if (bins.instance[i] == 1) {
+      object = true;
+      // Where most planes jump over the bin it is shadow, whatever the others see.
+      CHECK((bins.region[i] == static_cast<std::uint32_t>(Region::object) ||
+             bins.shadow_fraction[i] > 0.5f));
+      CHECK(simulator.seafloor().classes.at(bins.class_id[i]) == "box");
+      CHECK(simulator.seafloor().materials.at(bins.sediment[i]) == "steel");
+      CHECK(std::abs(bins.x_m[i] - 12.0) < 3.0);
+    }
+    shadow = shadow || (bins.region[i] == static_cast<std::uint32_t>(Region::shadow) &&
+                        bins.shadow_instance[i] == 1);
+  }
+  for (const std::uint32_t instance : simulator.ping(pose, 0)[0].bins.instance)
+    port_object = port_object || instance != 0;
+  CHECK(object);
+  CHECK(shadow);
+  CHECK_FALSE(port_object);
+  CHECK(simulator.altitude_m({12.0, 3.0, -10.0}) == Approx(10.0));
+}
+
+TEST_CASE("a scene gives the same ranges at the origin, in UTM and ten thousand kilometres out") {
+  const tests::TemporaryFolder folder;
+  Scene scene = busy_scene(folder);
+  refine::TriangleMesh bed = tessellate(make_heightfield(scene.seafloor, 1));
+  scene.seafloor.kind = SeafloorKind::mesh;
+  scene.seafloor.mesh.path = folder / "bed.ply";
+  std::vector<Hit> first;
+  for (const Eigen::Vector3d& origin :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(405123, 6201987, 0),
+        Eigen::Vector3d(1e7, -1e7, 0)}) {
+    bed.world_origin = origin;
+    refine::write_ply(folder / "bed.ply", bed);
+    Simulator simulator(scene);
+    CHECK(simulator.seafloor().mesh.world_origin == origin);
+    const auto tracer = make_intersector("embree", simulator.seafloor().mesh);
+    std::vector<Hit> hits;
+    for (const RayFan& fan : simulator.aim(simulator.track()[7])) {
+      std::vector<Hit> of_fan(fan.grid->rays());
+      tracer->intersect(fan, of_fan);
+      hits.insert(hits.end(), of_fan.begin(), of_fan.end());
+    }
+    if (first.empty()) first = hits;
+    REQUIRE(hits.size() == first.size());
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      REQUIRE(hits[i].face == first[i].face);
+      if (hits[i]) REQUIRE(std::abs(hits[i].t - first[i].t) < 1e-4);
+      found += static_cast<bool>(hits[i]);
+    }
+    CHECK(found > hits.size() / 3);
+  }
+}
