@@ -3,6 +3,8 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/simulate.h>
+#include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
@@ -15,14 +17,15 @@ constexpr double altitude_m = 10.0;
 const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 
 // The sonar equation for a flat bed under a line array, dB: 2/3 lambda/L wide along the track.
-double closed_form_db(const Sonar& sonar, const Medium& medium, double r) {
+double closed_form_db(const Sonar& sonar, const Medium& medium, double r,
+                      const scatter::Backscatter& bed = scatter::Lambert(-27.0)) {
   const double grazing = std::asin(altitude_m / r);
   const double wavelength_m = medium.sound_speed_mps / sonar.frequency_hz;
   const double width_rad = 2.0 / 3.0 * wavelength_m / sonar.array_length_m;
   const double cell_m = 0.5 * medium.sound_speed_mps / sonar.bandwidth_hz;
   const double area_m2 = r * width_rad * cell_m / std::cos(grazing);
-  return sonar.source_level_db - 40.0 * std::log10(r) - 2.0 * medium.absorption_db_per_m * r -
-         27.0 + 20.0 * std::log10(std::sin(grazing)) + 10.0 * std::log10(area_m2);
+  return sonar.source_level_db - 40.0 * std::log10(r) - 2.0 * medium.absorption_db_per_m * r +
+         scatter::to_db(bed.cross_section(grazing)) + 10.0 * std::log10(area_m2);
 }
 
 double worst_error_db(const Sonar& sonar, const Medium& medium, const EchoLine& line,
@@ -50,6 +53,29 @@ TEST_CASE("a flat bed's level follows the sonar equation within 0.03 dB from 1.2
       CHECK(worst_error_db(sonar, medium, line, 1.2 * altitude_m) < 0.03);
     }
   }
+}
+
+TEST_CASE("a flat bed of medium sand has the level of the sonar equation with the model's strength") {
+  Scene scene;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.seafloor.material = "medium sand";
+  scene.sea.sound_speed_mps = 1528.0;
+  scene.sea.absorption_db_per_km = 30.0;
+  Sonar& sonar = scene.sonars.front() = plain_sonar();
+  sonar.frequency_hz = 100e3;
+  Simulator simulator(scene);
+  CHECK(simulator.warnings().empty());
+  const Medium medium{1528.0, 0.03};
+  const scatter::Bottom sand(scatter::sediment_named("medium sand"), 100e3, 1528.0);
+  for (const EchoLine& line : simulator.ping(above_bed, 0))
+    for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+      const double r = line.bins.range_m[i];
+      if (r < 1.2 * altitude_m) continue;
+      CAPTURE(r, static_cast<int>(line.side));
+      REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
+              Approx(closed_form_db(sonar, medium, r, sand)).epsilon(0).margin(0.1));
+    }
 }
 
 TEST_CASE("the level does not depend on the number of planes, elevations or bins") {
