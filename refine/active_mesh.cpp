@@ -365,10 +365,10 @@ bool ActiveMesh::collapse(Index node) {
   return true;
 }
 
-/// Whether two active children may collapse: they have no common neighbours but the cut vertices. Finds
-/// both fans, what is to vanish, and blockers. (What else makes a collapse legal, at a border or of a
-/// tetrahedron, cannot have changed since the progressive mesh was built: it is between the children
-/// and the border, or it would leave some vertex of the progressive mesh with no face.)
+/// Whether two active children may collapse: they have no common neighbours but the cut vertices. (What
+/// else a collapse must keep to, at borders and in a tetrahedron, held when the progressive mesh was
+/// built and does still: who has neighbours beyond one edge at any resolution has them at finer ones.)
+/// Finds both fans, what is to vanish, and blockers.
 bool ActiveMesh::is_free(Index node) {
   const Index left = nodes_[node].left;
   blockers_.clear();

@@ -143,8 +143,7 @@ class ActiveMesh {
 
   std::vector<Face> exact_faces_, next_exact_faces_;
   std::vector<std::uint32_t> exact_sources_, next_exact_sources_;
-  std::vector<std::uint64_t> changes_,
-      spare_changes_;  // since: source face above; its slot, or none
+  std::vector<std::uint64_t> changes_, spare_changes_;  // to them: source face, then slot or none
 
   // what one change needs
   ViewTest view_;

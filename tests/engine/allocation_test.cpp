@@ -1,10 +1,15 @@
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <vector>
 
 #include "support/catch.h"
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/active_mesh.h>
+#include <ensonify/refine/footprint.h>
 
 namespace {
 std::atomic<std::size_t> allocations = 0;
@@ -23,8 +28,12 @@ void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-TEST_CASE("a steady ping allocates nothing") {
-  using namespace ensonify::engine;
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+Scene small_scene() {
   Scene scene;
   scene.seafloor.extent_east_m = 100.0;
   scene.seafloor.extent_north_m = 40.0;
@@ -33,11 +42,41 @@ TEST_CASE("a steady ping allocates nothing") {
   scene.sonars.front().range_m = 40.0;
   scene.sonars.front().bins = 200;
   scene.sonars.front().elevations = 300;
-  Simulator simulator(scene);
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a steady ping allocates nothing") {
+  Simulator simulator(small_scene());
   const std::vector<Pose> poses = simulator.track();
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
   const std::size_t before = allocations;
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
   CHECK(allocations == before);
   CHECK(before > 0);  // the count counts
+}
+
+TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
+  Simulator simulator(small_scene());
+  std::vector<std::array<refine::ViewVolume, 2>> pings;
+  for (const Pose& pose : simulator.track()) {
+    const std::span<const RayFan> fans = simulator.aim(pose);
+    pings.push_back({view_volume(fans[0]), view_volume(fans[1])});
+  }
+  const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
+  refine::ActiveMesh active(*progressive);
+  refine::Footprint footprint(*progressive);
+  std::size_t before = 0, faces = 0;
+  for (int round = 0; round < 2; ++round) {
+    before = allocations;
+    active.reset();
+    for (const auto& volumes : pings) {
+      active.refine(volumes);
+      faces += active.exact_faces().faces.size();
+      faces += footprint.query(volumes).faces.size();
+    }
+  }
+  CHECK(allocations == before);
+  CHECK(faces > 10000);
 }
