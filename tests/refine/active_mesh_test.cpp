@@ -27,7 +27,9 @@
 
 using namespace ensonify::refine;
 using ensonify::tests::NamedMesh;
+using ensonify::tests::over_vertices_only;
 using ensonify::tests::Random;
+using ensonify::tests::random_volume;
 using ensonify::tests::uniform;
 
 namespace {
@@ -108,20 +110,6 @@ std::size_t not_later(const ProgressiveMesh& mesh, const std::set<std::uint32_t>
   return static_cast<std::size_t>(std::ranges::count_if(now, [&](std::uint32_t n) {
     return n != number && !before.contains(n) && mesh.order[n] <= mesh.order[number];
   }));
-}
-
-/// A fan above or beside a mesh that is about `size_m` wide.
-ViewVolume random_volume(Random& random, double size_m) {
-  const Eigen::Matrix3d axes = ensonify::tests::frame(random);
-  const double half_sector = uniform(random, 5.0, 80.0) * degree;
-  return {.apex = 0.6 * size_m * uniform(random) * ensonify::tests::direction(random),
-          .array_axis = axes.col(0),
-          .middle = axes.col(1),
-          .pole = axes.col(2),
-          .truncation_rad = uniform(random, 0.1, 4.0) * degree,
-          .elevation_low_rad = -half_sector,
-          .elevation_high_rad = half_sector,
-          .range_m = uniform(random, 0.2, 1.0) * size_m};
 }
 
 /// Looking down from above, across the track, as a sonar does that goes along x.
@@ -226,19 +214,6 @@ Agreement agreement(const TriangleMesh& source, const ProgressiveMesh& hierarchy
     }
   }
   return out;
-}
-
-/// The spheres that OpenMesh's view-dependent classes make: around the vertices alone.
-ProgressiveMesh over_vertices_only(ProgressiveMesh mesh) {
-  ensonify::tests::for_each_node(mesh, [&](auto node, auto lo, auto, auto hi, auto) {
-    Eigen::AlignedBox3f box;
-    for (std::uint32_t leaf = lo; leaf < hi; ++leaf) box.extend(mesh.points[leaf]);
-    Sphere& sphere = mesh.spheres[node];
-    sphere = {box.center(), 0.0f};
-    for (std::uint32_t leaf = lo; leaf < hi; ++leaf)
-      sphere.radius = std::max(sphere.radius, (mesh.points[leaf] - sphere.centre).norm());
-  });
-  return mesh;
 }
 
 std::set<Interval> intervals(const ActiveMesh& mesh) {

@@ -216,6 +216,34 @@ void for_each_node(const refine::ProgressiveMesh& mesh, Visit visit) {
   }
 }
 
+/// A fan above or beside a mesh that is about `size_m` wide.
+inline refine::ViewVolume random_volume(Random& random, double size_m) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  const Eigen::Matrix3d axes = frame(random);
+  const double half_sector = uniform(random, 5.0, 80.0) * degree;
+  return {.apex = 0.6 * size_m * uniform(random) * direction(random),
+          .array_axis = axes.col(0),
+          .middle = axes.col(1),
+          .pole = axes.col(2),
+          .truncation_rad = uniform(random, 0.1, 4.0) * degree,
+          .elevation_low_rad = -half_sector,
+          .elevation_high_rad = half_sector,
+          .range_m = uniform(random, 0.2, 1.0) * size_m};
+}
+
+/// The spheres that OpenMesh's view-dependent classes make: around the vertices alone.
+inline refine::ProgressiveMesh over_vertices_only(refine::ProgressiveMesh mesh) {
+  for_each_node(mesh, [&](auto node, auto lo, auto, auto hi, auto) {
+    Eigen::AlignedBox3f box;
+    for (std::uint32_t leaf = lo; leaf < hi; ++leaf) box.extend(mesh.points[leaf]);
+    refine::Sphere& sphere = mesh.spheres[node];
+    sphere = {box.center(), 0.0f};
+    for (std::uint32_t leaf = lo; leaf < hi; ++leaf)
+      sphere.radius = std::max(sphere.radius, (mesh.points[leaf] - sphere.centre).norm());
+  });
+  return mesh;
+}
+
 struct NamedMesh {
   std::string name;
   refine::TriangleMesh mesh;
