@@ -27,6 +27,7 @@ using Action = std::function<void()>;
 void add_run(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_seafloor(CLI::App& app, Action& action);
+void add_view(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_mesh_info(CLI::App& app, Action& action);
 void add_dump_default(CLI::App& app, Action& action);

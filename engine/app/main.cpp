@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
   app::add_run(program, action);
   app::add_check(program, action);
   app::add_seafloor(program, action);
+  app::add_view(program, action);
   app::add_trace(program, action);
   app::add_mesh_info(program, action);
   app::add_dump_default(program, action);

@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/image/shaded_view.h>
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/active_mesh.h>
+#include <ensonify/refine/atomic_file.h>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::filesystem::path file;
+  std::optional<std::size_t> ping;
+  std::size_t width_px = 1600;
+};
+
+void view_scene(const Arguments& arguments) {
+  if (arguments.file.extension() != ".png")
+    throw UsageError(fmt::format("{}: a view is written as a .png", arguments.file.string()));
+  Scene scene = arguments.scene.read();
+  const auto pings = static_cast<std::size_t>(scene.track.pings);
+  const std::size_t ping = arguments.ping.value_or(pings / 2);
+  if (ping >= pings)
+    throw UsageError(fmt::format("--ping {}: the track has {} pings, 0 to {}; take one of them",
+                                 ping, pings, pings - 1));
+  // The simulator makes the seafloor and aims; what would be traced by it is not built.
+  scene.run.surface = "static";
+  scene.run.intersector = "brute_force";
+
+  const SignalWatch signals;
+  Progress progress(false);
+  const auto tell = [&](std::string_view stage, std::size_t done, std::size_t of) {
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+    progress.tell(stage, done, of);
+  };
+  tell("seafloor", 0, 1);
+  Simulator simulator(scene);
+  const std::vector<Pose> track = simulator.track();
+  tell("progressive mesh", 0, 1);
+  const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
+  const std::span<const RayFan> fans = simulator.aim(track[ping]);
+  std::vector<refine::ViewVolume> volumes;
+  for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
+  refine::ActiveMesh mesh(*progressive);
+  mesh.refine(volumes);
+
+  const ShadedView view =
+      shade({simulator.seafloor(), mesh, fans, track, ping},
+            {.width_px = arguments.width_px,
+             .height_px = std::max<std::size_t>(1, arguments.width_px * 9 / 16),
+             .threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency())),
+             .progress = [&](auto done, auto of) { tell("picture", done, of); }});
+  refine::write_file(arguments.file, encode_png(view.picture));
+  for (const std::string& warning : simulator.warnings())
+    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "view",
+      "Draw one ping of a scene: the sonar over the seafloor, its fans, and the mesh as it is "
+      "refined for them, the exact faces in amber");
+  arguments->scene.add_to(command);
+  command.add_option("-o,--output", arguments->file, "The picture")
+      ->type_name("FILE.png")
+      ->required();
+  command.add_option("--ping", arguments->ping, "Which, from 0 (default: the middle one)")
+      ->type_name("N");
+  command
+      .add_option("--width-px", arguments->width_px,
+                  "The picture's width; its height is 9/16 of it (default: 1600)")
+      ->type_name("N")
+      ->check(CLI::Range(16, 16384));
+  command.callback([&action, arguments] { action = [arguments] { view_scene(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "support/catch.h"
+#include "support/program.h"
+
+using namespace ensonify::tests;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string small_scene = R"(version = 1
+[seafloor]
+extent_east_m = 40
+extent_north_m = 20
+cell_m = 0.5
+material = "plain"
+[material.plain]
+model = "lambert"
+[track]
+pings = 9
+[sonar.sidescan]
+range_m = 15
+elevations = 128
+)";
+
+/// A number of four bytes in a PNG's header.
+std::size_t number_at(const std::string& png, std::size_t offset) {
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    number = 256 * number + static_cast<unsigned char>(png.at(offset + i));
+  return number;
+}
+
+struct Folder : TemporaryFolder {
+  Folder() { write_text(*this / "small.toml", small_scene); }
+  Outcome view(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"view", "small.toml"});
+    return run_program(path(), arguments);
+  }
+  std::ptrdiff_t files() const {
+    return std::distance(fs::directory_iterator(path()), fs::directory_iterator());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("view draws a ping of a scene, the middle one unless told") {
+  const Folder folder;
+  const Outcome outcome = folder.view({"-o", "a.png", "--width-px", "160"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.out.empty());
+  CHECK(outcome.err.empty());
+  const std::string png = read_text(folder / "a.png");
+  REQUIRE(png.starts_with("\x89PNG"));
+  CHECK(number_at(png, 16) == 160);
+  CHECK(number_at(png, 20) == 90);
+  for (const auto& [ping, same] : {std::pair{"4", true}, std::pair{"8", false}}) {
+    REQUIRE(folder.view({"-o", "b.png", "--width-px", "160", "--ping", ping}).code == 0);
+    CHECK((read_text(folder / "b.png") == png) == same);
+  }
+}
+
+TEST_CASE(
+    "view refuses a ping that is not there and a file that is no picture or cannot be written") {
+  const Folder folder;
+  const auto check = [&](const std::vector<std::string>& arguments, int code, const char* said) {
+    const Outcome outcome = folder.view(arguments);
+    CAPTURE(arguments, outcome.err);
+    CHECK(outcome.code == code);
+    CHECK(outcome.out.empty());
+    CHECK(outcome.err.find(said) != std::string::npos);
+    CHECK(std::ranges::count(outcome.err, '\n') == 1);
+    CHECK(folder.files() == 1);
+  };
+  check({"-o", "a.png", "--ping", "9"}, 2, "--ping 9: the track has 9 pings, 0 to 8");
+  check({"-o", "a.png", "--ping", "-1"}, 2, "--ping");
+  check({"-o", "a.jpg"}, 2, "a.jpg");
+  check({}, 2, "--output");
+  check({"-o", "a.png", "--width-px", "0"}, 2, "--width-px");
+  check({"-o", "none/a.png", "--width-px", "16"}, 1, "none/a.png");
+}
+
+TEST_CASE("view stops when asked and leaves nothing behind") {
+  const Folder folder;
+  const Outcome stopped =
+      run_program(folder.path(), {"view", "small.toml", "-o", "a.png", "--width-px", "16384"}, {},
+                  [](pid_t process) {
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+                    kill(process, SIGINT);
+                  });
+  CHECK(stopped.code == 130);
+  CHECK(stopped.err.find("stopped on request") != std::string::npos);
+  CHECK(folder.files() == 1);
+}
