@@ -89,7 +89,9 @@ std::vector<Candidate> candidates(const refine::TriangleMesh& mesh, const Scene&
                      .has_every_face = !surface.needs_progressive_mesh,
                      .every = kind.name == slow_name
                                   ? static_cast<std::uint64_t>(std::ceil(tests / slow_tests))
-                                  : 1});
+                                  : 1,
+                     // Such fans are all over the place, and each wants its faces found afresh.
+                     .every_aimed_fan = surface.needs_progressive_mesh ? 10u : 1u});
   }
   return all;
 }

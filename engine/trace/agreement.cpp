@@ -264,6 +264,11 @@ class Comparison {
     return item < scene_fans_.size() + aimed_fans_ ? RaySource::aimed_fans : RaySource::aimed_rays;
   }
 
+  bool asks(std::size_t c, std::size_t item, RaySource source) const {
+    if (source == RaySource::aimed_rays) return takes_lists_[c];
+    return source == RaySource::scene || item % candidates_[c].every_aimed_fan == 0;
+  }
+
   /// One row a candidate.
   std::vector<AgreementRow> compare_item(std::size_t item, Worker& worker) {
     if (worker.surfaces.empty()) make_surfaces(worker);
@@ -285,7 +290,7 @@ class Comparison {
     }
     std::vector<AgreementRow> rows(candidates_.size());
     for (std::size_t c = 0; c < candidates_.size(); ++c)
-      if (fan || takes_lists_[c]) compare_candidate(c, item, fan, worker, rows[c]);
+      if (asks(c, item, source)) compare_candidate(c, item, fan, worker, rows[c]);
     tell(worker.numbers.size());
     return rows;
   }
