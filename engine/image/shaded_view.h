@@ -2,11 +2,9 @@
 
 #include <cstddef>
 #include <functional>
-#include <optional>
 #include <span>
 
-#include <Eigen/Core>
-
+#include <ensonify/engine/image/camera.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/track.h>
@@ -14,19 +12,6 @@
 #include <ensonify/refine/active_mesh.h>
 
 namespace ensonify::engine {
-
-/// A pinhole camera. Pixels are counted from the picture's upper left corner.
-struct Camera {
-  Eigen::Vector3d eye;                 ///< local metres
-  Eigen::Vector3d right, up, forward;  ///< unit
-  Eigen::Vector2d middle_px;
-  double focal_px;
-
-  /// The direction of what is seen at a pixel; it goes 1 m forward.
-  Eigen::Vector3d direction(const Eigen::Vector2d& pixel) const;
-  /// The pixel where a point is seen; none behind the camera.
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const;
-};
 
 /// One ping over a seafloor, all in the seafloor's local metres.
 struct ViewSubject {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+namespace ensonify::engine {
+
+/// A pinhole camera. Pixels are counted from the picture's upper left corner.
+struct Camera {
+  Eigen::Vector3d eye;                 ///< local metres
+  Eigen::Vector3d right, up, forward;  ///< unit
+  Eigen::Vector2d middle_px;
+  double focal_px;
+
+  /// The direction of what is seen at a pixel; it goes 1 m forward.
+  Eigen::Vector3d direction(const Eigen::Vector2d& pixel) const;
+  /// The pixel where a point is seen; none behind the camera.
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const;
+};
+
+/// A camera that looks along a direction from where it sees all points, the picture of that many pixels
+/// filled but for a margin.
+Camera look_along(const Eigen::Vector3d& forward, std::span<const Eigen::Vector3d> points,
+                  const Eigen::Vector2d& size_px);
+
+}  // namespace ensonify::engine
