@@ -47,7 +47,8 @@ void ViewTest::look_at(std::span<const ViewVolume> volumes) {
                         .cos_high = std::cos(v.elevation_high_rad),
                         .sin_high = std::sin(v.elevation_high_rad),
                         .range_m = v.range_m,
-                        .slack_m = v.margin_m + std::max(least_slack_m, slack_of_range * v.range_m) +
+                        .slack_m = v.margin_m +
+                                   std::max(least_slack_m, slack_of_range * v.range_m) +
                                    slack_of_origin * v.apex.lpNorm<Eigen::Infinity>()});
   }
 }

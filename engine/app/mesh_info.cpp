@@ -45,9 +45,11 @@ void print_info(const std::filesystem::path& file) {
 
 void add_mesh_info(CLI::App& app, Action& action) {
   const auto file = std::make_shared<std::filesystem::path>();
-  CLI::App& command = *app.add_subcommand(
-      "mesh-info", "Tell about a mesh (PLY, OBJ, STL, OFF) or a survey grid: one `name value` a line, metres; the "
-      "counts are the file's own, repairs are what a run would change");
+  CLI::App& command =
+      *app.add_subcommand("mesh-info",
+                          "Tell about a mesh (PLY, OBJ, STL, OFF) or a survey grid: one `name "
+                          "value` a line, metres; the "
+                          "counts are the file's own, repairs are what a run would change");
   command.add_option("FILE", *file, "The mesh or grid")->required();
   command.callback([&action, file] { action = [file] { print_info(*file); }; });
 }

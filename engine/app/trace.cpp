@@ -168,7 +168,8 @@ void add_trace(CLI::App& app, Action& action) {
       "ray,hit,face,t,u,v,nx,ny,nz; "
       "rays are numbered from 0; hit is 0 or 1, and after a 0 the rest is empty; u and v weigh the "
       "face's second and third corner; the unit normal follows from the face's own order");
-  command.add_option("MESH", arguments->mesh, "A mesh (PLY, OBJ, STL, OFF), or a survey grid")->required();
+  command.add_option("MESH", arguments->mesh, "A mesh (PLY, OBJ, STL, OFF), or a survey grid")
+      ->required();
   command.add_option("RAYS", arguments->rays, "The rays, CSV")->required();
   command.add_option("--intersector", arguments->intersector, "See `ensonify intersectors`")
       ->capture_default_str()

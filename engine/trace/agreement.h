@@ -66,8 +66,8 @@ class Judge {
 struct Candidate {
   std::string surface, intersector;                ///< their names, for the table
   std::function<std::unique_ptr<Surface>()> make;  ///< one worker's own
-  bool has_every_face = true;  ///< whatever the fans: so lists of rays may be asked too
-  std::uint64_t every = 1;     ///< asked one ray of so many, if more than 1 as a list
+  bool has_every_face = true;         ///< whatever the fans: so lists of rays may be asked too
+  std::uint64_t every = 1;            ///< asked one ray of so many, if more than 1 as a list
   std::uint64_t every_aimed_fan = 1;  ///< and one of so many of those
 };
 

@@ -55,7 +55,8 @@ TEST_CASE("a flat bed's level follows the sonar equation within 0.03 dB from 1.2
   }
 }
 
-TEST_CASE("a flat bed of medium sand has the level of the sonar equation with the model's strength") {
+TEST_CASE(
+    "a flat bed of medium sand has the level of the sonar equation with the model's strength") {
   Scene scene;
   scene.seafloor.fractal.height_at_1m_m = 0.0;
   scene.seafloor.depth_m = 20.0;

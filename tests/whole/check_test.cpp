@@ -32,7 +32,7 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   const TemporaryFolder folder;
   write_text(folder / "small.toml", small_scene);
   const auto check = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"check", "small.toml", "--rays", "30000"});
+    more.insert(more.begin(), {"check", "small.toml", "--quiet", "--rays", "30000"});
     return run_program(folder.path(), more);
   };
   const Outcome table = check({"--threads", "1"});
@@ -45,7 +45,7 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   CHECK(check({"--threads", "3"}).out == table.out);
   CHECK(check({"-D", "seed=2"}).out != table.out);
 
-  const Outcome json = check({"--json", "--quiet"});
+  const Outcome json = check({"--json"});
   CHECK(json.code == 0);
   const auto report = nlohmann::json::parse(json.out);
   CHECK(report["reference"] == "pluecker");
