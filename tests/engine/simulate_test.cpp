@@ -2,7 +2,9 @@
 
 #include <ensonify/engine/simulate.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "support/beds.h"
 #include "support/catch.h"
@@ -148,6 +150,26 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
   CHECK(shadow);
   CHECK_FALSE(port_object);
   CHECK(simulator.altitude_m({12.0, 3.0, -10.0}) == Approx(10.0));
+}
+
+TEST_CASE("a cast gives the sound speed down to the bed, and says where it ends too soon") {
+  const tests::TemporaryFolder folder;
+  Scene scene = busy_scene(folder);
+  scene.sea.sound_speed_mps = 1497.0;
+  const std::vector<double> by_number = everything(scene);
+
+  scene.sea.sound_speed_mps.reset();
+  scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+  std::ofstream(folder / "cast.csv") << "depth_m,soundspeed_mps\n0,1497\n40,1497\n";
+  CHECK(everything(scene) == by_number);
+  const auto of_cast = [](const std::string& warning) { return warning.starts_with("cast.csv"); };
+  const Simulator deep(scene);
+  CHECK(std::ranges::none_of(deep.warnings(), of_cast));
+
+  std::ofstream(folder / "cast.csv") << "depth_m,soundspeed_mps\n0,1497\n10,1497\n";
+  CHECK(everything(scene) == by_number);
+  const Simulator shallow(scene);
+  CHECK(std::ranges::any_of(shallow.warnings(), of_cast));
 }
 
 TEST_CASE("a scene gives the same ranges at the origin, in UTM and ten thousand kilometres out") {
