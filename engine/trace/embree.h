@@ -14,7 +14,9 @@ namespace ensonify::engine {
 /// In float: distances are good to some 1e-6 of the range and of the mesh's extent; vertices within
 /// 1e9 m, build() refuses others. Robust, a ray aimed exactly at a vertex slips through once in some
 /// hundreds; fast (not robust), one in six of those aimed at vertices or edges does, and of two faces
-/// at one distance either may win. The last bits depend on the instruction set, on nothing else.
+/// at one distance either may win. A ray within a face's plane, as far as float can tell, may be said to
+/// hit it, even a little beside it, at a distance that means nothing (`ensonify check` counts such as
+/// coplanar). The last bits depend on the instruction set, on nothing else.
 ///
 /// A tree for many pings shares the triangles' memory, so they must not change while it lives; one
 /// for one ping copies them, is built in the calling thread, and traces as well but for some percent.
