@@ -6,33 +6,17 @@
 
 #include "support/catch.h"
 #include "support/program.h"
+#include "support/tiny_scene.h"
 
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify::tests;
 
-namespace {
-
-const std::string small_scene = R"(version = 1
-[seafloor]
-extent_east_m = 40
-extent_north_m = 20
-cell_m = 1
-[track]
-pings = 9
-[sonar.left-right]
-range_m = 15
-bins = 100
-elevations = 128
-)";
-
-}  // namespace
-
 TEST_CASE("check compares every intersector with the reference, and finds nothing unexplained") {
   const TemporaryFolder folder;
-  write_text(folder / "small.toml", small_scene);
+  write_text(folder / "tiny.toml", tiny_scene);
   const auto check = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"check", "small.toml", "--quiet", "--rays", "30000"});
+    more.insert(more.begin(), {"check", "tiny.toml", "--quiet", "--rays", "30000"});
     return run_program(folder.path(), more);
   };
   const Outcome table = check({"--threads", "1"});
@@ -65,16 +49,16 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
 
 TEST_CASE("check refuses what it cannot do, and stops when asked") {
   const TemporaryFolder folder;
-  write_text(folder / "small.toml", small_scene);
+  write_text(folder / "tiny.toml", tiny_scene);
   for (const char* rays : {"0", "-5", "many"}) {
-    const Outcome wrong = run_program(folder.path(), {"check", "small.toml", "--rays", rays});
+    const Outcome wrong = run_program(folder.path(), {"check", "tiny.toml", "--rays", rays});
     CHECK(wrong.code == 2);
     CHECK(wrong.out.empty());
     CHECK(wrong.err.find("--rays") != std::string::npos);
   }
   CHECK(run_program(folder.path(), {"check", "none.toml"}).code == 2);
   const Outcome stopped = run_program(
-      folder.path(), {"check", "small.toml", "--rays", "1000000000"}, {}, [](pid_t process) {
+      folder.path(), {"check", "tiny.toml", "--rays", "1000000000"}, {}, [](pid_t process) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1500));
         kill(process, SIGINT);
       });

@@ -7,6 +7,7 @@
 
 #include "support/catch.h"
 #include "support/program.h"
+#include "support/tiny_scene.h"
 
 #include <ensonify/engine/scene/reader.h>
 
@@ -14,25 +15,6 @@ using namespace ensonify::tests;
 namespace fs = std::filesystem;
 
 namespace {
-
-// Fast: a small bed, few and short pings.
-const std::string tiny_scene = R"(version = 1
-[seafloor]
-extent_east_m = 40
-extent_north_m = 20
-cell_m = 0.5
-material = "plain"
-[material.plain]
-model = "lambert"
-[track]
-pings = 9
-[sonar.left-right]
-range_m = 15
-bins = 100
-elevations = 128
-[run]
-block_pings = 4
-)";
 
 const std::string no_repairs =
     "repairs 0\nrepair_welded_vertices 0\nrepair_degenerate_faces 0\nrepair_duplicate_faces 0\n"

@@ -4,26 +4,12 @@
 
 #include "support/catch.h"
 #include "support/program.h"
+#include "support/tiny_scene.h"
 
 using namespace ensonify::tests;
 namespace fs = std::filesystem;
 
 namespace {
-
-const std::string small_scene = R"(version = 1
-[seafloor]
-extent_east_m = 40
-extent_north_m = 20
-cell_m = 0.5
-material = "plain"
-[material.plain]
-model = "lambert"
-[track]
-pings = 9
-[sonar.sidescan]
-range_m = 15
-elevations = 128
-)";
 
 /// A number of four bytes in a PNG's header.
 std::size_t number_at(const std::string& png, std::size_t offset) {
@@ -34,9 +20,9 @@ std::size_t number_at(const std::string& png, std::size_t offset) {
 }
 
 struct Folder : TemporaryFolder {
-  Folder() { write_text(*this / "small.toml", small_scene); }
+  Folder() { write_text(*this / "tiny.toml", tiny_scene); }
   Outcome view(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {"view", "small.toml"});
+    arguments.insert(arguments.begin(), {"view", "tiny.toml"});
     return run_program(path(), arguments);
   }
   std::ptrdiff_t files() const {
@@ -86,7 +72,7 @@ TEST_CASE(
 TEST_CASE("view stops when asked and leaves nothing behind") {
   const Folder folder;
   const Outcome stopped =
-      run_program(folder.path(), {"view", "small.toml", "-o", "a.png", "--width-px", "16384"}, {},
+      run_program(folder.path(), {"view", "tiny.toml", "-o", "a.png", "--width-px", "16384"}, {},
                   [](pid_t process) {
                     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
                     kill(process, SIGINT);
