@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/refine/parallel_for.h>
+
 namespace ensonify::refine {
 namespace {
 
@@ -16,6 +18,15 @@ using Index = std::uint32_t;
 constexpr Index none = ProgressiveMesh::none;
 constexpr Index leaf_bit = Index{1}
                            << 31;  // a child's number is a collapse's, or a vertex's with it
+
+/// Calls work(begin, end) for equal parts of [0, items), one a thread.
+template <class Work>
+void for_parts(std::size_t items, int threads, const Work& work) {
+  const auto parts = static_cast<std::size_t>(threads);
+  parallel_for(parts, threads, [&](std::size_t part, int) {
+    work(items * part / parts, items * (part + 1) / parts);
+  });
+}
 
 /// The trees that collapses make, named by collapse.
 struct Forest {
@@ -108,7 +119,7 @@ Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const
 }
 
 /// Completes source_face by the base mesh's faces, and names all faces' corners by leaf.
-void place_faces(const TriangleMesh& in, const Layout& layout, ProgressiveMesh& out) {
+void place_faces(const TriangleMesh& in, const Layout& layout, int threads, ProgressiveMesh& out) {
   std::vector<bool> seen(in.faces.size(), false);
   for (const Index f : out.source_face) {
     if (f == none) continue;
@@ -119,19 +130,20 @@ void place_faces(const TriangleMesh& in, const Layout& layout, ProgressiveMesh& 
   }
   for (Index f = 0; f < in.faces.size(); ++f)
     if (!seen[f]) out.source_face.push_back(f);
-  out.faces.reserve(out.source_face.size());
-  for (const Index f : out.source_face) {
-    Face face = {none, none, none};
-    if (f != none)
-      for (std::size_t k = 0; k < 3; ++k) {
+  out.faces.resize(out.source_face.size());
+  for_parts(out.faces.size(), threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      const Index f = out.source_face[slot];
+      Face& face = out.faces[slot] = {none, none, none};
+      for (std::size_t k = 0; f != none && k < 3; ++k) {
         const Index vertex = in.faces[f][k];
         if (vertex >= layout.leaf_of.size())
           throw std::invalid_argument(
               fmt::format("lay_out: face {} names vertex {}, which is not there", f, vertex));
         face[k] = layout.leaf_of[vertex];
       }
-    out.faces.push_back(face);
-  }
+    }
+  });
 }
 
 /// Spheres from the leaves up. Centres are those of the bounding boxes of closed stars; a radius is the
@@ -139,31 +151,51 @@ void place_faces(const TriangleMesh& in, const Layout& layout, ProgressiveMesh& 
 /// than what has been found.
 class SphereMaker {
  public:
-  SphereMaker(const ProgressiveMesh& mesh, const std::vector<Range>& ranges)
+  SphereMaker(const ProgressiveMesh& mesh, const std::vector<Range>& ranges, int threads)
       : mesh_(mesh),
         ranges_(ranges),
-        star_begin_(mesh.points.size() + 1, 0),
-        star_radius_(mesh.points.size()) {
+        threads_(threads),
+        star_begin_(mesh.points.size() + 2, 0),
+        star_radius_(mesh.points.size()),
+        spheres_(ranges.size()) {
     find_stars();
   }
 
+  /// Trees are cut into subtrees that any thread may do, and what is above them.
   std::vector<Sphere> make() {
-    std::vector<Eigen::AlignedBox3f> boxes(ranges_.size());
-    spheres_.resize(ranges_.size());
-    for (std::size_t i = ranges_.size(); i-- > 0;) {  // children's numbers are above their parent's
-      const auto [lo, hi] = ranges_[i];
-      const Index mid = mesh_.mid[i], node = static_cast<Index>(i);
-      const auto box = [&](Index child, Index first, Index end) {
-        return end - first == 1 ? star_box(first) : boxes[child];
-      };
-      boxes[i] = box(node + 1, lo, mid).merged(box(node + (mid - lo), mid, hi));
-      const Eigen::Vector3f centre = 0.5f * (boxes[i].min() + boxes[i].max());
-      spheres_[i] = {centre, inflated(farthest(node, centre.cast<double>()))};
+    std::vector<Index> subtrees, above;  // in preorder
+    for (Index node = 0; node < ranges_.size();) {
+      const Index leaves = ranges_[node].hi - ranges_[node].lo;
+      (leaves <= leaves_at_once ? subtrees : above).push_back(node);
+      node += leaves <= leaves_at_once ? leaves - 1 : 1;
     }
+    std::vector<Box> boxes(subtrees.size());
+    parallel_for(subtrees.size(), threads_, [&](std::size_t i, int) {
+      Sweep sweep;
+      const Range range = ranges_[subtrees[i]];
+      for (Index node = subtrees[i] + (range.hi - range.lo - 1); node-- > subtrees[i];)
+        place(node, sweep);
+      boxes[i] = sweep.boxes.back();
+    });
+    Sweep sweep;
+    for (std::size_t a = above.size(), i = subtrees.size(); a > 0 || i > 0;)
+      if (i > 0 && (a == 0 || subtrees[i - 1] > above[a - 1]))
+        sweep.boxes.push_back(boxes[--i]);
+      else
+        place(above[--a], sweep);
     return std::move(spheres_);
   }
 
  private:
+  using Box = Eigen::AlignedBox3f;
+  /// What goes with nodes in descending order: a node's left child, unless a leaf, was the last one
+  /// placed whose parent was not, and its right child the one before.
+  struct Sweep {
+    std::vector<Box> boxes;  // of those placed whose parents are not
+    std::vector<Index> pending;
+  };
+
+  static constexpr Index leaves_at_once = 4096;
   // A sphere may be a hundredth larger than need be, where that spares the way down; and as much as its
   // children's reach where that way is long, as in a tree that is no more than a chain.
   static constexpr double tolerance = 1.01;
@@ -173,28 +205,53 @@ class SphereMaker {
     return std::nextafter(static_cast<float>(radius), std::numeric_limits<float>::infinity());
   }
 
+  void place(Index node, Sweep& sweep) {
+    const auto [lo, hi] = ranges_[node];
+    const auto take = [&](Index first, Index end) {
+      if (end - first == 1) return star_box(first);
+      const Box box = sweep.boxes.back();
+      sweep.boxes.pop_back();
+      return box;
+    };
+    const Box left = take(lo, mesh_.mid[node]), right = take(mesh_.mid[node], hi);
+    const Box box = left.merged(right);
+    const Eigen::Vector3f centre = 0.5f * (box.min() + box.max());
+    spheres_[node] = {centre, inflated(farthest(node, centre.cast<double>(), sweep.pending))};
+    sweep.boxes.push_back(box);
+  }
+
   /// The corners of faces at each leaf, itself left out; most are there twice.
   void find_stars() {
-    for (const Face& face : mesh_.faces)
-      if (face[0] != none)
-        for (const Index leaf : face) star_begin_[leaf + 1] += 2;
-    for (std::size_t l = 0; l < mesh_.points.size(); ++l) star_begin_[l + 1] += star_begin_[l];
+    const std::size_t leaves = mesh_.points.size();
+    const auto for_each_corner = [&](std::size_t begin, std::size_t end, const auto& visit) {
+      for (const Face& face : mesh_.faces)
+        for (std::size_t k = 0; k < 3; ++k)
+          if (face[k] - begin < end - begin) visit(face, k);
+    };
+    for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
+      for_each_corner(begin, end,
+                      [&](const Face& face, std::size_t k) { star_begin_[face[k] + 2] += 2; });
+    });
+    for (std::size_t l = 0; l < leaves; ++l) star_begin_[l + 2] += star_begin_[l + 1];
     star_.resize(star_begin_.back());
-    std::vector<std::uint64_t> end(star_begin_.begin(), star_begin_.end() - 1);
-    for (const Face& face : mesh_.faces)
-      if (face[0] != none)
-        for (std::size_t k = 0; k < 3; ++k) {
-          star_[end[face[k]]++] = face[(k + 1) % 3];
-          star_[end[face[k]]++] = face[(k + 2) % 3];
-        }
-    for (Index l = 0; l < mesh_.points.size(); ++l)
-      star_radius_[l] = inflated(star_distance(l, mesh_.points[l].cast<double>()));
+    // While they are filled, a star's end so far is where the next one will begin.
+    for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
+      for_each_corner(begin, end, [&](const Face& face, std::size_t k) {
+        star_[star_begin_[face[k] + 1]++] = face[(k + 1) % 3];
+        star_[star_begin_[face[k] + 1]++] = face[(k + 2) % 3];
+      });
+    });
+    for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t l = begin; l < end; ++l)
+        star_radius_[l] =
+            inflated(star_distance(static_cast<Index>(l), mesh_.points[l].cast<double>()));
+    });
   }
   std::span<const Index> star(Index leaf) const {
     return std::span(star_).subspan(star_begin_[leaf], star_begin_[leaf + 1] - star_begin_[leaf]);
   }
-  Eigen::AlignedBox3f star_box(Index leaf) const {
-    Eigen::AlignedBox3f box(mesh_.points[leaf]);
+  Box star_box(Index leaf) const {
+    Box box(mesh_.points[leaf]);
     for (const Index other : star(leaf)) box.extend(mesh_.points[other]);
     return box;
   }
@@ -206,12 +263,12 @@ class SphereMaker {
   }
 
   /// How far the corners below a node reach, at most: those of its children were placed before.
-  double farthest(Index top, const Eigen::Vector3d& from) {
+  double farthest(Index top, const Eigen::Vector3d& from, std::vector<Index>& pending) const {
     double found = 0.0, passed = 0.0;
-    pending_.assign({top});
-    for (int visited = 0; !pending_.empty(); ++visited) {
-      const Index node = pending_.back();
-      pending_.pop_back();
+    pending.assign({top});
+    for (int visited = 0; !pending.empty(); ++visited) {
+      const Index node = pending.back();
+      pending.pop_back();
       const auto [lo, hi] = ranges_[node];
       const Index mid = mesh_.mid[node];
       const auto visit = [&](Index child, Index first, Index end) {
@@ -225,7 +282,7 @@ class SphereMaker {
         else if (is_leaf)
           found = std::max(found, star_distance(first, from));
         else
-          pending_.push_back(child);
+          pending.push_back(child);
       };
       visit(node + 1, lo, mid);
       visit(node + (mid - lo), mid, hi);
@@ -235,20 +292,22 @@ class SphereMaker {
 
   const ProgressiveMesh& mesh_;
   const std::vector<Range>& ranges_;
+  const int threads_;
   std::vector<std::uint64_t> star_begin_;
   std::vector<Index> star_;
   std::vector<float> star_radius_;
   std::vector<Sphere> spheres_;
-  std::vector<Index> pending_;
 };
 
 }  // namespace
 
-ProgressiveMesh lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses) {
+ProgressiveMesh lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
+                        int threads) {
   ProgressiveMesh out{.world_origin = mesh.world_origin};
-  const Layout layout = number(mesh, collapses, grow(mesh.positions.size(), collapses), out);
-  place_faces(mesh, layout, out);
-  out.spheres = SphereMaker(out, layout.ranges).make();
+  Layout layout = number(mesh, collapses, grow(mesh.positions.size(), collapses), out);
+  place_faces(mesh, layout, threads, out);
+  layout.leaf_of = {};
+  out.spheres = SphereMaker(out, layout.ranges, threads).make();
   return out;
 }
 

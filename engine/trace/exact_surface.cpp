@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include <ensonify/refine/active_mesh.h>
-#include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/mesh_repair.h>
+#include <ensonify/refine/tile_collapse.h>
 
 namespace ensonify::engine {
 namespace {
@@ -120,9 +121,10 @@ std::unique_ptr<Surface> make_footprint_surface(const SurfaceParts& parts) {
 
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh) {
+  const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
   auto progressive =
-      std::make_shared<refine::ProgressiveMesh>(refine::build_by_edge_collapse(manifold.mesh));
+      std::make_shared<refine::ProgressiveMesh>(refine::build_by_tiles(manifold.mesh, threads));
   for (std::uint32_t& face : progressive->source_face)
     if (face != refine::ProgressiveMesh::none) face = manifold.source_face[face];
   return progressive;

@@ -1,0 +1,357 @@
+#include <ensonify/refine/tile_collapse.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <set>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ensonify/refine/active_mesh.h>
+#include <ensonify/refine/edge_collapse.h>
+#include <ensonify/refine/invariants.h>
+#include <ensonify/refine/mesh_reader.h>
+#include <ensonify/refine/mesh_repair.h>
+
+#include "support/catch.h"
+#include "support/data.h"
+#include "support/manifold.h"
+#include "support/meshes.h"
+
+using namespace ensonify::refine;
+using Catch::Matchers::Contains;
+using ensonify::tests::NamedMesh;
+using ensonify::tests::Random;
+using ensonify::tests::uniform;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+using Lines = std::vector<std::string>;
+
+/// Large enough to be cut into tiles, of every kind; and the smallest there are.
+const std::vector<NamedMesh>& meshes() {
+  static const std::vector<NamedMesh> all = [] {
+    using namespace ensonify::tests;
+    std::vector<NamedMesh> out = manifold_meshes(false);
+    for (NamedMesh& mesh : manifold_meshes(true)) out.push_back(std::move(mesh));
+    out.push_back({"wide grid", shuffled(open_grid(300, 80, 0.2, 0.3, 21), 31)});
+    out.push_back({"wide grid with holes", holed_grid(120, 0.3, 0.3, 22)});
+    out.push_back({"wide overhang", shuffled(overhang(100, 100, 0.4, 23), 33)});
+    out.push_back({"large torus", torus(200, 60, 15.0, 5.0)});
+    out.push_back({"large ball", shuffled(ball(6, 15.0), 34)});
+    TriangleMesh scattered =
+        open_grid(80, 80, 0.5, 0.5, 24);  // an uneven one, with much that is small
+    Random random(25);
+    for (int i = 0; i < 60; ++i)
+      join(scattered, i % 3 == 0 ? torus(12, 8, 1.0, 0.3) : ball(2, 0.7),
+           (15.0 * direction(random)).cast<float>());
+    out.push_back({"many components", shuffled(scattered, 35)});
+    const auto add = [&](const char* name, std::vector<Face> faces, std::size_t vertices) {
+      TriangleMesh mesh{.faces = std::move(faces)};
+      for (std::size_t v = 0; v < vertices; ++v)
+        mesh.positions.push_back((10.0 * direction(random)).cast<float>());
+      out.push_back({name, std::move(mesh)});
+    };
+    add("nothing", {}, 0);
+    add("lone vertices", {}, 3);
+    add("one face", {{0, 1, 2}}, 3);
+    add("one face among lone vertices", {{4, 1, 2}}, 5000);
+    add("two faces", {{0, 1, 2}, {2, 1, 3}}, 4);
+    add("a closed fan", {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}}, 5);
+    add("a tetrahedron", {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, 4);
+    add("two tetrahedra as one", {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 4}, {2, 1, 4}, {0, 2, 4}},
+        5);
+    return out;
+  }();
+  return all;
+}
+
+/// Every array's bytes; nothing about the memory.
+bool same(const ProgressiveMesh& a, const ProgressiveMesh& b) {
+  const auto same_bytes = [](const auto& x, const auto& y) {
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]) == 0);
+  };
+  return same_bytes(a.points, b.points) && same_bytes(a.mid, b.mid) &&
+         same_bytes(a.spheres, b.spheres) && same_bytes(a.order, b.order) &&
+         same_bytes(a.faces, b.faces) && same_bytes(a.source_face, b.source_face) &&
+         same_bytes(a.roots, b.roots) && a.world_origin == b.world_origin;
+}
+
+struct Topology {
+  long euler = 0;  ///< of what faces use
+  std::size_t components = 0, borders = 0;
+  bool operator==(const Topology&) const = default;
+};
+
+/// Of faces, by a vertex's name.
+Topology topology(std::span<const Face> faces) {
+  std::map<std::uint32_t, std::uint32_t> up;  // union-find
+  std::set<std::pair<std::uint32_t, std::uint32_t>> directed;
+  const auto top = [&](std::uint32_t v) {
+    while (up.at(v) != v) v = up.at(v) = up.at(up.at(v));
+    return v;
+  };
+  for (const Face& f : faces)
+    for (std::size_t k = 0; k < 3; ++k) {
+      up.try_emplace(f[k], f[k]);
+      up.try_emplace(f[(k + 1) % 3], f[(k + 1) % 3]);
+      directed.emplace(f[k], f[(k + 1) % 3]);
+      up[top(f[k])] = top(f[(k + 1) % 3]);
+    }
+  std::map<std::uint32_t, std::uint32_t> along;  // a border: from a vertex to the next
+  long edges = 0;
+  for (const auto& [a, b] : directed) {
+    const bool border = !directed.contains({b, a});
+    edges += a < b || border;
+    if (border) along[b] = a;
+  }
+  Topology out{.euler = static_cast<long>(up.size() + faces.size()) - edges};
+  for (const auto& [v, parent] : up) out.components += v == parent;
+  while (!along.empty()) {
+    ++out.borders;
+    for (auto at = along.begin(); at != along.end();) {
+      const std::uint32_t to = at->second;
+      along.erase(at);
+      at = along.find(to);
+    }
+  }
+  return out;
+}
+
+/// The base mesh's faces, by root.
+std::vector<Face> base_of(const ProgressiveMesh& mesh) {
+  std::vector<Face> out(mesh.base_faces().begin(), mesh.base_faces().end());
+  for (Face& face : out)
+    for (std::uint32_t& v : face)
+      v = static_cast<std::uint32_t>(std::ranges::upper_bound(mesh.roots, v) - mesh.roots.begin() -
+                                     1);
+  return out;
+}
+
+std::string fault_of(std::vector<Face> faces) {
+  TriangleMesh mesh;
+  std::map<std::uint32_t, std::uint32_t> number;
+  for (Face& face : faces)
+    for (std::uint32_t& v : face) v = number.try_emplace(v, number.size()).first->second;
+  mesh.faces = std::move(faces);
+  mesh.positions.resize(number.size());
+  return ensonify::tests::manifold_fault(mesh);
+}
+
+ViewVolume random_volume(Random& random, double size_m) {
+  const Eigen::Matrix3d axes = ensonify::tests::frame(random);
+  const double half_sector = uniform(random, 5.0, 80.0) * degree;
+  return {.apex = 0.6 * size_m * uniform(random) * ensonify::tests::direction(random),
+          .array_axis = axes.col(0),
+          .middle = axes.col(1),
+          .pole = axes.col(2),
+          .truncation_rad = uniform(random, 0.1, 4.0) * degree,
+          .elevation_low_rad = -half_sector,
+          .elevation_high_rad = half_sector,
+          .range_m = uniform(random, 0.2, 1.0) * size_m};
+}
+
+/// All laws at random refinements, at full refinement and back at the base.
+void check_refinement(const TriangleMesh& source, const ProgressiveMesh& hierarchy, double size_m,
+                      int pings) {
+  CHECK(broken_invariants(hierarchy) == Lines{});
+  ActiveMesh mesh(hierarchy);
+  CHECK(broken_invariants(mesh) == Lines{});
+  Random random(41);
+  for (int ping = 0; ping < pings; ++ping) {
+    const std::vector<ViewVolume> volumes = {random_volume(random, size_m),
+                                             random_volume(random, size_m)};
+    mesh.refine(volumes);
+    REQUIRE(broken_invariants(mesh, volumes) == Lines{});
+  }
+  // In any order, finer and coarser.
+  std::vector<std::uint32_t> inner;
+  for (bool moved = true; moved;) {
+    inner.clear();
+    for (std::uint32_t v = 0; v < mesh.nodes().size(); ++v)
+      if (mesh.nodes()[v].is_active() && !mesh.nodes()[v].is_leaf()) inner.push_back(v);
+    moved = !inner.empty();
+    for (std::size_t i = inner.size(); i > 1; --i) std::swap(inner[i - 1], inner[random() % i]);
+    for (const std::uint32_t v : inner)
+      if (mesh.nodes()[v].is_active() && !mesh.nodes()[v].is_leaf()) mesh.vsplit(v);
+  }
+  CHECK(broken_invariants(mesh) == Lines{});
+  CHECK(mesh.vertex_count() == source.positions.size());
+  const ExactFaces exact = mesh.exact_faces();
+  REQUIRE(exact.faces.size() == source.faces.size());
+  std::size_t wrong = 0;
+  for (std::size_t f = 0; f < source.faces.size(); ++f)
+    for (std::size_t k = 0; k < 3; ++k)
+      wrong += exact.source_faces[f] != f ||
+               exact.points[exact.faces[f][k]] != source.positions[source.faces[f][k]];
+  CHECK(wrong == 0);
+  mesh.refine({});
+  CHECK(broken_invariants(mesh) == Lines{});
+  CHECK(mesh.vertex_count() == hierarchy.roots.size());
+  CHECK(mesh.face_count() == hierarchy.base_faces().size());
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the base that tiles come down to has the mesh's own topology, and nothing in it can go") {
+  for (const auto& [name, source] : meshes()) {
+    INFO(name);
+    const ProgressiveMesh mesh = build_by_tiles(source, 2);
+    const std::vector<Face> base = base_of(mesh);
+    CHECK(topology(base) == topology(source.faces));
+    if (!base.empty()) CHECK(fault_of(base) == "");
+    std::set<std::set<std::uint32_t>> corners;  // no two faces lie over one another
+    for (const Face& face : base) corners.emplace(face.begin(), face.end());
+    CHECK(corners.size() == base.size());
+    // The reference builder finds nothing more to take away.
+    TriangleMesh again{.faces = base};
+    again.positions.resize(mesh.roots.size(), Eigen::Vector3f::Zero());
+    CHECK(build_by_edge_collapse(again).mid.empty());
+    CHECK(mesh.leaves() == source.positions.size());
+  }
+}
+
+TEST_CASE("what tiles leave of a bed lies on its outline") {
+  const ProgressiveMesh mesh = build_by_tiles(ensonify::tests::open_grid(120, 90, 1.0, 0.5, 1), 1);
+  for (std::size_t root = 0; root < mesh.roots.size(); ++root) {
+    const Eigen::Vector3f& kept = mesh.points[mesh.end_of(root) - 1];
+    CHECK((std::abs(kept.x()) == 59.5f || std::abs(kept.y()) == 44.5f));
+  }
+}
+
+TEST_CASE(
+    "refinement of a mesh built by tiles keeps all laws, and spheres hold their closed stars") {
+  for (const auto& [name, source] : meshes()) {
+    INFO(name);
+    check_refinement(source, build_by_tiles(source, 2), 60.0, source.faces.size() > 3000 ? 4 : 20);
+  }
+}
+
+TEST_CASE("any number of threads builds the same bytes by tiles") {
+  for (const auto& [name, source] : meshes()) {
+    INFO(name);
+    const ProgressiveMesh one = build_by_tiles(source, 1);
+    CHECK(same(one, build_by_tiles(source, 2)));
+    CHECK(same(one, build_by_tiles(source, 4)));
+    ProgressiveMesh other = one;
+    if (other.mid.empty()) continue;
+    other.spheres.back().radius = std::nextafter(other.spheres.back().radius, 0.0f);
+    CHECK_FALSE(same(one, other));
+  }
+}
+
+TEST_CASE(
+    "trees of many tiles are as even as the reference builder's, and need no more forced splits") {
+  const TriangleMesh source = ensonify::tests::open_grid(300, 300, 0.2, 0.1, 51);
+  const auto measure = [&](const ProgressiveMesh& hierarchy) {
+    struct {
+      double depth = 0.0;  // of a leaf, the mean
+      std::size_t splits = 0, forced = 0, blocked = 0;
+    } out;
+    ensonify::tests::for_each_node(hierarchy, [&](auto, auto lo, auto, auto hi, auto) {
+      out.depth += static_cast<double>(hi - lo) / hierarchy.leaves();
+    });
+    ActiveMesh mesh(hierarchy);
+    for (int ping = 0; ping < 300; ++ping) {
+      const ViewVolume v = {.apex = {-30.0 + 0.2 * ping, 0.0, 4.0},
+                            .array_axis = {1.0, 0.0, 0.0},
+                            .middle = {0.0, 0.0, -1.0},
+                            .pole = {0.0, 1.0, 0.0},
+                            .truncation_rad = 0.5 * degree,
+                            .elevation_low_rad = -85.0 * degree,
+                            .elevation_high_rad = 85.0 * degree,
+                            .range_m = 25.0};
+      const RefineStatistics s = mesh.refine({&v, 1});
+      out.splits += s.splits;
+      out.forced += s.forced_splits;
+      out.blocked += s.blocked_collapses;
+    }
+    return out;
+  };
+  const auto tiles = measure(build_by_tiles(source, 2));
+  const auto reference = measure(build_by_edge_collapse(source));
+  CHECK(tiles.depth < std::log2(source.positions.size()) + 1.0);
+  CHECK(tiles.splits < 1.02 * reference.splits);
+  CHECK(tiles.forced < reference.forced);
+  CHECK(tiles.blocked < reference.blocked);
+}
+
+TEST_CASE("real meshes go through the tiles, the wreck on a bed too") {
+  const auto file = GENERATE(as<std::string>(), "mesh_underwater/skytteren_wreck.ply",
+                             "mesh_underwater/coral_mcap.ply", "mesh_underwater/large_rock.stl",
+                             "bathymetry/ncei19_nantucket_a.obj");
+  const auto path = ensonify::tests::data_file(file);
+  if (!path) {
+    WARN("skipped: " << file << " is not there");
+    return;
+  }
+  INFO(file);
+  TriangleMesh source = repair(read_mesh(*path)).mesh;
+  Bounds box = bounds(source);
+  if (file.find("wreck") != std::string::npos) {
+    const double cell_m = (box.highest - box.lowest).norm() / 100.0;
+    ensonify::tests::join(source, ensonify::tests::open_grid(150, 150, cell_m, cell_m, 61),
+                          0.5f * (box.lowest + box.highest));
+    box = bounds(source);
+  }
+  const ProgressiveMesh hierarchy = build_by_tiles(source, 2);
+  CHECK(same(hierarchy, build_by_tiles(source, 1)));
+  CHECK(topology(base_of(hierarchy)) == topology(source.faces));
+  check_refinement(source, hierarchy, (box.highest - box.lowest).norm(), 4);
+}
+
+TEST_CASE("a vertex that very many faces share costs no more than the others") {
+  constexpr std::uint32_t n = 100'000;
+  TriangleMesh source;
+  source.positions.emplace_back(0.0f, 0.0f, 1.0f);
+  for (std::uint32_t v = 0; v < n; ++v) {
+    const double angle = 2.0 * std::numbers::pi * v / n;
+    source.positions.push_back(
+        Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0).cast<float>());
+    source.faces.push_back({0, v + 1, (v + 1) % n + 1});
+  }
+  const ProgressiveMesh mesh = build_by_tiles(ensonify::tests::shuffled(source, 71), 2);
+  CHECK(topology(base_of(mesh)) == topology(source.faces));
+  CHECK(broken_invariants(mesh) == Lines{});
+}
+
+TEST_CASE("what is no manifold, oriented, finite mesh is refused by name before any tile is cut") {
+  struct Case {
+    std::vector<Face> faces;
+    const char* message;
+  };
+  const std::vector<Face> tetrahedron = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  std::vector<Face> two = tetrahedron;  // that meet in vertex 0
+  for (const Face& f : tetrahedron)
+    two.push_back({f[0] ? f[0] + 3 : 0, f[1] ? f[1] + 3 : 0, f[2] ? f[2] + 3 : 0});
+  const std::vector<Case> cases = {
+      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which is not there"},
+      {{{0, 1, 1}}, "face 0 of the mesh has vertex 1 twice"},
+      {{{0, 1, 2}, {0, 1, 3}},
+       "face 1 of the mesh shares the edge of vertices 0 and 1 with face 0"},
+      {{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, "shares the edge of vertices"},
+      {{{0, 1, 2}, {0, 3, 4}}, "of the mesh meets others at vertex 0"},
+      {two, "of the mesh meets others at vertex 0"},
+      {{{0, 1, 9}}, "face 0 of the mesh names vertex 9, whose place is not finite"}};
+  for (const Case& c : cases) {
+    TriangleMesh mesh{.faces = c.faces};
+    for (int i = 0; i < 10; ++i) mesh.positions.push_back(Eigen::Vector3f::Random());
+    mesh.positions.back().x() = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH(build_by_tiles(mesh, 1),
+                      Contains(c.message) && Contains("repair the mesh first"));
+    CHECK_THROWS_AS(build_by_tiles(mesh, 2), MeshError);
+  }
+  CHECK_THROWS_AS(build_by_tiles(ensonify::tests::open_grid(3, 3, 1.0, 0.0, 1), 0),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(build_by_tiles({}, 0), std::invalid_argument);
+}
