@@ -345,8 +345,10 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double q = here[static_cast<Eigen::Index>(axis)] / cell_m;
       own[axis] = std::floor(q);
-      low[axis] = std::floor(q - 0.5);
-      high[axis] = std::floor(q + 0.5);
+      // Beyond 2^52 a double has no halves, and only what is equal can be in reach.
+      const double half = std::abs(q) < 0x1p52 ? 0.5 : 0.0;
+      low[axis] = std::floor(q - half);
+      high[axis] = std::floor(q + half);
     }
     for (unsigned which = 0; which < 8; ++which) {
       std::array<double, 3> cell = low;

@@ -633,6 +633,20 @@ TEST_CASE("Real meshes come out in order") {
   }
 }
 
+TEST_CASE("Equal places far out are one, whatever the reach") {
+  for (const float from : {1e3f, 1e8f, 1e12f, 4.9e15f, 8e15f, 3e16f, 9e17f}) {
+    float far = from;
+    for (int i = 0; i < 50; ++i) {
+      far = std::nextafter(far, 1e18f);
+      for (const double weld_m : {0.0, 0.5, 3.0}) {
+        CAPTURE(far, weld_m);
+        REQUIRE(weld(std::vector<Eigen::Vector3f>{{1, -3, -far}, {-2, 3, far}, {1, -3, -far}},
+                     weld_m) == std::vector<std::uint32_t>{0, 1, 0});
+      }
+    }
+  }
+}
+
 TEST_CASE("Nonsense is refused") {
   TriangleMesh mesh = tetrahedron();
   CHECK_THROWS_AS(repair(mesh, std::nan("")), std::invalid_argument);
