@@ -94,7 +94,7 @@ struct Simulator::Ready {
                                                                            sonar.frequency_hz)});
     for (const Sonar& sonar : scene.sonars) {
       std::vector<scatter::BackscatterTable>& tables = by_material.emplace_back();
-      tables.push_back(scatter::BackscatterTable(scatter::Lambert()));  // of none: no face has it
+      tables.emplace_back(scatter::Lambert());  // of none: no face has it
       for (std::size_t i = 1; i < seafloor.materials.size(); ++i)
         tables.push_back(table_of(seafloor.materials[i], sonar));
     }

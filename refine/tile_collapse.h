@@ -12,10 +12,10 @@ namespace ensonify::refine {
 /// mesh alone: the collapses' order is stage by stage and tile by tile. Takes some 1.5 us a vertex, and
 /// at the peak some 160 bytes a vertex beside the mesh, the result's 68 among them.
 ///
-/// `mesh` must be finite, manifold and oriented, with or without borders, in any number of components
+/// `in` must be finite, manifold and oriented, with or without borders, in any number of components
 /// (mesh_repair.h makes it so); throws MeshError naming a place where it is not, and
 /// std::invalid_argument if threads < 1. Unreferenced vertices become leaves of their own. What may
 /// collapse is as in edge_collapse.h: all topology is kept.
-ProgressiveMesh build_by_tiles(const TriangleMesh& mesh, int threads);
+ProgressiveMesh build_by_tiles(const TriangleMesh& in, int threads);
 
 }  // namespace ensonify::refine
