@@ -29,7 +29,7 @@ Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides = {}, const ScenePaths& paths = {});
 
 /// A commented TOML file with every key, its unit, range and value, that reads back to the same
-/// scene; it names a survey as the scene did.
+/// scene; it names files as the scene did.
 std::string dump_scene(const Scene& scene, bool with_comments = true);
 
 /// The table of keys as a reference page in Markdown: key, what it is, what is expected, default.

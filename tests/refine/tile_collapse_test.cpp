@@ -29,6 +29,7 @@ using namespace ensonify::refine;
 using Catch::Matchers::Contains;
 using ensonify::tests::NamedMesh;
 using ensonify::tests::Random;
+using ensonify::tests::random_volume;
 using ensonify::tests::uniform;
 
 namespace {
@@ -145,19 +146,6 @@ std::string fault_of(std::vector<Face> faces) {
   mesh.faces = std::move(faces);
   mesh.positions.resize(number.size());
   return ensonify::tests::manifold_fault(mesh);
-}
-
-ViewVolume random_volume(Random& random, double size_m) {
-  const Eigen::Matrix3d axes = ensonify::tests::frame(random);
-  const double half_sector = uniform(random, 5.0, 80.0) * degree;
-  return {.apex = 0.6 * size_m * uniform(random) * ensonify::tests::direction(random),
-          .array_axis = axes.col(0),
-          .middle = axes.col(1),
-          .pole = axes.col(2),
-          .truncation_rad = uniform(random, 0.1, 4.0) * degree,
-          .elevation_low_rad = -half_sector,
-          .elevation_high_rad = half_sector,
-          .range_m = uniform(random, 0.2, 1.0) * size_m};
 }
 
 /// All laws at random refinements, at full refinement and back at the base.
