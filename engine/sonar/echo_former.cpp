@@ -124,8 +124,8 @@ Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit
     sight.label = seafloor_.label_of(hit.face);
   }
   const Label& label = seafloor_.labels[sight.label];
-  double sine = std::min(-sight.normal.dot(direction), 1.0);
-  if (label.two_sided) sine = std::min(std::abs(sine), 1.0);
+  if (label.two_sided && sight.normal.dot(direction) > 0.0) sight.normal = -sight.normal;
+  const double sine = std::min(-sight.normal.dot(direction), 1.0);
   if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
   sight.face = hit.face;
   sight.range_m = hit.t;
