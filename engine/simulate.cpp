@@ -81,6 +81,7 @@ struct Simulator::Ready {
       parts.progressive = make_progressive_mesh(seafloor.mesh);
     else
       parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
+    parts.all = seafloor.mesh;
     code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
     const double half_depth_m = std::max(0.0, -0.5 * mean_bed_m);
     const Sea& sea = scene.sea;
@@ -179,7 +180,7 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
       EchoLine& line = worker.lines[2 * i + static_cast<std::size_t>(side)];
       pinger.trace(surface, side);
       watch.lap(worker.times.trace_s);
-      pinger.echo(side, line);
+      pinger.echo(worker.surface->triangles(), side, line);
       watch.lap(worker.times.echo_s);
       if (ready_->scene.speckle) pinger.speckle(ready_->scene.seed, number, line);
       watch.lap(worker.times.speckle_s);

@@ -77,7 +77,8 @@ std::vector<Candidate> candidates(const refine::TriangleMesh& mesh, const Scene&
   const auto progressive = make_progressive_mesh(mesh);
   std::vector<Candidate> all;
   for (const IntersectorKind& kind : intersector_kinds()) {
-    const SurfaceParts parts{.whole = make_intersector(kind.name, mesh, scene.run.intersection),
+    const SurfaceParts parts{.all = mesh,
+                             .whole = make_intersector(kind.name, mesh, scene.run.intersection),
                              .progressive = progressive,
                              .intersector = std::string(kind.name),
                              .options = scene.run.intersection,

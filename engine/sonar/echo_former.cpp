@@ -30,8 +30,9 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
   energy_.resize(gain_.size() + 2 * pulse_.size());
 }
 
-void EchoFormer::form(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
-                      EchoLine& line) {
+void EchoFormer::form(const RayFan& fan, const Aperture& aperture, refine::Triangles triangles,
+                      std::span<const Hit> hits, EchoLine& line) {
+  triangles_ = triangles;
   bins_.reset();
   line.rays = line.hits = 0;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) walk_plane(fan, aperture, hits, plane);
@@ -77,7 +78,8 @@ void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::sp
         const double onward_m = before.plane_range_m(direction);
         fades = !hits[number] && std::isfinite(onward_m) && onward_m >= fan.range_m;
         if (fades) {
-          const Hit onward{before.face, onward_m};
+          const Hit onward{
+              .face = triangles_.number(before.index), .index = before.index, .t = onward_m};
           const Sight sight = look(direction, aperture.weight[number], onward, before);
           bins_.spread(before, sight, fan.origin, step);
         } else {
@@ -114,20 +116,21 @@ Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit
                        const Sight& before) const {
   Sight sight;
   if (!hit) return sight;
-  if (hit.face == before.face) {
+  if (hit.index == before.index) {
     sight.normal = before.normal;
     sight.label = before.label;
   } else {
-    const refine::Triangles mesh = seafloor_.mesh;
-    const Eigen::Vector3d a = mesh.corner(hit.face, 0);
-    sight.normal = (mesh.corner(hit.face, 1) - a).cross(mesh.corner(hit.face, 2) - a).normalized();
+    const Eigen::Vector3d a = triangles_.corner(hit.index, 0);
+    sight.normal = (triangles_.corner(hit.index, 1) - a)
+                       .cross(triangles_.corner(hit.index, 2) - a)
+                       .normalized();
     sight.label = seafloor_.label_of(hit.face);
   }
   const Label& label = seafloor_.labels[sight.label];
   if (label.two_sided && sight.normal.dot(direction) > 0.0) sight.normal = -sight.normal;
   const double sine = std::min(-sight.normal.dot(direction), 1.0);
   if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
-  sight.face = hit.face;
+  sight.index = hit.index;
   sight.range_m = hit.t;
   sight.direction = direction;
   sight.grazing_rad = std::asin(sine);
@@ -140,19 +143,18 @@ Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit
 // one ray to the other, and no farther in space than they are long. Twice that is allowed, for the
 // small facets that may lie between.
 bool EchoFormer::continuous(const Sight& a, const Sight& b) const {
-  if (a.face == b.face) return true;
+  if (a.index == b.index) return true;
   const double apart_m = std::abs(b.range_m - a.range_m);
   const double run_m = std::max(std::abs(a.plane_range_m(b.direction) - a.range_m),
                                 std::abs(b.plane_range_m(a.direction) - b.range_m));
   if (apart_m > 2.0 * run_m) return false;
   const double distance_m = (b.range_m * b.direction - a.range_m * a.direction).norm();
-  return distance_m <= longest_edge_m(a.face) + longest_edge_m(b.face) + 2.0 * bins_.bin_m();
+  return distance_m <= longest_edge_m(a.index) + longest_edge_m(b.index) + 2.0 * bins_.bin_m();
 }
 
-double EchoFormer::longest_edge_m(std::uint32_t face) const {
-  const refine::Triangles mesh = seafloor_.mesh;
-  const Eigen::Vector3d a = mesh.corner(face, 0), b = mesh.corner(face, 1),
-                        c = mesh.corner(face, 2);
+double EchoFormer::longest_edge_m(std::uint32_t index) const {
+  const Eigen::Vector3d a = triangles_.corner(index, 0), b = triangles_.corner(index, 1),
+                        c = triangles_.corner(index, 2);
   return std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
 }
 

@@ -32,9 +32,10 @@ class EchoFormer {
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> by_material);
 
-  /// hits and aperture.weight by the fan's ray numbers. Fills the line but for its side; the speckled
+  /// hits, over these triangles, and aperture.weight by the fan's ray numbers. Fills the line but for its side; the speckled
   /// intensity is still the expectation.
-  void form(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits, EchoLine& line);
+  void form(const RayFan& fan, const Aperture& aperture, refine::Triangles triangles,
+            std::span<const Hit> hits, EchoLine& line);
 
  private:
   Sight look(const Eigen::Vector3d& direction, float weight, const Hit& hit,
@@ -43,9 +44,10 @@ class EchoFormer {
   void walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
                   std::size_t plane);
   void shade_beyond(const RayFan& fan, const Sight& blocker);
-  double longest_edge_m(std::uint32_t face) const;
+  double longest_edge_m(std::uint32_t index) const;
 
   const Seafloor& seafloor_;
+  refine::Triangles triangles_;  // of this ping
   std::span<const scatter::BackscatterTable> by_material_;
   Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
   RangeBins bins_;

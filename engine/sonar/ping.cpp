@@ -24,9 +24,9 @@ std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
   return hits_;
 }
 
-void Pinger::echo(Side side, EchoLine& line) {
+void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
-  former_.form(fans_[static_cast<std::size_t>(side)], *aperture_, hits_, line);
+  former_.form(fans_[static_cast<std::size_t>(side)], *aperture_, triangles, hits_, line);
 }
 
 void Pinger::speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line) {

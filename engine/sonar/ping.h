@@ -25,8 +25,8 @@ class Pinger {
 
   /// Nearest hits of the aimed fan of one side; good until the next call.
   std::span<const Hit> trace(const Intersector& intersector, Side side);
-  /// The expected echo of the side that was traced last.
-  void echo(Side side, EchoLine& line);
+  /// The expected echo of the side that was traced last, over these triangles.
+  void echo(refine::Triangles triangles, Side side, EchoLine& line);
   /// Fully developed speckle over it: an independent exponential factor a bin, a stand-in for the
   /// receiver's chain.
   void speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line);

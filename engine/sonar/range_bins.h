@@ -14,7 +14,7 @@ namespace ensonify::engine {
 
 /// What one ray of a fan saw of a surface's front.
 struct Sight {
-  std::uint32_t face = Hit::none;  ///< none: nothing, or a back
+  std::uint32_t index = Hit::none;  ///< of the face; none: nothing, or a back
   double range_m = 0.0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();     ///< unit
@@ -23,7 +23,7 @@ struct Sight {
   float weight = 0.0f;      ///< the ray's own, of the aperture
   std::uint16_t label = 0;  ///< of the face
 
-  explicit operator bool() const { return face != Hit::none; }
+  explicit operator bool() const { return index != Hit::none; }
   /// Slant range at which another direction meets this sight's facet plane; infinite if it never does.
   double plane_range_m(const Eigen::Vector3d& other) const;
 };

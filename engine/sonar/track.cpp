@@ -7,6 +7,16 @@
 
 namespace ensonify::engine {
 
+Pose Pose::after(double time_s) const {
+  Pose later = *this;
+  later.t_s += time_s;
+  later.position += time_s * velocity_mps;
+  later.roll_rad += time_s * roll_rate_radps;
+  later.pitch_rad += time_s * pitch_rate_radps;
+  later.heading_rad += time_s * heading_rate_radps;
+  return later;
+}
+
 Eigen::Matrix3d body_to_world(const Pose& pose) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   const Eigen::Matrix3d body_to_north_east_down =
@@ -33,6 +43,7 @@ std::vector<Pose> straight_poses(const StraightTrack& track, double ping_interva
     pose.t_s = i * ping_interval_s;
     pose.position = middle + along_m * forward;
     pose.heading_rad = track.heading_rad;
+    pose.velocity_mps = track.speed_mps * forward;
   }
   return poses;
 }

@@ -17,6 +17,14 @@ struct Pose {
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
   double heading_rad = 0.0;
+  // How these change, as far as it is known: a ping's echoes are received after it was sent.
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  double roll_rate_radps = 0.0;
+  double pitch_rate_radps = 0.0;
+  double heading_rate_radps = 0.0;
+
+  /// The pose some time later, at constant rates.
+  Pose after(double time_s) const;
 };
 
 /// Columns are the body's forward, starboard and down directions in the world.

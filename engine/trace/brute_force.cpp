@@ -16,7 +16,7 @@ class BruteForce final : public RayByRay {
   Hit nearest(const Ray& ray) const override {
     PlueckerQuery query(ray);
     for (std::uint32_t face = 0; face < faces_.count(); ++face) faces_.meet(query, face);
-    return faces_.named(query.nearest());
+    return query.nearest();
   }
 
   PlueckerFaces faces_;

@@ -33,10 +33,6 @@ struct Walked {
   void reset() {}
 };
 
-refine::Triangles triangles(const refine::ExactFaces& exact) {
-  return {exact.points, exact.faces, exact.source_faces};
-}
-
 IntersectorOptions for_one_ping(IntersectorOptions options) {
   options.for_one_ping = true;
   return options;
@@ -69,7 +65,9 @@ class ExactSurface final : public Surface {
     if (!still_inside()) {
       const double margin_m = tree_pings_ > 1 ? (tree_pings_ - 1) * advance_m() : 0.0;
       for (ViewVolume& volume : wanted_) volume.margin_m = margin_m;
-      intersector_->build(triangles(source_.faces(wanted_)));
+      const refine::ExactFaces exact = source_.faces(wanted_);
+      triangles_ = {exact.points, exact.faces, exact.source_faces};
+      intersector_->build(triangles_);
       std::swap(built_, wanted_);
       last_ = built_;
     } else {
@@ -77,6 +75,8 @@ class ExactSurface final : public Surface {
     }
     return *intersector_;
   }
+
+  refine::Triangles triangles() const override { return triangles_; }
 
   void reset() override {
     source_.reset();
@@ -105,6 +105,7 @@ class ExactSurface final : public Surface {
   std::shared_ptr<const refine::ProgressiveMesh> progressive_;
   Source source_;
   std::unique_ptr<Intersector> intersector_;
+  refine::Triangles triangles_;
   int tree_pings_;
   std::vector<ViewVolume> wanted_, built_, last_;
 };

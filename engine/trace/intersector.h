@@ -29,8 +29,9 @@ struct IntersectorOptions {
 ///
 /// The contract, the same for every back-end (tests/contract): both sides of a face are hit; a hit
 /// has t_min <= t <= t_max; of several at one distance the first face wins; a degenerate face is
-/// never hit; an empty mesh is missed; hits call faces by the triangles' numbers. Non-finite or huge (above 1e18) rays, zero directions and
-/// negative t_min throw std::invalid_argument.
+/// never hit; an empty mesh is missed; hits call faces by the triangles' numbers, and tell their places
+/// among them. Non-finite or huge (above 1e18) rays, zero directions and negative t_min throw
+/// std::invalid_argument.
 class Intersector {
  public:
   virtual ~Intersector() = default;

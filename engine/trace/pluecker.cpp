@@ -21,7 +21,7 @@ class Pluecker final : public RayByRay {
   Hit nearest(const Ray& ray) const override {
     PlueckerQuery query(ray);
     tree_.walk(query.line(), query.limit(), [&](std::uint32_t face) { faces_.meet(query, face); });
-    return faces_.named(query.nearest());
+    return query.nearest();
   }
 
   PlueckerFaces faces_;

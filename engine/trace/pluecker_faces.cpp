@@ -136,11 +136,11 @@ void PlueckerFaces::take(PlueckerQuery& query, std::uint32_t face,
   const double scaled = std::min(std::max(cut.enter, in_plane), cut.leave);
   const double t = std::ldexp(scaled, query.doublings_);
   if (!(scaled >= 0.0 && t >= query.t_min_ && t <= query.t_max_)) return;
-  if (scaled > query.limit_ || (scaled == query.limit_ && face > query.nearest_.face)) return;
+  if (scaled > query.limit_ || (scaled == query.limit_ && face > query.nearest_.index)) return;
   // The products are the corners' weights; one decided exactly may be rounding, with the wrong sign.
   const auto weight = [&](const Side& side) { return std::max(0.0, side.sign * side.product); };
   const double sum = weight(sides[0]) + weight(sides[1]) + weight(sides[2]);
-  query.nearest_ = {face, t, sum > 0.0 ? weight(sides[2]) / sum : 0.0,
+  query.nearest_ = {triangles_.number(face), face, t, sum > 0.0 ? weight(sides[2]) / sum : 0.0,
                     sum > 0.0 ? weight(sides[0]) / sum : 0.0};
   query.limit_ = scaled;
 }

@@ -52,12 +52,6 @@ class PlueckerFaces {
   std::uint32_t count() const { return static_cast<std::uint32_t>(faces_.size()); }
   Box box(std::uint32_t face) const;
 
-  /// The hit with its face called by its name among the triangles.
-  Hit named(Hit hit) const {
-    if (hit) hit.face = triangles_.number(hit.face);
-    return hit;
-  }
-
   /// Takes the face for the query's nearest hit if it is that.
   void meet(PlueckerQuery& query, std::uint32_t face) const;
 

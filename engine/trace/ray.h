@@ -20,7 +20,8 @@ struct Ray {
 struct Hit {
   static constexpr std::uint32_t none = 0xffffffff;
 
-  std::uint32_t face = none;
+  std::uint32_t face = none;   ///< its number
+  std::uint32_t index = none;  ///< where it is among the triangles that were traced
   double t = std::numeric_limits<double>::infinity();
   double u = 0.0;
   double v = 0.0;

@@ -13,10 +13,12 @@ namespace {
 
 class StaticSurface final : public Surface {
  public:
-  explicit StaticSurface(std::shared_ptr<const Intersector> whole) : whole_(std::move(whole)) {}
+  explicit StaticSurface(const SurfaceParts& parts) : all_(parts.all), whole_(parts.whole) {}
   const Intersector& prepare(std::span<const RayFan>) override { return *whole_; }
+  refine::Triangles triangles() const override { return all_; }
 
  private:
+  refine::Triangles all_;
   std::shared_ptr<const Intersector> whole_;
 };
 
@@ -46,7 +48,7 @@ const SurfaceKind& surface_kind(std::string_view name) {
 }
 
 std::unique_ptr<Surface> make_static_surface(const SurfaceParts& parts) {
-  return std::make_unique<StaticSurface>(parts.whole);
+  return std::make_unique<StaticSurface>(parts);
 }
 
 }  // namespace ensonify::engine

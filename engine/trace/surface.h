@@ -9,6 +9,7 @@
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/progressive_mesh.h>
+#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
@@ -19,13 +20,16 @@ class Surface {
   virtual ~Surface() = default;
   /// The intersector over the faces that these fans can touch; good until the next call.
   virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
+  /// What that intersector was built over: Hit::index counts in it.
+  virtual refine::Triangles triangles() const = 0;
   /// Forgets what earlier pings left.
   virtual void reset() {}
 };
 
 /// What the workers' surfaces are made from and share.
 struct SurfaceParts {
-  std::shared_ptr<const Intersector> whole;                    ///< over all faces, for `static`
+  refine::Triangles all;                                       ///< of the seafloor, for `static`
+  std::shared_ptr<const Intersector> whole;                    ///< over them
   std::shared_ptr<const refine::ProgressiveMesh> progressive;  ///< for the others
   std::string intersector;                                     ///< which they build
   IntersectorOptions options;

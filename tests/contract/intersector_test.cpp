@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/paths.h"
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/reader.h>
@@ -490,9 +491,7 @@ Agreement compare_over(const Scene& scene, int pings) {
   return sum;
 }
 
-Scene ripples_scene() {
-  return read_scene(std::filesystem::path(ENSONIFY_SOURCE_DIR) / "scenes/ripples.toml");
-}
+Scene ripples_scene() { return read_scene(tests::source_folder() / "scenes/ripples.toml"); }
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/paths.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/reader.h>
@@ -81,7 +82,7 @@ TEST_CASE("a million rays of each scene hit the same on every surface, to the bi
   const auto data = tests::data_file("mesh_underwater/skytteren_wreck.ply");
   if (!data) WARN("skipped two scenes: the real data are not there");
   for (const char* name : {"ripples", "rocky", "wreck", "survey_portsmouth"}) {
-    const std::string file = std::string(ENSONIFY_SOURCE_DIR) + "/scenes/" + name + ".toml";
+    const auto file = tests::source_folder() / "scenes" / (std::string(name) + ".toml");
     const bool real = std::string(name) == "wreck" || std::string(name) == "survey_portsmouth";
     if (real && !data) continue;
     Scene scene = read_scene(file, {}, real ? data->parent_path().parent_path() : "");

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "support/paths.h"
 #include "support/temporary_folder.h"
 
 namespace ensonify::tests {
@@ -49,7 +50,7 @@ inline Outcome run_program(const std::filesystem::path& folder, std::vector<std:
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
 
-  arguments.insert(arguments.begin(), ENSONIFY_PROGRAM);
+  arguments.insert(arguments.begin(), program_file().string());
   std::vector<char*> argv, envp;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/paths.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -92,8 +93,8 @@ std::vector<std::string> breaches(const fs::path& tree) {
 }  // namespace
 
 TEST_CASE("the floors hold: includes go down and libraries are quiet") {
-  REQUIRE(fs::is_regular_file(fs::path(ENSONIFY_SOURCE_DIR) / "engine/simulate.h"));
-  for (const std::string& breach : breaches(ENSONIFY_SOURCE_DIR)) FAIL_CHECK(breach);
+  REQUIRE(fs::is_regular_file(ensonify::tests::source_folder() / "engine/simulate.h"));
+  for (const std::string& breach : breaches(ensonify::tests::source_folder())) FAIL_CHECK(breach);
 }
 
 TEST_CASE("the floors hold: what breaks them is found") {

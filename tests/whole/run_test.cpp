@@ -4,6 +4,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/paths.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/run.h>
@@ -125,7 +126,7 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
   CHECK(Simulator(Scene{}).track().size() == 600);
   for (const char* name : {"ripples", "rocky"}) {
     const std::filesystem::path file =
-        std::filesystem::path(ENSONIFY_SOURCE_DIR) / "scenes" / (name + std::string(".toml"));
+        tests::source_folder() / "scenes" / (name + std::string(".toml"));
     CHECK(Simulator(read_scene(file)).track().size() == 600);
   }
   const auto survey = data_file("bathymetry/massbay_5m.tif");
@@ -135,7 +136,7 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
   }
   for (const char* name : {"survey_portsmouth", "survey_massbay"}) {
     const std::filesystem::path file =
-        std::filesystem::path(ENSONIFY_SOURCE_DIR) / "scenes" / (name + std::string(".toml"));
+        tests::source_folder() / "scenes" / (name + std::string(".toml"));
     const Scene scene = read_scene(file, {}, survey->parent_path().parent_path());
     CHECK(Simulator(scene).track().size() == static_cast<std::size_t>(scene.track.pings));
   }

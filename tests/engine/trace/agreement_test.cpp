@@ -150,7 +150,7 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
 
   // On the diagonal's lower left, where face 0 is met.
   const auto face_1_at = [](double x, double y, double t) {
-    return Hit{1, t, (2.0 - x) < 0.0 ? 0.0 : 0.5 * (x + y) - 1.0, 1.0 - 0.5 * x};
+    return Hit{1, 1, t, (2.0 - x) < 0.0 ? 0.0 : 0.5 * (x + y) - 1.0, 1.0 - 0.5 * x};
   };
   CHECK(verdict(down(1.0 - close, 1.0), face_1_at(1.0 - close, 1.0, 1.0)) == Verdict::tie);
   CHECK(verdict(down(1.0 - apart, 1.0), face_1_at(1.0 - apart, 1.0, 1.0)) == Verdict::unexplained);
@@ -178,23 +178,23 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
     Ray ray = down(0.5, 0.5);
     ray.t_max = end;
     if (ask(*reference, ray)) CHECK(verdict(ray, miss) == Verdict::end);
-    if (!ask(*reference, ray)) CHECK(verdict(ray, {0, end, 0.25, 0.25}) == Verdict::end);
-    CHECK(verdict(ray, {0, 1.0 + 1e-6, 0.25, 0.25}) == Verdict::unexplained);  // beyond it
+    if (!ask(*reference, ray)) CHECK(verdict(ray, {0, 0, end, 0.25, 0.25}) == Verdict::end);
+    CHECK(verdict(ray, {0, 0, 1.0 + 1e-6, 0.25, 0.25}) == Verdict::unexplained);  // beyond it
   }
 
   // A face whose plane the ray lies in may be met or not, and anywhere; one beside the ray may not.
   const Ray level{{-1.0, 1.0, 0.0}, {1, 0, 0}};
   REQUIRE(!ask(*reference, level));
-  CHECK(verdict(level, {0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
-  CHECK(verdict({{-1.0, 2.5, 0.0}, {1, 0, 0}}, {0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
-  CHECK(verdict({{-1.0, 1.0, 1e-3}, {1, 0, 0}}, {0, 1.3, 0.2, 0.5}) == Verdict::unexplained);
-  CHECK(verdict(level, {2, 1.3, 0.2, 0.5}) == Verdict::unexplained);
+  CHECK(verdict(level, {0, 0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
+  CHECK(verdict({{-1.0, 2.5, 0.0}, {1, 0, 0}}, {0, 0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
+  CHECK(verdict({{-1.0, 1.0, 1e-3}, {1, 0, 0}}, {0, 0, 1.3, 0.2, 0.5}) == Verdict::unexplained);
+  CHECK(verdict(level, {2, 2, 1.3, 0.2, 0.5}) == Verdict::unexplained);
 
   CHECK(verdict(down(5.0, 5.0), miss) == Verdict::same);
-  CHECK(verdict(down(5.0, 5.0), {0, 1.0, 0.3, 0.3}) == Verdict::unexplained);
-  CHECK(verdict(down(0.5, 0.5), {4, 1.0, 0.25, 0.25}) == Verdict::unexplained);  // no such face
-  CHECK(verdict(down(0.5, 0.5), {0, std::nan(""), 0.25, 0.25}) == Verdict::unexplained);
-  CHECK(verdict(down(0.5, 0.5), {0, 1.0, std::nan(""), 0.25}) == Verdict::unexplained);
+  CHECK(verdict(down(5.0, 5.0), {0, 0, 1.0, 0.3, 0.3}) == Verdict::unexplained);
+  CHECK(verdict(down(0.5, 0.5), {4, 4, 1.0, 0.25, 0.25}) == Verdict::unexplained);  // no such face
+  CHECK(verdict(down(0.5, 0.5), {0, 0, std::nan(""), 0.25, 0.25}) == Verdict::unexplained);
+  CHECK(verdict(down(0.5, 0.5), {0, 0, 1.0, std::nan(""), 0.25}) == Verdict::unexplained);
 }
 
 TEST_CASE("every intersector agrees with the reference, the exact ones wholly") {
@@ -251,7 +251,7 @@ TEST_CASE("a planted fault is caught by rays from every source") {
        mesh},
       {"a hit where there is none",
        [](auto&, const Hit& hit, auto&) {
-         return hit ? hit : Hit{9, 1.0, 0.3, 0.3};
+         return hit ? hit : Hit{9, 9, 1.0, 0.3, 0.3};
        },
        mesh},
       {"a hit beyond the end",

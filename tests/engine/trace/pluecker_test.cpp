@@ -114,7 +114,7 @@ TEST_CASE("a face is hit when whole numbers say so, at corners, edges and in its
           const Vector3d a = view.corner(face, 0);
           const Vector3d normal = (view.corner(face, 1) - a).cross(view.corner(face, 2) - a);
           const double t = normal.dot(a - ray.origin) / normal.dot(ray.direction);
-          if (t < expected.t) expected = {face, t};
+          if (t < expected.t) expected = {face, face, t};
         }
         const Hit found = shoot(*tracer, ray);
         REQUIRE(found.face == expected.face);
