@@ -35,7 +35,7 @@ void sort_by_high(std::vector<std::uint64_t>& numbers, std::vector<std::uint64_t
 }  // namespace
 
 ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
-  const std::vector<Index>& roots = mesh.roots;
+  const std::span<const Index> roots = mesh.roots;
   for (Index r = 0; r < roots.size(); ++r)
     nodes_.push_back(node_over(roots[r] - r, roots[r], mesh.end_of(r), none));
   if (nodes_.size() % 2) nodes_.emplace_back();
@@ -51,6 +51,8 @@ ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
     for (std::size_t k = 0; k < 3; ++k)
       corners[k] = static_cast<Index>(std::ranges::upper_bound(roots, mesh.faces[slot][k]) -
                                       roots.begin() - 1);
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
+      mesh.contradicts("a base face has two corners in one tree, one at root", corners[0]);
     for (Index k = 0; k < 3; ++k) {
       const auto [lower, higher] = std::minmax(corners[k], corners[(k + 1) % 3]);
       edges.push_back({lower, higher, 4 * f + k});
@@ -58,16 +60,35 @@ ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
   }
   std::ranges::sort(edges);
   for (std::size_t e = 1; e < edges.size(); ++e)
-    if (edges[e].lower == edges[e - 1].lower && edges[e].higher == edges[e - 1].higher)
+    if (edges[e].lower == edges[e - 1].lower && edges[e].higher == edges[e - 1].higher) {
+      if (opposite(edges[e - 1].half_edge) != none ||
+          from(edges[e].half_edge) == from(edges[e - 1].half_edge))
+        mesh.contradicts("the base mesh is not manifold at root", edges[e].lower);
       join(edges[e].half_edge, edges[e - 1].half_edge);
+    }
   for (const Edge& edge : edges)
     if (Index& first = nodes_[from(edge.half_edge)].half_edge;
         first == none || opposite(edge.half_edge) == none)
       first = edge.half_edge;
 
+  check_base();
   base_nodes_ = nodes_;
   base_faces_ = faces_;
   reset();
+}
+
+/// Whether each vertex's faces are one fan, so that no corner is left over.
+void ActiveMesh::check_base() const {
+  Fan fan;
+  std::size_t corners = 0;
+  for (Index v = 0; v < nodes_.size(); ++v) {
+    if (nodes_[v].half_edge == none) continue;
+    walk(v, fan);
+    corners += fan.half_edges.size();
+  }
+  if (corners != 3 * faces_.size())
+    mesh_->contradicts("a base vertex has two fans; base faces:",
+                       static_cast<Index>(faces_.size()));
 }
 
 void ActiveMesh::reset() {
@@ -78,6 +99,9 @@ void ActiveMesh::reset() {
   vertex_count_ = mesh_->roots.size();
   marks_.assign(nodes_.size(), 0);
   mark_ = 0;
+  touched_.clear();
+  opened_.clear();
+  changes_.clear();
   exact_faces_.clear();
   exact_sources_.clear();
   for (const ActiveFace& face : faces_)
@@ -131,7 +155,9 @@ void ActiveMesh::split_touched() {
 
 /// Goes on until no more of them can be. This ends: each collapse goes with splits of later-collapsed
 /// nodes only, so that, written with the finest first, the list of what is split becomes less and less.
+/// That it ends soon is true of what builders make.
 void ActiveMesh::collapse_offered() {
+  const std::size_t most_collapses = 16 * (mesh_->mid.size() + 1);
   for (std::size_t collapses = none; collapses != statistics_.collapses;) {
     collapses = statistics_.collapses;
     statistics_.blocked_collapses = 0;
@@ -144,6 +170,8 @@ void ActiveMesh::collapse_offered() {
         waiting_.push_back(node);
         continue;
       }
+      if (statistics_.collapses > most_collapses) [[unlikely]]
+        mesh_->contradicts("collapses do not end; the last was node", nodes_[node].number);
       split_touched();
       for (const Index opened : opened_) offer(opened);
       opened_.clear();
@@ -192,7 +220,7 @@ void ActiveMesh::settle_exact() {
       next_exact_sources_.push_back(exact_sources_[old]);
     }
     if (source == none) break;
-    int count = 0;
+    int count = 0;  // of the face, now
     Face face{};
     if (old < exact_sources_.size() && exact_sources_[old] == source) {
       ++count;
@@ -203,6 +231,8 @@ void ActiveMesh::settle_exact() {
       if (low(*change) != none) face = mesh_->faces[low(*change)];
     }
     if (count == 0) continue;
+    if (count != 1) mesh_->contradicts("two faces are called", source);
+    for (const Index leaf : face) mesh_->verify_leaf(leaf);
     next_exact_faces_.push_back(face);
     next_exact_sources_.push_back(source);
   }
@@ -211,9 +241,12 @@ void ActiveMesh::settle_exact() {
   changes_.clear();
 }
 
-ActiveMesh::Node ActiveMesh::node_over(Index number, Index lo, Index hi, Index parent) {
+ActiveMesh::Node ActiveMesh::node_over(Index number, Index lo, Index hi, Index parent) const {
   Node node{.lo = lo, .hi = hi, .parent = parent};
-  if (!node.is_leaf()) node.number = number;
+  if (!node.is_leaf()) {
+    mesh_->verify_node(number);
+    node.number = number;
+  }
   return node;
 }
 
@@ -263,7 +296,7 @@ Index ActiveMesh::make_children(Index vertex) {
     free_children_.pop_back();
   }
   Node& node = nodes_[vertex];
-  const Index mid = mesh_->mid[node.number];
+  const Index mid = mesh_->mid_of(node.number, node.lo, node.hi);
   nodes_[left] = node_over(node.number + 1, node.lo, mid, vertex);
   nodes_[left + 1] = node_over(node.number + (mid - node.lo), mid, node.hi, vertex);
   node.left = left;
@@ -289,22 +322,37 @@ void ActiveMesh::split(Index vertex) {
 /// on the right: so counter-clockwise round the vertex, the faces from the first's cut vertex to the
 /// second's are the left child's, the others the right one's. A missing face's cut is the border.
 Index ActiveMesh::try_split(Index vertex) {
+  const Index number = nodes_[vertex].number;
+  const auto expect = [&](bool holds, const char* what) {
+    if (!holds) [[unlikely]]
+      mesh_->contradicts(what, number);
+  };
+  expect(nodes_[vertex].half_edge != none, "there are no faces around node");
   Fan& fan = fans_[0];
   walk(vertex, fan);
   const Index count = static_cast<Index>(fan.half_edges.size());
-  const Index first_slot = 2 * nodes_[vertex].number;
+  const Index first_slot = 2 * number;
   std::array<Index, 2> cut_corner = {0, 0}, cut_leaf = {none, none};
   for (Index s = 0; s < 2; ++s) {
     const Face& face = mesh_->faces[first_slot + s];
     if (face[0] == none) continue;
-    while (nodes_[vertex].covers(face[cut_corner[s]])) ++cut_corner[s];
+    while (cut_corner[s] < 2 && nodes_[vertex].covers(face[cut_corner[s]])) ++cut_corner[s];
     cut_leaf[s] = face[cut_corner[s]];
   }
   std::array<Index, 2> at = {0, count};  // of the cuts, in the ring
   for (Index j = count + 1; j-- > 0;)
     for (Index s = 0; s < 2; ++s) at[s] = nodes_[fan.ring[j]].covers(cut_leaf[s]) ? j : at[s];
+  for (Index s = 0; s < 2; ++s)
+    expect(cut_leaf[s] == none ? fan.open : nodes_[fan.ring[at[s]]].covers(cut_leaf[s]),
+           "a fundamental face has no place around node");
   const bool two = cut_leaf[0] != none && cut_leaf[1] != none;
-  if (two && fan.ring[at[0]] == fan.ring[at[1]]) return fan.ring[at[0]];
+  expect(two || cut_leaf[0] != cut_leaf[1], "there are no fundamental faces of node");
+  if (two && fan.ring[at[0]] == fan.ring[at[1]]) {
+    const Node& cut = nodes_[fan.ring[at[0]]];
+    expect(!cut.is_leaf() && mesh_->order[cut.number] > mesh_->order[number],
+           "what must be split before it was collapsed before it: node");
+    return fan.ring[at[0]];
+  }
 
   const Index left = make_children(vertex);
   const std::array<bool, 2> is_leaf = {nodes_[left].is_leaf(), nodes_[left + 1].is_leaf()};
@@ -353,22 +401,22 @@ bool ActiveMesh::collapse(Index node) {
   while (!is_free(node)) {
     for (const Index blocker : blockers_)
       if (nodes_[blocker].is_leaf() ||
-          mesh_->order[nodes_[blocker].number] < mesh_->order[nodes_[node].number])
+          mesh_->order[nodes_[blocker].number] <= mesh_->order[nodes_[node].number])
         return false;
     for (const Index blocker : blockers_)
       if (nodes_[blocker].is_active()) {
         split(blocker);
         ++statistics_.unblocking_splits;
       }
+    if (!has_two_active(node))
+      mesh_->contradicts("a child was collapsed after node", nodes_[node].number);
   }
+  check_collapse(node);
   merge_children(node);
   return true;
 }
 
-/// Whether two active children may collapse: they have no common neighbours but the cut vertices. (What
-/// else a collapse must keep to, at borders and in a tetrahedron, held when the progressive mesh was
-/// built and does still: who has neighbours beyond one edge at any resolution has them at finer ones.)
-/// Finds both fans, what is to vanish, and blockers.
+/// Whether two active children may collapse: they have no common neighbours but the cut vertices. Finds both fans, what is to vanish, and blockers.
 bool ActiveMesh::is_free(Index node) {
   const Index left = nodes_[node].left;
   blockers_.clear();
@@ -393,6 +441,22 @@ bool ActiveMesh::is_free(Index node) {
     if (std::exchange(marks_[v], 0) == mark_ && v != doomed_[0].cut && v != doomed_[1].cut)
       blockers_.push_back(v);
   return blockers_.empty();
+}
+
+/// What else a collapse must keep to, at borders and in a tetrahedron. It held when the progressive mesh
+/// was built and does still: who has neighbours beyond one edge at any resolution has them at finer
+/// ones. Unless a file says otherwise.
+void ActiveMesh::check_collapse(Index node) const {
+  const auto has_neighbours = [](const Fundamental& f) {
+    return f.face == none || f.in != none || f.out != none;
+  };
+  const bool inside = doomed_[0].face != none && doomed_[1].face != none;
+  const bool has_edge = doomed_[0].face != none || doomed_[1].face != none;
+  const bool is_peak = !fans_[0].open && !fans_[1].open && fans_[0].half_edges.size() == 3 &&
+                       fans_[1].half_edges.size() == 3;
+  if (!has_edge || !has_neighbours(doomed_[0]) || !has_neighbours(doomed_[1]) ||
+      (inside && fans_[0].open && fans_[1].open) || is_peak)
+    mesh_->contradicts("no edge can have been collapsed into node", nodes_[node].number);
 }
 
 void ActiveMesh::merge_children(Index node) {

@@ -53,8 +53,11 @@ class ActiveMesh {
     std::uint32_t source = none;             ///< its number in the source mesh
   };
 
-  /// Starts as the base mesh, which must outlive this.
+  /// Starts as the base mesh. The progressive mesh must outlive this. Whatever reads more of it throws
+  /// DamagedFile where its file is damaged or contradicts itself, as no builder's does; only reset() and
+  /// the destructor may follow that.
   explicit ActiveMesh(const ProgressiveMesh& mesh);
+  explicit ActiveMesh(ProgressiveMesh&&) = delete;
 
   /// Back to the base mesh, keeping the memory.
   void reset();
@@ -83,6 +86,7 @@ class ActiveMesh {
   const ProgressiveMesh& progressive_mesh() const { return *mesh_; }
   /// Where an active vertex is drawn, local metres: at the leaf that its collapses kept.
   const Eigen::Vector3f& position(std::uint32_t vertex) const {
+    mesh_->verify_leaf(nodes_[vertex].hi - 1);
     return mesh_->points[nodes_[vertex].hi - 1];
   }
 
@@ -101,8 +105,10 @@ class ActiveMesh {
     std::uint32_t in = none, out = none;
   };
 
-  static Node node_over(std::uint32_t number, std::uint32_t lo, std::uint32_t hi,
-                        std::uint32_t parent);
+  /// Verified, unless it is a leaf.
+  Node node_over(std::uint32_t number, std::uint32_t lo, std::uint32_t hi,
+                 std::uint32_t parent) const;
+  void check_base() const;
   std::uint32_t from(std::uint32_t half_edge) const {
     return faces_[half_edge / 4].vertices[half_edge % 4];
   }
@@ -122,6 +128,7 @@ class ActiveMesh {
 
   bool collapse(std::uint32_t node);
   bool is_free(std::uint32_t node);
+  void check_collapse(std::uint32_t node) const;
   void merge_children(std::uint32_t node);
 
   bool touches(const Node& node) const { return view_.touches(mesh_->spheres[node.number]); }

@@ -66,7 +66,8 @@ struct Temporary {
 
 }  // namespace
 
-void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+void write_file(const std::filesystem::path& file,
+                std::span<const std::span<const std::byte>> parts) {
   // A rename would replace a device such as /dev/null.
   std::error_code unknown;
   const auto status = std::filesystem::status(file, unknown);
@@ -80,11 +81,12 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
   if (folder.number < 0) fail(file, "open its folder", errno);
 
   Temporary temporary(file, folder.number);
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(temporary.descriptor.number, bytes.data(), bytes.size());
-    if (written < 0 && errno != EINTR) fail(file, "write it", errno);
-    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
+  for (std::span<const std::byte> bytes : parts)
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(temporary.descriptor.number, bytes.data(), bytes.size());
+      if (written < 0 && errno != EINTR) fail(file, "write it", errno);
+      if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
   if (::fsync(temporary.descriptor.number) != 0) fail(file, "bring it to the disk (fsync)", errno);
   if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file, "close it", errno);
   if (::renameat(folder.number, temporary.name.c_str(), folder.number, file.filename().c_str()) !=
@@ -94,6 +96,10 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
   // EINVAL: a file system that cannot do this for folders.
   if (::fsync(folder.number) != 0 && errno != EINVAL)
     fail(file, "bring its folder to the disk (fsync)", errno);
+}
+
+void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  write_file(file, std::span(&bytes, 1));
 }
 
 void write_file(const std::filesystem::path& file, std::string_view text) {

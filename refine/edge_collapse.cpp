@@ -200,7 +200,7 @@ class Collapser {
 
 }  // namespace
 
-ProgressiveMesh build_by_edge_collapse(const TriangleMesh& mesh) {
+ProgressiveMeshArrays build_by_edge_collapse(const TriangleMesh& mesh) {
   return lay_out(mesh, Collapser(mesh).run());
 }
 

@@ -12,6 +12,6 @@ namespace ensonify::refine {
 /// `mesh` must be manifold and oriented, with or without borders, in any number of components
 /// (mesh_repair.h makes it so); throws MeshError naming the first place where it is not. Unreferenced
 /// vertices become leaves of their own. The result depends on nothing but the mesh.
-ProgressiveMesh build_by_edge_collapse(const TriangleMesh& mesh);
+ProgressiveMeshArrays build_by_edge_collapse(const TriangleMesh& mesh);
 
 }  // namespace ensonify::refine

@@ -7,12 +7,13 @@ Footprint::Footprint(const ProgressiveMesh& mesh)
 
 ExactFaces Footprint::query(std::span<const ViewVolume> volumes) {
   view_.look_at(volumes);
+  for (const std::uint32_t leaf : leaves_) reached_[leaf / 64] = 0;
+  leaves_.clear();
   split_.clear();
+  pending_.clear();  // what a query left that found damage
   for (std::uint32_t r = 0; r < mesh_->roots.size(); ++r)
     descend({mesh_->roots[r] - r, mesh_->roots[r], mesh_->end_of(r)});
   const std::size_t found = collect();
-  for (const std::uint32_t leaf : leaves_) reached_[leaf / 64] = 0;
-  leaves_.clear();
   return {mesh_->points, std::span(faces_).first(found), std::span(source_faces_).first(found)};
 }
 
@@ -20,14 +21,18 @@ void Footprint::descend(Branch branch) {
   for (;;) {
     const auto [node, lo, hi] = branch;
     if (hi - lo == 1) {
-      reached_[lo / 64] |= std::uint64_t{1} << lo % 64;
+      mesh_->verify_leaf(lo);
       leaves_.push_back(lo);
-    } else if (view_.touches(mesh_->spheres[node])) {
-      const std::uint32_t mid = mesh_->mid[node];
-      split_.push_back(node);
-      pending_.push_back({node + (mid - lo), mid, hi});
-      branch = {node + 1, lo, mid};
-      continue;
+      reached_[lo / 64] |= std::uint64_t{1} << lo % 64;
+    } else {
+      mesh_->verify_node(node);
+      if (view_.touches(mesh_->spheres[node])) {
+        const std::uint32_t mid = mesh_->mid_of(node, lo, hi);
+        split_.push_back(node);
+        pending_.push_back({node + (mid - lo), mid, hi});
+        branch = {node + 1, lo, mid};
+        continue;
+      }
     }
     if (pending_.empty()) return;
     branch = pending_.back();

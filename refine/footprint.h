@@ -24,8 +24,11 @@ class Footprint {
  public:
   /// The progressive mesh must outlive this.
   explicit Footprint(const ProgressiveMesh& mesh);
+  explicit Footprint(ProgressiveMesh&&) = delete;
 
-  /// Good until the next call; nothing is allocated in a steady state.
+  /// Good until the next call; nothing is allocated in a steady state. Throws DamagedFile where the
+  /// progressive mesh's file is damaged (another query may find what it wants elsewhere), and
+  /// std::invalid_argument as ViewTest does.
   ExactFaces query(std::span<const ViewVolume> volumes);
 
  private:
@@ -40,7 +43,7 @@ class Footprint {
 
   const ProgressiveMesh* mesh_;
   ViewTest view_;
-  std::vector<std::uint64_t> reached_;  // a bit a leaf; all 0 between queries
+  std::vector<std::uint64_t> reached_;  // a bit a leaf
   std::vector<std::uint32_t> leaves_;   // those set
   std::vector<std::uint32_t> split_;    // the inner nodes that meet a volume
   std::vector<Branch> pending_;

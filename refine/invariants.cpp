@@ -63,6 +63,7 @@ class Checker {
 
   /// Each next check reads what those before have found sound.
   Findings run() {
+    whole_.verify_all();
     check_tree();
     if (sound()) check_partition();
     if (sound()) check_faces();
@@ -312,6 +313,7 @@ std::vector<std::string> broken_invariants(const ActiveMesh& mesh,
 }
 
 std::vector<std::string> broken_invariants(const ProgressiveMesh& mesh) {
+  mesh.verify_all();
   Findings found;
   std::vector<std::vector<Index>> slots(mesh.leaves());  // of the faces at a leaf
   for (Index slot = 0; slot < mesh.faces.size(); ++slot)
@@ -334,7 +336,7 @@ std::vector<std::string> broken_invariants(const ProgressiveMesh& mesh) {
           found.expect((mesh.points[corner].cast<double>() - sphere.centre.cast<double>()).norm() <=
                            double{sphere.radius},
                        "a node's sphere contains the faces at its leaves", number);
-    const Index mid = mesh.mid[number];
+    const Index mid = mesh.mid_of(number, lo, hi);
     pending.push_back({number + 1, lo, mid});
     pending.push_back({number + (mid - lo), mid, hi});
   }

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include <ensonify/refine/triangle_mesh.h>
@@ -10,8 +16,25 @@
 
 namespace ensonify::refine {
 
+/// A progressive mesh's file that is not what was written, or a hierarchy that contradicts itself.
+struct DamagedFile : MeshError {
+  using MeshError::MeshError;
+};
+
+/// What a builder fills and a ProgressiveMesh then owns; the names are explained there.
+struct ProgressiveMeshArrays {
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::uint32_t> mid;
+  std::vector<Sphere> spheres;
+  std::vector<std::uint32_t> order;
+  std::vector<Face> faces;
+  std::vector<std::uint32_t> source_face;
+  std::vector<std::uint32_t> roots;
+  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
+};
+
 /// A mesh at many resolutions: the base mesh M0 and the forest of collapses that leads from it back to
-/// every original vertex and face. Immutable; shared by all threads.
+/// every original vertex and face. Immutable; shared by all threads; copies share the memory.
 ///
 /// Leaves are the original vertices, ranked by depth-first order. Inner nodes are numbered in
 /// preorder. A node that covers the leaves [lo, hi) is their common stand-in while it is not split;
@@ -23,30 +46,93 @@ namespace ensonify::refine {
 /// meets the children in the order (left, right, cut), the second as (right, left, cut), seen along the
 /// face's own turn; at a border one slot is empty. The base mesh's faces follow. All name their
 /// corners by leaf in the source mesh's corner order, so that a tracer gets the source's bits.
-struct ProgressiveMesh {
+///
+/// The memory is a builder's arrays or a mapped file (progressive_mesh_file.h). Of a file, only what is
+/// touched is read: nodes, leaves and tags must be verified, by group, before they are. Roots and the
+/// base mesh's faces always are.
+class ProgressiveMesh {
+ public:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  /// This many nodes, leaves or tags are verified at once.
+  static constexpr std::uint32_t group = 4096;
+
+  ProgressiveMesh() = default;
+  ProgressiveMesh(ProgressiveMeshArrays arrays);
 
   // a leaf
-  std::vector<Eigen::Vector3f> points;  ///< local metres
+  std::span<const Eigen::Vector3f> points;  ///< local metres
   // an inner node
-  std::vector<std::uint32_t> mid;
-  std::vector<Sphere> spheres;       ///< around all original faces that touch a leaf of the node
-  std::vector<std::uint32_t> order;  ///< of the collapses: 0 was the first, the finest
+  std::span<const std::uint32_t> mid;
+  std::span<const Sphere> spheres;  ///< around all original faces that touch a leaf of the node
+  std::span<const std::uint32_t> order;  ///< of the collapses: 0 was the first, the finest
   // a face: two an inner node, then the base mesh's
-  std::vector<Face> faces;  ///< leaves; an empty slot has `none` three times
-  std::vector<std::uint32_t>
+  std::span<const Face> faces;  ///< leaves; an empty slot has `none` three times
+  std::span<const std::uint32_t>
       source_face;  ///< its number in the source mesh; `none` for an empty slot
   // a vertex of the base mesh
-  std::vector<std::uint32_t> roots;  ///< its first leaf; ascending, from 0
+  std::span<const std::uint32_t> roots;  ///< its first leaf; ascending, from 0
 
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
+  Bounds bounds;  ///< of the vertices that faces use
 
   std::uint32_t leaves() const { return static_cast<std::uint32_t>(points.size()); }
-  std::span<const Face> base_faces() const { return std::span(faces).subspan(2 * mid.size()); }
+  std::span<const Face> base_faces() const { return faces.subspan(2 * mid.size()); }
   /// The leaves of base vertex `root` are [roots[root], end_of(root)); its node is roots[root] - root.
   std::uint32_t end_of(std::size_t root) const {
     return root + 1 < roots.size() ? roots[root + 1] : leaves();
   }
+
+  /// What was attached when the file was saved (ProgressiveMeshExtras); of arrays, nothing.
+  std::string_view key() const { return key_; }
+  std::string_view about() const { return about_; }
+  std::size_t tag_count() const { return tags_.size(); }
+  /// Of a source face below tag_count(). Throws DamagedFile as verify_node does.
+  std::uint16_t tag(std::uint32_t source_face_number) const {
+    verify(Kind::tag, source_face_number);
+    return tags_[source_face_number];
+  }
+
+  /// Makes sure of an inner node and its faces before they are read. Throws DamagedFile, naming the
+  /// bytes, where the file holds something else than was written or than any hierarchy could.
+  void verify_node(std::uint32_t node) const { verify(Kind::node, node); }
+  /// Likewise of a leaf's point.
+  void verify_leaf(std::uint32_t leaf) const { verify(Kind::leaf, leaf); }
+  /// Likewise of everything: reads the whole file.
+  void verify_all() const;
+
+  /// Throws DamagedFile: what was found, and the number of where, in a hierarchy that no builder made.
+  [[noreturn]] void contradicts(std::string_view what, std::uint32_t number) const;
+  /// Where a node's range [lo, hi) is parted; throws DamagedFile unless both parts hold a leaf. The node
+  /// must have been verified.
+  std::uint32_t mid_of(std::uint32_t node, std::uint32_t lo, std::uint32_t hi) const {
+    const std::uint32_t at = mid[node];
+    if (at - lo - 1 >= hi - lo - 1) [[unlikely]]
+      contradicts("both children must have leaves, unlike those of node", node);
+    return at;
+  }
+
+ private:
+  class File;  // a mapped one, in progressive_mesh_file.cpp
+  friend ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file);
+  enum class Kind { node, leaf, tag };
+  using Flag = std::atomic<std::uint8_t>;
+
+  explicit ProgressiveMesh(std::shared_ptr<const File> file);
+
+  void make_flags(bool verified);
+  void verify(Kind kind, std::uint32_t number) const {
+    if (!flags_[static_cast<std::size_t>(kind)][number / group].load(std::memory_order_acquire))
+        [[unlikely]]
+      verify_group(kind, number / group);
+  }
+  void verify_group(Kind kind, std::size_t which) const;
+
+  std::shared_ptr<const ProgressiveMeshArrays> arrays_;
+  std::shared_ptr<const File> file_;
+  std::shared_ptr<Flag[]> all_flags_;
+  std::array<Flag*, 3> flags_{};  // of the groups, by kind: whether they are verified
+  std::span<const std::uint16_t> tags_;
+  std::string_view key_, about_;
 };
 
 }  // namespace ensonify::refine

@@ -357,7 +357,7 @@ class TileCollapser {
 
 }  // namespace
 
-ProgressiveMesh build_by_tiles(const TriangleMesh& in, int threads) {
+ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads) {
   HalfEdges mesh = half_edges(in, threads);
   std::vector<Tile> tiles = partition(in, mesh, threads);
 

@@ -16,6 +16,6 @@ namespace ensonify::refine {
 /// (mesh_repair.h makes it so); throws MeshError naming a place where it is not, and
 /// std::invalid_argument if threads < 1. Unreferenced vertices become leaves of their own. What may
 /// collapse is as in edge_collapse.h: all topology is kept.
-ProgressiveMesh build_by_tiles(const TriangleMesh& in, int threads);
+ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads);
 
 }  // namespace ensonify::refine

@@ -79,7 +79,7 @@ struct Layout {
 /// Numbers leaves depth-first and inner nodes in preorder; fills points, mid, order, roots, and the two
 /// slots of faces an inner node.
 Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const Forest& forest,
-              ProgressiveMesh& out) {
+              ProgressiveMeshArrays& out) {
   const std::size_t inner = forest.nodes.size();
   Layout layout{.leaf_of = std::vector<Index>(in.positions.size()), .ranges{}};
   layout.ranges.resize(inner);
@@ -119,7 +119,8 @@ Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const
 }
 
 /// Completes source_face by the base mesh's faces, and names all faces' corners by leaf.
-void place_faces(const TriangleMesh& in, const Layout& layout, int threads, ProgressiveMesh& out) {
+void place_faces(const TriangleMesh& in, const Layout& layout, int threads,
+                 ProgressiveMeshArrays& out) {
   std::vector<bool> seen(in.faces.size(), false);
   for (const Index f : out.source_face) {
     if (f == none) continue;
@@ -151,7 +152,7 @@ void place_faces(const TriangleMesh& in, const Layout& layout, int threads, Prog
 /// than what has been found.
 class SphereMaker {
  public:
-  SphereMaker(const ProgressiveMesh& mesh, const std::vector<Range>& ranges, int threads)
+  SphereMaker(const ProgressiveMeshArrays& mesh, const std::vector<Range>& ranges, int threads)
       : mesh_(mesh),
         ranges_(ranges),
         threads_(threads),
@@ -290,7 +291,7 @@ class SphereMaker {
     return std::max(found, passed);
   }
 
-  const ProgressiveMesh& mesh_;
+  const ProgressiveMeshArrays& mesh_;
   const std::vector<Range>& ranges_;
   const int threads_;
   std::vector<std::uint64_t> star_begin_;
@@ -301,9 +302,9 @@ class SphereMaker {
 
 }  // namespace
 
-ProgressiveMesh lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
-                        int threads) {
-  ProgressiveMesh out{.world_origin = mesh.world_origin};
+ProgressiveMeshArrays lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
+                              int threads) {
+  ProgressiveMeshArrays out{.world_origin = mesh.world_origin};
   Layout layout = number(mesh, collapses, grow(mesh.positions.size(), collapses), out);
   place_faces(mesh, layout, threads, out);
   layout.leaf_of = {};

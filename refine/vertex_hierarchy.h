@@ -21,7 +21,7 @@ struct Collapse {
 /// than a microsecond a vertex, on `threads` threads, which change nothing in the result. Throws std::invalid_argument for a sequence that names a vertex that is not
 /// there or no longer, or a face that is not there or twice, for a face whose vertex is not there, for
 /// 2^31 vertices or more, and for threads < 1.
-ProgressiveMesh lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
-                        int threads = 1);
+ProgressiveMeshArrays lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
+                              int threads = 1);
 
 }  // namespace ensonify::refine

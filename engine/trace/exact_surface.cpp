@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
@@ -124,11 +125,10 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh) {
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
-  auto progressive =
-      std::make_shared<refine::ProgressiveMesh>(refine::build_by_tiles(manifold.mesh, threads));
-  for (std::uint32_t& face : progressive->source_face)
+  refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
+  for (std::uint32_t& face : built.source_face)
     if (face != refine::ProgressiveMesh::none) face = manifold.source_face[face];
-  return progressive;
+  return std::make_shared<const refine::ProgressiveMesh>(std::move(built));
 }
 
 ViewVolume view_volume(const RayFan& fan) {

@@ -67,11 +67,12 @@ const std::vector<Built>& small_meshes() {
     std::vector<Built> out;
     for (auto& [name, mesh] : meshes) {
       out.push_back({name, mesh, build_by_edge_collapse(mesh)});
-      out.push_back({name + ", at random", mesh, ensonify::tests::random_hierarchy(mesh, 17)});
+      ProgressiveMeshArrays other = ensonify::tests::random_hierarchy(mesh, 17);
       // Spheres may be too large, and a child's may reach out of its parent's.
       Random random(18);
-      for (Sphere& sphere : out.back().hierarchy.spheres)
+      for (Sphere& sphere : other.spheres)
         sphere.radius *= static_cast<float>(uniform(random, 1.0, 3.0));
+      out.push_back({name + ", at random", mesh, std::move(other)});
     }
     return out;
   }();

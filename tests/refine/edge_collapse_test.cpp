@@ -219,7 +219,8 @@ TEST_CASE("each collapse takes away its node's own faces and no others") {
 
 TEST_CASE("the same mesh gives the same hierarchy") {
   const TriangleMesh source = ensonify::tests::open_grid(30, 30, 1.0, 0.5, 9);
-  const ProgressiveMesh a = build_by_edge_collapse(source), b = build_by_edge_collapse(source);
+  const ProgressiveMeshArrays a = build_by_edge_collapse(source),
+                              b = build_by_edge_collapse(source);
   CHECK(a.mid == b.mid);
   CHECK(a.order == b.order);
   CHECK(a.source_face == b.source_face);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,6 +40,13 @@ struct Refined {
   }
   Refined(const Refined&) = delete;
 
+  /// Puts another hierarchy in the place of the one that was refined.
+  void spoil(const std::function<void(ProgressiveMeshArrays&)>& change) {
+    ProgressiveMeshArrays arrays = ensonify::tests::arrays_of(hierarchy);
+    change(arrays);
+    hierarchy = std::move(arrays);
+  }
+
   /// An active inner vertex.
   const ActiveMesh::Node& inner() const {
     return *std::ranges::find_if(mesh.nodes(), [](const ActiveMesh::Node& node) {
@@ -68,13 +76,15 @@ struct Refined {
 
 TEST_CASE("a face of a vertex outside its node's sphere is noticed") {
   Refined r;
-  for (Sphere& sphere : r.hierarchy.spheres) sphere.radius *= 0.98f;
+  r.spoil([](auto& mesh) {
+    for (Sphere& sphere : mesh.spheres) sphere.radius *= 0.98f;
+  });
   CHECK(broken_invariants(r.hierarchy).size() == 1);
 }
 
 TEST_CASE("a touched vertex that was not split is noticed") {
   Refined r;
-  r.hierarchy.spheres[r.inner().number].radius = 1e3f;
+  r.spoil([&](auto& mesh) { mesh.spheres[r.inner().number].radius = 1e3f; });
   CHECK(r.says("no active inner sphere meets a volume"));
 }
 
@@ -90,29 +100,35 @@ TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed")
     Refined r;
     const auto split = std::ranges::find_if(
         r.mesh.nodes(), [](const ActiveMesh::Node& node) { return node.left != none; });
-    ++r.hierarchy.mid[split->number];
+    r.spoil([&](auto& mesh) { ++mesh.mid[split->number]; });
     CHECK(r.says("children are the hierarchy's"));
   }
   SECTION("a leaf without an ancestor") {
     Refined r;
-    r.hierarchy.points.emplace_back();
+    r.spoil([](auto& mesh) { mesh.points.emplace_back(); });
     CHECK(r.says("a leaf has an active ancestor"));
   }
   SECTION("the order of a face's corners") {
     Refined r;
-    Face& face = r.hierarchy.faces[r.slot(true)];
-    std::ranges::rotate(face, face.begin() + 1);
+    r.spoil([&](auto& mesh) {
+      Face& face = mesh.faces[r.slot(true)];
+      std::ranges::rotate(face, face.begin() + 1);
+    });
     CHECK(r.says("a face joins its corners' active ancestors"));
   }
   SECTION("a face that should be active") {
     Refined r;
-    r.hierarchy.faces.push_back(r.hierarchy.faces[r.slot(true)]);
-    r.hierarchy.source_face.push_back(0);
+    r.spoil([&](auto& mesh) {
+      mesh.faces.push_back(mesh.faces[r.slot(true)]);
+      mesh.source_face.push_back(0);
+    });
     CHECK(r.says("active are the original faces with three active ancestors"));
   }
   SECTION("a face's number in the source") {
     Refined r;
-    std::swap(r.hierarchy.source_face[r.slot(true)], r.hierarchy.source_face[r.slot(false)]);
+    r.spoil([&](auto& mesh) {
+      std::swap(mesh.source_face[r.slot(true)], mesh.source_face[r.slot(false)]);
+    });
     CHECK(r.says("exact are"));
   }
 }
@@ -120,7 +136,9 @@ TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed")
 TEST_CASE("a split that would force an earlier one is noticed") {
   Refined r;
   // With all orders turned round, whatever a split forces comes too early.
-  for (std::uint32_t& order : r.hierarchy.order)
-    order = static_cast<std::uint32_t>(r.hierarchy.order.size()) - order;
+  r.spoil([](auto& mesh) {
+    for (std::uint32_t& order : mesh.order)
+      order = static_cast<std::uint32_t>(mesh.order.size()) - order;
+  });
   CHECK(r.says("what a split would force was collapsed later"));
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -231,17 +232,42 @@ inline refine::ViewVolume random_volume(Random& random, double size_m) {
           .range_m = uniform(random, 0.2, 1.0) * size_m};
 }
 
+/// A progressive mesh's arrays, for those who want other ones.
+inline refine::ProgressiveMeshArrays arrays_of(const refine::ProgressiveMesh& mesh) {
+  const auto copy = [](const auto& span) { return std::vector(span.begin(), span.end()); };
+  return {.points = copy(mesh.points),
+          .mid = copy(mesh.mid),
+          .spheres = copy(mesh.spheres),
+          .order = copy(mesh.order),
+          .faces = copy(mesh.faces),
+          .source_face = copy(mesh.source_face),
+          .roots = copy(mesh.roots),
+          .world_origin = mesh.world_origin};
+}
+
+/// Every array's bytes; nothing about the memory.
+inline bool same_bytes(const refine::ProgressiveMesh& a, const refine::ProgressiveMesh& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size_bytes()) == 0);
+  };
+  return same(a.points, b.points) && same(a.mid, b.mid) && same(a.spheres, b.spheres) &&
+         same(a.order, b.order) && same(a.faces, b.faces) && same(a.source_face, b.source_face) &&
+         same(a.roots, b.roots) && a.world_origin == b.world_origin;
+}
+
 /// The spheres that OpenMesh's view-dependent classes make: around the vertices alone.
-inline refine::ProgressiveMesh over_vertices_only(refine::ProgressiveMesh mesh) {
+inline refine::ProgressiveMesh over_vertices_only(const refine::ProgressiveMesh& mesh) {
+  refine::ProgressiveMeshArrays out = arrays_of(mesh);
   for_each_node(mesh, [&](auto node, auto lo, auto, auto hi, auto) {
     Eigen::AlignedBox3f box;
     for (std::uint32_t leaf = lo; leaf < hi; ++leaf) box.extend(mesh.points[leaf]);
-    refine::Sphere& sphere = mesh.spheres[node];
+    refine::Sphere& sphere = out.spheres[node];
     sphere = {box.center(), 0.0f};
     for (std::uint32_t leaf = lo; leaf < hi; ++leaf)
       sphere.radius = std::max(sphere.radius, (mesh.points[leaf] - sphere.centre).norm());
   });
-  return mesh;
+  return out;
 }
 
 struct NamedMesh {

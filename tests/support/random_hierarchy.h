@@ -17,8 +17,8 @@ namespace ensonify::tests {
 
 /// A hierarchy of legal collapses in random order, which is harder on all that follows than a good one:
 /// written for sight, without half-edges.
-inline refine::ProgressiveMesh random_hierarchy(const refine::TriangleMesh& source,
-                                                std::uint64_t seed) {
+inline refine::ProgressiveMeshArrays random_hierarchy(const refine::TriangleMesh& source,
+                                                      std::uint64_t seed) {
   constexpr std::uint32_t none = refine::ProgressiveMesh::none;
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   Random random(seed);

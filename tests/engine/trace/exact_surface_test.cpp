@@ -119,7 +119,7 @@ TEST_CASE("A real wreck, several bodies and all, is hit through its exact faces 
 TEST_CASE(
     "Spheres that leave out a part of the closed star lose hits, and the comparison sees it") {
   const refine::TriangleMesh bed = tests::open_grid(40, 40, 0.5, 0.4, 3);
-  refine::ProgressiveMesh broken = *make_progressive_mesh(bed);
+  refine::ProgressiveMeshArrays broken = tests::arrays_of(*make_progressive_mesh(bed));
   for (refine::Sphere& sphere : broken.spheres) sphere.radius *= 0.7f;
   const Count count = walk(bed, std::make_shared<refine::ProgressiveMesh>(broken), "embree", 6, 1);
   CHECK(count.differences > count.hits / 1000);

@@ -1,0 +1,524 @@
+#include <ensonify/refine/progressive_mesh_file.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/mesh_formats.h>
+
+namespace ensonify::refine {
+namespace {
+
+using Index = std::uint32_t;
+using Bytes = std::span<const std::byte>;
+constexpr Index none = ProgressiveMesh::none;
+constexpr std::uint64_t page_bytes = 4096;
+
+enum Section : std::size_t {
+  points,
+  mid,
+  spheres,
+  order,
+  faces,
+  source_face,
+  tags,
+  roots,
+  about,
+  checksums,
+  section_count
+};
+constexpr std::array<const char*, section_count> section_names = {
+    "points",       "mid",  "spheres", "order", "faces",
+    "source faces", "tags", "roots",   "about", "checksums"};
+
+struct Extent {
+  std::uint64_t offset, bytes;
+  bool operator==(const Extent&) const = default;
+};
+
+/// The file's first page; zeros follow.
+struct Header {
+  std::array<char, 8> magic;
+  std::uint32_t version, byte_order;
+  std::uint64_t checksum;  // of the page, with 0 here
+  std::uint64_t checksum_of_checksums;
+  std::uint64_t leaves, roots, base_faces, source_faces, tags, about_bytes;
+  std::array<double, 3> world_origin;
+  std::array<float, 3> lowest, highest;
+  std::array<char, 64> key;  // zeros follow
+  std::array<Extent, section_count> sections;
+};
+static_assert(sizeof(Header) == 352 && std::is_trivially_copyable_v<Header>);
+static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector3f) == 12);
+
+// As PNG's, this one tells of what makes text files out of others.
+constexpr std::array<char, 8> magic = {'\x89', 'E', 'P', 'M', '\r', '\n', '\x1a', '\n'};
+constexpr std::uint32_t version = 1;
+constexpr std::uint32_t byte_order = 0x01020304, other_byte_order = 0x04030201;
+
+std::uint64_t page_end(std::uint64_t bytes) {
+  return (bytes + page_bytes - 1) / page_bytes * page_bytes;
+}
+
+/// Where everything is, which follows from the counts.
+class Layout {
+ public:
+  explicit Layout(const Header& header) {
+    const std::uint64_t nodes = header.leaves - header.roots;
+    place(points, {header.leaves, 12}, 0);
+    place(mid, {nodes, 4}, 0);
+    place(spheres, {nodes, 16}, 0);
+    place(order, {nodes, 4}, 0);
+    place(faces, {nodes, 24}, 12 * header.base_faces);
+    place(source_face, {nodes, 8}, 4 * header.base_faces);
+    place(tags, {header.tags, 2}, 0);
+    place(roots, {0, 0}, 4 * header.roots);
+    place(about, {0, 0}, header.about_bytes);
+    place(checksums, {0, 0}, 8 * checksum_count_);
+  }
+
+  Extent extent(std::size_t section) const { return extents_[section]; }
+  std::uint64_t file_bytes() const { return end_; }
+  std::uint64_t groups(std::size_t section) const {
+    return (items_[section].count + ProgressiveMesh::group - 1) / ProgressiveMesh::group;
+  }
+  /// A group's bytes; behind the last, what is left of the pages.
+  Extent piece(std::size_t section, std::uint64_t which) const {
+    const auto [count, bytes] = items_[section];
+    const std::uint64_t begin = std::min(which * ProgressiveMesh::group, count) * bytes;
+    const std::uint64_t end = which == groups(section)
+                                  ? page_end(extents_[section].bytes)
+                                  : std::min((which + 1) * ProgressiveMesh::group, count) * bytes;
+    return {extents_[section].offset + begin, end - begin};
+  }
+  std::uint64_t checksum_count() const { return checksum_count_; }
+  std::uint64_t checksum_place(std::size_t section, std::uint64_t which) const {
+    return first_checksum_[section] + which;
+  }
+
+ private:
+  struct Items {
+    std::uint64_t count, bytes;  // of each
+  };
+  void place(std::size_t section, Items items, std::uint64_t rest_bytes) {
+    items_[section] = items;
+    extents_[section] = {end_, items.count * items.bytes + rest_bytes};
+    end_ += page_end(extents_[section].bytes);
+    first_checksum_[section] = checksum_count_;
+    if (section != checksums) checksum_count_ += groups(section) + 1;
+  }
+
+  std::array<Items, section_count> items_{};
+  std::array<Extent, section_count> extents_{};
+  std::array<std::uint64_t, section_count> first_checksum_{};
+  std::uint64_t end_ = page_bytes, checksum_count_ = 0;
+};
+
+using Page = std::array<std::byte, page_bytes>;
+constexpr Page zeros{};
+
+std::uint64_t checksum_of(Bytes bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
+
+/// Of bytes and the zeros, less than a page, that follow them.
+std::uint64_t checksum_of(Bytes bytes, std::uint64_t padding) {
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
+  if (!state) throw std::bad_alloc();
+  XXH3_64bits_reset(state.get());
+  XXH3_64bits_update(state.get(), bytes.data(), bytes.size());
+  XXH3_64bits_update(state.get(), zeros.data(), padding);
+  return XXH3_64bits_digest(state.get());
+}
+
+Page page_of(const Header& header) {
+  Page page{};
+  std::memcpy(page.data(), &header, sizeof header);
+  return page;
+}
+
+/// With 0 where the checksum goes.
+std::uint64_t checksum_of(Page page) {
+  std::memset(page.data() + offsetof(Header, checksum), 0, sizeof(Header::checksum));
+  return checksum_of(Bytes(page));
+}
+
+// What any hierarchy keeps to and what reads it relies on. Coordinates may be twice a mesh's largest,
+// about a local origin.
+bool is_sound(float coordinate) { return std::abs(coordinate) <= 2.0 * largest_mesh_m; }
+bool is_sound(const Eigen::Vector3f& p) {
+  return is_sound(p[0]) && is_sound(p[1]) && is_sound(p[2]);
+}
+bool is_sound(const Sphere& s) {
+  return is_sound(s.centre) && s.radius >= 0.0f && s.radius <= 8.0 * largest_mesh_m;
+}
+bool is_empty(const Face& face, Index source) {
+  return face == Face{none, none, none} && source == none;
+}
+bool is_sound(const Face& face, Index source, std::uint64_t leaves, std::uint64_t source_faces) {
+  return face[0] < leaves && face[1] < leaves && face[2] < leaves && source < source_faces;
+}
+
+/// Whether roots are the first leaves of trees that hold all leaves.
+bool are_sound(std::span<const Index> roots, std::uint64_t leaves) {
+  return roots.empty() ? leaves == 0
+                       : roots.front() == 0 && roots.back() < leaves &&
+                             std::ranges::adjacent_find(roots, std::greater_equal()) == roots.end();
+}
+
+/// Numbers of slots have 32 bits, and so have the base mesh's half-edges, four a face.
+bool are_countable(std::uint64_t leaves, std::uint64_t roots, std::uint64_t base_faces) {
+  return leaves < std::uint64_t{1} << 31 && roots <= leaves &&
+         base_faces < std::uint64_t{1} << 30 && 2 * (leaves - roots) + base_faces < none;
+}
+
+/// Each section's bytes but the checksums'.
+std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
+                                         const ProgressiveMeshExtras& extras) {
+  return {std::as_bytes(mesh.points),
+          std::as_bytes(mesh.mid),
+          std::as_bytes(mesh.spheres),
+          std::as_bytes(mesh.order),
+          std::as_bytes(mesh.faces),
+          std::as_bytes(mesh.source_face),
+          std::as_bytes(extras.tags),
+          std::as_bytes(mesh.roots),
+          std::as_bytes(std::span(extras.about)),
+          {}};
+}
+
+/// One more than the largest number of a source face.
+std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
+  std::uint64_t count = 0;
+  for (const Index source : mesh.source_face)
+    if (source != none) count = std::max(count, std::uint64_t{source} + 1);
+  return count;
+}
+
+/// Refuses what map_progressive_mesh would.
+void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
+           std::uint64_t source_faces) {
+  const auto expect = [](bool holds, const char* what) {
+    if (!holds) throw std::invalid_argument(fmt::format("save: {}", what));
+  };
+  const std::size_t nodes = mesh.mid.size();
+  expect(nodes + mesh.roots.size() == mesh.points.size() && mesh.spheres.size() == nodes &&
+             mesh.order.size() == nodes && mesh.faces.size() >= 2 * nodes &&
+             mesh.source_face.size() == mesh.faces.size(),
+         "the arrays' sizes do not fit together");
+  expect(are_countable(mesh.points.size(), mesh.roots.size(), mesh.faces.size() - 2 * nodes),
+         "2^31 vertices, or 2^30 faces that nothing collapsed; split the mesh");
+  expect(are_sound(mesh.roots, mesh.points.size()), "roots do not ascend from 0");
+  expect(mesh.world_origin.allFinite() &&
+             std::ranges::all_of(mesh.points, [](const auto& p) { return is_sound(p); }) &&
+             std::ranges::all_of(mesh.spheres, [](const auto& s) { return is_sound(s); }),
+         "a point or sphere is not finite, or too far away");
+  for (std::size_t slot = 0; slot < mesh.faces.size(); ++slot)
+    expect(is_sound(mesh.faces[slot], mesh.source_face[slot], mesh.points.size(), source_faces) ||
+               (slot < 2 * nodes && is_empty(mesh.faces[slot], mesh.source_face[slot])),
+           "a face names a vertex that is not there, or a source face that has no tag");
+  expect(extras.key.size() <= sizeof Header::key && extras.key.find('\0') == extras.key.npos,
+         "a key has at most 64 bytes, none of them 0");
+}
+
+Header header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
+                 std::uint64_t source_faces) {
+  Header header{.magic = magic,
+                .version = version,
+                .byte_order = byte_order,
+                .leaves = mesh.points.size(),
+                .roots = mesh.roots.size(),
+                .base_faces = mesh.faces.size() - 2 * mesh.mid.size(),
+                .source_faces = source_faces,
+                .tags = extras.tags.size(),
+                .about_bytes = extras.about.size()};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<Eigen::Index>(axis);
+    header.world_origin[axis] = mesh.world_origin[a];
+    header.lowest[axis] = mesh.bounds.lowest[a];
+    header.highest[axis] = mesh.bounds.highest[a];
+  }
+  std::ranges::copy(extras.key, header.key.begin());
+  const Layout layout(header);
+  for (std::size_t s = 0; s < section_count; ++s) header.sections[s] = layout.extent(s);
+  return header;
+}
+
+}  // namespace
+
+void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
+          const std::filesystem::path& file) {
+  mesh.verify_all();
+  const std::uint64_t source_faces =
+      extras.tags.empty() ? count_source_faces(mesh) : extras.tags.size();
+  check(mesh, extras, source_faces);
+  Header header = header_of(mesh, extras, source_faces);
+  const Layout layout(header);
+
+  std::array<Bytes, section_count> parts = content(mesh, extras);
+  std::vector<std::uint64_t> sums;
+  for (std::size_t s = 0; s < checksums; ++s)
+    for (std::uint64_t which = 0; which <= layout.groups(s); ++which) {
+      const Extent at = layout.piece(s, which);
+      const std::uint64_t begin =
+          std::min<std::uint64_t>(at.offset - layout.extent(s).offset, parts[s].size());
+      const Bytes bytes =
+          parts[s].subspan(begin, std::min<std::uint64_t>(at.bytes, parts[s].size() - begin));
+      sums.push_back(checksum_of(bytes, at.bytes - bytes.size()));
+    }
+  const auto padding = [](Bytes bytes) { return page_end(bytes.size()) - bytes.size(); };
+  parts[checksums] = std::as_bytes(std::span(sums));
+  header.checksum_of_checksums = checksum_of(parts[checksums], padding(parts[checksums]));
+  header.checksum = checksum_of(page_of(header));
+
+  const Page first = page_of(header);
+  std::vector<Bytes> all = {first};
+  for (const Bytes part : parts) {
+    all.push_back(part);
+    all.push_back(Bytes(zeros).first(padding(part)));
+  }
+  write_file(file, all);
+}
+
+namespace {
+
+/// A whole file in memory, as it is on the disk.
+class Mapping {
+ public:
+  explicit Mapping(const std::filesystem::path& file) {
+    const auto fail = [&](int error) {
+      throw MeshError(fmt::format("{}: cannot be opened: {}", file.string(),
+                                  std::generic_category().message(error)));
+    };
+    // Without O_NONBLOCK, opening a pipe would wait for a writer.
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (descriptor < 0) fail(errno);
+    struct stat status {};
+    int error = ::fstat(descriptor, &status) == 0 ? 0 : errno;
+    const bool is_plain = error == 0 && S_ISREG(status.st_mode);
+    if (is_plain && status.st_size > 0) {
+      size_ = static_cast<std::size_t>(status.st_size);
+      void* const at = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, descriptor, 0);
+      if (at == MAP_FAILED)
+        error = errno;
+      else
+        data_ = static_cast<const std::byte*>(at);
+    }
+    ::close(descriptor);
+    if (error != 0) fail(error);
+    if (!is_plain)
+      throw MeshError(
+          fmt::format("{}: not a regular file; name a progressive mesh's", file.string()));
+  }
+  ~Mapping() {
+    if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
+  }
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+
+  Bytes bytes() const { return {data_, data_ ? size_ : 0}; }
+
+ private:
+  const std::byte* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+bool is_finite(const Header& header) {
+  const auto finite = [](double x) { return std::isfinite(x); };
+  bool ok = std::ranges::all_of(header.world_origin, finite);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    ok = ok && is_sound(header.lowest[axis]) && is_sound(header.highest[axis]) &&
+         header.lowest[axis] <= header.highest[axis];
+  return ok;
+}
+
+}  // namespace
+
+/// A mapped file, and what its sections must be.
+class ProgressiveMesh::File {
+ public:
+  explicit File(const std::filesystem::path& file)
+      : name_(file.string()), mapping_(file), header_(checked_header()), layout_(header_) {
+    check_tables();
+  }
+
+  const std::string& name() const { return name_; }
+  const Header& header() const { return header_; }
+  template <class T>
+  std::span<const T> section(std::size_t s) const {
+    const auto [offset, bytes] = layout_.extent(s);
+    return {reinterpret_cast<const T*>(mapping_.bytes().data() + offset), bytes / sizeof(T)};
+  }
+  void verify(Kind kind, std::uint64_t which) const;
+
+ private:
+  [[noreturn]] void damaged(std::string_view what) const {
+    throw DamagedFile(fmt::format("{}: {}; remove the file and make it anew", name_, what));
+  }
+  Header checked_header() const;
+  void check_tables() const;
+  void check_checksum(std::size_t section, std::uint64_t which) const;
+  /// Ends with what is wrong in one of a section's pieces.
+  void expect(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
+    if (holds) return;
+    const auto [offset, bytes] = layout_.piece(section, which);
+    damaged(fmt::format("bytes {} to {} ({}): {}", offset, offset + bytes, section_names[section],
+                        what));
+  }
+
+  std::string name_;
+  Mapping mapping_;
+  Header header_;
+  Layout layout_;
+};
+
+Header ProgressiveMesh::File::checked_header() const {
+  const Bytes bytes = mapping_.bytes();
+  Header header{};
+  const std::size_t there = std::min(bytes.size(), magic.size());
+  if (there == 0 || std::memcmp(bytes.data(), magic.data(), there) != 0)
+    throw MeshError(fmt::format("{}: not a progressive mesh's file; name another", name_));
+  if (bytes.size() < page_bytes)
+    damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
+  std::memcpy(&header, bytes.data(), sizeof header);
+  if (header.byte_order == other_byte_order)
+    throw MeshError(
+        fmt::format("{}: from a machine of the other byte order; make it anew on this one", name_));
+  if (header.byte_order == byte_order && header.version != version)
+    throw MeshError(
+        fmt::format("{}: has version {} of the format, and only {} can be read; make it anew",
+                    name_, header.version, version));
+  Page page;
+  std::memcpy(page.data(), bytes.data(), page.size());
+  const auto expect = [&](bool holds, const char* what) {
+    if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
+  };
+  expect(header.byte_order == byte_order && checksum_of(page) == header.checksum,
+         "not what was written");
+  expect(are_countable(header.leaves, header.roots, header.base_faces) &&
+             header.source_faces < none &&
+             (header.tags == 0 || header.tags == header.source_faces) &&
+             header.about_bytes <= bytes.size(),
+         "counts that no mesh has");
+  expect(is_finite(header), "bounds or a world origin that no mesh has");
+  const Layout layout(header);
+  if (bytes.size() != layout.file_bytes())
+    damaged(fmt::format("has {} bytes where its header tells of {}", bytes.size(),
+                        layout.file_bytes()));
+  for (std::size_t s = 0; s < section_count; ++s)
+    expect(header.sections[s] == layout.extent(s), "sections that are not where they belong");
+  return header;
+}
+
+/// What is read without any touch of a node, leaf or tag.
+void ProgressiveMesh::File::check_tables() const {
+  const auto [offset, bytes] = layout_.extent(checksums);
+  if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=
+      header_.checksum_of_checksums)
+    damaged(fmt::format("bytes {} to {} (checksums): not what was written", offset,
+                        offset + page_end(bytes)));
+  for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
+  expect(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
+         "roots do not ascend from 0");
+  const auto all = section<Face>(Section::faces);
+  const auto sources = section<Index>(Section::source_face);
+  for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
+    expect(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces), Section::faces,
+           layout_.groups(Section::faces),
+           "a face names a vertex or a source face that is not there");
+}
+
+void ProgressiveMesh::File::check_checksum(std::size_t s, std::uint64_t which) const {
+  const auto [offset, bytes] = layout_.piece(s, which);
+  expect(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
+             section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
+         s, which, "not what was written");
+}
+
+void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
+  const auto part = [&](auto items, std::size_t each) {
+    const std::size_t begin = std::min<std::size_t>(which * group * each, items.size());
+    return items.subspan(begin, std::min<std::size_t>(group * each, items.size() - begin));
+  };
+  switch (kind) {
+    case Kind::tag: return check_checksum(Section::tags, which);
+    case Kind::leaf:
+      check_checksum(Section::points, which);
+      return expect(std::ranges::all_of(part(section<Eigen::Vector3f>(Section::points), 1),
+                                        [](const auto& p) { return is_sound(p); }),
+                    Section::points, which, "a point is not finite, or too far away");
+    case Kind::node: break;
+  }
+  for (const std::size_t s :
+       {Section::mid, Section::spheres, Section::order, Section::faces, Section::source_face})
+    check_checksum(s, which);
+  expect(std::ranges::all_of(part(section<Sphere>(Section::spheres), 1),
+                             [](const Sphere& sphere) { return is_sound(sphere); }),
+         Section::spheres, which, "a sphere is not finite, or too large");
+  const auto slots = section<Face>(Section::faces);
+  const auto inner = slots.first(slots.size() - header_.base_faces);
+  const auto found = part(inner, 2);
+  const auto sources = part(section<Index>(Section::source_face).first(inner.size()), 2);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    expect(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
+               is_empty(found[i], sources[i]),
+           Section::faces, which, "a face names a vertex or a source face that is not there");
+}
+
+ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::move(file)) {
+  const Header& header = file_->header();
+  points = file_->section<Eigen::Vector3f>(Section::points);
+  mid = file_->section<Index>(Section::mid);
+  spheres = file_->section<Sphere>(Section::spheres);
+  order = file_->section<Index>(Section::order);
+  faces = file_->section<Face>(Section::faces);
+  source_face = file_->section<Index>(Section::source_face);
+  roots = file_->section<Index>(Section::roots);
+  tags_ = file_->section<std::uint16_t>(Section::tags);
+  const auto text = file_->section<char>(Section::about);
+  about_ = {text.data(), text.size()};
+  key_ = {header.key.data(),
+          static_cast<std::size_t>(std::ranges::find(header.key, '\0') - header.key.begin())};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<Eigen::Index>(axis);
+    world_origin[a] = header.world_origin[axis];
+    bounds.lowest[a] = header.lowest[axis];
+    bounds.highest[a] = header.highest[axis];
+  }
+  make_flags(false);
+}
+
+void ProgressiveMesh::verify_group(Kind kind, std::size_t which) const {
+  file_->verify(kind, which);
+  flags_[static_cast<std::size_t>(kind)][which].store(1, std::memory_order_release);
+}
+
+void ProgressiveMesh::contradicts(std::string_view what, std::uint32_t number) const {
+  throw DamagedFile(fmt::format("{}: its hierarchy contradicts itself: {} {}; make it anew",
+                                file_ ? file_->name() : "progressive mesh", what, number));
+}
+
+ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file) {
+  return ProgressiveMesh(std::make_shared<const ProgressiveMesh::File>(file));
+}
+
+}  // namespace ensonify::refine
