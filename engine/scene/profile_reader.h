@@ -7,10 +7,8 @@
 
 namespace ensonify::engine {
 
-/// Reads a sound speed profile from CSV: a header row with `depth_m` and `soundspeed_mps`, in any
-/// order, other columns being passed over; then a sample a row, in any order. Blank lines, lines
-/// that begin with #, a byte-order mark, CRLF and quotes about a field are fine. At most 4 MiB.
-/// Throws SceneError with `file:line: what is wrong, what was expected`.
+/// Reads a sound speed profile from CSV with the columns `depth_m` and `soundspeed_mps`, as a CsvTable:
+/// a sample a row, in any order. Throws SceneError with `file:line: what is wrong, what was expected`.
 scatter::SoundSpeedProfile read_profile(const std::filesystem::path& file);
 
 /// The same from text; `name` stands for the file in messages.

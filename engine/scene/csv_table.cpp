@@ -1,0 +1,173 @@
+#include <ensonify/engine/scene/csv_table.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::uintmax_t largest_file_bytes = 64 << 20;
+constexpr std::size_t longest_line = 4096;
+
+/// What somebody's file says, fit for a message: short and printable.
+std::string quoted(std::string_view text) {
+  std::string shown(text.substr(0, 40));
+  for (char& c : shown)
+    if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
+  return '\'' + shown + (text.size() > 40 ? "...'" : "'");
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view space = " \t\r";
+  text.remove_prefix(std::min(text.find_first_not_of(space), text.size()));
+  return text.substr(0, text.find_last_not_of(space) + 1);
+}
+
+void split(std::string_view line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    std::string_view field = trimmed(line.substr(0, comma));
+    if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
+      field = trimmed(field.substr(1, field.size() - 2));
+    fields.push_back(field);
+    if (comma == std::string_view::npos) return;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+/// "depth_m,soundspeed_mps[,note]"
+std::string header_of(std::span<const CsvColumn> columns) {
+  std::string header;
+  for (const CsvColumn& column : columns) {
+    const std::string_view comma = header.empty() ? "" : ",";
+    header += fmt::format(fmt::runtime(column.required ? "{}{}" : "[{}{}]"), comma, column.name);
+  }
+  return header;
+}
+
+}  // namespace
+
+/// Fills a table from text.
+class CsvReader {
+ public:
+  CsvReader(std::string_view text, std::string_view name, std::string_view a_row,
+            std::span<const CsvColumn> columns)
+      : text_(text), a_row_(a_row), columns_(columns) {
+    if (text_.starts_with("\xef\xbb\xbf")) text_.remove_prefix(3);
+    table_.name_ = name;
+  }
+
+  CsvTable read() {
+    std::string_view line;
+    if (!next_line(line))
+      fail(fmt::format("nothing is in it, expected a header row with {}", header_of(columns_)));
+    read_header(line);
+    while (next_line(line)) read_row(line);
+    if (table_.rows() == 0)
+      fail(fmt::format("no {} follows the header row, expected at least one", a_row_));
+    return std::move(table_);
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view what) const {
+    throw SceneError(fmt::format("{}:{}: {}", table_.name_, std::max(line_, 1), what));
+  }
+
+  /// The next line that says something.
+  bool next_line(std::string_view& line) {
+    while (!text_.empty()) {
+      const std::size_t end = std::min(text_.find('\n'), text_.size());
+      line = trimmed(text_.substr(0, end));
+      text_.remove_prefix(std::min(end + 1, text_.size()));
+      ++line_;
+      if (line.size() > longest_line)
+        fail(fmt::format("a line of more than {} characters, expected a {} a line", longest_line,
+                         a_row_));
+      if (!line.empty() && !line.starts_with('#')) return true;
+    }
+    return false;
+  }
+
+  void read_header(std::string_view line) {
+    split(line, fields_);
+    for (const CsvColumn& column : columns_) {
+      const auto found = std::ranges::find(fields_, column.name);
+      table_.has_.push_back(found != fields_.end());
+      place_.push_back(static_cast<std::size_t>(found - fields_.begin()));
+      if (found == fields_.end()) {
+        if (!column.required) continue;
+        fail(fmt::format("no column {} in {}, expected a header row with {}", column.name,
+                         quoted(line), header_of(columns_)));
+      }
+      if (std::find(found + 1, fields_.end(), column.name) != fields_.end())
+        fail(fmt::format("column {} is there twice, expected it once", column.name));
+    }
+    width_ = fields_.size();
+  }
+
+  void read_row(std::string_view line) {
+    split(line, fields_);
+    if (fields_.size() != width_)
+      fail(fmt::format("{} values in {}, expected {} as in the header row", fields_.size(),
+                       quoted(line), width_));
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      table_.values_.push_back(table_.has_[i] ? number(fields_[place_[i]], columns_[i].name) : 0.0);
+    table_.lines_.push_back(line_);
+  }
+
+  double number(std::string_view field, std::string_view column) const {
+    const std::string_view digits =
+        field.starts_with('+') && !field.starts_with("+-") ? field.substr(1) : field;
+    double value = 0.0;
+    const char* end = digits.data() + digits.size();
+    const auto read = std::from_chars(digits.data(), end, value);
+    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value))
+      fail(fmt::format("{} is {}, expected a number as in 12.5", column, quoted(field)));
+    return value;
+  }
+
+  std::string_view text_;
+  std::string_view a_row_;
+  std::span<const CsvColumn> columns_;
+  int line_ = 0;
+  std::vector<std::string_view> fields_;  // of a line
+  std::vector<std::size_t> place_;        // of the columns among them
+  std::size_t width_ = 0;                 // how many fields the header row has
+  CsvTable table_;
+};
+
+CsvTable CsvTable::parse(std::string_view text, std::string_view name, std::string_view a_row,
+                         std::span<const CsvColumn> columns) {
+  return CsvReader(text, name, a_row, columns).read();
+}
+
+CsvTable CsvTable::read(const std::filesystem::path& file, std::string_view a_row,
+                        std::span<const CsvColumn> columns) {
+  const auto fail = [&](std::string_view what) {
+    throw SceneError(fmt::format("{}: {}", file.string(), what));
+  };
+  // Before it is opened: a named pipe would wait for ever.
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(file, unknown))
+    fail("is not a file that can be read; correct the path");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) fail("cannot be opened; check its permissions");
+  if (const auto bytes = std::filesystem::file_size(file, unknown); bytes > largest_file_bytes)
+    fail(fmt::format("has {} bytes, expected at most {}; thin it out", bytes, largest_file_bytes));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (stream.bad()) fail("cannot be read to its end; check the disk");
+  return parse(text, file.string(), a_row, columns);
+}
+
+SceneError CsvTable::fault(std::size_t row, std::string_view what) const {
+  return SceneError(fmt::format("{}:{}: {}", name_, lines_[row], what));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,38 @@
+#include <ensonify/engine/scene/csv_table.h>
+
+#include <array>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+// What rows and damaged text may be is in profile_reader_test.cpp, through this same table.
+
+namespace {
+constexpr std::array<CsvColumn, 3> columns = {{{"angle_deg"}, {"a", false}, {"b", false}}};
+
+CsvTable parsed(std::string_view text) { return CsvTable::parse(text, "t.csv", "level", columns); }
+}  // namespace
+
+TEST_CASE("A CSV table has the columns that are there, in the order they are asked for") {
+  const CsvTable table = parsed("# of today\nb,note,angle_deg\n1,x,2\n\n3,,-4.5e1\n");
+  REQUIRE(table.rows() == 2);
+  CHECK(table.has(0));
+  CHECK_FALSE(table.has(1));
+  CHECK(table.has(2));
+  CHECK(table.at(0, 0) == 2.0);
+  CHECK(table.at(0, 2) == 1.0);
+  CHECK(table.at(1, 0) == -45.0);
+  CHECK(table.at(1, 2) == 3.0);
+}
+
+TEST_CASE("A CSV table's complaints name file and line, and which columns may be left out") {
+  CHECK(std::string(parsed("angle_deg\n\n1\n2\n").fault(1, "too large").what()) ==
+        "t.csv:4: too large");
+  CHECK_THROWS_WITH(parsed("a,b\n1,2\n"),
+                    "t.csv:1: no column angle_deg in 'a,b', expected a header row with "
+                    "angle_deg[,a][,b]");
+  CHECK_THROWS_WITH(parsed("angle_deg\n"),
+                    "t.csv:1: no level follows the header row, expected at least one");
+  CHECK_THROWS_WITH(parsed("angle_deg,b,b\n1,2,3\n"), Catch::Contains("b is there twice"));
+}
