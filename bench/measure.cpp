@@ -36,7 +36,7 @@ std::vector<Measurement> measure(const std::vector<Case>& cases, int rounds, int
     const double start_s = wall_s();
     engine::Simulator simulator(scene);
     result.prepare_s = wall_s() - start_s;
-    result.faces = simulator.seafloor().mesh.faces.size();
+    result.faces = simulator.seafloor().faces;
     result.code_path = simulator.code_path();
     std::vector<engine::Pose> poses = simulator.track();
     for (const engine::EchoLine& line : simulator.ping(poses.front(), 0))  // warms up, too

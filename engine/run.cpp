@@ -80,13 +80,20 @@ class Run {
       : scene_(scene), control_(control), folder_(folder) {}
 
   RunReport report() {
-    tell("seafloor", 0, 1);
     Clock::time_point start = Clock::now();
-    Simulator simulator(scene_);
+    Simulator simulator(scene_, {.cache = control_.cache,
+                                 .threads = control_.threads,
+                                 .progress = [&](std::string_view stage) { tell(stage, 0, 1); }});
     poses_ = simulator.track();
     report_.prepare_s = seconds_since(start);
-    report_.counts["vertices"] = simulator.seafloor().mesh.positions.size();
-    report_.counts["faces"] = simulator.seafloor().mesh.faces.size();
+    const PreparedSeafloor& prepared = simulator.prepared();
+    report_.surface = prepared.surface;
+    report_.surface_why = prepared.why;
+    report_.cache_file = prepared.cache_file;
+    report_.cached = prepared.cached;
+    const std::vector<std::string> cache_warnings = prepared.warnings;
+    report_.counts["vertices"] = simulator.seafloor().vertices;
+    report_.counts["faces"] = simulator.seafloor().faces;
     report_.counts["repairs"] = simulator.seafloor().repairs;
     report_.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
 
@@ -99,6 +106,8 @@ class Run {
     write_files(simulator);
     report_.files_s = seconds_since(start);
     folder_.keep();
+    // Not in the manifest: the files do not depend on the cache.
+    report_.warnings.insert(report_.warnings.end(), cache_warnings.begin(), cache_warnings.end());
     for (const FileRecord& file : folder_.records())
       report_.files.push_back(folder_.path() / file.name);
     return std::move(report_);
@@ -192,7 +201,7 @@ class Run {
 
     Manifest manifest{.scene_toml = scene_toml,
                       .seed = scene_.seed,
-                      .surface = scene_.run.surface,
+                      .surface = report_.surface,
                       .intersector = scene_.run.intersector,
                       .code_path = std::string(simulator.code_path()),
                       .classes = simulator.seafloor().classes,
@@ -231,7 +240,18 @@ class Run {
 }  // namespace
 
 RunReport run(const Scene& scene, const fs::path& folder, const RunControl& control) {
-  return Run(scene, folder, control).report();
+  try {
+    return Run(scene, folder, control).report();
+  } catch (const refine::DamagedFile& damage) {
+    // Found at its first touch, in the middle of the run: what came from it before was sound, but
+    // begins anew as well. A file that the scene names is the user's own.
+    if (scene.seafloor.kind == SeafloorKind::progressive) throw;
+    std::error_code ignored;
+    fs::remove(cache_file(scene, control.cache), ignored);
+    RunReport report = Run(scene, folder, control).report();
+    report.warnings.push_back(fmt::format("{}; it was made anew", damage.what()));
+    return report;
+  }
 }
 
 }  // namespace ensonify::engine

@@ -22,15 +22,19 @@ struct Stopped : std::runtime_error {
 /// How a run talks to whoever started it.
 struct RunControl {
   int threads = 0;  ///< 0: as many as the machine has
-  /// Told what is being done ("seafloor", "pings", "files") and how far it is. Returning false stops
+  /// Told what is being done ("seafloor", "analysis", "tree", "pings", "files") and how far it is. Returning false stops
   /// the run. Called from one thread at a time, at least after every block.
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
+  std::filesystem::path cache = {};  ///< for analysed seafloors, as in Preparation
 };
 
 /// What a run did. Times are of this machine and go into no file.
 struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
   std::vector<std::string> warnings;
+  std::string surface, surface_why;          ///< as in PreparedSeafloor
+  std::filesystem::path cache_file;          ///< the same
+  bool cached = false;                       ///< the same
   std::vector<std::filesystem::path> files;  ///< by name
   StageTimes stages;                         ///< summed over threads
   double prepare_s = 0.0;                    ///< seafloor and surface

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -35,14 +36,6 @@ class StopWatch {
   Clock::time_point since_ = Clock::now();
 };
 
-double mean_bed_height_m(const Seafloor& seafloor) {
-  double sum = 0.0;
-  for (std::size_t face = 0; face < seafloor.bed_faces; ++face)
-    for (const std::uint32_t vertex : seafloor.mesh.faces[face])
-      sum += seafloor.mesh.positions[vertex].z();
-  return sum / (3.0 * static_cast<double>(seafloor.bed_faces));
-}
-
 }  // namespace
 
 StageTimes& StageTimes::operator+=(const StageTimes& other) {
@@ -56,10 +49,10 @@ StageTimes& StageTimes::operator+=(const StageTimes& other) {
 /// What all threads share.
 struct Simulator::Ready {
   Scene scene;
-  Seafloor seafloor;
+  PreparedSeafloor prepared;
+  const Seafloor& seafloor = prepared.seafloor;
   refine::Bounds bounds;
-  BedBelow bed_below;
-  double mean_bed_m;  ///< height, so it is negative
+  std::optional<BedGrid> bed;  ///< where the seafloor has its mesh
   SurfaceParts parts;
   std::string code_path;
   double sound_speed_mps;
@@ -67,23 +60,23 @@ struct Simulator::Ready {
   std::vector<std::vector<scatter::BackscatterTable>> by_material;  ///< for each sonar
   std::vector<std::string> warnings;
 
-  explicit Ready(const Scene& of)
+  Ready(const Scene& of, const Preparation& how)
       : scene(of),
-        seafloor(make_seafloor(of.seafloor, of.seed, of.objects)),
-        bounds(refine::bounds(seafloor.mesh)),
-        bed_below(seafloor),
-        mean_bed_m(mean_bed_height_m(seafloor)),
-        parts{.intersector = of.run.intersector,
+        prepared(prepare_seafloor(of, how)),
+        bounds(seafloor.bounds()),
+        parts{.progressive = seafloor.progressive,
+              .intersector = of.run.intersector,
               .options = of.run.intersection,
               .tree_pings = of.run.tree_pings},
         warnings(seafloor.warnings) {
-    if (surface_kind(of.run.surface).needs_progressive_mesh)
-      parts.progressive = make_progressive_mesh(seafloor.mesh);
-    else
+    if (!seafloor.progressive) {
+      if (how.progress) how.progress("tree");
+      parts.all = seafloor.mesh;
       parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
-    parts.all = seafloor.mesh;
+      bed.emplace(seafloor);
+    }
     code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
-    const double half_depth_m = std::max(0.0, -0.5 * mean_bed_m);
+    const double half_depth_m = std::max(0.0, -0.5 * seafloor.mean_bed_m);
     const Sea& sea = scene.sea;
     sound_speed_mps =
         sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, half_depth_m));
@@ -112,7 +105,7 @@ struct Simulator::Ready {
   }
 
   void take_profile(const scatter::SoundSpeedProfile& profile) {
-    const double bed_m = std::max(0.0, -mean_bed_m);
+    const double bed_m = std::max(0.0, -seafloor.mean_bed_m);
     sound_speed_mps = profile.mean_speed_mps(0.0, bed_m);
     if (const double deepest_m = -double(bounds.lowest.z()); deepest_m > profile.deepest_m())
       warn(
@@ -129,13 +122,15 @@ struct Simulator::Ready {
 /// One thread's own.
 struct Simulator::Worker {
   std::unique_ptr<Surface> surface;
+  std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   std::vector<Pinger> pingers;
   std::vector<RayFan> fans;
   std::vector<EchoLine> lines;
   StageTimes times;
 
   explicit Worker(const Ready& ready)
-      : surface(surface_kind(ready.scene.run.surface).make(ready.parts)) {
+      : surface(surface_kind(ready.prepared.surface).make(ready.parts)) {
+    if (ready.seafloor.progressive) plumb_line.emplace(ready.seafloor);
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
       pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i]);
@@ -148,7 +143,8 @@ struct Simulator::Worker {
   }
 };
 
-Simulator::Simulator(const Scene& scene) : Simulator(std::make_shared<const Ready>(scene)) {}
+Simulator::Simulator(const Scene& scene, const Preparation& how)
+    : Simulator(std::make_shared<const Ready>(scene, how)) {}
 Simulator::Simulator(std::shared_ptr<const Ready> ready)
     : ready_(std::move(ready)), worker_(std::make_unique<Worker>(*ready_)) {}
 Simulator::Simulator(Simulator&&) noexcept = default;
@@ -162,7 +158,7 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
       !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
     throw std::invalid_argument("Simulator: the pose is not finite");
   double height_m = altitude_m(pose.position);
-  if (!(height_m > 0.0)) height_m = pose.position.z() - ready_->mean_bed_m;  // over a hole
+  if (!(height_m > 0.0)) height_m = pose.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
   worker_->fans.clear();
   for (Pinger& pinger : worker_->pingers)
     for (const RayFan& fan : pinger.aim(pose, height_m)) worker_->fans.push_back(fan);
@@ -190,7 +186,9 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
 }
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
-  return position.z() - ready_->bed_below.height_m(position.x(), position.y());
+  const double x_m = position.x(), y_m = position.y();
+  return position.z() - (worker_->plumb_line ? worker_->plumb_line->height_m(x_m, y_m)
+                                             : ready_->bed->height_m(x_m, y_m));
 }
 
 std::vector<Pose> Simulator::track() const {
@@ -247,6 +245,7 @@ std::vector<Pose> Simulator::track() const {
 
 std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
+const PreparedSeafloor& Simulator::prepared() const { return ready_->prepared; }
 std::string_view Simulator::code_path() const { return ready_->code_path; }
 void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/track.h>
@@ -31,7 +32,7 @@ struct StageTimes {
 class Simulator {
  public:
   /// Throws SceneError, refine::MeshError, std::invalid_argument.
-  explicit Simulator(const Scene& scene);
+  explicit Simulator(const Scene& scene, const Preparation& how = {});
   Simulator(Simulator&&) noexcept;
   Simulator& operator=(Simulator&&) noexcept;
   ~Simulator();
@@ -39,7 +40,8 @@ class Simulator {
 
   /// One ping of every sonar: port and starboard of the first, then of the next. `number` tells pings
   /// apart in their random numbers. The lines are good until the next call. Throws
-  /// std::invalid_argument for a pose that is not finite.
+  /// std::invalid_argument for a pose that is not finite, refine::DamagedFile where an analysed
+  /// seafloor's file turns out to be damaged.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
   /// The fans of a ping, of every sonar port and starboard; good until the next call. Throws as ping().
@@ -58,6 +60,8 @@ class Simulator {
   std::vector<Pose> track() const;
 
   const Seafloor& seafloor() const;
+  /// How the seafloor came to be.
+  const PreparedSeafloor& prepared() const;
   /// What should be said once a run: repairs, models outside their range, a cast that is too short.
   std::span<const std::string> warnings() const;
   /// What the intersector's last bits depend on.

@@ -73,7 +73,6 @@ static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector
 
 // As PNG's, this one tells of what makes text files out of others.
 constexpr std::array<char, 8> magic = {'\x89', 'E', 'P', 'M', '\r', '\n', '\x1a', '\n'};
-constexpr std::uint32_t version = 1;
 constexpr std::uint32_t byte_order = 0x01020304, other_byte_order = 0x04030201;
 
 std::uint64_t page_end(std::uint64_t bytes) {
@@ -243,7 +242,7 @@ void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
 Header header_of(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
                  std::uint64_t source_faces) {
   Header header{.magic = magic,
-                .version = version,
+                .version = progressive_mesh_version,
                 .byte_order = byte_order,
                 .leaves = mesh.points.size(),
                 .roots = mesh.roots.size(),
@@ -403,10 +402,10 @@ Header ProgressiveMesh::File::checked_header() const {
   if (header.byte_order == other_byte_order)
     throw MeshError(
         fmt::format("{}: from a machine of the other byte order; make it anew on this one", name_));
-  if (header.byte_order == byte_order && header.version != version)
+  if (header.byte_order == byte_order && header.version != progressive_mesh_version)
     throw MeshError(
         fmt::format("{}: has version {} of the format, and only {} can be read; make it anew",
-                    name_, header.version, version));
+                    name_, header.version, progressive_mesh_version));
   Page page;
   std::memcpy(page.data(), bytes.data(), page.size());
   const auto expect = [&](bool holds, const char* what) {

@@ -9,6 +9,9 @@
 
 namespace ensonify::refine {
 
+/// Of the format; a file of another version is refused.
+inline constexpr std::uint32_t progressive_mesh_version = 1;
+
 /// What the owner of a progressive mesh keeps beside it in the file.
 struct ProgressiveMeshExtras {
   std::span<const std::uint16_t> tags = {};  ///< one a source face, or none at all

@@ -190,7 +190,7 @@ void check(const Arguments& arguments) {
     const nlohmann::ordered_json json = {
         {"scene", arguments.scene.file.string()},
         {"seed", scene.seed},
-        {"faces", simulator.seafloor().mesh.faces.size()},
+        {"faces", simulator.seafloor().faces},
         {"reference", reference_name},
         {"unexplained", unexplained},
         {"rows", table},

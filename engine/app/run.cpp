@@ -23,6 +23,7 @@ struct Arguments {
   fs::path folder;
   std::optional<std::string> surface, intersector, seed;
   int threads = 0;
+  fs::path cache;
   bool json = false;
   bool quiet = false;
 };
@@ -33,6 +34,12 @@ double pings_per_s(const RunReport& report) {
 
 void print_report(const RunReport& report, int threads) {
   const StageTimes& stages = report.stages;
+  if (!report.surface_why.empty())
+    fmt::print(stderr, "surface: {}, since {}\n", report.surface, report.surface_why);
+  if (report.cached)
+    fmt::print(stderr, "analysed seafloor: taken from {}\n", report.cache_file.string());
+  else if (!report.cache_file.empty() && report.surface != "static")
+    fmt::print(stderr, "analysed seafloor: kept in {}\n", report.cache_file.string());
   fmt::print(
       stderr,
       "{} pings in {:.2f} s: {:.4g} pings/s on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
@@ -56,6 +63,8 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
       {"files", files},
       {"counts", report.counts},
       {"warnings", report.warnings},
+      {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
+      {"cache", {{"file", report.cache_file.string()}, {"hit", report.cached}}},
       {"pings_per_s", pings_per_s(report)},
       {"times_s",
        {{"seafloor", report.prepare_s}, {"pings", report.pings_s}, {"files", report.files_s}}},
@@ -90,10 +99,13 @@ void run_scene(Arguments arguments) {
     const SignalWatch signals;
     Progress progress(arguments.quiet);
     report = run(scene, arguments.folder,
-                 {.threads = threads, .progress = [&](auto stage, auto done, auto of) {
-                    progress.tell(stage, done, of);
-                    return SignalWatch::caught() == 0;
-                  }});
+                 {.threads = threads,
+                  .progress =
+                      [&](auto stage, auto done, auto of) {
+                        progress.tell(stage, done, of);
+                        return SignalWatch::caught() == 0;
+                      },
+                  .cache = arguments.cache.empty() ? default_cache() : arguments.cache});
   }
   for (const std::string& warning : report.warnings)
     fmt::print(stderr, "ensonify: warning: {}\n", warning);
@@ -119,6 +131,11 @@ void add_run(CLI::App& app, Action& action) {
       .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
+  command
+      .add_option("--cache", arguments->cache,
+                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_CACHE");
   command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));

@@ -1,6 +1,8 @@
 #include <ensonify/engine/output/manifest.h>
 
 #include <array>
+#include <fstream>
+#include <memory>
 #include <string_view>
 
 #include <OpenEXR/OpenEXRConfig.h>
@@ -23,8 +25,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Those whose version can change a byte of a result or of its file.
-nlohmann::ordered_json library_versions() {
+nlohmann::ordered_json versions_json() {
   nlohmann::ordered_json versions;
   versions["embree"] = RTC_VERSION_STRING;
   versions["fftw"] = std::string(fftw_version);
@@ -39,17 +40,35 @@ nlohmann::ordered_json library_versions() {
   return versions;
 }
 
-}  // namespace
-
-std::string xxh128(std::span<const std::byte> bytes) {
+std::string digits_of(XXH128_hash_t hash) {
   XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
+  XXH128_canonicalFromHash(&canonical, hash);
   std::string digits;
   for (const unsigned char byte : canonical.digest) digits += fmt::format("{:02x}", byte);
   return digits;
 }
 
+}  // namespace
+
+std::string xxh128(std::span<const std::byte> bytes) {
+  return digits_of(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
 std::string xxh128(std::string_view text) { return xxh128(std::as_bytes(std::span(text))); }
+
+std::string xxh128_of_file(const std::filesystem::path& file) {
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              &XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<char> block(std::size_t{1} << 20);
+  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) ||
+         stream.gcount() > 0)
+    XXH3_128bits_update(state.get(), block.data(), static_cast<std::size_t>(stream.gcount()));
+  return digits_of(XXH3_128bits_digest(state.get()));
+}
+
+std::string library_versions() { return versions_json().dump(); }
 
 std::string manifest_json(const Manifest& manifest) {
   nlohmann::ordered_json files = nlohmann::ordered_json::array();
@@ -59,7 +78,7 @@ std::string manifest_json(const Manifest& manifest) {
   const nlohmann::ordered_json json = {
       {"program", "ensonify"},
       {"version", ENSONIFY_VERSION},
-      {"libraries", library_versions()},
+      {"libraries", versions_json()},
       {"scene", manifest.scene_toml},
       {"scene_hash", xxh128(manifest.scene_toml)},
       {"seed", manifest.seed},

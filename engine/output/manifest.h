@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <span>
 #include <string>
@@ -29,6 +30,11 @@ struct Manifest {
 /// The hash of bytes, 32 hexadecimal digits.
 std::string xxh128(std::span<const std::byte> bytes);
 std::string xxh128(std::string_view text);
+/// The hash of a file's content; of nothing where it cannot be read.
+std::string xxh128_of_file(const std::filesystem::path& file);
+
+/// Versions of the libraries that can change a byte of a result or of its file, as JSON.
+std::string library_versions();
 
 /// The manifest as JSON, program and library versions added.
 std::string manifest_json(const Manifest& manifest);

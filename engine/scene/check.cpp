@@ -32,6 +32,10 @@ void check_scene(const Scene& scene,
   };
   file_of_kind(SeafloorKind::survey, "survey", bed.survey);
   file_of_kind(SeafloorKind::mesh, "mesh", bed.mesh);
+  file_of_kind(SeafloorKind::progressive, "progressive", bed.progressive);
+  require(bed.kind != SeafloorKind::progressive || scene.objects.empty(), "objects.0", [] {
+    return "a progressive mesh takes no further objects: put them into the scene that is analysed";
+  });
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const std::string object = fmt::format("objects.{}", i);
     require(!scene.objects[i].mesh.name.empty(), object, [&] {

@@ -33,7 +33,7 @@ struct Sea {
 
 /// How a run is computed. None of it but the intersector's last bits changes the result.
 struct RunOptions {
-  std::string surface = "static";
+  std::string surface = "auto";  ///< a surface's name, or for prepare_seafloor() to choose
   std::string intersector = "embree";
   IntersectorOptions intersection;
   int tree_pings = 1;  ///< an intersector's tree of exact faces is meant to do for this many pings

@@ -28,6 +28,12 @@ std::vector<std::string_view> intersector_names() {
   return names;
 }
 
+std::vector<std::string_view> surface_choices() {
+  std::vector<std::string_view> names = surface_names();
+  names.insert(names.begin(), "auto");
+  return names;
+}
+
 std::string number_text(double value) {
   if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";  // TOML's integer -0 has no sign
   return fmt::format("{}", value);
@@ -83,8 +89,10 @@ const std::vector<Section<Scene>>& scene_sections() {
       {"seafloor",
        "Where the seabed comes from and what it is made of.",
        {
-           {"kind", "", {}, "A generated seabed, a survey's grid, or a mesh.",
-            at(&Scene::seafloor, &SeafloorOptions::kind), {"fractal", "survey", "mesh"}},
+           {"kind", "", {},
+            "A generated seabed, a survey's grid, a mesh, or what `ensonify analyse` made of any of them.",
+            at(&Scene::seafloor, &SeafloorOptions::kind),
+            {"fractal", "survey", "mesh", "progressive"}},
            {"extent_east_m", "m", {0.01, 100e3}, "Size of a generated seabed from west to east.",
             at(&Scene::seafloor, &SeafloorOptions::extent_east_m)},
            {"extent_north_m", "m", {0.01, 100e3}, "Size of a generated seabed from south to north.",
@@ -100,6 +108,10 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"mesh", "", {},
             "A mesh (PLY, OBJ, STL, OFF) with z up as the whole seabed; a path as for survey.",
             at(&Scene::seafloor, &SeafloorOptions::mesh)},
+           {"progressive", "", {},
+            "A progressive mesh that `ensonify analyse` wrote: bed, objects and what they are made of; a "
+            "path as for survey.",
+            at(&Scene::seafloor, &SeafloorOptions::progressive)},
            {"weld_m", "m", {-1, 1000},
             "Vertices of the mesh this close become one; 0: only equal ones, less: none.",
             at(&Scene::seafloor, &SeafloorOptions::weld_m)},
@@ -168,8 +180,9 @@ const std::vector<Section<Scene>>& scene_sections() {
        {
            {"surface", "", {},
             "Which triangles a ping sees. static: all, in one tree; refined: those in the fan, unchanged, "
-            "of a mesh refined at each ping; footprint: the same by a query.",
-            at(&Scene::run, &RunOptions::surface), surface_names()},
+            "of a mesh refined at each ping; footprint: the same by a query; auto: refined, unless the "
+            "run is too short to pay for the analysis.",
+            at(&Scene::run, &RunOptions::surface), surface_choices()},
            {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`).",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
            {"robust", "", {}, "Whether no ray may slip between faces, at some cost in speed.",

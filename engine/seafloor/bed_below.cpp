@@ -15,9 +15,42 @@ namespace {
 constexpr double faces_a_cell = 2.0;
 constexpr double most_cells_a_face = 8.0;  // on average: long faces want larger cells
 
+/// The topmost of the faces there, so far.
+class Topmost {
+ public:
+  Topmost(refine::Triangles triangles, double x_m, double y_m)
+      : triangles_(triangles), place_(x_m, y_m, 0.0) {}
+
+  void look_at(std::uint32_t face) {
+    const refine::Face& corners = triangles_.faces[face];
+    const auto side = [&](std::size_t from, std::size_t to) {
+      return exact_side(place_, Eigen::Vector3d::UnitZ(), triangles_.positions[corners[from]],
+                        triangles_.positions[corners[to]]);
+    };
+    const int first = side(0, 1);
+    if (first == 0 || side(1, 2) != first || side(2, 0) != first) return;
+    const Eigen::Vector3d a = triangles_.corner(face, 0);
+    const Eigen::Vector3d normal =
+        (triangles_.corner(face, 1) - a).cross(triangles_.corner(face, 2) - a);
+    const double height_m =
+        a.z() +
+        (normal.x() * (a.x() - place_.x()) + normal.y() * (a.y() - place_.y())) / normal.z();
+    highest_m_ = std::max(highest_m_, height_m);
+  }
+
+  double height_m() const {
+    return std::isfinite(highest_m_) ? highest_m_ : std::numeric_limits<double>::quiet_NaN();
+  }
+
+ private:
+  refine::Triangles triangles_;
+  Eigen::Vector3d place_;
+  double highest_m_ = -std::numeric_limits<double>::infinity();
+};
+
 }  // namespace
 
-BedBelow::BedBelow(const Seafloor& seafloor)
+BedGrid::BedGrid(const Seafloor& seafloor)
     : bed_{seafloor.mesh.positions, std::span(seafloor.mesh.faces).first(seafloor.bed_faces), {}} {
   const refine::Bounds box = refine::bounds(bed_);
   lowest_ = box.lowest.head<2>().cast<double>();
@@ -43,12 +76,12 @@ BedBelow::BedBelow(const Seafloor& seafloor)
     for_each_cell(face, [&](std::size_t cell) { faces_[next[cell]++] = face; });
 }
 
-BedBelow::Cells BedBelow::cell_of(const Eigen::Vector2d& place) const {
+BedGrid::Cells BedGrid::cell_of(const Eigen::Vector2d& place) const {
   return ((place - lowest_) / cell_m_).array().floor().cast<std::int64_t>();
 }
 
 template <class F>
-void BedBelow::for_each_cell(std::uint32_t face, F&& f) const {
+void BedGrid::for_each_cell(std::uint32_t face, F&& f) const {
   const refine::Face& corners = bed_.faces[face];
   const Eigen::Vector2f a = bed_.positions[corners[0]].head<2>(),
                         b = bed_.positions[corners[1]].head<2>(),
@@ -60,26 +93,34 @@ void BedBelow::for_each_cell(std::uint32_t face, F&& f) const {
       f(static_cast<std::size_t>(row * cells_[0] + column));
 }
 
-double BedBelow::height_m(double x_m, double y_m) const {
-  double highest_m = -std::numeric_limits<double>::infinity();
+double BedGrid::height_m(double x_m, double y_m) const {
   const Cells at = cell_of({x_m, y_m});
   if ((at < 0).any() || (at >= cells_).any()) return std::numeric_limits<double>::quiet_NaN();
-  const Eigen::Vector3d place(x_m, y_m, 0.0), up = Eigen::Vector3d::UnitZ();
+  Topmost topmost(bed_, x_m, y_m);
   const auto cell = static_cast<std::size_t>(at[1] * cells_[0] + at[0]);
-  for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i) {
-    const refine::Face& corners = bed_.faces[faces_[i]];
-    const auto side = [&](std::size_t from, std::size_t to) {
-      return exact_side(place, up, bed_.positions[corners[from]], bed_.positions[corners[to]]);
-    };
-    const int first = side(0, 1);
-    if (first == 0 || side(1, 2) != first || side(2, 0) != first) continue;
-    const Eigen::Vector3d a = bed_.corner(faces_[i], 0);
-    const Eigen::Vector3d normal =
-        (bed_.corner(faces_[i], 1) - a).cross(bed_.corner(faces_[i], 2) - a);
-    highest_m = std::max(
-        highest_m, a.z() + (normal.x() * (a.x() - x_m) + normal.y() * (a.y() - y_m)) / normal.z());
-  }
-  return std::isfinite(highest_m) ? highest_m : std::numeric_limits<double>::quiet_NaN();
+  for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i) topmost.look_at(faces_[i]);
+  return topmost.height_m();
+}
+
+PlumbLine::PlumbLine(const Seafloor& seafloor)
+    : mesh_(seafloor.progressive),
+      bed_faces_(seafloor.bed_faces),
+      highest_m_(seafloor.bounds().highest.z()),
+      lowest_m_(seafloor.bounds().lowest.z()),
+      footprint_(*mesh_) {}
+
+double PlumbLine::height_m(double x_m, double y_m) {
+  // A fan that has closed to a line: its slack is more than the bits of the place.
+  const refine::ViewVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
+                                .array_axis = Eigen::Vector3d::UnitX(),
+                                .middle = -Eigen::Vector3d::UnitZ(),
+                                .pole = Eigen::Vector3d::UnitY(),
+                                .range_m = highest_m_ - lowest_m_ + 2.0};
+  const refine::ExactFaces faces = footprint_.query({&down, 1});
+  Topmost topmost({faces.points, faces.faces, faces.source_faces}, x_m, y_m);
+  for (std::uint32_t i = 0; i < faces.faces.size(); ++i)
+    if (faces.source_faces[i] < bed_faces_) topmost.look_at(i);
+  return topmost.height_m();
 }
 
 }  // namespace ensonify::engine

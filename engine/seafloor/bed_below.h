@@ -1,23 +1,26 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/refine/footprint.h>
 
 namespace ensonify::engine {
 
-/// How high the bed is at a place: a grid over the bed's faces as seen from above. The answer depends on
-/// the mesh alone, whatever traces the pings.
-class BedBelow {
- public:
-  /// The seafloor must outlive this, which takes some 30 bytes a face.
-  explicit BedBelow(const Seafloor& seafloor);
+/// How high the bed is at a place: the topmost bed face there, local metres, objects left out; NaN over
+/// a hole and off the seafloor. The answer depends on the mesh alone, whatever traces the pings, and
+/// is the same to the bit from either of the two.
 
-  /// Height of the topmost bed face there, local metres, objects left out; NaN over a hole and off the
-  /// seafloor.
+/// By a grid over the bed's faces as seen from above. Any number of threads may ask.
+class BedGrid {
+ public:
+  /// Of a seafloor with a mesh, which must outlive this; takes some 30 bytes a face.
+  explicit BedGrid(const Seafloor& seafloor);
+
   double height_m(double x_m, double y_m) const;
 
  private:
@@ -33,6 +36,21 @@ class BedBelow {
   Cells cells_ = Cells::Zero();
   std::vector<std::uint64_t> first_;  // of a cell's faces; one more at the end
   std::vector<std::uint32_t> faces_;
+};
+
+/// By the faces of a progressive mesh that a plumb line can touch. One thread at a time.
+class PlumbLine {
+ public:
+  /// Of a seafloor with a progressive mesh, which this keeps.
+  explicit PlumbLine(const Seafloor& seafloor);
+
+  double height_m(double x_m, double y_m);
+
+ private:
+  std::shared_ptr<const refine::ProgressiveMesh> mesh_;
+  std::size_t bed_faces_;
+  double highest_m_, lowest_m_;
+  refine::Footprint footprint_;
 };
 
 }  // namespace ensonify::engine

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/survey.h>
 #include <ensonify/engine/seafloor/tessellate.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -112,6 +113,13 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
   return std::move(mesh);
 }
 
+double mean_height_m(refine::Triangles triangles) {
+  double sum = 0.0;
+  for (const refine::Face& face : triangles.faces)
+    for (const std::uint32_t vertex : face) sum += triangles.positions[vertex].z();
+  return sum / (3.0 * static_cast<double>(triangles.faces.size()));
+}
+
 void add_object(const ObjectOptions& object, Seafloor& seafloor) {
   refine::TriangleMesh& whole = seafloor.mesh;
   const refine::Triangles bed{whole.positions, std::span(whole.faces).first(seafloor.bed_faces)};
@@ -143,13 +151,34 @@ Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed)
   switch (options.kind) {
     case SeafloorKind::fractal: return make_fractal(options, seed);
     case SeafloorKind::survey: return make_survey(options);
-    case SeafloorKind::mesh: break;
+    case SeafloorKind::mesh:
+    case SeafloorKind::progressive: break;
   }
   throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it as .ply");
 }
 
+refine::Bounds Seafloor::bounds() const {
+  return progressive ? progressive->bounds : refine::bounds(mesh);
+}
+
+std::uint16_t Seafloor::tag_of(std::uint32_t face) const {
+  if (progressive->tag_count() == 0) return 0;
+  const std::uint16_t tag = progressive->tag(face);
+  if (tag < labels.size()) return tag;
+  throw refine::MeshError(
+      fmt::format("the progressive mesh gives face {} the label {}, of {}; analyse it again", face,
+                  tag, labels.size()));
+}
+
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects) {
+  if (options.kind == SeafloorKind::progressive) {
+    if (!objects.empty())
+      throw std::invalid_argument(
+          "seafloor: a progressive mesh takes no further objects; put them into the scene that is "
+          "analysed");
+    return open_analysed(options.progressive.path);
+  }
   if (objects.size() > most_objects)
     throw std::invalid_argument(
         fmt::format("{} objects are more than {}; take fewer", objects.size(), most_objects));
@@ -161,7 +190,10 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                       .class_id = number_of("seabed", seafloor.classes),
                       .instance = 0,
                       .two_sided = mesh}};
+  seafloor.mean_bed_m = mean_height_m(seafloor.mesh);
   for (const ObjectOptions& object : objects) add_object(object, seafloor);
+  seafloor.vertices = seafloor.mesh.positions.size();
+  seafloor.faces = seafloor.mesh.faces.size();
   return seafloor;
 }
 

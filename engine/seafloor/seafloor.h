@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,11 +11,12 @@
 #include <ensonify/engine/seafloor/input_file.h>
 #include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/ripples.h>
+#include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-enum class SeafloorKind { fractal, survey, mesh };
+enum class SeafloorKind { fractal, survey, mesh, progressive };
 
 /// Where the seafloor comes from.
 struct SeafloorOptions {
@@ -26,9 +28,10 @@ struct SeafloorOptions {
   double depth_m = 20.0;  ///< mean depth below the sea surface
   FractalRelief fractal;
   RippleRelief ripples;
-  // survey, mesh
+  // survey, mesh, progressive
   InputFile survey;
   InputFile mesh;
+  InputFile progressive;                 ///< what `ensonify analyse` wrote: bed, objects and labels
   double weld_m = 0.0;                   ///< the mesh's vertices this close become one
   double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
   std::string material = "medium sand";  ///< see material.h
@@ -44,25 +47,38 @@ struct Label {
 
 /// The mesh, and what each face is. Local z is height above the sea surface, so it is negative.
 struct Seafloor {
-  refine::TriangleMesh mesh;
-  std::size_t bed_faces = 0;              ///< the bed's come first, then each object's
-  std::vector<Label> labels;              ///< the different ones there are; at least one
-  std::vector<std::uint16_t> face_label;  ///< into labels, one a face; empty: all are labels[0]
+  refine::TriangleMesh mesh;  ///< of no faces where `progressive` has them
+  /// The mesh at many resolutions, once it was analysed (analysis.h); faces keep their numbers.
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;
+  std::size_t vertices = 0, faces = 0;  ///< of the mesh, wherever it is
+  std::size_t bed_faces = 0;            ///< the bed's come first, then each object's
+  double mean_bed_m = 0.0;              ///< mean height of the bed's faces
+  std::vector<Label> labels;            ///< the different ones there are; at least one
+  std::vector<std::uint16_t>
+      face_label;  ///< into labels, one a face; empty: the progressive mesh's
+                   ///< tags, or else all are labels[0]
   std::vector<std::string> classes = {"none"};
   std::vector<std::string> materials = {"none"};
   std::size_t repairs = 0;            ///< of the files' meshes, all counts summed
   std::vector<std::string> warnings;  ///< what was repaired, a line a file
 
+  /// Throws refine::MeshError for a progressive mesh that names a label there is not.
   std::uint16_t label_of(std::uint32_t face) const {
-    return face_label.empty() ? std::uint16_t{0} : face_label[face];
+    if (!face_label.empty()) return face_label[face];
+    return progressive ? tag_of(face) : std::uint16_t{0};
   }
+  refine::Bounds bounds() const;  ///< of all faces, local metres
+
+ private:
+  std::uint16_t tag_of(std::uint32_t face) const;
 };
 
 /// The heights that options describe. Throws std::invalid_argument for options that make no bed
 /// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a survey that makes none, and what its parts throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
 /// The bed (of any kind) as a mesh, with objects set down on it. Throws as make_heightfield does, and
-/// refine::MeshError for a mesh that cannot be read or an object without a bed below.
+/// refine::MeshError for a mesh that cannot be read or an object without a bed below, and
+/// std::invalid_argument for objects over a progressive mesh, which has its own.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects = {});
 

@@ -19,7 +19,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
                                trace_range_m(sonar, medium.sound_speed_mps) / sonar.bin_m())) +
                                1),
       pulse_(pulse_kernel(0.5 * medium.sound_speed_mps / sonar.bandwidth_hz, sonar.bin_m())) {
-  const refine::Bounds box = refine::bounds(seafloor.mesh);
+  const refine::Bounds box = seafloor.bounds();
   lowest_ = box.lowest.head<2>().cast<double>();
   highest_ = box.highest.head<2>().cast<double>();
   for (std::size_t bin = 0; bin < bins_.size(); ++bin) {

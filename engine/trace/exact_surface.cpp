@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 #include <utility>
 
 #include <ensonify/refine/active_mesh.h>
@@ -122,8 +121,7 @@ std::unique_ptr<Surface> make_footprint_surface(const SurfaceParts& parts) {
 }
 
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
-    const refine::TriangleMesh& mesh) {
-  const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    const refine::TriangleMesh& mesh, int threads) {
   const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
   refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
   for (std::uint32_t& face : built.source_face)

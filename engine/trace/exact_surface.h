@@ -16,10 +16,10 @@ std::unique_ptr<Surface> make_refined_surface(const SurfaceParts& parts);
 std::unique_ptr<Surface> make_footprint_surface(const SurfaceParts& parts);
 
 /// The progressive mesh over a seafloor's mesh, made manifold where it is not (that parts vertices, and
-/// costs a ray nothing); faces keep their numbers. On all of the machine's threads. Throws what the
+/// costs a ray nothing); faces keep their numbers. The same on any number of threads. Throws what the
 /// builder throws.
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
-    const refine::TriangleMesh& mesh);
+    const refine::TriangleMesh& mesh, int threads = 1);
 
 /// The volume that holds all rays of a fan.
 refine::ViewVolume view_volume(const RayFan& fan);

@@ -35,8 +35,8 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program in a folder and waits for it. `environment` is added to this one's; `meanwhile`
-/// is called with its process id once it runs; stdout may go elsewhere.
+/// Runs the program in a folder and waits for it. `environment` is added to this one's, and a cache of
+/// its own unless it has one; `meanwhile` is called with its process id once it runs; stdout may go elsewhere.
 inline Outcome run_program(const std::filesystem::path& folder, std::vector<std::string> arguments,
                            const std::vector<std::string>& environment = {},
                            const std::function<void(pid_t)>& meanwhile = {},
@@ -55,10 +55,11 @@ inline Outcome run_program(const std::filesystem::path& folder, std::vector<std:
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   std::vector<std::string> own = environment;
+  own.push_back("ENSONIFY_CACHE=" + (streams / "cache").string());  // the first of a name counts
   for (std::string& variable : own) envp.push_back(variable.data());
   for (char** variable = environ; *variable; ++variable) {
     const std::string name = std::string(*variable).substr(0, std::string(*variable).find('=') + 1);
-    if (name != "ENSONIFY_DATA=") envp.push_back(*variable);
+    if (name != "ENSONIFY_DATA=" && name != "ENSONIFY_CACHE=") envp.push_back(*variable);
   }
   envp.push_back(nullptr);
 

@@ -271,7 +271,8 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "you "
        "mean 'grey'?"},
       {head + "[run]\nsurface = \"refine\"",
-       "s.toml:3:11: 'run.surface' is the string \"refine\", expected one of static, refined, "
+       "s.toml:3:11: 'run.surface' is the string \"refine\", expected one of auto, static, "
+       "refined, "
        "footprint; did you mean 'refined'?"},
       // What keys say of each other.
       {head + "[seafloor]\nkind = \"survey\"",

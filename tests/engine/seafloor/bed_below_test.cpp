@@ -42,7 +42,7 @@ TEST_CASE("The bed's height is what the exact tracer finds below, objects left o
   tests::add_box(seafloor, {-8, -2, -25}, {-5, 2, -10});
 
   const auto tracer = make_intersector("pluecker", bed);
-  const BedBelow below(seafloor);
+  const BedGrid below(seafloor);
   int holes = 0, grid = 0;
   std::array<double, 2> place;
   for (std::uint64_t i = 0; i < 3000; ++i) {
@@ -69,7 +69,7 @@ TEST_CASE("The bed's height is what the exact tracer finds below, objects left o
 
 TEST_CASE("A bed of two large faces answers as one of many, and outside there is none") {
   const Seafloor seafloor = tests::level_bed(20.0, 50.0);
-  const BedBelow below(seafloor);
+  const BedGrid below(seafloor);
   CHECK(below.height_m(0.0, 0.0) == -20.0);
   CHECK(below.height_m(-49.9, 49.9) == -20.0);
   CHECK(std::isnan(below.height_m(-50.1, 0.0)));

@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/analysis.h>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SceneArguments scene;
+  fs::path file;
+  int threads = 0;
+  bool json = false;
+  bool quiet = false;
+};
+
+/// The scene, or for a mesh one whose seafloor it is.
+Scene read_input(const SceneArguments& input) {
+  const std::string kind = input.file.extension().string();
+  constexpr std::array meshes{".ply", ".obj", ".stl", ".off"};
+  const auto same = [&](std::string_view mesh) {
+    return std::ranges::equal(kind, mesh, {}, [](unsigned char c) { return std::tolower(c); });
+  };
+  if (std::ranges::none_of(meshes, same)) return input.read();
+  if (!fs::exists(input.file))
+    throw UsageError(fmt::format("{}: there is no such file", input.file.string()));
+  const fs::path folder = input.file.parent_path();
+  return parse_scene(
+      fmt::format("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = {}\n",
+                  toml_string(input.file.filename().string())),
+      input.file.string(), input.overrides,
+      {.scene_folder = folder.empty() ? "." : folder, .data_folder = input.data_folder});
+}
+
+void analyse_scene(const Arguments& arguments) {
+  using Clock = std::chrono::steady_clock;
+  const auto since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  const Scene scene = read_input(arguments.scene);
+  if (scene.seafloor.kind == SeafloorKind::progressive)
+    throw UsageError(
+        fmt::format("{}: its seafloor was analysed before", arguments.scene.file.string()));
+  const int threads = arguments.threads > 0
+                          ? arguments.threads
+                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const SignalWatch signals;
+  std::optional<Progress> progress(std::in_place, arguments.quiet);
+  const auto tell = [&](std::string_view stage) {
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+    progress->tell(stage, 0, 1);
+  };
+
+  tell("seafloor");
+  Clock::time_point start = Clock::now();
+  Seafloor seafloor = make_seafloor(scene.seafloor, scene.seed, scene.objects);
+  const double seafloor_s = since(start);
+  tell("analysis");
+  start = Clock::now();
+  analyse(seafloor, threads);
+  const double analysis_s = since(start);
+  tell("file");
+  start = Clock::now();
+  save_analysed(seafloor, seafloor_key(scene), arguments.file);
+  const double file_s = since(start);
+  progress.reset();
+
+  for (const std::string& warning : seafloor.warnings)
+    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  const std::uintmax_t bytes = fs::file_size(arguments.file);
+  if (!arguments.quiet)
+    fmt::print(stderr,
+               "{} vertices, {} faces: seafloor {:.2f} s, analysis {:.2f} s on {} thread{}, file "
+               "{:.2f} s; {:.1f} bytes a vertex\n{}\n",
+               seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads,
+               threads == 1 ? "" : "s", file_s,
+               static_cast<double>(bytes) / static_cast<double>(seafloor.vertices),
+               arguments.file.string());
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {
+        {"file", arguments.file.string()},
+        {"bytes", bytes},
+        {"vertices", seafloor.vertices},
+        {"faces", seafloor.faces},
+        {"base_vertices", seafloor.progressive->roots.size()},
+        {"repairs", seafloor.repairs},
+        {"warnings", seafloor.warnings},
+        {"times_s", {{"seafloor", seafloor_s}, {"analysis", analysis_s}, {"file", file_s}}},
+        {"threads", threads},
+    };
+    print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  }
+}
+
+}  // namespace
+
+void add_analyse(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "analyse",
+      "The analysis phase: write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a "
+      "progressive mesh, which a scene takes by seafloor.progressive (run does it by itself and "
+      "keeps it in its cache)");
+  arguments->scene.add_to(command);
+  command.add_option("-o,--output", arguments->file, "The file")->type_name("FILE")->required();
+  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.add_flag("--json", arguments->json, "Print counts, size and times on stdout");
+  command.add_flag("--quiet", arguments->quiet,
+                   "No progress and no summary; warnings and errors stay");
+  command.callback([&action, arguments] { action = [arguments] { analyse_scene(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,212 @@
+#include <ensonify/engine/prepare.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <system_error>
+#include <thread>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/trace/surface.h>
+#include <ensonify/refine/progressive_mesh_file.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+// To be raised when a seafloor's options make another mesh than they did.
+constexpr int seafloor_version = 1;
+
+// The analysis takes about as long for so many faces as a ping does for its echoes.
+constexpr std::size_t faces_a_ping = 5000;
+
+// What the cache may hold; what was used longest ago goes first.
+constexpr std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
+constexpr const char* cached_extension = ".mesh";
+constexpr std::chrono::hours abandoned_after{1};
+
+template <class Owner>
+void add_keys(std::string& text, const Section<Owner>& section, Owner& owner) {
+  text += fmt::format("[{}]\n", section.name);
+  for (const Key<Owner>& key : section.keys) {
+    const Option option = key.option(owner);
+    if (InputFile* const* file = std::get_if<InputFile*>(&option)) {
+      if (!(*file)->path.empty())
+        text += fmt::format("{} = {}\n", key.name, xxh128_of_file((*file)->path));
+    } else if (const auto value = option_text(key, owner)) {
+      text += fmt::format("{} = {}\n", key.name, *value);
+    }
+  }
+}
+
+fs::path file_of(const fs::path& cache, const std::string& key) {
+  return cache / (key + cached_extension);
+}
+
+/// Removes what was used longest ago until the rest is within the limit, and what a killed process left
+/// half-written (write_file's temporaries), once no living one can be at it.
+void trim_cache(const fs::path& folder) {
+  struct Entry {
+    fs::file_time_type used;
+    std::uintmax_t bytes;
+    fs::path file;
+  };
+  std::vector<Entry> entries;
+  std::uintmax_t total = 0;
+  std::error_code gone;  // whatever another process removes meanwhile
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
+    const Entry found{entry.last_write_time(gone), entry.file_size(gone), entry.path()};
+    if (gone) continue;
+    if (found.file.extension() == ".tmp" &&
+        fs::file_time_type::clock::now() - found.used > abandoned_after)
+      fs::remove(found.file, gone);
+    if (found.file.extension() != cached_extension) continue;
+    total += found.bytes;
+    entries.push_back(found);
+  }
+  std::ranges::sort(entries, {}, &Entry::used);
+  for (const Entry& entry : entries) {
+    if (total <= cache_limit_bytes) return;
+    fs::remove(entry.file, gone);
+    total -= entry.bytes;
+  }
+}
+
+class Preparing {
+ public:
+  Preparing(const Scene& scene, const Preparation& how) : scene_(scene), how_(how) {
+    result_.surface = scene.run.surface;
+  }
+
+  PreparedSeafloor result() {
+    if (scene_.seafloor.kind == SeafloorKind::progressive) {
+      make_seafloor_of_scene();
+      choose("the seafloor was analysed before");
+      if (!needs_progressive()) restore_mesh(result_.seafloor);
+      return std::move(result_);
+    }
+    if (scene_.run.surface != "auto" && !needs_progressive()) {
+      make_seafloor_of_scene();
+      return std::move(result_);
+    }
+    find_cached();
+    if (!result_.cached) make_seafloor_of_scene();
+    choose_by_length();
+    if (!needs_progressive()) {
+      if (result_.cached) make_seafloor_of_scene();
+      result_.cache_file.clear();
+    } else if (!result_.cached) {
+      make_progressive();
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void tell(std::string_view stage) const {
+    if (how_.progress) how_.progress(stage);
+  }
+  bool needs_progressive() const { return surface_kind(result_.surface).needs_progressive_mesh; }
+
+  void make_seafloor_of_scene() {
+    tell("seafloor");
+    result_.seafloor = make_seafloor(scene_.seafloor, scene_.seed, scene_.objects);
+    result_.cached = false;
+  }
+
+  void choose(std::string_view why) {
+    if (scene_.run.surface != "auto") return;
+    result_.surface = "refined";
+    result_.why = why;
+  }
+
+  // By the scene alone: whether the cache has it changes no byte.
+  void choose_by_length() {
+    if (scene_.run.surface != "auto") return;
+    const std::size_t faces = result_.seafloor.faces;
+    const auto pings = static_cast<std::size_t>(scene_.track.pings);
+    const bool long_enough = pings >= faces / faces_a_ping;
+    result_.surface = long_enough ? "refined" : "static";
+    result_.why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
+                              long_enough ? "enough" : "too few", faces);
+  }
+
+  void find_cached() {
+    if (how_.cache.empty()) return;
+    tell("seafloor");
+    key_ = seafloor_key(scene_);
+    result_.cache_file = file_of(how_.cache, key_);
+    if (!fs::exists(result_.cache_file)) return;
+    try {
+      result_.seafloor = open_analysed(result_.cache_file, key_);
+      result_.cached = true;
+      std::error_code ignored;  // it was used now
+      fs::last_write_time(result_.cache_file, fs::file_time_type::clock::now(), ignored);
+    } catch (const refine::MeshError& error) {
+      result_.warnings.push_back(fmt::format("{}; it is made anew", error.what()));
+    }
+  }
+
+  void make_progressive() {
+    tell("analysis");
+    analyse(result_.seafloor,
+            how_.threads > 0 ? how_.threads
+                             : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+    if (how_.cache.empty()) return;
+    try {
+      fs::create_directories(how_.cache);
+      save_analysed(result_.seafloor, key_, result_.cache_file);
+      trim_cache(how_.cache);
+    } catch (const std::system_error& error) {
+      result_.warnings.push_back(
+          fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",
+                      error.what()));
+      result_.cache_file.clear();
+    }
+  }
+
+  const Scene& scene_;
+  const Preparation& how_;
+  PreparedSeafloor result_;
+  std::string key_;
+};
+
+}  // namespace
+
+PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how) {
+  return Preparing(scene, how).result();
+}
+
+std::string seafloor_key(const Scene& scene) {
+  Scene copy = scene;
+  std::string text =
+      fmt::format("seafloor {}\nprogressive mesh {}\n{}\nseed = {}\n", seafloor_version,
+                  refine::progressive_mesh_version, library_versions(), scene.seed);
+  for (const Section<Scene>& section : scene_sections())
+    if (section.name.starts_with("seafloor")) add_keys(text, section, copy);
+  for (ObjectOptions& object : copy.objects) add_keys(text, object_section(), object);
+  return xxh128(text);
+}
+
+fs::path cache_file(const Scene& scene, const fs::path& cache) {
+  return file_of(cache, seafloor_key(scene));
+}
+
+fs::path default_cache() {
+  const auto variable = [](const char* name) -> fs::path {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+  };
+  if (const fs::path cache = variable("XDG_CACHE_HOME"); cache.is_absolute())
+    return cache / "ensonify";
+  if (const fs::path home = variable("HOME"); home.is_absolute())
+    return home / ".cache" / "ensonify";
+  return {};
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,111 @@
+#include <ensonify/engine/seafloor/analysis.h>
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/progressive_mesh_file.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is kept of a seafloor beside its faces and their labels' numbers.
+std::string about(const Seafloor& seafloor) {
+  Json labels = Json::array();
+  for (const Label& label : seafloor.labels)
+    labels.push_back({label.sediment, label.class_id, label.instance, label.two_sided});
+  return Json{{"vertices", seafloor.vertices},
+              {"faces", seafloor.faces},
+              {"bed_faces", seafloor.bed_faces},
+              {"mean_bed_m", seafloor.mean_bed_m},
+              {"labels", labels},
+              {"classes", seafloor.classes},
+              {"materials", seafloor.materials},
+              {"repairs", seafloor.repairs},
+              {"warnings", seafloor.warnings}}
+      .dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// The same, back. Throws Json::exception, or std::out_of_range for what does not fit together.
+void take(std::string_view text, Seafloor& seafloor) {
+  const Json json = Json::parse(text);
+  json.at("vertices").get_to(seafloor.vertices);
+  json.at("faces").get_to(seafloor.faces);
+  json.at("bed_faces").get_to(seafloor.bed_faces);
+  json.at("mean_bed_m").get_to(seafloor.mean_bed_m);
+  json.at("classes").get_to(seafloor.classes);
+  json.at("materials").get_to(seafloor.materials);
+  json.at("repairs").get_to(seafloor.repairs);
+  json.at("warnings").get_to(seafloor.warnings);
+  for (const Json& entry : json.at("labels")) {
+    Label& label = seafloor.labels.emplace_back();
+    entry.at(0).get_to(label.sediment);
+    entry.at(1).get_to(label.class_id);
+    entry.at(2).get_to(label.instance);
+    entry.at(3).get_to(label.two_sided);
+    seafloor.materials.at(label.sediment);
+    seafloor.classes.at(label.class_id);
+  }
+  const bool fits = !seafloor.labels.empty() && seafloor.bed_faces <= seafloor.faces &&
+                    seafloor.faces <= seafloor.progressive->faces.size();
+  if (!fits) throw std::out_of_range("faces");
+}
+
+}  // namespace
+
+void analyse(Seafloor& seafloor, int threads) {
+  seafloor.progressive = make_progressive_mesh(seafloor.mesh, threads);
+  seafloor.mesh = {{}, {}, seafloor.mesh.world_origin};
+}
+
+void save_analysed(const Seafloor& seafloor, const std::string& key,
+                   const std::filesystem::path& file) {
+  refine::save(*seafloor.progressive,
+               {.tags = seafloor.face_label, .about = about(seafloor), .key = key}, file);
+}
+
+Seafloor open_analysed(const std::filesystem::path& file) {
+  Seafloor seafloor;
+  seafloor.labels.clear();
+  const auto mesh =
+      std::make_shared<const refine::ProgressiveMesh>(refine::map_progressive_mesh(file));
+  seafloor.progressive = mesh;
+  seafloor.mesh.world_origin = mesh->world_origin;
+  try {
+    take(mesh->about(), seafloor);
+  } catch (const std::exception&) {
+    throw refine::MeshError(fmt::format(
+        "{}: a progressive mesh, but not one that says what its faces are; make it by `ensonify "
+        "analyse`",
+        file.string()));
+  }
+  return seafloor;
+}
+
+Seafloor open_analysed(const std::filesystem::path& file, const std::string& key) {
+  Seafloor seafloor = open_analysed(file);
+  if (seafloor.progressive->key() != key)
+    throw refine::MeshError(fmt::format("{}: made from another seafloor", file.string()));
+  return seafloor;
+}
+
+void restore_mesh(Seafloor& seafloor) {
+  const auto from = std::exchange(seafloor.progressive, nullptr);
+  from->verify_all();
+  refine::TriangleMesh& mesh = seafloor.mesh;
+  mesh.positions.assign(from->points.begin(), from->points.end());
+  mesh.faces.resize(seafloor.faces);
+  for (std::size_t slot = 0; slot < from->faces.size(); ++slot)
+    if (const std::uint32_t face = from->source_face[slot]; face < mesh.faces.size())
+      mesh.faces[face] = from->faces[slot];
+  const auto last = static_cast<std::uint16_t>(seafloor.labels.size() - 1);
+  for (std::uint32_t face = 0; face < from->tag_count(); ++face)
+    seafloor.face_label.push_back(std::min(from->tag(face), last));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,252 @@
+#include <ensonify/engine/prepare.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "support/catch.h"
+#include "support/mesh_files.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/refine/mesh_reader.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using tests::read_text;
+using tests::TemporaryFolder;
+using tests::write_text;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+Scene small_scene() {
+  Scene scene;
+  scene.seafloor.extent_east_m = 60.0;
+  scene.seafloor.extent_north_m = 30.0;
+  scene.seafloor.cell_m = 0.25;
+  scene.track.pings = 20;
+  scene.track.altitude_m = 6.0;
+  scene.run.surface = "refined";
+  scene.run.block_pings = 5;
+  scene.sonars.front().range_m = 25.0;
+  scene.sonars.front().bins = 120;
+  scene.sonars.front().elevations = 200;
+  return scene;
+}
+
+/// The same bed with a box on it, from a file.
+Scene scene_with_object(const fs::path& folder) {
+  Scene scene = small_scene();
+  const fs::path file = folder / "box.ply";
+  refine::TriangleMesh box;
+  for (int i = 0; i < 8; ++i)
+    box.positions.emplace_back(i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 2.0f : 0.0f);
+  box.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+               {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  refine::write_ply(file, box);
+  ObjectOptions object;
+  object.mesh = {"box.ply", file};
+  object.class_name = "box";
+  object.material = "steel";
+  object.east_m = 8.0;
+  scene.objects.push_back(object);
+  return scene;
+}
+
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    files[entry.path().filename()] = read_text(entry.path());
+  return files;
+}
+
+std::map<std::string, std::string> run_into(const fs::path& folder, const Scene& scene,
+                                            const fs::path& cache, RunReport* report = nullptr) {
+  RunReport did = run(scene, folder, {.threads = 2, .cache = cache});
+  if (report) *report = did;
+  return contents(folder);
+}
+
+}  // namespace
+
+TEST_CASE("a seafloor's key follows its options, its files and the seed, and nothing else") {
+  const TemporaryFolder folder;
+  const Scene scene = scene_with_object(folder.path());
+  const std::string key = seafloor_key(scene);
+  CHECK(key.size() == 32);
+  const auto key_with = [&](auto&& change) {
+    Scene other = scene;
+    change(other);
+    return seafloor_key(other);
+  };
+  CHECK(key_with([](Scene& s) { s.track.pings = 7; }) == key);
+  CHECK(key_with([](Scene& s) { s.sonars.front().range_m = 7; }) == key);
+  CHECK(key_with([](Scene& s) { s.run.surface = "static"; }) == key);
+  CHECK(key_with([](Scene& s) { s.seed = 2; }) != key);
+  CHECK(key_with([](Scene& s) { s.seafloor.cell_m = 0.2501; }) != key);
+  CHECK(key_with([](Scene& s) { s.seafloor.fractal.hurst = 0.71; }) != key);
+  CHECK(key_with([](Scene& s) { s.seafloor.ripples.rms_height_m = 0.01; }) != key);
+  CHECK(key_with([](Scene& s) { s.seafloor.material = "silt"; }) != key);
+  CHECK(key_with([](Scene& s) { s.objects.front().east_m = 8.5; }) != key);
+  CHECK(key_with([](Scene& s) { s.objects.front().class_name = "crate"; }) != key);
+  CHECK(key_with([](Scene& s) { s.objects.clear(); }) != key);
+  const std::string box = read_text(folder / "box.ply");
+  write_text(folder / "box.ply", box + "\n");
+  CHECK(seafloor_key(scene) != key);
+  write_text(folder / "other.ply", box);
+  CHECK(key_with([&](Scene& s) { s.objects.front().mesh.path = folder / "other.ply"; }) == key);
+}
+
+TEST_CASE("a run's bytes are the same without a cache, with a cold one and with a warm one") {
+  const TemporaryFolder folder;
+  for (const bool object : {false, true}) {
+    const Scene scene = object ? scene_with_object(folder.path()) : small_scene();
+    const std::string name = object ? "object" : "bed";
+    const fs::path cache = folder / (name + "-cache");
+    const auto expected = run_into(folder / (name + "-none"), scene, "");
+    RunReport cold, warm;
+    CHECK((run_into(folder / (name + "-cold"), scene, cache, &cold) == expected));
+    CHECK(!cold.cached);
+    CHECK(cold.cache_file == cache / (seafloor_key(scene) + ".mesh"));
+    CHECK((run_into(folder / (name + "-warm"), scene, cache, &warm) == expected));
+    CHECK(warm.cached);
+    CHECK(warm.warnings == cold.warnings);
+    CHECK(contents(cache).size() == 1);
+
+    // The manifest names the surface; but for that, it changes nothing.
+    Scene whole = scene;
+    whole.run.surface = "static";
+    auto by_static = run_into(folder / (name + "-static"), whole, cache);
+    CHECK((by_static.at("sidescan.png") == expected.at("sidescan.png")));
+    CHECK(by_static.at("sidescan_pings.csv") == expected.at("sidescan_pings.csv"));
+  }
+}
+
+TEST_CASE("a cached seafloor that is damaged or another's is noticed and made anew") {
+  const TemporaryFolder folder;
+  const Scene scene = scene_with_object(folder.path());
+  const fs::path cache = folder / "cache";
+  RunReport report;
+  const auto expected = run_into(folder / "first", scene, cache, &report);
+  const fs::path file = report.cache_file;
+  const std::string good = read_text(file);
+
+  const auto check_rebuilt = [&](const std::string& bad) {
+    write_text(file, bad);
+    CHECK((run_into(folder / "again", scene, cache, &report) == expected));
+    CHECK((read_text(file) == good));
+    CHECK(contents(cache).size() == 1);
+    return report.warnings.size();
+  };
+  const std::size_t warnings = report.warnings.size();
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{100},
+                                 std::size_t{4096}, good.size() / 2, good.size() - 1})
+    CHECK(check_rebuilt(good.substr(0, size)) == warnings + 1);
+  // Somewhere that is looked at when it is opened, or in the middle of the run, or never.
+  int noticed = 0;
+  for (std::size_t i = 0; i < 24; ++i) {
+    std::string bad = good;
+    bad[bad.size() * i / 24 + 17] ^= 0x10;
+    write_text(file, bad);
+    CHECK((run_into(folder / "again", scene, cache, &report) == expected));
+    noticed += report.warnings.size() > warnings;
+    if (report.warnings.size() > warnings) CHECK((read_text(file) == good));
+  }
+  CHECK(noticed > 12);
+
+  Scene other = scene;
+  other.seed = 99;
+  run(other, folder / "other", {.cache = cache});
+  fs::rename(cache / (seafloor_key(other) + ".mesh"), file);
+  CHECK((run_into(folder / "again", scene, cache, &report) == expected));
+  CHECK(report.warnings.size() == warnings + 1);
+  CHECK((read_text(file) == good));
+}
+
+TEST_CASE("a cache that cannot be written is a warning") {
+  const TemporaryFolder folder;
+  write_text(folder / "file", "");
+  const Scene scene = small_scene();
+  const auto expected = run_into(folder / "none", scene, "");
+  RunReport report;
+  CHECK((run_into(folder / "run", scene, folder / "file/cache", &report) == expected));
+  REQUIRE(!report.warnings.empty());
+  CHECK(report.warnings.back().find("--cache names another folder") != std::string::npos);
+  CHECK(report.cache_file.empty());
+}
+
+TEST_CASE("surface auto is refined, unless the run is too short for the analysis, and says why") {
+  Scene scene = small_scene();
+  scene.run.surface = "auto";
+  scene.seafloor.cell_m = 0.1;  // 360,000 faces
+  scene.track.pings = 100;
+  PreparedSeafloor prepared = prepare_seafloor(scene, {});
+  CHECK(prepared.surface == "refined");
+  CHECK(prepared.seafloor.progressive);
+  CHECK(prepared.seafloor.mesh.faces.empty());
+  CHECK(prepared.why == "100 pings are enough to pay for the analysis of 360000 faces");
+  scene.track.pings = 3;
+  prepared = prepare_seafloor(scene, {});
+  CHECK(prepared.surface == "static");
+  CHECK(!prepared.seafloor.progressive);
+  CHECK(prepared.seafloor.mesh.faces.size() == 360000);
+  CHECK(prepared.why == "3 pings are too few to pay for the analysis of 360000 faces");
+  scene.run.surface = "footprint";
+  prepared = prepare_seafloor(scene, {});
+  CHECK(prepared.surface == "footprint");
+  CHECK(prepared.why.empty());
+  CHECK(prepared.seafloor.progressive);
+}
+
+TEST_CASE("a scene may name an analysed seafloor, which has its bed, objects and labels") {
+  const TemporaryFolder folder;
+  const Scene source = scene_with_object(folder.path());
+  Seafloor seafloor = make_seafloor(source.seafloor, source.seed, source.objects);
+  const refine::TriangleMesh mesh = seafloor.mesh;
+  const std::vector<std::uint16_t> labels = seafloor.face_label;
+  analyse(seafloor, 1);
+  save_analysed(seafloor, seafloor_key(source), folder / "bed.mesh");
+
+  const Seafloor again = open_analysed(folder / "bed.mesh");
+  CHECK(again.vertices == mesh.positions.size());
+  CHECK(again.faces == mesh.faces.size());
+  CHECK(again.bed_faces == seafloor.bed_faces);
+  CHECK(again.mean_bed_m == seafloor.mean_bed_m);
+  CHECK(again.classes == seafloor.classes);
+  CHECK(again.materials == seafloor.materials);
+  CHECK(again.bounds().lowest == refine::bounds(mesh).lowest);
+  CHECK(again.bounds().highest == refine::bounds(mesh).highest);
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
+    REQUIRE(again.label_of(face) == labels[face]);
+  Seafloor restored = again;
+  restore_mesh(restored);
+  CHECK(restored.face_label == labels);
+  const refine::TriangleMesh& whole = restored.mesh;
+  REQUIRE(whole.faces.size() == mesh.faces.size());
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face)
+    for (std::size_t k = 0; k < 3; ++k)
+      REQUIRE(whole.positions[whole.faces[face][k]] == mesh.positions[mesh.faces[face][k]]);
+
+  Scene scene = source;
+  scene.seafloor = {};
+  scene.seafloor.kind = SeafloorKind::progressive;
+  scene.seafloor.progressive = {"bed.mesh", folder / "bed.mesh"};
+  scene.objects.clear();
+  const auto expected = run_into(folder / "source", source, "");
+  for (const char* surface : {"auto", "static", "refined", "footprint"}) {
+    scene.run.surface = surface;
+    const auto found = run_into(folder / surface, scene, "");
+    CAPTURE(surface);
+    CHECK((found.at("sidescan.png") == expected.at("sidescan.png")));
+    CHECK(found.at("sidescan_pings.csv") == expected.at("sidescan_pings.csv"));
+  }
+  scene.objects = source.objects;
+  CHECK_THROWS_AS(prepare_seafloor(scene, {}), std::invalid_argument);
+
+  write_text(folder / "bed.mesh", read_text(folder / "bed.mesh").substr(0, 5000));
+  scene.objects.clear();
+  CHECK_THROWS_AS(prepare_seafloor(scene, {}), refine::MeshError);
+}

@@ -1,0 +1,139 @@
+#include <chrono>
+#include <map>
+#include <random>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/tiny_scene.h"
+
+#include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/refine/mesh_reader.h>
+
+using namespace ensonify;
+using namespace ensonify::tests;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    files[entry.path().filename()] = read_text(entry.path());
+  return files;
+}
+
+/// Larger than the tiny one, so that its analysis and its file take a moment.
+std::string slow_scene() {
+  std::string scene = tiny_scene;
+  const std::string cell = "cell_m = 0.5";
+  return scene.replace(scene.find(cell), cell.size(), "cell_m = 0.08");
+}
+
+}  // namespace
+
+TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and from a mesh") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", tiny_scene);
+  const Outcome analysed =
+      run_program(folder.path(), {"analyse", "s.toml", "-o", "bed.mesh", "--json"});
+  REQUIRE(analysed.code == 0);
+  const auto json = nlohmann::json::parse(analysed.out);
+  CHECK(json.at("vertices") == 81 * 41);
+  CHECK(json.at("faces") == 2 * 80 * 40);
+  CHECK(json.at("bytes") == fs::file_size(folder / "bed.mesh"));
+
+  std::string scene = tiny_scene;
+  const std::string bed = "extent_east_m = 40\nextent_north_m = 20\ncell_m = 0.5\n";
+  scene.replace(scene.find(bed), bed.size(),
+                "kind = \"progressive\"\nprogressive = \"bed.mesh\"\n");
+  write_text(folder / "again.toml", scene);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  const Outcome again = run_program(folder.path(), {"run", "again.toml", "-o", "b"});
+  REQUIRE(again.code == 0);
+  CHECK(again.err.find("surface: refined, since the seafloor was analysed before") !=
+        std::string::npos);
+  CHECK(read_text(folder / "a/left-right.png") == read_text(folder / "b/left-right.png"));
+
+  REQUIRE(run_program(folder.path(), {"seafloor", "s.toml", "-o", "bed.ply"}).code == 0);
+  const Outcome mesh = run_program(
+      folder.path(), {"analyse", "bed.ply", "-o", "mesh.mesh", "-D", "seafloor.material=silt"});
+  REQUIRE(mesh.code == 0);
+  CHECK(engine::open_analysed(folder / "mesh.mesh").materials.at(1) == "silt");
+
+  const auto refused = [&](std::vector<std::string> arguments, const std::string& message,
+                           int code = 2) {
+    const auto before = contents(folder.path()).size();
+    const Outcome outcome = run_program(folder.path(), std::move(arguments));
+    CHECK(outcome.code == code);
+    INFO(outcome.err);
+    CHECK(outcome.err.find(message) != std::string::npos);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    CHECK(contents(folder.path()).size() == before);
+  };
+  refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor was analysed before");
+  refused({"analyse", "none.ply", "-o", "c.mesh"}, "none.ply: there is no such file");
+  refused({"analyse", "none.toml", "-o", "c.mesh"}, "none.toml");
+  refused({"analyse", "s.toml", "-o", "none/c.mesh"}, "none/c.mesh", 1);
+}
+
+TEST_CASE("two processes that build the same seafloor end with one good file") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", slow_scene());
+  const auto go = [&](const std::string& name) {
+    return run_program(folder.path(), {"run", "s.toml", "-o", name, "--quiet", "--surface",
+                                       "refined", "--cache", "cache", "--threads", "1"});
+  };
+  REQUIRE(go("expected").code == 0);
+  const auto expected = contents(folder / "expected");
+  const auto good = contents(folder / "cache");
+  REQUIRE(good.size() == 1);
+  for (int round = 0; round < 3; ++round) {
+    fs::remove_all(folder / "cache");
+    std::array<int, 2> codes{};
+    std::thread other([&] { codes[1] = go("b").code; });
+    codes[0] = go("a").code;
+    other.join();
+    CHECK(codes == std::array{0, 0});
+    CHECK((contents(folder / "a") == expected));
+    CHECK((contents(folder / "b") == expected));
+    CHECK((contents(folder / "cache") == good));
+  }
+}
+
+TEST_CASE("killed at any moment, a run leaves no bad seafloor in its cache") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", slow_scene());
+  const auto arguments = [](const std::string& name) {
+    return std::vector<std::string>{"run",     "s.toml", "-o",        name,     "--quiet",
+                                    "--cache", "cache",  "--surface", "refined"};
+  };
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  REQUIRE(run_program(folder.path(), arguments("expected")).code == 0);
+  const std::chrono::duration<double> whole = Clock::now() - start;
+  const auto expected = contents(folder / "expected");
+  const auto good = contents(folder / "cache");
+  std::mt19937 random(5);
+  int killed = 0;
+  for (int round = 0; round < 30; ++round) {
+    fs::remove_all(folder / "cache");
+    const auto outcome = run_program(folder.path(), arguments("killed"), {}, [&](pid_t process) {
+      std::this_thread::sleep_for(whole *
+                                  std::uniform_real_distribution<double>(0.05, 0.9)(random));
+      kill(process, SIGKILL);
+    });
+    killed += outcome.code == -SIGKILL;
+    if (fs::exists(folder / "cache"))
+      for (const auto& [name, bytes] : contents(folder / "cache"))
+        if (name.ends_with(".mesh")) CHECK((bytes == good.at(name)));
+  }
+  CHECK(killed > 10);
+  const Outcome after = run_program(folder.path(), arguments("after"));
+  CHECK(after.code == 0);
+  CHECK(after.err == "");
+  CHECK((contents(folder / "after") == expected));
+}
