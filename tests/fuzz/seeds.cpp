@@ -50,6 +50,12 @@ int main(int argc, char** argv) {
   for (const tests::DamagedMesh& mesh : tests::damaged_meshes())
     seeds.add(target(mesh.format), mesh.bytes);
 
+  for (const char file : {'\0', '\1', '\2'})
+    for (const char section :
+         {'\1', '\3', '\4', '\5', '\7', '\xc0'})  // one change each, of no effect
+      seeds.add("progressive_mesh",
+                std::string{file, section, '\2', '\0', '\0', '\x80', '\0', '\0', '\0'});
+
   const std::string heights = "-10 -10.5 -11\n-9 -9999 -12\n-10 -11 -1e1\n-8 -9 -10\n";
   seeds.add("grid", "ncols 3\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n" +
                         heights);

@@ -60,7 +60,7 @@ inline refine::TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows,
     for (std::uint32_t i = 0; i + open < columns; ++i) {
       std::array<std::uint32_t, 4> a{vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1),
                                      vertex(i, j + 1)};
-      if (random && (*random)() % 2) std::ranges::rotate(a, a.begin() + 1);
+      if (random && (*random)() % 2) std::rotate(a.begin(), a.begin() + 1, a.end());
       mesh.faces.push_back({a[0], a[1], a[2]});
       mesh.faces.push_back({a[0], a[2], a[3]});
     }
@@ -188,7 +188,8 @@ inline refine::TriangleMesh shuffled(const refine::TriangleMesh& mesh, std::uint
   for (std::size_t v = 0; v < vertex.size(); ++v) out.positions[vertex[v]] = mesh.positions[v];
   for (std::size_t f = 0; f < face.size(); ++f) {
     refine::Face corners = mesh.faces[f];
-    std::ranges::rotate(corners, corners.begin() + static_cast<std::ptrdiff_t>(random() % 3));
+    std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(random() % 3),
+                corners.end());
     for (std::uint32_t& c : corners) c = vertex[c];
     out.faces[face[f]] = corners;
   }
