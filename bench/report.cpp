@@ -33,12 +33,14 @@ std::string table(const Results& results) {
         m.ping_ms.median / results.pings.front().ping_ms.median, m.surface_ms, m.trace_ms,
         m.echo_ms, m.speckle_ms);
   if (!results.traces.empty())
-    text += fmt::format("{:<38} {:>9} {:>9} {:>20} {:>6}   {}\n", "trace", "rays/pair", "build ms",
-                        "us/pair (spread)", "ratio", "instruction set");
+    text += fmt::format("{:<38} {:>9} {:>9} {:>9} {:>20} {:>6} {:>14}   {}\n", "trace", "faces",
+                        "rays/pair", "build ms", "us/pair (spread)", "ratio", "us: query take",
+                        "instruction set");
   for (const TraceMeasurement& m : results.traces)
-    text += fmt::format("{:<38} {:>9.0f} {:>9.1f} {:>8.0f} ({:.0f}-{:.0f}) {:>6.3f}   {}\n", m.name,
-                        m.rays, m.build_ms, m.pair_us.median, m.pair_us.lowest, m.pair_us.highest,
-                        m.ratio, m.code_path);
+    text += fmt::format(
+        "{:<38} {:>9} {:>9.0f} {:>9.1f} {:>8.0f} ({:.0f}-{:.0f}) {:>6.3f} {:>8.0f} {:>5.0f}   {}\n",
+        m.name, m.faces, m.rays, m.build_ms, m.pair_us.median, m.pair_us.lowest, m.pair_us.highest,
+        m.ratio, m.query_us.median, m.take_us.median, m.code_path);
   if (!results.refinements.empty())
     text += fmt::format(
         "{:<20} {:>8} {:>7} {:>8} {:>20} {:>20}   {:>22} {:>16} {:>8} {:>7} {:>6}\n", "refinement",
@@ -79,9 +81,12 @@ std::string json(const Results& results) {
                                {"speckle_ms", m.speckle_ms}});
   for (const TraceMeasurement& m : results.traces)
     report["traces"].push_back({{"name", m.name},
+                                {"faces", m.faces},
                                 {"rays", m.rays},
                                 {"instruction_set", m.code_path},
                                 {"build_ms", m.build_ms},
+                                {"query_us", m.query_us.median},
+                                {"take_us", m.take_us.median},
                                 {"pair_us", m.pair_us.median},
                                 {"pair_us_lowest", m.pair_us.lowest},
                                 {"pair_us_highest", m.pair_us.highest},

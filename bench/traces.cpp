@@ -1,10 +1,14 @@
 #include "traces.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/trace/embree.h>
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/fan_scan.h>
+#include <ensonify/refine/footprint.h>
 
 #include "bare_embree.h"
 #include "cases.h"
@@ -17,6 +21,8 @@ struct Row {
   std::string name;
   std::unique_ptr<engine::Intersector> (*make)(const engine::IntersectorOptions& options);
   engine::IntersectorOptions options;
+  bool on_footprint =
+      false;  // traces the faces that the pair of fans can touch, found anew each time
 };
 
 /// The bare loop, which ratios refer to, first.
@@ -24,7 +30,8 @@ std::vector<Row> rows() {
   std::vector<Row> all{{"bare embree", make_bare_embree, {}},
                        {"embree", engine::make_embree, {}},
                        {"embree fast", engine::make_embree, {.robust = false}},
-                       {"embree-single", engine::make_embree_single, {}}};
+                       {"embree-single", engine::make_embree_single, {}},
+                       {"footprint/fan_scan", engine::make_fan_scan, {}, true}};
   for (const std::string_view set : engine::instruction_sets())
     if (set == "avx512") {
       all.push_back({"bare embree avx512", make_bare_embree, {.instruction_set = "avx512"}});
@@ -51,24 +58,44 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
   const std::vector<engine::RayFan> fans = fans_over(simulator);
   std::vector<engine::Hit> hits(fans.front().grid->rays());
 
+  const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;
+  std::unique_ptr<refine::Footprint> footprint;
   std::vector<TraceMeasurement> results;
   std::vector<std::unique_ptr<engine::Intersector>> tracers;
   for (const Row& row : wanted) {
     tracers.push_back(row.make(row.options));
     const double start_s = wall_s();
-    tracers.back()->build(simulator.seafloor().mesh);
+    if (row.on_footprint) {
+      progressive = engine::make_progressive_mesh(mesh);
+      footprint = std::make_unique<refine::Footprint>(*progressive);
+    } else {
+      tracers.back()->build(mesh);
+    }
     results.push_back({.name = bed + row.name,
                        .code_path = std::string(tracers.back()->code_path()),
+                       .faces = mesh.faces.size(),
                        .rays = 2.0 * static_cast<double>(hits.size()),
                        .build_ms = 1e3 * (wall_s() - start_s)});
     tracers.back()->intersect(fans.front(), hits);  // warms up
   }
   // Turn by turn for each pair of fans, so that a change of the machine's pace meets all alike; in
   // the thread's own time, so that other programs do not count.
-  std::vector<std::vector<double>> pair_us(tracers.size()), ratio(tracers.size());
+  std::vector<std::vector<double>> pair_us(tracers.size()), ratio(tracers.size()),
+      query_us(tracers.size()), take_us(tracers.size());
   for (int round = 0; round < rounds; ++round)
     for (std::size_t fan = 0; fan < fans.size(); fan += 2)
       for (std::size_t i = 0; i < tracers.size(); ++i) {
+        if (wanted[i].on_footprint) {
+          const double query_s = thread_s();
+          const refine::ExactFaces exact = footprint->query(
+              std::array{engine::view_volume(fans[fan]), engine::view_volume(fans[fan + 1])});
+          const double take_s = thread_s();
+          tracers[i]->build({exact.points, exact.faces, exact.source_faces});
+          take_us[i].push_back(1e6 * (thread_s() - take_s));
+          query_us[i].push_back(1e6 * (take_s - query_s));
+          results[i].faces = exact.faces.size();
+        }
         const double start_s = thread_s();
         tracers[i]->intersect(fans[fan], hits);
         tracers[i]->intersect(fans[fan + 1], hits);
@@ -78,6 +105,8 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
   for (std::size_t i = 0; i < tracers.size(); ++i) {
     results[i].pair_us = spread_of(pair_us[i]);
     results[i].ratio = spread_of(ratio[i]).median;
+    results[i].query_us = spread_of(query_us[i]);
+    results[i].take_us = spread_of(take_us[i]);
   }
   return results;
 }
@@ -85,11 +114,24 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
 }  // namespace
 
 std::vector<TraceMeasurement> measure_traces(std::string_view filter, int rounds, int pings) {
-  std::vector<TraceMeasurement> all =
-      measure_over("trace/ripples/0.5M/", ripples(0.5e6), filter, rounds, pings);
-  for (TraceMeasurement& one :
-       measure_over("trace/ripples/2M/", ripples(2e6), filter, rounds, pings))
-    all.push_back(std::move(one));
+  struct Bed {
+    const char* size;
+    double faces;
+    bool large;  // measured only if the filter asks for it: minutes, and gigabytes
+  };
+  struct Kind {
+    const char* name;
+    engine::Scene (*scene)(double faces);
+  };
+  std::vector<TraceMeasurement> all;
+  for (const Kind& kind : {Kind{"ripples", ripples}, Kind{"fractal", fractal}})
+    for (const Bed& bed : {Bed{"0.5M", 0.5e6, false}, Bed{"2M", 2e6, false}, Bed{"8M", 8e6, true},
+                           Bed{"33M", 33e6, true}}) {
+      const std::string name = std::string("trace/") + kind.name + "/" + bed.size + "/";
+      if (bed.large && filter.find(bed.size) == std::string_view::npos) continue;
+      for (TraceMeasurement& one : measure_over(name, kind.scene(bed.faces), filter, rounds, pings))
+        all.push_back(std::move(one));
+    }
   return all;
 }
 

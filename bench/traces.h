@@ -9,14 +9,17 @@
 
 namespace ensonify::bench {
 
-/// What tracing alone costs, on one thread, with a tree over the whole seafloor.
+/// What tracing alone costs, on one thread: with a tree over the whole seafloor, or on the faces that a
+/// pair of fans can touch, which are then found and taken first.
 struct TraceMeasurement {
   std::string name;  ///< trace/scene/faces/intersector
   std::string code_path;
-  double rays = 0.0;      ///< a pair of fans, port and starboard
-  double build_ms = 0.0;  ///< once, on all threads
-  Spread pair_us;         ///< a pair of fans
-  double ratio = 0.0;     ///< to Embree's bare loop over the same fans, the middle of all pairs
+  std::size_t faces = 0;     ///< that are traced
+  double rays = 0.0;         ///< a pair of fans, port and starboard
+  double build_ms = 0.0;     ///< of the tree, or of the progressive mesh: once, on all threads
+  Spread pair_us;            ///< a pair of fans
+  Spread query_us, take_us;  ///< a pair: to find its faces, and to build over them
+  double ratio = 0.0;        ///< to Embree's bare loop over the same fans, the middle of all pairs
 };
 
 /// Times the tracing cases whose name holds `filter`, in turns, `pings` pairs of fans a round.

@@ -132,7 +132,16 @@ bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
     if (!around) return false;
     const Sight other = look(sight.ray, around.face);
     if (around.t > range_m + sight.longest_edge_m + other.longest_edge_m) return false;
-    if (around.face != hit.face && other.edge_m > 2.0 * away_m) return false;
+    if (around.face == hit.face) continue;
+    if (other.edge_m > 2.0 * away_m) return false;
+    // It comes together with this one only if it comes near the place where that is met: an edge that
+    // the ray passes far behind a ridge, where both lie in the plane of the grid, is none of it.
+    const Vector3d at = range_m * unit;
+    const auto& [a, b, c] = other.corners;
+    const double apart_m =
+        std::min({distance_to_segment(a - at, b - at), distance_to_segment(b - at, c - at),
+                  distance_to_segment(c - at, a - at)});
+    if (apart_m > 2.0 * away_m + 0.01 * other.longest_edge_m) return false;
   }
   return true;
 }

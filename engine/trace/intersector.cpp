@@ -9,12 +9,11 @@
 
 #include <ensonify/engine/trace/brute_force.h>
 #include <ensonify/engine/trace/embree.h>
+#include <ensonify/engine/trace/fan_scan.h>
 #include <ensonify/engine/trace/pluecker.h>
 
 namespace ensonify::engine {
 namespace {
-
-constexpr double largest_component = 1e18;  // Embree's own bound is a little wider
 
 bool fits(const Eigen::Vector3d& v) { return (v.array().abs() <= largest_component).all(); }
 
@@ -23,6 +22,8 @@ constexpr std::array kinds{
                     &make_embree},
     IntersectorKind{"embree-single", "the same, ray by ray: what packets bring",
                     &make_embree_single},
+    IntersectorKind{"fan_scan", "scan conversion of a fan, no tree: fans only, for few faces",
+                    &make_fan_scan},
     IntersectorKind{"pluecker", "the reference: Plücker's test, double, ties decided exactly",
                     &make_pluecker},
     IntersectorKind{"brute_force", "the same test of every face for every ray: slow",

@@ -24,6 +24,9 @@ struct IntersectorOptions {
   std::string instruction_set;
 };
 
+/// No component of a ray or a vertex may be larger. (Embree's own bound is a little wider.)
+inline constexpr double largest_component = 1e18;
+
 /// Finds nearest hits over the triangles it was given. Queries are const and may run on any number
 /// of threads at once, but not while it is built.
 ///
@@ -70,6 +73,6 @@ std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Tri
 /// check_vertices looks at the vertices that faces use.
 void check_ray(const Ray& ray);
 void check_fan(const RayFan& fan, std::span<const Hit> hits);
-void check_vertices(refine::Triangles triangles, double largest_m = 1e18);
+void check_vertices(refine::Triangles triangles, double largest_m = largest_component);
 
 }  // namespace ensonify::engine

@@ -36,14 +36,46 @@ refine::TriangleMesh one_face() {
   return {.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .faces = {{0, 1, 2}}};
 }
 
+/// A fan of one ray, which begins where the other's t_min is.
+RayFan fan_of(const Ray& ray) {
+  static const auto one_ray = [] {
+    FanGrid grid(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
+    grid.planes = {{0.0, 1.0, 1.0}};
+    grid.elevation_rad = {0.0};
+    grid.sin_elevation = {0.0};
+    grid.cos_elevation = {1.0};
+    return std::make_shared<const FanGrid>(std::move(grid));
+  }();
+  const Vector3d middle = ray.direction.stableNormalized();
+  const Vector3d along = middle.unitOrthogonal();
+  return {one_ray,
+          ray.origin + ray.t_min * ray.direction,
+          along,
+          middle,
+          along.cross(middle),
+          (ray.t_max - ray.t_min) * ray.direction.stableNorm()};
+}
+
+/// A back-end that takes fans only is asked a fan of one ray.
 Hit shoot(const Intersector& tracer, const Ray& ray) {
   Hit hit;
-  tracer.intersect({&ray, 1}, {&hit, 1});
+  try {
+    tracer.intersect({&ray, 1}, {&hit, 1});
+  } catch (const std::invalid_argument& error) {
+    if (std::string_view(error.what()).find("fans only") == std::string_view::npos) throw;
+    check_ray(ray);
+    tracer.intersect(fan_of(ray), {&hit, 1});
+    if (hit) hit.t = ray.t_min + hit.t / ray.direction.stableNorm();
+  }
   return hit;
 }
 
-/// Those that promise that no ray slips through.
-bool holds_everything(std::string_view kind) { return kind == "pluecker" || kind == "brute_force"; }
+/// Those that promise that no ray slips through, and those that say of the faces around an edge or a
+/// corner that exactly one is hit, whichever others are there.
+bool holds_everything(std::string_view kind) {
+  return kind == "pluecker" || kind == "brute_force" || kind == "fan_scan";
+}
+bool parts_edges(std::string_view kind) { return kind == "pluecker" || kind == "brute_force"; }
 
 template <class F>
 void for_every_intersector(const refine::TriangleMesh& mesh, F&& check) {
@@ -184,7 +216,7 @@ TEST_CASE("around a corner and along the edges that meet there a ray hits one fa
         CHECK(hit.t == Approx(1.0));
         int faces = 0;
         for (const auto& face : alone) faces += static_cast<bool>(shoot(*face, ray));
-        if (holds_everything(kind.name)) CHECK(faces == 1);
+        if (parts_edges(kind.name)) CHECK(faces == 1);
       }
   }
 }

@@ -1,0 +1,482 @@
+// Compiled once for each of Highway's targets. All of them do the same operations on each number, fused
+// multiply-adds included, so their results are the same to the last bit; targets without fused ones are
+// left out, down to plain code with std::fma.
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_kernel.cpp"
+#define HWY_DISABLED_TARGETS \
+  (HWY_SSSE3 | HWY_SSE4 | HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include <hwy/foreach_target.h>
+
+#include <cmath>
+
+#include <hwy/highway.h>
+
+#include <ensonify/engine/trace/fan_kernel.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace ensonify::engine {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::ScalableTag<double>;
+using F = hn::ScalableTag<float>;
+using HalfF = hn::Rebind<float, D>;
+using I = hn::RebindToSigned<D>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+
+constexpr D d;
+constexpr I di;
+constexpr HalfF df;
+constexpr std::int64_t block_faces = 16;
+constexpr std::int64_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
+static_assert(block_faces % lanes == 0);
+
+constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin itself
+constexpr double in_the_plane = 1e-30;   // metres from the origin
+
+// a b + c, rounded once.
+template <class Tag, class Vector>
+HWY_INLINE Vector fma(Tag tag, Vector a, Vector b, Vector c) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Set(tag, std::fma(hn::GetLane(a), hn::GetLane(b), hn::GetLane(c)));
+#else
+  (void)tag;
+  return hn::MulAdd(a, b, c);
+#endif
+}
+HWY_INLINE V fma(V a, V b, V c) { return fma(d, a, b, c); }
+
+struct V3 {
+  V x, y, z;
+};
+HWY_INLINE V3 operator-(V3 a, V3 b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE V3 operator*(V s, V3 a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
+HWY_INLINE V dot(V3 a, V3 b) { return fma(a.x, b.x, fma(a.y, b.y, hn::Mul(a.z, b.z))); }
+// Without fused operations: the cross product of swapped vectors is the same but for its sign.
+HWY_INLINE V3 cross(V3 a, V3 b) {
+  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
+          hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+HWY_INLINE V3 choose(M mask, V3 yes, V3 no) {
+  return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y),
+          hn::IfThenElse(mask, yes.z, no.z)};
+}
+
+struct Frame {
+  V3 origin;
+  V3 array, middle, pole;
+};
+HWY_INLINE Frame frame_of(const FanPass& pass) {
+  const auto at = [&](const double* p) HWY_ATTR {
+    return V3{hn::Set(d, p[0]), hn::Set(d, p[1]), hn::Set(d, p[2])};
+  };
+  const double* axes = &pass.axes[0];
+  return {at(&pass.origin[0]), at(axes), at(axes + 3), at(axes + 6)};
+}
+HWY_INLINE V3 into(const Frame& frame, V3 p) {
+  const V3 from = p - frame.origin;
+  return {dot(frame.array, from), dot(frame.middle, from), dot(frame.pole, from)};
+}
+HWY_INLINE V promoted(const float* from) { return hn::PromoteTo(d, hn::LoadU(df, from)); }
+
+// How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
+// which side of the plane a place is.
+HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
+  return fma(cos_azimuth, x, hn::Neg(hn::Mul(sin_azimuth, y)));
+}
+HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
+  return fma(cos_azimuth, y, hn::Mul(sin_azimuth, x));
+}
+
+// A block may be met if it is within range, and for some plane on both of its sides and not behind.
+void find_blocks_here(FanPass& pass) {
+  const Frame frame = frame_of(pass);
+  const V range2 = hn::Set(d, pass.range_m * pass.range_m);
+  const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
+  std::int64_t met = 0;
+  for (std::int64_t block = 0; block < pass.blocks; block += lanes) {
+    const float* box = pass.boxes + block;
+    const std::int64_t row = pass.boxes_in_row;
+    const V3 middle{promoted(box), promoted(box + row), promoted(box + 2 * row)};
+    const V3 half{promoted(box + 3 * row), promoted(box + 4 * row), promoted(box + 5 * row)};
+    const V3 from = middle - frame.origin;
+    const V3 away{hn::Abs(from.x), hn::Abs(from.y), hn::Abs(from.z)};
+    const V3 gap = away - half;
+    const V3 least{hn::Max(gap.x, zero), hn::Max(gap.y, zero), hn::Max(gap.z, zero)};
+    const M in_range = hn::Le(dot(least, least), hn::Mul(range2, wider));
+    if (hn::AllFalse(d, in_range)) continue;
+
+    const auto reach = [&](const V3& axis) HWY_ATTR {
+      return dot({hn::Abs(axis.x), hn::Abs(axis.y), hn::Abs(axis.z)}, half);
+    };
+    const V slack = hn::Mul(rounding, hn::Add(hn::Add(hn::Add(away.x, away.y), away.z),
+                                              hn::Add(hn::Add(half.x, half.y), half.z)));
+    const V x = dot(frame.array, from), y = dot(frame.middle, from);
+    const V reach_x = fma(reach(frame.array), wider, slack);
+    const V reach_y = fma(reach(frame.middle), wider, slack);
+    M meets = hn::Lt(zero, zero);
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+      const V off = hn::Abs(off_plane(sine, cosine, x, y));
+      const V off_reach = fma(hn::Abs(cosine), reach_x, hn::Mul(hn::Abs(sine), reach_y));
+      const V along = along_plane(sine, cosine, x, y);
+      const V along_reach = fma(hn::Abs(cosine), reach_y, hn::Mul(hn::Abs(sine), reach_x));
+      meets = hn::Or(meets, hn::And(hn::Le(off, off_reach), hn::Ge(along, hn::Neg(along_reach))));
+    }
+    alignas(8) std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::And(meets, in_range), bits);
+    for (std::int64_t i = 0; i < lanes && block + i < pass.blocks; ++i) {
+      pass.met_blocks[met] = static_cast<std::uint32_t>(block + i);
+      met += bits[0] >> i & 1;
+    }
+  }
+  pass.met = met;
+}
+
+// What is common to all rays that a face meets. With a, b, c its corners from the origin, N its normal
+// (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at t = (N.a) / (N.d), and
+// the point there weighs b by d.((c - a) x a) / (N.d), c by d.(a x (b - a)) / (N.d) and a by the rest.
+// All signs are turned so that N.a >= 0.
+HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t slot,
+                              std::int64_t place, V turn, V3 a, V3 b, V3 c) {
+  const V3 ab = b - a, ac = c - a, bc = c - b;
+  const V zero = hn::Zero(d);
+  V3 normal = cross(ab, ac), to_b = cross(ac, a), to_c = cross(a, ab);
+  V distance = dot(normal, a);
+  const V sign = hn::IfThenElse(hn::Lt(distance, zero), hn::Set(d, -1.0), hn::Set(d, 1.0));
+  normal = sign * normal, to_b = sign * to_b, to_c = sign * to_c;
+  distance = hn::Mul(sign, distance);
+  const V3 to_a = normal - to_b - to_c;
+
+  // The source's corners are the face's, turned.
+  const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
+  const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
+  const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
+  double* forms = pass.forms + 4 * slot;
+  const std::int64_t step = 4 * pass.slots;
+  hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
+  hn::StoreInterleaved4(u.y, v.y, normal.y, distance, d, forms + step);
+  hn::StoreInterleaved4(u.z, v.z, normal.z, distance, d, forms + 2 * step);
+
+  const V size = hn::Add(hn::Add(hn::Abs(normal.x), hn::Abs(normal.y)), hn::Abs(normal.z));
+  const M apart = hn::Gt(distance, hn::Mul(hn::Set(d, in_the_plane), size));
+  const V inverse =
+      hn::IfThenElse(apart, hn::Div(hn::Set(d, 1.0), hn::IfThenElse(apart, distance, size)), zero);
+  hn::StoreU(hn::IfThenElse(apart, zero, hn::Set(d, 1.0)), d, &batch.sees_origin[0] + place);
+  const V3 scaled = inverse * normal;
+  float* planes = &batch.planes[0] + place;
+  hn::StoreU(hn::DemoteTo(df, scaled.x), df, planes);
+  hn::StoreU(hn::DemoteTo(df, scaled.y), df, planes + batch_faces);
+  hn::StoreU(hn::DemoteTo(df, scaled.z), df, planes + 2 * batch_faces);
+
+  // No point of the face is farther than its farthest corner, nor nearer than that less the longest edge.
+  const auto one = hn::Set(df, 1.0f);
+  const auto far = hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(a, a), hn::Max(dot(b, b), dot(c, c)))));
+  const auto longest =
+      hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(ab, ab), hn::Max(dot(ac, ac), dot(bc, bc)))));
+  const auto outer = hn::Mul(far, hn::Set(df, 1.0f + 0x1p-20f));
+  const auto inner = hn::Sub(hn::Mul(far, hn::Set(df, 1.0f - 0x1p-20f)),
+                             hn::Mul(longest, hn::Set(df, 1.0f + 0x1p-20f)));
+  const auto apart_from = hn::Gt(inner, hn::Set(df, 1.0f / nearest_of_all));
+  hn::StoreU(hn::Div(one, outer), df, planes + 3 * batch_faces);
+  hn::StoreU(hn::IfThenElse(apart_from, hn::Div(one, hn::IfThenElse(apart_from, inner, one)),
+                            hn::Set(df, nearest_of_all)),
+             df, planes + 4 * batch_faces);
+}
+
+// Brings one block into the fan's frame and notes which of its faces cross which planes: slot, and the
+// plane in the upper half. Returns how many there are now.
+HWY_INLINE std::int64_t cross_block(const FanPass& pass, const Frame& frame, FanBatch& batch,
+                                    std::int64_t met, std::int64_t place, std::int64_t crossings) {
+  const float* rows =
+      pass.block_rows + static_cast<std::int64_t>(pass.met_blocks[met]) * 10 * block_faces;
+  const V zero = hn::Zero(d);
+  for (std::int64_t i = 0; i < block_faces; i += lanes, rows += lanes, place += lanes) {
+    const auto corner = [&](std::int64_t k) HWY_ATTR {
+      const float* at = rows + 3 * k * block_faces;
+      return into(frame,
+                  {promoted(at), promoted(at + block_faces), promoted(at + 2 * block_faces)});
+    };
+    const V3 a = corner(0), b = corner(1), c = corner(2);
+    const std::int64_t before = crossings;
+    const auto slots = hn::Iota(di, place);
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+      const M side_a = hn::Ge(off_plane(sine, cosine, a.x, a.y), zero);
+      const M side_b = hn::Ge(off_plane(sine, cosine, b.x, b.y), zero);
+      const M side_c = hn::Ge(off_plane(sine, cosine, c.x, c.y), zero);
+      const M crosses = hn::Or(hn::Xor(side_a, side_b), hn::Xor(side_b, side_c));
+      crossings += static_cast<std::int64_t>(hn::CompressStore(hn::Or(slots, hn::Set(di, k << 32)),
+                                                               hn::RebindMask(di, crosses), di,
+                                                               batch.crossings + crossings));
+    }
+    if (crossings == before) continue;
+    double* to = &batch.corners[0] + place;
+    const V3 corners[3] = {a, b, c};
+    for (int k = 0; k < 3; ++k, to += 3 * batch_faces) {
+      hn::StoreU(corners[k].x, d, to);
+      hn::StoreU(corners[k].y, d, to + batch_faces);
+      hn::StoreU(corners[k].z, d, to + 2 * batch_faces);
+    }
+    prepare_faces(pass, batch, met * block_faces + i, place, promoted(rows + 9 * block_faces), a, b,
+                  c);
+  }
+  return crossings;
+}
+
+// A place where an edge crosses a plane: along the plane and along the pole, times a positive number.
+// The edge's ends may come in either order.
+struct Crossing {
+  V x, y;
+};
+struct InPlane {
+  V off, x, y;
+};
+HWY_INLINE InPlane choose(M mask, const InPlane& yes, const InPlane& no) {
+  return {hn::IfThenElse(mask, yes.off, no.off), hn::IfThenElse(mask, yes.x, no.x),
+          hn::IfThenElse(mask, yes.y, no.y)};
+}
+HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
+  const V weight_p = hn::Abs(q.off), weight_q = hn::Abs(p.off);
+  return {hn::Add(hn::Mul(weight_p, p.x), hn::Mul(weight_q, q.x)),
+          hn::Add(hn::Mul(weight_p, p.y), hn::Mul(weight_q, q.y))};
+}
+
+// A crossing's place among the elevations (fan_tables.h), if it is in front.
+HWY_INLINE V order_of(M in_front, const Crossing& at) {
+  const V across = hn::IfThenElse(in_front, hn::Add(at.x, hn::Abs(at.y)), hn::Set(d, 1.0));
+  return hn::Div(hn::IfThenElseZero(in_front, at.y), across);
+}
+
+// How many of the plane's rays are below a crossing: a function of the crossing alone, so that faces
+// that share it share the answer.
+HWY_INLINE V rays_below(const FanPass& pass, V q) {
+  const V one = hn::Set(d, 1.0), zero = hn::Zero(d);
+  const V last = hn::Set(d, pass.steps - 1.0);
+  const V stepped = hn::Mul(hn::Sub(q, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q));
+  const V within = hn::Min(hn::Max(stepped, zero), last);
+  const auto step = hn::ConvertTo(di, within);
+  const V fraction = hn::Min(hn::Sub(hn::Max(stepped, zero), hn::ConvertTo(d, step)), one);
+  const V from = hn::GatherIndex(d, pass.below, step);
+  const V until = hn::GatherIndex(d, pass.below, hn::Add(step, hn::Set(di, 1)));
+  V rays = hn::ConvertTo(d, hn::ConvertTo(di, fma(fraction, hn::Sub(until, from), from)));
+  for (;;) {
+    const auto index = hn::ConvertTo(di, rays);
+    const M fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, index), q);
+    const M more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, index), q);
+    if (hn::AllFalse(d, hn::Or(fewer, more))) return rays;
+    rays = hn::Add(hn::Sub(rays, hn::IfThenElseZero(fewer, one)), hn::IfThenElseZero(more, one));
+  }
+}
+
+// The face takes those of rays [from, until) of a plane to which it is nearer than all before it. Of
+// faces at one distance the first keeps the ray.
+struct Taker {
+  float x, y, least, greatest;  // 1 / t = x cos(elevation) + y sin(elevation)
+  std::uint32_t slot;
+};
+HWY_INLINE void take_rays(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                          std::int64_t until, const Taker& face) {
+  constexpr F f;
+  constexpr hn::RebindToUnsigned<F> u;
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(f));
+  float* nearness = pass.nearness + plane * pass.stride;
+  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  const auto x = hn::Set(f, face.x), y = hn::Set(f, face.y);
+  const auto least = hn::Set(f, face.least), greatest = hn::Set(f, face.greatest);
+  const auto slot = hn::Set(u, face.slot);
+  for (std::int64_t j = from; j < until; j += width) {
+    const auto cosine = hn::LoadU(f, pass.cos_elevation_rounded + j);
+    const auto sine = hn::LoadU(f, pass.sin_elevation_rounded + j);
+    const auto plain = fma(f, x, cosine, hn::Mul(y, sine));
+    const auto w = hn::Min(hn::Max(plain, least), greatest);
+    const auto old = hn::LoadU(f, nearness + j);
+    const auto wins = hn::And(hn::Gt(w, old), hn::FirstN(f, static_cast<std::size_t>(until - j)));
+    hn::StoreU(hn::IfThenElse(wins, w, old), f, nearness + j);
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(u, wins), slot, hn::LoadU(u, nearest + j)), u,
+               nearest + j);
+  }
+}
+
+// A face that goes through the origin meets all of a plane's rays there, but those that lie in it.
+HWY_INLINE void take_at_origin(const FanPass& pass, std::int64_t plane, double own, Taker face) {
+  face.least = face.greatest = nearest_of_all;
+  const double* order = pass.ascending + 1;
+  std::int64_t below = 0;
+  while (below < pass.elevations && order[below] < own) ++below;
+  std::int64_t above = below;
+  while (above < pass.elevations && order[above] == own) ++above;
+  take_rays(pass, plane, 0, below, face);
+  take_rays(pass, plane, above, pass.elevations, face);
+}
+
+HWY_INLINE void take_crossings(const FanPass& pass, const FanBatch& batch, std::int64_t first_slot,
+                               std::int64_t count) {
+  const V zero = hn::Zero(d), all = hn::Set(d, static_cast<double>(pass.elevations));
+  for (std::int64_t first = 0; first < count; first += lanes) {
+    const auto crossing = hn::LoadU(di, batch.crossings + first);
+    const auto place = hn::And(crossing, hn::Set(di, 0xffffffff));
+    const auto plane = hn::ShiftRight<32>(crossing);
+    const V sine = hn::GatherIndex(d, pass.sin_azimuth, plane);
+    const V cosine = hn::GatherIndex(d, pass.cos_azimuth, plane);
+    const auto corner = [&](std::int64_t k) HWY_ATTR {
+      const double* at = &batch.corners[0] + 3 * k * batch_faces;
+      const V x = hn::GatherIndex(d, at, place), y = hn::GatherIndex(d, at + batch_faces, place);
+      return InPlane{off_plane(sine, cosine, x, y), along_plane(sine, cosine, x, y),
+                     hn::GatherIndex(d, at + 2 * batch_faces, place)};
+    };
+    const InPlane a = corner(0), b = corner(1), c = corner(2);
+    const M side_a = hn::Ge(a.off, zero), side_b = hn::Ge(b.off, zero),
+            side_c = hn::Ge(c.off, zero);
+    const M lone_b = hn::Not(hn::Xor(side_a, side_c)), lone_c = hn::Not(hn::Xor(side_a, side_b));
+    const InPlane lone = choose(lone_b, b, choose(lone_c, c, a));
+    const Crossing p = between(lone, choose(lone_b, a, b));
+    const Crossing q = between(lone, choose(lone_c, a, c));
+
+    // Behind the pole there are no rays. A face that goes there passes over all rays above the crossing
+    // in front, or over all below it.
+    const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
+    const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
+    const V p_end = hn::IfThenElseZero(hn::And(q_front, hn::Lt(turn, zero)), all);
+    const V q_end = hn::IfThenElseZero(hn::And(p_front, hn::Gt(turn, zero)), all);
+    const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
+    const V p_rays = hn::IfThenElse(p_front, rays_below(pass, p_order), p_end);
+    const V q_rays = hn::IfThenElse(q_front, rays_below(pass, q_order), q_end);
+    const V size =
+        hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
+    const M at_origin =
+        hn::And(hn::Gt(hn::GatherIndex(d, &batch.sees_origin[0], place), zero),
+                hn::And(hn::Le(fma(p.x, q.x, hn::Mul(p.y, q.y)), zero), hn::Gt(size, zero)));
+
+    alignas(64) std::int64_t from[lanes], until[lanes];
+    alignas(64) double own[lanes];
+    hn::Store(hn::ConvertTo(di, hn::Min(p_rays, q_rays)), di, from);
+    hn::Store(hn::ConvertTo(di, hn::Max(p_rays, q_rays)), di, until);
+    std::uint8_t through[8] = {};
+    if (HWY_UNLIKELY(!hn::AllFalse(d, at_origin))) {
+      const M take_p = hn::Ne(p.x, zero);
+      const V x = hn::IfThenElse(take_p, p.x, q.x), y = hn::IfThenElse(take_p, p.y, q.y);
+      const M behind = hn::Lt(x, zero), along_pole = hn::Eq(x, zero);
+      const V order =
+          order_of(hn::Not(along_pole), {hn::Abs(x), hn::IfThenElse(behind, hn::Neg(y), y)});
+      hn::Store(hn::IfThenElse(along_pole, hn::Set(d, 3.0), order), d, own);
+      hn::StoreMaskBits(d, at_origin, through);
+    }
+    const std::int64_t here = count - first < lanes ? count - first : lanes;
+    for (std::int64_t i = 0; i < here; ++i) {
+      const bool meets_origin = through[0] >> i & 1;
+      if (from[i] >= until[i] && !meets_origin) continue;
+      const std::int64_t entry = batch.crossings[first + i];
+      const std::int64_t at = entry & 0xffffffff, k = entry >> 32;
+      const float* face = &batch.planes[0] + at;
+      const float sin_azimuth = static_cast<float>(pass.sin_azimuth[k]);
+      const float cos_azimuth = static_cast<float>(pass.cos_azimuth[k]);
+      const Taker taker{std::fma(face[0], sin_azimuth, face[batch_faces] * cos_azimuth),
+                        face[2 * batch_faces], face[3 * batch_faces], face[4 * batch_faces],
+                        static_cast<std::uint32_t>(first_slot + at)};
+      if (HWY_UNLIKELY(meets_origin))
+        take_at_origin(pass, k, own[i], taker);
+      else
+        take_rays(pass, k, from[i], until[i], taker);
+    }
+  }
+}
+
+void scan_faces_here(const FanPass& pass, FanBatch& batch) {
+  const Frame frame = frame_of(pass);
+  for (std::int64_t first = 0; first < pass.met; first += batch_blocks) {
+    const std::int64_t end = first + batch_blocks < pass.met ? first + batch_blocks : pass.met;
+    std::int64_t crossings = 0;
+    for (std::int64_t met = first; met < end; ++met)
+      crossings = cross_block(pass, frame, batch, met, (met - first) * block_faces, crossings);
+    for (std::int64_t i = 0; crossings > 0 && i < lanes; ++i)  // fills the last vector
+      batch.crossings[crossings + i] = batch.crossings[0];
+    take_crossings(pass, batch, first * block_faces, crossings);
+  }
+}
+
+HWY_INLINE Hit hit_of(const FanPass& pass, std::int64_t slot, double t, double u, double v) {
+  const auto block = static_cast<std::int64_t>(pass.met_blocks[slot / block_faces]);
+  const auto index = static_cast<std::uint32_t>(block * block_faces + slot % block_faces);
+  return {pass.numbers ? pass.numbers[index] : index, index, t, u, v};
+}
+
+std::int64_t finish_plane_here(const FanPass& pass, std::int64_t plane, Hit* hits,
+                               std::uint32_t* doubtful) {
+  constexpr double agreement = 0x1p-10;  // of double with float
+  constexpr hn::CappedTag<double, 4> d4;
+  constexpr std::int64_t width = hn::MaxLanes(d4);
+  const float* nearness = pass.nearness + plane * pass.stride;
+  const std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  const auto sin_azimuth = hn::Set(d4, pass.sin_azimuth[plane]);
+  const auto cos_azimuth = hn::Set(d4, pass.cos_azimuth[plane]);
+  const std::int64_t step = 4 * pass.slots;
+  std::int64_t doubts = 0;
+  for (std::int64_t j = 0; j < pass.elevations; ++j) {
+    const double w = static_cast<double>(nearness[j]);
+    if (w == 0.0) {
+      hits[j] = Hit{};
+      continue;
+    }
+    const std::int64_t slot = nearest[j];
+    const double* forms = pass.forms + 4 * slot;
+    const auto cosine = hn::Set(d4, pass.cos_elevation[j]),
+               sine = hn::Set(d4, pass.sin_elevation[j]);
+    alignas(32) double sums[4];
+    for (std::int64_t i = 0; i < 4; i += width) {
+      const auto level = fma(d4, hn::LoadU(d4, forms + i), sin_azimuth,
+                             hn::Mul(hn::LoadU(d4, forms + step + i), cos_azimuth));
+      const auto sum = fma(d4, level, cosine, hn::Mul(hn::LoadU(d4, forms + 2 * step + i), sine));
+      hn::StoreU(sum, d4, sums + i);
+    }
+    const double inverse = 1.0 / sums[2];
+    const double t = forms[3] * inverse;
+    hits[j] = hit_of(pass, slot, t, sums[0] * inverse, sums[1] * inverse);
+    const double apart = t * w - 1.0;
+    if (HWY_UNLIKELY(!(apart < agreement && apart > -agreement)))
+      doubtful[doubts++] = static_cast<std::uint32_t>(j);
+    else if (t > pass.range_m)
+      hits[j] = Hit{};
+  }
+  return doubts;
+}
+
+}  // namespace
+
+// What is exported must not be unnamed.
+void find_blocks_on(FanPass& pass) { find_blocks_here(pass); }
+void scan_faces_on(const FanPass& pass, FanBatch& batch) { scan_faces_here(pass, batch); }
+std::int64_t finish_plane_on(const FanPass& pass, std::int64_t plane, Hit* hits,
+                             std::uint32_t* doubtful) {
+  return finish_plane_here(pass, plane, hits, doubtful);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace ensonify::engine
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace ensonify::engine {
+
+HWY_EXPORT(find_blocks_on);
+HWY_EXPORT(scan_faces_on);
+HWY_EXPORT(finish_plane_on);
+
+void find_blocks(FanPass& pass) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(pass); }
+void scan_faces(const FanPass& pass, FanBatch& batch) {
+  HWY_DYNAMIC_DISPATCH(scan_faces_on)(pass, batch);
+}
+std::int64_t finish_plane(const FanPass& pass, std::int64_t plane, Hit* hits,
+                          std::uint32_t* doubtful) {
+  return HWY_DYNAMIC_DISPATCH(finish_plane_on)(pass, plane, hits, doubtful);
+}
+
+}  // namespace ensonify::engine
+#endif

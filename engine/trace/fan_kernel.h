@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <ensonify/engine/trace/ray.h>
+
+namespace ensonify::engine {
+
+/// What fan_scan's loops read and write, as plain arrays: they are compiled once for each kind of
+/// vector register, and must share no inline function with the rest of the program, which might end up
+/// with code that the machine cannot run.
+///
+/// The fan's frame is x along the array, y to the middle of the sector, z along the pole. A slot is a
+/// place for a face of a block that may be met; slots are filled in the faces' order.
+struct FanPass {
+  // The fan.
+  std::array<double, 3> origin;
+  std::array<double, 9> axes;  ///< array axis, middle, pole
+  double range_m;
+  std::int64_t planes, elevations;
+  const double* sin_azimuth;
+  const double* cos_azimuth;
+  const double* sin_elevation;
+  const double* cos_elevation;
+  const float* sin_elevation_rounded;
+  const float* cos_elevation_rounded;
+
+  // Its tables (fan_tables.h).
+  const double* ascending;
+  const double* below;
+  double first_q, steps_per_q, steps;
+
+  // The faces (face_blocks.h).
+  const float* block_rows;
+  const float* boxes;
+  std::int64_t blocks, boxes_in_row;
+  const std::uint32_t* numbers;  ///< null: a face's number is its place
+
+  // What is found. Blocks that may be met; per slot, and per ray in rows of `stride`.
+  std::uint32_t* met_blocks;
+  std::int64_t met;
+  double* forms;  ///< [x y z][slot][u, v, direction . normal, distance of the plane], see finish
+  std::int64_t slots;
+  float* nearness;         ///< 1 / t of the nearest face so far, 0 for none
+  std::uint32_t* nearest;  ///< its slot
+  std::int64_t stride;
+};
+
+/// How many faces go through the first steps together, and room for what they leave.
+inline constexpr std::int64_t batch_blocks = 8;
+inline constexpr std::int64_t batch_faces = batch_blocks * 16;
+struct FanBatch {
+  std::array<double, 9 * batch_faces> corners;  // in the fan's frame
+  std::array<float, 5 * batch_faces> planes;    // normal over distance, least and greatest 1 / t
+  std::array<double, batch_faces> sees_origin;  // 1 where the face's plane goes through the origin
+  std::int64_t* crossings;  ///< planes * batch_faces of them, and room for a vector more
+};
+
+/// Which blocks may be met: fills met_blocks and met.
+void find_blocks(FanPass& pass);
+
+/// Every face of those blocks takes the rays it is the nearest to: fills forms, nearness, nearest.
+void scan_faces(const FanPass& pass, FanBatch& batch);
+
+/// One plane's hits from what was found. Rays whose answer rounding may spoil go into `doubtful`, by
+/// their elevation, for a careful computation; their count is returned.
+std::int64_t finish_plane(const FanPass& pass, std::int64_t plane, Hit* hits,
+                          std::uint32_t* doubtful);
+
+}  // namespace ensonify::engine

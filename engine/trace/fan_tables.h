@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include <ensonify/engine/trace/cache_lines.h>
+#include <ensonify/engine/trace/ray_fan.h>
+
+namespace ensonify::engine {
+
+/// A grid's tables as fan_scan looks things up in them.
+///
+/// Directions of one plane, x along it and y towards the pole, are ordered by q = y / (x + |y|), which
+/// grows with their elevation from -1 at -90 degrees to 1 at 90. How many of a grid's elevations are
+/// below a q is guessed from counts at even steps of q, and then found by looking at q itself.
+class FanTables {
+ public:
+  /// Keeps the grid. Throws std::invalid_argument for elevations that do not ascend, or beyond 90
+  /// degrees from the middle.
+  void take(std::shared_ptr<const FanGrid> grid);
+  const FanGrid* grid() const { return grid_.get(); }
+
+  struct Plane {
+    double sin_azimuth, cos_azimuth;
+    std::int64_t left_out_from, left_out_until;  ///< these rays are outside the beam, and no others
+    bool even;  ///< whether that is so; if not, each ray must be asked
+  };
+  static constexpr std::int64_t steps = 2048;
+
+  CacheLines<Plane> planes;
+  CacheLines<double> sin_azimuth, cos_azimuth;
+  CacheLines<float> sin_elevation, cos_elevation;  ///< with room behind them for a vector's width
+  CacheLines<double> ascending;                    ///< -2, q of each elevation, 2
+  CacheLines<double> below;  ///< how many elevations are below a step of q: steps + 1 of them
+  double first = 0.0;        ///< q of step 0
+  double steps_per_q = 0.0;
+
+ private:
+  std::shared_ptr<const FanGrid> grid_;
+};
+
+}  // namespace ensonify::engine
