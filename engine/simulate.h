@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/scene/flight.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/track.h>
@@ -37,12 +38,13 @@ class Simulator {
   ~Simulator();
   Simulator another() const;
 
-  /// One ping of every sonar: port and starboard of the first, then of the next. `number` tells pings
-  /// apart in their random numbers. The lines are good until the next call. Throws
+  /// One ping of every sonar, the vehicle being at a pose: the sides of the first (port, then
+  /// starboard, of those it has), then of the next. `number` tells pings apart in their random
+  /// numbers. The lines are good until the next call. Throws
   /// std::invalid_argument for a pose that is not finite.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
-  /// The fans of a ping, of every sonar port and starboard; good until the next call. Throws as ping().
+  /// The fans of a ping, in the order of its lines; good until the next call. Throws as ping().
   std::span<const RayFan> aim(const Pose& pose);
 
   /// Forgets what earlier pings left in the surface. Pings do not depend on it; a block of them starts
@@ -53,9 +55,9 @@ class Simulator {
   /// and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
-  /// The scene's track over this seafloor: one pose a ping, checked to lie over the seafloor, above
-  /// the bed and under the sea surface. Throws SceneError.
-  std::vector<Pose> track() const;
+  /// The scene's track over this seafloor, the vehicle's pose at each ping. Throws SceneError.
+  Flight flight() const;
+  std::vector<Pose> track() const;  ///< its poses alone
 
   const Seafloor& seafloor() const;
   /// What should be said once a run: repairs, models outside their range, a cast that is too short.
