@@ -84,7 +84,9 @@ class Run {
     Simulator simulator(scene_, {.cache = control_.cache,
                                  .threads = control_.threads,
                                  .progress = [&](std::string_view stage) { tell(stage, 0, 1); }});
-    poses_ = simulator.track();
+    Flight flight = simulator.flight();
+    poses_ = std::move(flight.poses);
+    reported_ = reported_poses(scene_.navigation, scene_.seed, poses_);
     report_.prepare_s = seconds_since(start);
     const PreparedSeafloor& prepared = simulator.prepared();
     report_.surface = prepared.surface;
@@ -96,6 +98,7 @@ class Run {
     report_.counts["faces"] = simulator.seafloor().faces;
     report_.counts["repairs"] = simulator.seafloor().repairs;
     report_.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
+    report_.warnings.insert(report_.warnings.end(), flight.warnings.begin(), flight.warnings.end());
 
     start = Clock::now();
     for (const Sonar& sonar : scene_.sonars) images_.emplace_back(sonar, poses_.size());
@@ -146,17 +149,20 @@ class Run {
 
   void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
     const Pose& pose = poses_[ping];
-    const std::span<const EchoLine> lines = simulator.ping(pose, ping);
+    std::span<const EchoLine> lines = simulator.ping(pose, ping);
     const PingRecord record{.pose = pose,
+                            .reported = reported_[ping],
                             .altitude_m = simulator.altitude_m(pose.position),
                             .block = static_cast<int>(block)};
     const std::shared_lock rows_differ(images_lock_);
-    for (std::size_t i = 0; i < images_.size(); ++i) {
-      images_[i].set_row(ping, lines.subspan(2 * i, 2), record);
-      for (const EchoLine& line : lines.subspan(2 * i, 2)) {
+    for (Waterfall& image : images_) {
+      const std::size_t sides = sides_of(image.sonar).size();
+      image.set_row(ping, lines.first(sides), record);
+      for (const EchoLine& line : lines.first(sides)) {
         rays_ += line.rays;
         hits_ += line.hits;
       }
+      lines = lines.subspan(sides);
     }
   }
 
@@ -228,7 +234,7 @@ class Run {
   const RunControl& control_;
   OutputFolder folder_;
   RunReport report_;
-  std::vector<Pose> poses_;
+  std::vector<Pose> poses_, reported_;
   std::vector<Waterfall> images_;
   std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
   std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;

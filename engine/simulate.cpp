@@ -13,6 +13,7 @@
 #include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/mounting.h>
 #include <ensonify/engine/sonar/ping.h>
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/engine/trace/surface.h>
@@ -134,7 +135,7 @@ struct Simulator::Worker {
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
       pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i]);
-      for (const Side side : {Side::port, Side::starboard}) {
+      for (const Side side : sides_of(sonar)) {
         EchoLine& line = lines.emplace_back();
         line.side = side;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
@@ -157,11 +158,14 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
   if (!pose.position.allFinite() ||
       !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
     throw std::invalid_argument("Simulator: the pose is not finite");
-  double height_m = altitude_m(pose.position);
-  if (!(height_m > 0.0)) height_m = pose.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
   worker_->fans.clear();
-  for (Pinger& pinger : worker_->pingers)
-    for (const RayFan& fan : pinger.aim(pose, height_m)) worker_->fans.push_back(fan);
+  for (std::size_t i = 0; i < worker_->pingers.size(); ++i) {
+    const Pose its_own = mounted(pose, ready_->scene.sonars[i].mounting);
+    double height_m = altitude_m(its_own.position);
+    if (!(height_m > 0.0)) height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
+    for (const RayFan& fan : worker_->pingers[i].aim(its_own, height_m))
+      worker_->fans.push_back(fan);
+  }
   return worker_->fans;
 }
 
@@ -170,10 +174,11 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
   StopWatch watch;
   const Intersector& surface = worker.surface->prepare(aim(pose));
   watch.lap(worker.times.surface_s);
+  auto next_line = worker.lines.begin();
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
     Pinger& pinger = worker.pingers[i];
-    for (const Side side : {Side::port, Side::starboard}) {
-      EchoLine& line = worker.lines[2 * i + static_cast<std::size_t>(side)];
+    for (const Side side : sides_of(ready_->scene.sonars[i])) {
+      EchoLine& line = *next_line++;
       pinger.trace(surface, side);
       watch.lap(worker.times.trace_s);
       pinger.echo(worker.surface->triangles(), side, line);
@@ -186,62 +191,29 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
 }
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
-  const double x_m = position.x(), y_m = position.y();
-  return position.z() - (worker_->plumb_line ? worker_->plumb_line->height_m(x_m, y_m)
-                                             : ready_->bed->height_m(x_m, y_m));
+  return position.z() - bed_height_m(position.x(), position.y());
 }
 
-std::vector<Pose> Simulator::track() const {
-  const Scene& scene = ready_->scene;
-  double longest_m = 0.0;
-  for (const Sonar& sonar : scene.sonars) longest_m = std::max(longest_m, sonar.range_m);
-  const double interval_s = scene.track.ping_interval_s > 0.0
-                                ? scene.track.ping_interval_s
-                                : 2.0 * longest_m / ready_->sound_speed_mps;
-  std::vector<Pose> poses = straight_poses(scene.track, interval_s, 0.0);
-
-  const Eigen::Vector3f& low = ready_->bounds.lowest;
-  const Eigen::Vector3f& high = ready_->bounds.highest;
-  std::vector<double> bed_m(poses.size());  // heights below the track
-  double sum_m = 0.0;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Vector3d& p = poses[i].position;
-    if (p.x() < low.x() || p.x() > high.x() || p.y() < low.y() || p.y() > high.y())
-      throw SceneError(
-          fmt::format("track: ping {} lies off the seafloor, at {:.1f} m east, {:.1f} m north (the "
-                      "seafloor spans "
-                      "{:.1f} to {:.1f} m east, {:.1f} to {:.1f} m north); the line is {:.1f} m "
-                      "long: take fewer "
-                      "track.pings, or move track.middle_east_m and track.middle_north_m",
-                      i, p.x(), p.y(), low.x(), high.x(), low.y(), high.y(),
-                      (poses.back().position - poses.front().position).norm()));
-    bed_m[i] = -altitude_m(p);
-    if (std::isnan(bed_m[i])) continue;
-    sum_m += bed_m[i];
-    ++found;
-  }
-  if (found == 0)
-    throw SceneError(
-        "track: there is no bed below any of it, only a hole in the seafloor; move "
-        "track.middle_east_m and track.middle_north_m");
-
-  const double z_m = sum_m / static_cast<double>(found) + scene.track.altitude_m;
-  if (z_m >= 0.0)
-    throw SceneError(fmt::format(
-        "track: at track.altitude_m = {} the sonar would fly {:.1f} m above the sea surface, the "
-        "mean "
-        "depth along the line being {:.1f} m; lower it, or check seafloor.water_level_m",
-        scene.track.altitude_m, z_m, scene.track.altitude_m - z_m));
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    poses[i].position.z() = z_m;
-    if (bed_m[i] >= z_m)
-      throw SceneError(fmt::format(
-          "track: ping {} is {:.1f} m below the bed; raise track.altitude_m or move the line", i,
-          bed_m[i] - z_m));
-  }
-  return poses;
+double Simulator::bed_height_m(double x_m, double y_m) const {
+  return worker_->plumb_line ? worker_->plumb_line->height_m(x_m, y_m)
+                             : ready_->bed->height_m(x_m, y_m);
 }
+
+Flight Simulator::flight() const {
+  const Ready& ready = *ready_;
+  return fly(
+      ready.scene,
+      {.bed_height_m = [&](double x_m, double y_m) { return ready.bed_below.height_m(x_m, y_m); },
+       .lowest = ready.bounds.lowest.head<2>().cast<double>(),
+       .highest = ready.bounds.highest.head<2>().cast<double>(),
+       .frame = {.world_origin = ready.seafloor.mesh.world_origin,
+                 .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
+                               !ready.seafloor.mesh.world_origin.isZero(),
+                 .utm_zone = ready.seafloor.utm_zone}},
+      ready.sound_speed_mps);
+}
+
+std::vector<Pose> Simulator::track() const { return flight().poses; }
 
 std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <ensonify/engine/prepare.h>
+#include <ensonify/engine/scene/flight.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/track.h>
@@ -38,13 +39,14 @@ class Simulator {
   ~Simulator();
   Simulator another() const;
 
-  /// One ping of every sonar: port and starboard of the first, then of the next. `number` tells pings
-  /// apart in their random numbers. The lines are good until the next call. Throws
+  /// One ping of every sonar, the vehicle being at a pose: the sides of the first (port, then
+  /// starboard, of those it has), then of the next. `number` tells pings apart in their random
+  /// numbers. The lines are good until the next call. Throws
   /// std::invalid_argument for a pose that is not finite, refine::DamagedFile where an analysed
   /// seafloor's file turns out to be damaged.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
-  /// The fans of a ping, of every sonar port and starboard; good until the next call. Throws as ping().
+  /// The fans of a ping, in the order of its lines; good until the next call. Throws as ping().
   std::span<const RayFan> aim(const Pose& pose);
 
   /// Forgets what earlier pings left in the surface. Pings do not depend on it; a block of them starts
@@ -55,9 +57,9 @@ class Simulator {
   /// and off the seafloor.
   double altitude_m(const Eigen::Vector3d& position) const;
 
-  /// The scene's track over this seafloor: one pose a ping, checked to lie over the seafloor, above
-  /// the bed and under the sea surface. Throws SceneError.
-  std::vector<Pose> track() const;
+  /// The scene's track over this seafloor, the vehicle's pose at each ping. Throws SceneError.
+  Flight flight() const;
+  std::vector<Pose> track() const;  ///< its poses alone
 
   const Seafloor& seafloor() const;
   /// How the seafloor came to be.
@@ -73,6 +75,7 @@ class Simulator {
   struct Ready;   // what all threads share
   struct Worker;  // one thread's own
   explicit Simulator(std::shared_ptr<const Ready> ready);
+  double bed_height_m(double x_m, double y_m) const;
   std::shared_ptr<const Ready> ready_;
   std::unique_ptr<Worker> worker_;
 };

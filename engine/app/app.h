@@ -37,6 +37,7 @@ void add_intersectors(CLI::App& app, Action& action);
 void add_water(CLI::App& app, Action& action);
 void add_backscatter(CLI::App& app, Action& action);
 void add_sediments(CLI::App& app, Action& action);
+void add_presets(CLI::App& app, Action& action);
 
 /// The scene on the command line: SCENE, -D and --data.
 struct SceneArguments {

@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   app::add_water(program, action);
   app::add_backscatter(program, action);
   app::add_sediments(program, action);
+  app::add_presets(program, action);
   try {
     program.parse(argc, argv);
   } catch (const CLI::Success& help) {

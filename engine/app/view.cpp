@@ -32,11 +32,6 @@ void view_scene(const Arguments& arguments) {
   if (arguments.file.extension() != ".png")
     throw UsageError(fmt::format("{}: a view is written as a .png", arguments.file.string()));
   Scene scene = arguments.scene.read();
-  const auto pings = static_cast<std::size_t>(scene.track.pings);
-  const std::size_t ping = arguments.ping.value_or(pings / 2);
-  if (ping >= pings)
-    throw UsageError(fmt::format("--ping {}: the track has {} pings, 0 to {}; take one of them",
-                                 ping, pings, pings - 1));
   // The simulator makes the seafloor and aims; what would be traced by it is not built.
   scene.run.surface = "static";
   scene.run.intersector = "brute_force";
@@ -50,6 +45,10 @@ void view_scene(const Arguments& arguments) {
   tell("seafloor", 0, 1);
   Simulator simulator(scene);
   const std::vector<Pose> track = simulator.track();
+  const std::size_t ping = arguments.ping.value_or(track.size() / 2);
+  if (ping >= track.size())
+    throw UsageError(fmt::format("--ping {}: the track has {} pings, 0 to {}; take one of them",
+                                 ping, track.size(), track.size() - 1));
   tell("progressive mesh", 0, 1);
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
   const std::span<const RayFan> fans = simulator.aim(track[ping]);

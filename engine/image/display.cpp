@@ -21,9 +21,12 @@ std::vector<double> column_gains(const Waterfall& waterfall, const Display& disp
     const double r = std::max(bin + 0.5, 1.0) * sonar.bin_m();
     double gain_db = display.spreading * std::log10(r);
     if (display.absorption) gain_db += 2.0 * absorption_db_per_m * r;
-    const auto starboard = static_cast<std::size_t>(sonar.bins) + static_cast<std::size_t>(bin);
-    const std::size_t port = gains.size() - 1 - starboard;
-    gains[port] = gains[starboard] = scatter::from_db(gain_db);
+    const auto from_nadir = static_cast<std::size_t>(bin);
+    if (sonar.sides != Sides::starboard)
+      gains[static_cast<std::size_t>(sonar.bins) - 1 - from_nadir] = scatter::from_db(gain_db);
+    if (sonar.sides != Sides::port)
+      gains[gains.size() - static_cast<std::size_t>(sonar.bins) + from_nadir] =
+          scatter::from_db(gain_db);
   }
   return gains;
 }

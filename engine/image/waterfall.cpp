@@ -14,7 +14,10 @@ void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides,
                         const PingRecord& record) {
   if (ping >= rows()) throw std::invalid_argument("Waterfall: a ping beyond the last row");
   const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
-  for (const EchoLine& side : sides)
+  const std::ptrdiff_t starboard = sonar.sides == Sides::both ? bins : 0;
+  for (const EchoLine& side : sides) {
+    if (std::ranges::count(sides_of(sonar), side.side) == 0)
+      throw std::invalid_argument("Waterfall: an echo line of a side that the sonar has not");
     Layers::for_each([&](std::string_view, auto layer) {
       const auto& from = side.bins.*layer;
       if (std::ssize(from) != bins)
@@ -23,8 +26,9 @@ void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides,
       if (side.side == Side::port)
         std::reverse_copy(from.begin(), from.end(), row);
       else
-        std::copy(from.begin(), from.end(), row + bins);
+        std::copy(from.begin(), from.end(), row + starboard);
     });
+  }
   PingRecord& row_record = pings[ping] = record;
   for (const EchoLine& side : sides) {
     const bool port = side.side == Side::port;

@@ -11,7 +11,8 @@ namespace ensonify::engine {
 
 /// What the pings file says of a ping, beside the image.
 struct PingRecord {
-  Pose pose;
+  Pose pose;                ///< of the vehicle
+  Pose reported;            ///< what it takes that for
   double altitude_m = 0.0;  ///< over the bed straight below; NaN over a hole
   int block = 0;
   int first_return_port = -1, first_return_starboard = -1;  ///< bins
@@ -19,7 +20,7 @@ struct PingRecord {
 };
 
 /// Stacked echo lines of one sonar: a row a ping, the oldest first; columns port far..near, then
-/// starboard near..far.
+/// starboard near..far, of the sides it has.
 struct Waterfall {
   Sonar sonar;
   Layers pixels;  ///< pings * columns() values a layer
@@ -27,8 +28,10 @@ struct Waterfall {
 
   Waterfall(const Sonar& its_sonar, std::size_t ping_count);
   std::size_t rows() const { return pings.size(); }
-  std::size_t columns() const { return 2 * static_cast<std::size_t>(sonar.bins); }
-  /// Puts both sides of a ping into their row, and what the record says of them from the lines.
+  std::size_t columns() const {
+    return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
+  }
+  /// Puts the sides of a ping into their row, and what the record says of them from the lines.
   /// Rows may be set from several threads at once.
   void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRecord& record);
 };

@@ -30,6 +30,8 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
       {"world_origin_z_m", origin.world_origin.z()},
       {"scene_hash", origin.scene_hash},
   };
+  if (sonar.sides != Sides::both)
+    attributes.push_back({"sides", sonar.sides == Sides::port ? "port" : "starboard"});
   Layers::for_each([&](std::string_view layer, auto) {
     attributes.push_back({"units_" + std::string(layer), units(layer)});
   });

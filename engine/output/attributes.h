@@ -24,7 +24,7 @@ struct Attribute {
 };
 
 /// What every image file says beside its layers: row_order, sonar, frequency_hz, range_m, bins,
-/// world_origin_x_m, _y_m, _z_m, scene_hash, and units_LAYER for every layer.
+/// world_origin_x_m, _y_m, _z_m, scene_hash, `sides` (port or starboard) of a sonar that has one, and units_LAYER for every layer.
 std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
 
 }  // namespace ensonify::engine

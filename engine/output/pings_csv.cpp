@@ -13,19 +13,20 @@ std::string pings_csv(const Waterfall& waterfall) {
     return first_return < 0 ? std::string() : fmt::format("{}", first_return);
   };
   constexpr double degree = std::numbers::pi / 180.0;
+  const auto where = [](const Pose& pose) {
+    return fmt::format("{},{},{},{},{},{}", pose.position.x(), pose.position.y(), pose.position.z(),
+                       pose.roll_rad / degree, pose.pitch_rad / degree, pose.heading_rad / degree);
+  };
   std::string csv =
       "ping,t_s,x_m,y_m,z_m,roll_deg,pitch_deg,heading_deg,reported_x_m,reported_y_m,reported_z_m,"
       "reported_roll_deg,reported_pitch_deg,reported_heading_deg,altitude_m,first_return_port,"
       "first_return_starboard,block,starved_port,starved_starboard,artefacts\n";
   for (std::size_t i = 0; i < waterfall.rows(); ++i) {
     const PingRecord& ping = waterfall.pings[i];
-    const Pose& pose = ping.pose;
-    const std::string where =
-        fmt::format("{},{},{},{},{},{}", pose.position.x(), pose.position.y(), pose.position.z(),
-                    pose.roll_rad / degree, pose.pitch_rad / degree, pose.heading_rad / degree);
-    // The vehicle reports its true pose until navigation errors exist; no artefacts exist yet.
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},\n", i, pose.t_s, where,
-                   where, std::isnan(ping.altitude_m) ? "" : fmt::format("{}", ping.altitude_m),
+    // No artefacts exist yet.
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},\n", i, ping.pose.t_s,
+                   where(ping.pose), where(ping.reported),
+                   std::isnan(ping.altitude_m) ? "" : fmt::format("{}", ping.altitude_m),
                    bin(ping.first_return_port), bin(ping.first_return_starboard), ping.block,
                    ping.starved_port, ping.starved_starboard);
   }

@@ -11,6 +11,29 @@ constexpr double most_grid_points = 1e8;  // 0.8 GB of heights, ten times that w
 constexpr double most_pixels = 1e9;       // 60 GB of layers
 constexpr double most_rays = 1e8;         // a side of a ping
 constexpr double most_bins_in_pulse = 1000;
+constexpr double most_pings = 10e6;
+
+void check_track(const Scene& scene, const auto& require) {
+  const TrackOptions& track = scene.track;
+  const bool from_file = track.kind == TrackKind::file;
+  require(!from_file || !track.file.name.empty(), "track.kind",
+          [] { return "'track.kind' is \"file\", but no file is named: give it as track.file"; });
+  require(from_file || track.file.name.empty(), "track.file",
+          [] { return "'track.file' needs track.kind = \"file\""; });
+  require(!from_file || scene.motion.speed.still(), "motion.speed", [] {
+    return "'motion.speed' changes the speed of a line or a lawn-mower; a track from a file has "
+           "its "
+           "own: leave it out";
+  });
+  require(track.origin_latitude_rad.has_value() == track.origin_longitude_rad.has_value(),
+          track.origin_latitude_rad ? "track.origin_lat_deg" : "track.origin_lon_deg", [] {
+            return "of 'track.origin_lat_deg' and 'track.origin_lon_deg' one is missing, expected "
+                   "both or none";
+          });
+  require(track.kind != TrackKind::lawn_mower || track.speed_mps > 0.0, "track.speed_mps", [] {
+    return "'track.speed_mps' is 0, expected more for a lawn-mower, which has to get to its end";
+  });
+}
 
 }  // namespace
 
@@ -83,7 +106,6 @@ void check_scene(const Scene& scene,
 
   const double sound_speed_mps =
       scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));
-  double pixels = 0.0;
   for (const Sonar& sonar : scene.sonars) {
     const auto key = [&](std::string_view name) {
       return fmt::format("sonar.{}.{}", sonar.name, name);
@@ -130,13 +152,20 @@ void check_scene(const Scene& scene,
                          sonar.planes, sonar.elevations, double(sonar.planes) * sonar.elevations,
                          most_rays);
     });
-    pixels += 2.0 * sonar.bins * scene.track.pings;
   }
-  require(pixels <= most_pixels, "track.pings", [&] {
-    return fmt::format(
-        "{} pings make {:.2g} pixels, expected at most {:.0e}: take fewer pings or bins",
-        scene.track.pings, pixels, most_pixels);
-  });
+  check_track(scene, require);
+  if (scene.track.kind == TrackKind::line)
+    check_pings(scene, scene.track.pings, place("track.pings"));
+}
+
+void check_pings(const Scene& scene, double pings, std::string_view place) {
+  double pixels = 0.0;
+  for (const Sonar& sonar : scene.sonars)
+    pixels += static_cast<double>(sides_of(sonar).size()) * sonar.bins * pings;
+  if (!(pixels <= most_pixels && pings <= most_pings))
+    throw SceneError(fmt::format(
+        "{}: {:.0f} pings make {:.2g} pixels, expected at most {:.0e}: take fewer pings or bins",
+        place, pings, pixels, most_pixels));
 }
 
 }  // namespace ensonify::engine

@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/scene/check.h>
 #include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/sonar/presets.h>
 
 namespace ensonify::engine {
 namespace {
@@ -244,6 +245,19 @@ class Reader {
                                       suggestion(name.str(), names)));
       }
       read_keys(section, *owner, expect_table(table, path), path);
+      if constexpr (std::is_same_v<Owner, Sonar>) take_preset(*owner, path);
+    }
+  }
+
+  /// Gives every key of a sonar that was not given the value of its preset, whatever came first.
+  void take_preset(Sonar& sonar, const std::string& path) {
+    if (sonar.preset.empty()) return;
+    Sonar preset = preset_sonar(sonar.preset);
+    for (const Key<Sonar>& key : sonar_section().keys) {
+      if (places_.contains(joined(path, key.name))) continue;
+      const Option from = key.option(preset);
+      std::visit([&](auto* option) { *option = *std::get<decltype(option)>(from); },
+                 key.option(sonar));
     }
   }
 

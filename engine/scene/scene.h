@@ -11,6 +11,8 @@
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/motion.h>
+#include <ensonify/engine/sonar/navigation.h>
 #include <ensonify/engine/sonar/sonar.h>
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/intersector.h>
@@ -52,7 +54,9 @@ struct Scene {
   SeafloorOptions seafloor;
   std::vector<ObjectOptions> objects;
   std::vector<Material> materials;  ///< those of its own
-  StraightTrack track;
+  TrackOptions track;
+  MotionOptions motion;
+  NavigationOptions navigation;
   std::vector<Sonar> sonars = {Sonar{}};
   RunOptions run;
   Display display;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/sonar/presets.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/surface.h>
 
@@ -50,6 +51,27 @@ std::string degrees_text(double rad) {
     if (back * radians_per_degree == rad) return number_text(back);
   }
   return text;
+}
+
+/// How one degree of freedom moves.
+std::vector<Key<Scene>> oscillation(Oscillation MotionOptions::*which, std::string_view rms,
+                                    std::string_view wander, std::string_view unit,
+                                    double largest) {
+  const auto option = [&](double Oscillation::*member) {
+    return at(&Scene::motion, which, member);
+  };
+  return {{rms, unit, {0, largest}, "Rms of what waves drive.", option(&Oscillation::rms)},
+          {"period_s", "s", {0.01, 3600}, "Its mean period.", option(&Oscillation::period_s)},
+          {wander, unit, {0, largest}, "Rms of slow wandering.", option(&Oscillation::wander_rms)},
+          {"wander_s", "s", {0.01, 1e6}, "Its correlation time.", option(&Oscillation::wander_s)}};
+}
+Section<Scene> angle(std::string_view name, std::string_view help,
+                     Oscillation MotionOptions::*which) {
+  return {name, help, oscillation(which, "rms_deg", "wander_deg", "degrees", 45)};
+}
+Section<Scene> shift(std::string_view name, std::string_view help,
+                     Oscillation MotionOptions::*which) {
+  return {name, help, oscillation(which, "rms_m", "wander_m", "m", 1000)};
 }
 
 }  // namespace
@@ -158,22 +180,120 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::hurst)},
        }},
       {"track",
-       "A straight line at constant depth. Its middle is counted from the middle of the seabed.",
+       "Where the vehicle goes. Its middle is counted from the middle of the seabed.",
        {
-           {"pings", "", {1, 10e6}, "How many pings.", at(&Scene::track, &StraightTrack::pings)},
-           {"speed_mps", "m/s", {0, 50}, "Speed over ground.",
-            at(&Scene::track, &StraightTrack::speed_mps)},
-           {"heading_deg", "degrees", {-360, 360}, "Heading, clockwise from north.",
-            at(&Scene::track, &StraightTrack::heading_rad)},
-           {"middle_east_m", "m", {-1e6, 1e6}, "The line's middle, east of the seabed's.",
-            at(&Scene::track, &StraightTrack::middle_east_m)},
-           {"middle_north_m", "m", {-1e6, 1e6}, "The line's middle, north of the seabed's.",
-            at(&Scene::track, &StraightTrack::middle_north_m)},
-           {"altitude_m", "m", {0.01, 11000}, "Height over the mean seabed along the line.",
-            at(&Scene::track, &StraightTrack::altitude_m)},
+           {"kind", "", {}, "A straight line, a lawn-mower's legs, or a recorded track.",
+            at(&Scene::track, &TrackOptions::kind), {"line", "lawn-mower", "file"}},
+           {"pings", "", {1, 10e6}, "How many pings a line has; the others have as many as fit.",
+            at(&Scene::track, &TrackOptions::pings)},
+           {"speed_mps", "m/s", {0, 50}, "Speed over ground, of a line or a lawn-mower.",
+            at(&Scene::track, &TrackOptions::speed_mps)},
+           {"heading_deg", "degrees", {-360, 360},
+            "Heading of the line or the first leg, clockwise from north.",
+            at(&Scene::track, &TrackOptions::heading_rad)},
+           {"middle_east_m", "m", {-1e6, 1e6},
+            "The track's middle, east of the seabed's; a recorded track is moved by so much.",
+            at(&Scene::track, &TrackOptions::middle_east_m)},
+           {"middle_north_m", "m", {-1e6, 1e6}, "The same to the north.",
+            at(&Scene::track, &TrackOptions::middle_north_m)},
+           {"vertical", "", {},
+            "depth: at a constant depth, or at a file's own (z_m or depth_m); altitude: following the bed, "
+            "as a file does that has only altitude_m.",
+            at(&Scene::track, &TrackOptions::vertical), {"depth", "altitude"}},
+           {"altitude_m", "m", {0.01, 11000},
+            "Height over the mean seabed along the track, or over the bed that is followed; a file's "
+            "altitude_m goes before it.",
+            at(&Scene::track, &TrackOptions::altitude_m)},
+           {"follow_s", "s", {0, 3600},
+            "Time constant with which the bed is followed; 0: at once.",
+            at(&Scene::track, &TrackOptions::follow_s)},
+           {"climb_mps", "m/s", {0, 100}, "The fastest climb and dive in following it.",
+            at(&Scene::track, &TrackOptions::climb_mps)},
            {"ping_interval_s", "s", {0, 3600},
-            "Time between pings; 0: the longest range's two-way time.",
-            at(&Scene::track, &StraightTrack::ping_interval_s)},
+            "Time between pings, the same for all sonars; 0: the longest range's two-way time, or of a "
+            "file a ping a row.",
+            at(&Scene::track, &TrackOptions::ping_interval_s)},
+           {"legs", "", {1, 10000}, "A lawn-mower's legs.", at(&Scene::track, &TrackOptions::legs)},
+           {"leg_length_m", "m", {0.01, 1e6}, "Length of each.",
+            at(&Scene::track, &TrackOptions::leg_length_m)},
+           {"leg_spacing_m", "m", {0.01, 1e6},
+            "Between neighbours; the second lies to starboard of the first.",
+            at(&Scene::track, &TrackOptions::leg_spacing_m)},
+           {"turn_radius_m", "m", {0, 1e6},
+            "Radius of the turns, which swing out where it is more than half the spacing; 0: half the "
+            "spacing.",
+            at(&Scene::track, &TrackOptions::turn_radius_m)},
+           {"ping_in_turns", "", {}, "Whether the turns are recorded; time goes on in any case.",
+            at(&Scene::track, &TrackOptions::ping_in_turns)},
+           {"file", "", {},
+            "A recorded track: CSV with t_s (or time_s, utc_s), then x_m,y_m (local), "
+            "easting_m,northing_m (the survey's) or lat_deg,lon_deg, and as far as known z_m, depth_m or "
+            "altitude_m, roll_deg, pitch_deg, heading_deg; a path as for seafloor.survey.",
+            at(&Scene::track, &TrackOptions::file)},
+           {"smooth_s", "s", {0, 60},
+            "Time over which a file's places and heights are smoothed, repeated places left out; 0: taken "
+            "as they are.",
+            at(&Scene::track, &TrackOptions::smooth_s)},
+           {"origin_lat_deg", "degrees", {-90, 90},
+            "Latitude of the seabed's middle, for a file with lat_deg and lon_deg; unset: by the survey's "
+            "UTM zone, or such that a generated seabed has the track in its middle.",
+            at(&Scene::track, &TrackOptions::origin_latitude_rad)},
+           {"origin_lon_deg", "degrees", {-360, 360}, "Longitude of the same.",
+            at(&Scene::track, &TrackOptions::origin_longitude_rad)},
+       }},
+      {"motion",
+       "What the vehicle does about its track: a steady attitude, and a table for each degree of freedom: "
+       "movements driven by waves (rms and period_s) and slow wandering (wander and wander_s).",
+       {
+           {"roll_deg", "degrees", {-180, 180}, "Steady roll, starboard down.",
+            at(&Scene::motion, &MotionOptions::roll_rad)},
+           {"pitch_deg", "degrees", {-80, 80}, "Steady pitch, nose up.",
+            at(&Scene::motion, &MotionOptions::pitch_rad)},
+           {"crab_deg", "degrees", {-180, 180}, "Steady angle of the heading to starboard of the course.",
+            at(&Scene::motion, &MotionOptions::crab_rad)},
+       }},
+      angle("motion.roll", "Roll, starboard down.", &MotionOptions::roll),
+      angle("motion.pitch", "Pitch, nose up.", &MotionOptions::pitch),
+      angle("motion.heading", "Heading about the course.", &MotionOptions::heading),
+      shift("motion.heave", "Up and down.", &MotionOptions::heave),
+      shift("motion.sway", "To starboard and port of the track.", &MotionOptions::sway),
+      shift("motion.surge", "Ahead and back along the track.", &MotionOptions::surge),
+      {"motion.speed",
+       "Change of the speed of a line or a lawn-mower.",
+       oscillation(&MotionOptions::speed, "rms_mps", "wander_mps", "m/s", 20)},
+      {"navigation",
+       "What the vehicle reports of its pose (reported_* in NAME_pings.csv), as against what it is: a bias "
+       "drawn once a run, noise drawn for each message, and the step to which a message is rounded.",
+       {
+           {"position_bias_m", "m", {0, 10000}, "Rms bias to the east and to the north.",
+            at(&Scene::navigation, &NavigationOptions::position, &ReportError::bias_rms)},
+           {"position_rms_m", "m", {0, 10000}, "Rms noise to the east and to the north.",
+            at(&Scene::navigation, &NavigationOptions::position, &ReportError::rms)},
+           {"position_step_m", "m", {0, 10000}, "Step; 0: not rounded.",
+            at(&Scene::navigation, &NavigationOptions::position, &ReportError::step)},
+           {"height_bias_m", "m", {0, 10000}, "Rms bias of the height (the depth).",
+            at(&Scene::navigation, &NavigationOptions::height, &ReportError::bias_rms)},
+           {"height_rms_m", "m", {0, 10000}, "Its rms noise.",
+            at(&Scene::navigation, &NavigationOptions::height, &ReportError::rms)},
+           {"height_step_m", "m", {0, 10000}, "Its step; 0: not rounded.",
+            at(&Scene::navigation, &NavigationOptions::height, &ReportError::step)},
+           {"attitude_bias_deg", "degrees", {0, 45}, "Rms bias of roll and of pitch.",
+            at(&Scene::navigation, &NavigationOptions::attitude, &ReportError::bias_rms)},
+           {"attitude_rms_deg", "degrees", {0, 45}, "Their rms noise.",
+            at(&Scene::navigation, &NavigationOptions::attitude, &ReportError::rms)},
+           {"attitude_step_deg", "degrees", {0, 45}, "Their step; 0: not rounded.",
+            at(&Scene::navigation, &NavigationOptions::attitude, &ReportError::step)},
+           {"heading_bias_deg", "degrees", {0, 180}, "Rms bias of the heading.",
+            at(&Scene::navigation, &NavigationOptions::heading, &ReportError::bias_rms)},
+           {"heading_rms_deg", "degrees", {0, 180}, "Its rms noise.",
+            at(&Scene::navigation, &NavigationOptions::heading, &ReportError::rms)},
+           {"heading_step_deg", "degrees", {0, 180}, "Its step; 0: not rounded.",
+            at(&Scene::navigation, &NavigationOptions::heading, &ReportError::step)},
+           {"delay_s", "s", {0, 3600}, "Age of a message when a ping takes it.",
+            at(&Scene::navigation, &NavigationOptions::delay_s)},
+           {"update_interval_s", "s", {0, 3600},
+            "Time between messages; pings between them repeat the last. 0: a message a ping.",
+            at(&Scene::navigation, &NavigationOptions::update_interval_s)},
        }},
       {"run",
        "How a run is computed.",
@@ -299,9 +419,25 @@ const Section<Material>& material_section() {
 const Section<Sonar>& sonar_section() {
   static const Section<Sonar> section = {
       "sonar.NAME",
-      "One instrument, looking to port and starboard; as many as wanted. NAME (letters, digits, _ "
-      "and -) names its files.",
+      "One instrument, looking to port and starboard; as many as wanted, which all ping together. NAME "
+      "(letters, digits, _ and -) names its files.",
       {
+          {"preset", "", {},
+           "The instrument (`ensonify presets` lists them) whose values the keys below have by default.",
+           at(&Sonar::preset), preset_names()},
+          {"sides", "", {}, "The sides it has; a file of one side has that side's columns only.",
+           at(&Sonar::sides), {"both", "port", "starboard"}},
+          {"forward_m", "m", {-1000, 1000}, "Where it is mounted, ahead of the vehicle's own place.",
+           at(&Sonar::mounting, &Mounting::forward_m)},
+          {"starboard_m", "m", {-1000, 1000}, "The same to starboard.",
+           at(&Sonar::mounting, &Mounting::starboard_m)},
+          {"down_m", "m", {-1000, 1000}, "The same downwards.",
+           at(&Sonar::mounting, &Mounting::down_m)},
+          {"mount_azimuth_deg", "degrees", {-360, 360},
+           "Turns the array to starboard; at -90 its starboard side looks ahead.",
+           at(&Sonar::mounting, &Mounting::azimuth_rad)},
+          {"mount_pitch_deg", "degrees", {-80, 80}, "Then lifts the array's fore end.",
+           at(&Sonar::mounting, &Mounting::pitch_rad)},
           {"frequency_hz", "Hz", {1e3, 10e6}, "Centre frequency.", at(&Sonar::frequency_hz)},
           {"source_level_db", "dB re 1 uPa at 1 m", {0, 300}, "Source level on the beam's axis.",
            at(&Sonar::source_level_db)},

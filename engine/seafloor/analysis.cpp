@@ -23,6 +23,7 @@ std::string about(const Seafloor& seafloor) {
               {"faces", seafloor.faces},
               {"bed_faces", seafloor.bed_faces},
               {"mean_bed_m", seafloor.mean_bed_m},
+              {"utm_zone", seafloor.utm_zone},
               {"labels", labels},
               {"classes", seafloor.classes},
               {"materials", seafloor.materials},
@@ -38,6 +39,7 @@ void take(std::string_view text, Seafloor& seafloor) {
   json.at("faces").get_to(seafloor.faces);
   json.at("bed_faces").get_to(seafloor.bed_faces);
   json.at("mean_bed_m").get_to(seafloor.mean_bed_m);
+  json.at("utm_zone").get_to(seafloor.utm_zone);
   json.at("classes").get_to(seafloor.classes);
   json.at("materials").get_to(seafloor.materials);
   json.at("repairs").get_to(seafloor.repairs);

@@ -17,6 +17,8 @@ struct Heightfield {
   std::vector<double> z_m;  ///< rows * columns, the southern row first; NaN is a hole
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();  ///< of the grid's middle, world metres
 
+  int utm_zone = 0;  ///< of the world, 1 to 60, southern ones negative; 0: unknown
+
   double x_m(int column) const { return (column - 0.5 * (columns - 1)) * cell_east_m; }
   double y_m(int row) const { return (row - 0.5 * (rows - 1)) * cell_north_m; }
   double& at(int column, int row) { return z_m[index(column, row)]; }

@@ -184,7 +184,13 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
         fmt::format("{} objects are more than {}; take fewer", objects.size(), most_objects));
   Seafloor seafloor;
   const bool mesh = options.kind == SeafloorKind::mesh;
-  seafloor.mesh = mesh ? make_mesh(options, seafloor) : tessellate(make_heightfield(options, seed));
+  if (mesh) {
+    seafloor.mesh = make_mesh(options, seafloor);
+  } else {
+    const Heightfield field = make_heightfield(options, seed);
+    seafloor.mesh = tessellate(field);
+    seafloor.utm_zone = field.utm_zone;
+  }
   seafloor.bed_faces = seafloor.mesh.faces.size();
   seafloor.labels = {{.sediment = number_of(options.material, seafloor.materials),
                       .class_id = number_of("seabed", seafloor.classes),

@@ -59,6 +59,7 @@ struct Seafloor {
                    ///< tags, or else all are labels[0]
   std::vector<std::string> classes = {"none"};
   std::vector<std::string> materials = {"none"};
+  int utm_zone = 0;                   ///< of the mesh's world, as in Heightfield
   std::size_t repairs = 0;            ///< of the files' meshes, all counts summed
   std::vector<std::string> warnings;  ///< what was repaired, a line a file
 

@@ -184,6 +184,19 @@ class SurveyReader {
     field_.cell_north_m = std::abs(north_step);
     field_.world_origin = {west + 0.5 * field_.columns * east_step,
                            north + 0.5 * field_.rows * north_step, water_level_m_};
+    field_.utm_zone = utm_zone();
+  }
+
+  // Of an ellipsoid within a millimetre of WGS 84's (GRS 80 is): what uses it (NAD83, ETRS89, GDA94)
+  // lies within two metres of it, older datums do not.
+  int utm_zone() const {
+    const OGRSpatialReference* reference = dataset_->GetSpatialRef();
+    if (!reference || std::abs(reference->GetSemiMajor() - 6378137.0) > 1e-3 ||
+        std::abs(reference->GetInvFlattening() - 298.2572) > 1e-4)
+      return 0;
+    int north = 1;
+    const int zone = reference->GetUTMZone(&north);
+    return north ? zone : -zone;
   }
 
   void read_heights(GDALRasterBand& band) {

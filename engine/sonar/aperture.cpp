@@ -5,7 +5,8 @@
 
 namespace ensonify::engine {
 
-Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height) {
+Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
+                       double lean_rad) {
   const LineArray array{sonar.array_length_m, wavelength_m};
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.sector_low_rad,
@@ -15,6 +16,7 @@ Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_ove
       .planes = sonar.planes,
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
+      .lean_rad = lean_rad,
   });
 
   std::vector<float> weight(grid->rays());
@@ -42,6 +44,12 @@ double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
   return sonar.range_m + std::max(cell_m + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m);
 }
 
+double lean_rad(const Pose& pose, Side side) {
+  const Eigen::Matrix3d body = body_to_world(pose);
+  const double out = side == Side::starboard ? body(2, 1) : -body(2, 1);
+  return std::atan2(-out, -body(2, 2));
+}
+
 RayFan place_fan(const Aperture& aperture, const Pose& pose, Side side, double range_m) {
   const Eigen::Matrix3d body = body_to_world(pose);
   const Eigen::Vector3d abeam =
@@ -53,16 +61,21 @@ RayFan place_fan(const Aperture& aperture, const Pose& pose, Side side, double r
           c * abeam + s * down, s * abeam - c * down, range_m};
 }
 
-const Aperture& Apertures::at(double altitude_m) {
+const Aperture& Apertures::at(double altitude_m, double lean_rad) {
   constexpr double steps_per_octave = 4.0;
+  constexpr double lean_step_rad = 0.008726646259971648;  // half a degree
   const double lowest_m = 1e-3 * sonar_.range_m;
   const int step =
       static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(altitude_m, lowest_m))));
-  auto found = made_.find(step);
+  const int lean_step = static_cast<int>(std::lround(lean_rad / lean_step_rad));
+  auto found = made_.find({step, lean_step});
   if (found == made_.end()) {
     const double height_m = std::exp2(step / steps_per_octave);
-    found =
-        made_.emplace(step, make_aperture(sonar_, wavelength_m_, sonar_.range_m / height_m)).first;
+    found = made_
+                .emplace(std::pair{step, lean_step},
+                         make_aperture(sonar_, wavelength_m_, sonar_.range_m / height_m,
+                                       lean_step * lean_step_rad))
+                .first;
   }
   return found->second;
 }

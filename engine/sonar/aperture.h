@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <ensonify/engine/sonar/sonar.h>
@@ -17,8 +18,13 @@ struct Aperture {
   std::vector<float> weight;  ///< by ray number; 0 outside the beam
 };
 
-/// The aperture for flying so high that range_over_height is the sonar's range over its altitude.
-Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height);
+/// The aperture for flying so high that range_over_height is the sonar's range over its altitude, and
+/// for leaning so: its rays are laid for what they will meet, and mean the same wherever they lie.
+Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
+                       double lean_rad = 0.0);
+
+/// How much lower than level a side looks at a pose, because of roll.
+double lean_rad(const Pose& pose, Side side);
 
 /// Rays end a little beyond the last bin, so that the pulse finds its energy there too.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
@@ -26,17 +32,17 @@ double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 /// The fan of one side at a pose.
 RayFan place_fan(const Aperture& aperture, const Pose& pose, Side side, double range_m);
 
-/// A sonar's apertures over altitude, made as they are needed: altitudes within a step of 19 % share
-/// one, so that a steady ping makes none.
+/// A sonar's apertures over altitude, made as they are needed: altitudes within a step of 19 % and
+/// leans within half a degree share one, so that a steady ping makes none.
 class Apertures {
  public:
   Apertures(const Sonar& sonar, double wavelength_m) : sonar_(sonar), wavelength_m_(wavelength_m) {}
-  const Aperture& at(double altitude_m);
+  const Aperture& at(double altitude_m, double lean_rad);
 
  private:
   Sonar sonar_;
   double wavelength_m_;
-  std::map<int, Aperture> made_;  ///< by steps of altitude
+  std::map<std::pair<int, int>, Aperture> made_;  ///< by steps of altitude and lean
 };
 
 }  // namespace ensonify::engine

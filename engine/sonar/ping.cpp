@@ -8,15 +8,18 @@ Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& med
                const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sonar_number_(sonar_number),
+      sides_(sides_of(sonar)),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       former_(sonar, medium, seafloor, by_material) {}
 
 std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
-  aperture_ = &apertures_.at(altitude_m);
-  for (const Side side : {Side::port, Side::starboard})
-    fans_[static_cast<std::size_t>(side)] = place_fan(*aperture_, pose, side, range_m_);
-  hits_.resize(aperture_->grid->rays());
-  return fans_;
+  for (const Side side : sides_) {
+    const auto i = static_cast<std::size_t>(side);
+    aims_[i] = &apertures_.at(altitude_m, lean_rad(pose, side));
+    fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
+    hits_.resize(fans_[i].grid->rays());
+  }
+  return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
 }
 
 std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
@@ -26,7 +29,8 @@ std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
 
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
-  former_.form(fans_[static_cast<std::size_t>(side)], *aperture_, triangles, hits_, line);
+  const auto i = static_cast<std::size_t>(side);
+  former_.form(fans_[i], *aims_[i], triangles, hits_, line);
 }
 
 void Pinger::speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line) {

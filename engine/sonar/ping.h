@@ -20,7 +20,8 @@ class Pinger {
   Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
          const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material);
 
-  /// The fans of both sides, port first, at a pose so high over the bed; good until the next call.
+  /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until the
+  /// next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
   /// Nearest hits of the aimed fan of one side; good until the next call.
@@ -34,9 +35,10 @@ class Pinger {
  private:
   double range_m_;
   std::uint64_t sonar_number_;
+  std::span<const Side> sides_;
   Apertures apertures_;
   EchoFormer former_;
-  const Aperture* aperture_ = nullptr;
+  std::array<const Aperture*, 2> aims_{};
   std::array<RayFan, 2> fans_;
   std::vector<Hit> hits_;
   std::vector<double> factors_;

@@ -1,14 +1,24 @@
 #pragma once
 
+#include <array>
+#include <span>
 #include <string>
 
 #include <ensonify/engine/sonar/beam_pattern.h>
+#include <ensonify/engine/sonar/mounting.h>
 
 namespace ensonify::engine {
 
-/// One instrument: a line array a side, looking to port and starboard.
+enum class Side { port, starboard };
+/// The sides an instrument has.
+enum class Sides { both, port, starboard };
+
+/// One instrument: a line array a side, looking to port and starboard of it.
 struct Sonar {
   std::string name = "sidescan";
+  std::string preset;  ///< whose values are its defaults; empty: none
+  Sides sides = Sides::both;
+  Mounting mounting;
   double frequency_hz = 400e3;
   double source_level_db = 210.0;  ///< dB re 1 uPa at 1 m, on the axis of the beam
   double bandwidth_hz = 30e3;      ///< of the pulse: its effective length is 1 / bandwidth
@@ -24,6 +34,15 @@ struct Sonar {
   double bin_m() const { return range_m / bins; }
 };
 
-enum class Side { port, starboard };
+/// Its sides, port first.
+inline std::span<const Side> sides_of(const Sonar& sonar) {
+  static constexpr std::array both{Side::port, Side::starboard};
+  switch (sonar.sides) {
+    case Sides::both: break;
+    case Sides::port: return std::span(both).first(1);
+    case Sides::starboard: return std::span(both).last(1);
+  }
+  return both;
+}
 
 }  // namespace ensonify::engine

@@ -1,8 +1,10 @@
 #pragma once
 
-#include <vector>
+#include <optional>
 
 #include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/input_file.h>
 
 namespace ensonify::engine {
 
@@ -30,19 +32,33 @@ struct Pose {
 /// Columns are the body's forward, starboard and down directions in the world.
 Eigen::Matrix3d body_to_world(const Pose& pose);
 
-/// A straight line at constant depth and speed, whose middle is at a place.
-struct StraightTrack {
-  int pings = 600;
-  double speed_mps = 2.0;
-  double heading_rad = 0.0;
-  double middle_east_m = 0.0;  ///< local metres
-  double middle_north_m = 0.0;
-  double altitude_m = 10.0;      ///< over the mean seabed along the line
-  double ping_interval_s = 0.0;  ///< 0: the longest range's two-way time
-};
+enum class TrackKind { line, lawn_mower, file };
+/// How the height is kept: a depth, or an altitude over the bed.
+enum class Vertical { depth, altitude };
 
-/// The poses of a line at height z. Throws std::invalid_argument for no pings, or a speed or interval
-/// that is negative.
-std::vector<Pose> straight_poses(const StraightTrack& track, double ping_interval_s, double z_m);
+/// Where the vehicle goes and when it pings. Its own movements about that are in motion.h.
+struct TrackOptions {
+  TrackKind kind = TrackKind::line;
+  int pings = 600;  ///< of a line; the others have as many as fit
+  double speed_mps = 2.0;
+  double heading_rad = 0.0;    ///< of a line, or of the first leg
+  double middle_east_m = 0.0;  ///< local metres; a file's track is moved by so much
+  double middle_north_m = 0.0;
+  double altitude_m = 10.0;      ///< over the mean seabed along the track, or over the bed below
+  double ping_interval_s = 0.0;  ///< 0: the longest range's two-way time; of a file, a ping a row
+  Vertical vertical = Vertical::depth;
+  double follow_s = 5.0;   ///< time constant with which an altitude is kept
+  double climb_mps = 0.5;  ///< the fastest climb and dive then
+  // lawn-mower
+  int legs = 4;
+  double leg_length_m = 60.0;
+  double leg_spacing_m = 20.0;
+  double turn_radius_m = 0.0;  ///< 0: half the spacing
+  bool ping_in_turns = true;
+  // file
+  InputFile file;
+  double smooth_s = 0.0;  ///< time over which a file's places and heights are smoothed
+  std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< of the seabed's middle
+};
 
 }  // namespace ensonify::engine

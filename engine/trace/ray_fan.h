@@ -20,6 +20,7 @@ struct FanLayout {
   int planes = 8;                   ///< planes across the main lobe, null to null
   int elevations = 2048;            ///< rays a plane
   double range_over_height = 10.0;  ///< where the part that is uniform in range ends
+  double lean_rad = 0.0;  ///< how much lower than level its depressions are, for laying the rays
 };
 
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is

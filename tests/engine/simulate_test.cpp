@@ -22,7 +22,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// A rough bed with a box on it, under two sonars.
+/// A rough bed with a box on it, under two sonars that look aside and one that looks ahead.
 Scene busy_scene(const tests::TemporaryFolder& folder) {
   Seafloor holder;
   tests::add_box(holder, {0, 0, 0}, {4, 2, 3});
@@ -42,6 +42,10 @@ Scene busy_scene(const tests::TemporaryFolder& folder) {
   ahead.name = "low";
   ahead.frequency_hz = 100e3;
   ahead.range_m = 20.0;
+  Sonar& obstacles = scene.sonars.emplace_back(scene.sonars.front());
+  obstacles.name = "obstacles";
+  obstacles.sides = Sides::starboard;
+  obstacles.mounting = {.forward_m = 0.8, .down_m = 0.1, .azimuth_rad = -1.5707963267948966};
   scene.track.pings = 30;
   scene.track.heading_rad = 0.1;
   return scene;
@@ -75,6 +79,58 @@ TEST_CASE("the surface changes no number of any ping, nor does keeping its trees
       scene.run.surface = surface;
       scene.run.tree_pings = tree_pings;
       CHECK(everything(scene) == whole);
+    }
+}
+
+TEST_CASE("a sonar of one side hears the same as that side of one with two, to the bit") {
+  const tests::TemporaryFolder folder;
+  Scene scene = busy_scene(folder);
+  scene.sonars.resize(1);
+  scene.motion.roll.rms = 0.05;
+  for (const char* surface : {"static", "refined"}) {
+    scene.run.surface = surface;
+    scene.sonars.front().sides = Sides::both;
+    Simulator two(scene);
+    scene.sonars.front().sides = Sides::port;
+    Simulator port(scene);
+    scene.sonars.front().sides = Sides::starboard;
+    Simulator starboard(scene);
+    const std::vector<Pose> track = two.track();
+    for (std::size_t ping = 0; ping < track.size(); ping += 3) {
+      const std::span<const EchoLine> whole = two.ping(track[ping], ping);
+      REQUIRE(whole.size() == 2);
+      for (Simulator* half : {&port, &starboard}) {
+        const std::span<const EchoLine> lines = half->ping(track[ping], ping);
+        REQUIRE(lines.size() == 1);
+        const EchoLine& expected = whole[half == &port ? 0 : 1];
+        REQUIRE(lines[0].side == expected.side);
+        REQUIRE(lines[0].first_return == expected.first_return);
+        Layers::for_each([&](std::string_view name, auto layer) {
+          CAPTURE(name);
+          REQUIRE(lines[0].bins.*layer == expected.bins.*layer);
+        });
+      }
+    }
+  }
+}
+
+TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan does") {
+  const tests::TemporaryFolder folder;
+  Scene scene = busy_scene(folder);
+  Simulator simulator(scene);
+  // South of the box, heading north to it.
+  const std::span<const EchoLine> lines = simulator.ping({.position = {12.0, -12.0, -14.0}}, 0);
+  REQUIRE(lines.size() == 5);
+  const auto sees_box = [&](const EchoLine& line) {
+    return std::ranges::count(line.bins.instance, 1u) > 0;
+  };
+  CHECK(sees_box(lines[4]));
+  CHECK(lines[4].side == Side::starboard);
+  for (std::size_t i = 0; i < 4; ++i) CHECK_FALSE(sees_box(lines[i]));
+  for (std::size_t bin = 0; bin < lines[4].bins.instance.size(); ++bin)
+    if (lines[4].bins.instance[bin] == 1) {
+      CHECK(lines[4].bins.y_m[bin] == Approx(3.0).margin(3.0));
+      break;
     }
 }
 

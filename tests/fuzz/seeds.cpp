@@ -77,6 +77,11 @@ int main(int argc, char** argv) {
             "version = 1\nseed = 0x7f\nsea = {salinity_psu = 35.0}\n[seafloor]\nkind = 'survey'\n"
             "survey = \"f\\u0069le\" # there\n[sonar]\na-1.range_m = 1_0.0e1\nb = {bins = 2}\n");
 
+  seeds.add("track",
+            "t_s,x_m,y_m,z_m,roll_deg,pitch_deg,heading_deg\n0,0,0,-5,1,2,3\n1,2,0,-5,1,2,3\n");
+  seeds.add("track",
+            "# a recording\nping,utc_s,lat_deg,lon_deg,depth_m,altitude_m\n1,7.5,48.4,-68.8,14,11\n"
+            "2,7.6,48.4,-68.8,14,11\n");
   seeds.add("profile", "depth_m,soundspeed_mps\n0,1500.5\n10,1490\n");
   seeds.add("profile",
             tests::byte_order_mark +

@@ -62,6 +62,70 @@ TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
   }
 }
 
+TEST_CASE("under roll a side keeps its ranges and shadows, and the beam leans") {
+  Sonar sonar = plain_sonar();
+  Seafloor bed = level_bed(20.0);
+  add_box(bed, {30.0f, -20.0f, -20.0f}, {30.05f, 20.0f, -18.0f});
+  const auto level = ping_once(sonar, bed, above_bed, height_m);
+  for (const double roll_rad : {-0.15, -0.05, 0.05, 0.15}) {
+    CAPTURE(roll_rad);
+    Pose rolled = above_bed;
+    rolled.roll_rad = roll_rad;
+    const auto lines = ping_once(sonar, bed, rolled, height_m);
+    for (const std::size_t side : {0u, 1u}) {
+      std::size_t differ = 0;
+      for (std::size_t i = bin_at(sonar, slant_m(3.0)); i < lines[side].bins.region.size(); ++i)
+        differ += lines[side].bins.region[i] != level[side].bins.region[i];
+      // The sector is 10 degrees above to 90 below its own horizon: rolled up, its far end is as level.
+      CHECK(differ <= 4);
+      // What reaches past nadir meets the nearest bed; the side that is rolled up misses it.
+      const bool up = (side == 1) == (roll_rad < 0.0);
+      const double nearest_m = up ? height_m / std::cos(roll_rad) : height_m;
+      CHECK(lines[side].first_return * sonar.bin_m() ==
+            Approx(nearest_m).margin(2 * sonar.bin_m()));
+      for (const double range_m : {15.0, 40.0, 60.0})
+        CHECK(lines[side].bins.intensity_mean[bin_at(sonar, range_m)] ==
+              Approx(level[side].bins.intensity_mean[bin_at(sonar, range_m)]).epsilon(0.02));
+    }
+    CHECK(is(lines[1], bin_at(sonar, slant_m(30.05 * height_m / 8.0)) - 3, Region::shadow));
+  }
+
+  // With a real vertical beam, axis 20 degrees down: rolled to starboard, its far range falls off
+  // the beam, and port's comes nearer to its axis.
+  const auto plain = ping_once({}, bed, above_bed, height_m);
+  Pose rolled = above_bed;
+  rolled.roll_rad = 0.15;
+  const auto leaning = ping_once({}, bed, rolled, height_m);
+  const std::size_t far = bin_at(sonar, 60.0);
+  const VerticalPattern beam;
+  const double depression_rad = std::asin(height_m / 60.0);
+  for (const auto& [side, lean_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
+    const double change = beam.power(depression_rad - lean_rad) / beam.power(depression_rad);
+    CHECK(leaning[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
+          Approx(change * change).epsilon(0.02));
+  }
+}
+
+TEST_CASE("a pitched array looks aslant: its first return comes from h / cos(pitch)") {
+  const Sonar sonar = plain_sonar();
+  const Seafloor bed = level_bed(20.0);
+  for (const double pitch_rad : {-0.36, 0.2}) {
+    Pose pitched = above_bed;
+    pitched.pitch_rad = pitch_rad;
+    const auto lines = ping_once(sonar, bed, pitched, height_m);
+    for (const EchoLine& line : lines) {
+      // The beam of 0.4 degrees to its first null either way is what the nearest bed is met with.
+      const double null_rad = 0.0075;
+      CHECK(line.first_return * sonar.bin_m() ==
+            Approx(height_m / std::cos(std::abs(pitch_rad) - null_rad)).margin(2 * sonar.bin_m()));
+      const std::size_t bin = bin_at(sonar, 30.0);
+      // It lies ahead of the sonar when the nose is up and behind when it is down: x along is 0.
+      const double down_m = height_m, forward_m = line.bins.y_m[bin];
+      CHECK(std::abs(forward_m * std::cos(pitch_rad) - down_m * std::sin(pitch_rad)) < 0.05);
+    }
+  }
+}
+
 TEST_CASE("a wall higher than the sonar hides everything behind it") {
   const Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0);

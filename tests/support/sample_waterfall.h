@@ -41,6 +41,7 @@ inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) 
     lines[1].first_return = 5;
     engine::PingRecord record;
     record.pose = {0.5 * static_cast<double>(ping), {1.0 / 3.0, -2.0, -7.25}, 0.01, -0.02, 1.5};
+    record.reported = {record.pose.t_s, {0.25, -2.125, -7.0}, 0.02, -0.01, 1.25};
     record.altitude_m = 10.5;
     record.block = static_cast<int>(ping / 4);
     waterfall.set_row(ping, lines, record);

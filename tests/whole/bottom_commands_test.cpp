@@ -136,6 +136,16 @@ TEST_CASE("a wrong seabed or angle is one message and code 2") {
   CHECK(backscatter("--frequency-hz 0 --sound-speed-mps 1500 --sediment rock").code == 2);
 }
 
+TEST_CASE("presets lists every instrument with what is documented of it") {
+  const TemporaryFolder folder;
+  const Outcome outcome = run_program(folder.path(), {"presets"});
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.err.empty());
+  CHECK(outcome.out.starts_with("name,instrument,frequency_hz,bandwidth_hz,"));
+  CHECK(outcome.out.find("\nklein-5000,\"Klein 5000\",455000,20000,150,") != std::string::npos);
+  CHECK(outcome.out.find(",frequency_hz bandwidth_hz\n") != std::string::npos);
+}
+
 TEST_CASE("sediments lists every name with its parameters") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program(folder.path(), {"sediments"});

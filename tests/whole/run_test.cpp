@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/sonar/ground_path.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -129,6 +130,15 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
         tests::source_folder() / "scenes" / (name + std::string(".toml"));
     CHECK(Simulator(read_scene(file)).track().size() == 600);
   }
+  CHECK(Simulator(read_scene(tests::source_folder() / "scenes/lawn_mower.toml")).track().size() ==
+        1372);
+  if (const auto nav = data_file("nav/scotsman_iver2_nav.csv")) {
+    const Scene scene = read_scene(tests::source_folder() / "scenes/recorded_track.toml", {},
+                                   nav->parent_path().parent_path());
+    CHECK(Simulator(scene).flight().poses.size() == 460);
+  } else {
+    WARN("skipped the recorded track: the real data are not there");
+  }
   const auto survey = data_file("bathymetry/massbay_5m.tif");
   if (!survey) {
     WARN("skipped the survey scenes: the real data are not there");
@@ -179,8 +189,9 @@ TEST_CASE("what lies to starboard shows on the right, what lies ahead shows on t
 
     Sonar sonar = plain_sonar();
     sonar.bins = 500;
-    const std::vector<Pose> poses =
-        straight_poses({.pings = 101, .speed_mps = 2.0, .heading_rad = heading_rad}, 0.1, -10.0);
+    std::vector<Pose> poses =
+        generated_poses({.pings = 101, .speed_mps = 2.0, .heading_rad = heading_rad}, 0.1);
+    for (Pose& pose : poses) pose.position.z() = -10.0;
     Waterfall image(sonar, poses.size());
     for (std::size_t i = 0; i < poses.size(); ++i)
       image.set_row(i, ping_once(sonar, bed, poses[i], 10.0), {.pose = poses[i]});

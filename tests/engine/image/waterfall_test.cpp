@@ -46,6 +46,23 @@ TEST_CASE("A row runs port far to near, then starboard near to far") {
   CHECK(waterfall.pings[0].block == 0);
 }
 
+TEST_CASE("A sonar of one side has that side's columns, and no other's lines") {
+  Sonar sonar;
+  sonar.bins = 3;
+  sonar.sides = Sides::port;
+  Waterfall port(sonar, 1);
+  CHECK(port.columns() == 3);
+  port.set_row(0, std::vector{line(Side::port, 3, 10)}, {});
+  CHECK(port.pixels.intensity == std::vector<float>{12, 11, 10});
+  CHECK(port.pings[0].first_return_starboard == -1);
+  CHECK_THROWS_AS(port.set_row(0, std::vector{line(Side::starboard, 3, 0)}, {}),
+                  std::invalid_argument);
+  sonar.sides = Sides::starboard;
+  Waterfall starboard(sonar, 1);
+  starboard.set_row(0, std::vector{line(Side::starboard, 3, 20)}, {});
+  CHECK(starboard.pixels.intensity == std::vector<float>{20, 21, 22});
+}
+
 TEST_CASE("A row that does not fit the waterfall is refused") {
   Sonar sonar;
   sonar.bins = 3;

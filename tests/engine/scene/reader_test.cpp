@@ -110,11 +110,21 @@ lobe_width_deg = 7.3
 [track]
 pings = 17
 heading_deg = -0.1
+[motion]
+roll_deg = 2.7
+[motion.heading]
+rms_deg = 1.3
+wander_s = 33.3
+[navigation]
+heading_step_deg = 0.1
 [sonar.zeta]
 frequency_hz = 123456.7
 vertical_beamwidth_deg = 51.7
 tilt_deg = 19.3
 [sonar.alpha-2]
+preset = "deepvision-de340"
+sides = "port"
+mount_azimuth_deg = -90.1
 bins = 77
 sector_low_deg = 1.1
 [display]
@@ -203,8 +213,8 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
         overrides.push_back(fmt::format("{}{}{}={}", section.name, section.name.empty() ? "" : ".",
                                         key.name, *text));
   for (const auto& key : sonar_section().keys)
-    overrides.push_back(
-        fmt::format("sonar.zeta.{}={}", key.name, *option_text(key, busy.sonars[0])));
+    if (const auto text = option_text(key, busy.sonars[0]))
+      overrides.push_back(fmt::format("sonar.zeta.{}={}", key.name, *text));
   for (Material& material : busy.materials)
     for (const auto& key : material_section().keys)
       if (const auto text = option_text(key, material))
@@ -542,6 +552,43 @@ TEST_CASE("Damaged scenes are read or refused with a place") {
   CHECK(error_of(head + "seed = " + std::string(100000, '[')).starts_with("s.toml:2:"));
   CHECK(error_of(head + std::string(100000, 'a') + " = 1").starts_with("s.toml:2:1: unknown key"));
   CHECK(error_of(std::string(1000, '\0')).starts_with("s.toml:1:1: "));
+}
+
+TEST_CASE("A preset gives the values that are not given, whatever is read first") {
+  const auto sonar = [&](const std::string& keys, const std::vector<std::string>& overrides = {}) {
+    return parsed(head + "[sonar.a]\n" + keys, overrides).sonars.front();
+  };
+  const Sonar klein = sonar("preset = \"klein-5000\"");
+  CHECK(klein.frequency_hz == 455e3);
+  CHECK(klein.range_m == 150.0);
+  CHECK(klein.name == "a");
+  for (const std::string keys : {"preset = \"klein-5000\"\nbins = 12\ntilt_deg = 3",
+                                 "bins = 12\ntilt_deg = 3\npreset = \"klein-5000\""}) {
+    const Sonar own = sonar(keys);
+    CHECK(own.bins == 12);
+    CHECK(own.vertical.tilt_rad == 3.0 * radians_per_degree);
+    CHECK(own.source_level_db == klein.source_level_db);
+  }
+  // An override of the preset leaves what the file gives, and takes all else.
+  const Sonar other =
+      sonar("preset = \"klein-5000\"\nbins = 12", {"sonar.a.preset=klein-3000-low"});
+  CHECK(other.bins == 12);
+  CHECK(other.frequency_hz == 132e3);
+  CHECK(sonar("preset = \"klein-5000\"", {"sonar.a.range_m=40"}).range_m == 40.0);
+  CHECK(error_of(head + "[sonar.a]\npreset = \"klein-500\"").find("did you mean 'klein-5000'?") !=
+        std::string::npos);
+  CHECK(dump_scene(parsed(head + "[sonar.a]\npreset = \"klein-5000\""))
+            .find("frequency_hz = 455000") != std::string::npos);
+}
+
+TEST_CASE("Options of a track that do not fit each other are refused") {
+  CHECK(error_of(head + "[track]\nkind = \"file\"") ==
+        "s.toml:3:8: 'track.kind' is \"file\", but no file is named: give it as track.file");
+  CHECK(error_of(head + "[track]\nfile = \"a.csv\"") ==
+        "s.toml:3:8: 'track.file' needs track.kind = \"file\"");
+  CHECK(error_of(head + "[track]\norigin_lat_deg = 50").starts_with("s.toml:3:18: of "));
+  CHECK(error_of(head + "[track]\nkind = \"lawn-mower\"\nspeed_mps = 0")
+            .starts_with("s.toml:4:13: 'track.speed_mps' is 0, "));
 }
 
 TEST_CASE("The reference page has a row for every key") {

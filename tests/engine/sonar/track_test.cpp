@@ -37,19 +37,6 @@ TEST_CASE("heading, pitch and roll are applied in that order") {
   CHECK(body.determinant() == Approx(1.0));
 }
 
-TEST_CASE("a straight track runs through its middle at its speed and heading") {
-  const StraightTrack track{.pings = 11,
-                            .speed_mps = 2.0,
-                            .heading_rad = right_angle,
-                            .middle_east_m = 5.0,
-                            .middle_north_m = 7.0};
-  const std::vector<Pose> poses = straight_poses(track, 0.5, -3.0);
-  REQUIRE(poses.size() == 11);
-  CHECK(near(poses[5].position, {5.0, 7.0, -3.0}));
-  CHECK(near(poses[10].position, {10.0, 7.0, -3.0}));
-  CHECK(poses[10].t_s == Approx(5.0));
-}
-
 TEST_CASE("a fan looks to its side, and its pole points upwards") {
   Sonar sonar;
   const Aperture aperture = make_aperture(sonar, 0.00375, 7.5);

@@ -1,0 +1,39 @@
+#include <ensonify/engine/sonar/presets.h>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/schema.h>
+
+#include "app.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+void print_presets() {
+  std::string out =
+      "name,instrument,frequency_hz,bandwidth_hz,range_m,bins,source_level_db,array_length_m,"
+      "horizontal_beamwidth_deg,vertical_beamwidth_deg,tilt_deg,documented\n";
+  for (const Preset& preset : presets()) {
+    const Sonar& s = preset.sonar;
+    const auto degrees = [](double rad) { return fmt::format("{:.6g}", rad / radians_per_degree); };
+    out += fmt::format("{},\"{}\",{},{},{},{},{},{},{},{},{},{}\n", preset.name, preset.instrument,
+                       s.frequency_hz, s.bandwidth_hz, s.range_m, s.bins, s.source_level_db,
+                       s.array_length_m, degrees(preset.beamwidth_rad),
+                       degrees(s.vertical.beamwidth_rad), degrees(s.vertical.tilt_rad),
+                       preset.documented);
+  }
+  print(out);
+}
+
+}  // namespace
+
+void add_presets(CLI::App& app, Action& action) {
+  CLI::App& command = *app.add_subcommand(
+      "presets",
+      "List the instruments that [sonar.NAME] preset = \"...\" starts from, a row each (CSV). The "
+      "column 'documented' names the keys whose values are from a document; the others are typical "
+      "values");
+  command.callback([&action] { action = print_presets; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,208 @@
+#include <ensonify/engine/scene/track_reader.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/csv_table.h>
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/geographic.h>
+
+namespace ensonify::engine {
+namespace {
+
+enum Column : std::size_t {
+  t_s,
+  time_s,
+  utc_s,
+  x_m,
+  y_m,
+  easting_m,
+  northing_m,
+  lat_deg,
+  lon_deg,
+  z_m,
+  depth_m,
+  altitude_m,
+  roll_deg,
+  pitch_deg,
+  heading_deg
+};
+constexpr std::array<CsvColumn, 15> columns{{{"t_s", false},
+                                             {"time_s", false},
+                                             {"utc_s", false},
+                                             {"x_m", false},
+                                             {"y_m", false},
+                                             {"easting_m", false},
+                                             {"northing_m", false},
+                                             {"lat_deg", false},
+                                             {"lon_deg", false},
+                                             {"z_m", false},
+                                             {"depth_m", false},
+                                             {"altitude_m", false},
+                                             {"roll_deg", false},
+                                             {"pitch_deg", false},
+                                             {"heading_deg", false}}};
+constexpr double farthest_m = 1e9, longest_s = 1e12;  // beyond, nothing is meant
+
+class TrackReader {
+ public:
+  TrackReader(const CsvTable& table, std::string_view name, const TrackOptions& track,
+              const LocalFrame& frame)
+      : table_(table), name_(name), track_(track), frame_(frame) {}
+
+  NavigationLog read() {
+    read_times();
+    log_.roll_rad = angles(roll_deg);
+    log_.pitch_rad = angles(pitch_deg);
+    log_.heading_rad = angles(heading_deg);
+    read_places();
+    for (double& x : log_.x_m) x += track_.middle_east_m;
+    for (double& y : log_.y_m) y += track_.middle_north_m;
+    if (table_.has(z_m)) {
+      log_.z_m = column(z_m, farthest_m);
+    } else if (table_.has(depth_m)) {
+      log_.z_m = column(depth_m, farthest_m);
+      for (double& z : log_.z_m) z = -z;
+    }
+    if (table_.has(altitude_m)) log_.altitude_m = column(altitude_m, farthest_m);
+    return std::move(log_);
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view what) const {
+    throw SceneError(fmt::format("{}: {}", name_, what));
+  }
+
+  std::vector<double> column(Column number, double largest) const {
+    std::vector<double> values;
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      values.push_back(table_.at(row, number));
+      if (!(std::abs(values.back()) <= largest))
+        throw table_.fault(row, fmt::format("{} is {}, expected {:g} at most", columns[number].name,
+                                            values.back(), largest));
+    }
+    return values;
+  }
+
+  std::vector<double> angles(Column number) const {
+    if (!table_.has(number)) return {};
+    std::vector<double> values = column(number, 36000.0);
+    for (double& value : values) value *= radians_per_degree;
+    return values;
+  }
+
+  bool has_both(Column one, Column other) const {
+    if (table_.has(one) && table_.has(other)) return true;
+    if (!table_.has(one) && !table_.has(other)) return false;
+    const bool first = table_.has(one);
+    fail(fmt::format("there is a column {} and no {}, expected both",
+                     columns[first ? one : other].name, columns[first ? other : one].name));
+  }
+
+  void read_times() {
+    const std::array times{t_s, time_s, utc_s};
+    const auto found =
+        std::ranges::find_if(times, [&](Column number) { return table_.has(number); });
+    if (found == times.end())
+      fail("no column of times in the header row, expected t_s (or time_s, or utc_s)");
+    log_.t_s = column(*found, longest_s);
+    for (std::size_t row = 1; row < log_.t_s.size(); ++row)
+      if (!(log_.t_s[row] > log_.t_s[row - 1]))
+        throw table_.fault(row,
+                           fmt::format("{} is {}, not after {} of the row before, expected times "
+                                       "that ascend",
+                                       columns[*found].name, log_.t_s[row], log_.t_s[row - 1]));
+  }
+
+  void read_places() {
+    if (has_both(x_m, y_m)) {
+      log_.x_m = column(x_m, farthest_m);
+      log_.y_m = column(y_m, farthest_m);
+    } else if (has_both(easting_m, northing_m)) {
+      if (!frame_.has_world)
+        fail(
+            "easting_m and northing_m are of a survey's world, and a generated seabed has none; "
+            "give x_m and y_m, metres east and north of the seabed's middle");
+      log_.x_m = column(easting_m, farthest_m);
+      log_.y_m = column(northing_m, farthest_m);
+      for (double& x : log_.x_m) x -= frame_.world_origin.x();
+      for (double& y : log_.y_m) y -= frame_.world_origin.y();
+    } else if (has_both(lat_deg, lon_deg)) {
+      project();
+    } else {
+      fail(
+          "no columns of places in the header row, expected x_m,y_m or easting_m,northing_m or "
+          "lat_deg,lon_deg");
+    }
+  }
+
+  void project() {
+    const std::vector<double> latitude_deg = column(lat_deg, 90.0);
+    const std::vector<double> longitude_deg = column(lon_deg, 360.0);
+    const std::function<MapPlace(const GeographicPlace&)> onto_map =
+        map_for(latitude_deg, longitude_deg);
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      MapPlace map;
+      try {
+        map = onto_map(
+            {latitude_deg[row] * radians_per_degree, longitude_deg[row] * radians_per_degree});
+      } catch (const std::invalid_argument& error) {
+        throw table_.fault(row, error.what());
+      }
+      log_.x_m.push_back(map.place.x());
+      log_.y_m.push_back(map.place.y());
+      if (!log_.heading_rad.empty()) log_.heading_rad[row] -= map.convergence_rad;
+    }
+  }
+
+  std::function<MapPlace(const GeographicPlace&)> map_for(
+      const std::vector<double>& latitude_deg, const std::vector<double>& longitude_deg) const {
+    if (track_.origin_latitude_rad && track_.origin_longitude_rad)
+      return tangent_plane({*track_.origin_latitude_rad, *track_.origin_longitude_rad});
+    if (frame_.utm_zone != 0)
+      return [this](const GeographicPlace& where) {
+        MapPlace map = utm_place(where, frame_.utm_zone);
+        map.place -= frame_.world_origin.head<2>();
+        return map;
+      };
+    if (frame_.has_world)
+      fail(
+          "lat_deg and lon_deg cannot be put onto this seabed, whose file does not say that its "
+          "metres are of a UTM zone (on WGS 84 or near it): give easting_m,northing_m, or the "
+          "place of the seabed's middle as track.origin_lat_deg and track.origin_lon_deg");
+    const auto middle_rad = [](const std::vector<double>& values) {
+      const auto [low, high] = std::ranges::minmax(values);
+      return 0.5 * (low + high) * radians_per_degree;
+    };
+    return tangent_plane({middle_rad(latitude_deg), middle_rad(longitude_deg)});
+  }
+
+  static std::function<MapPlace(const GeographicPlace&)> tangent_plane(
+      const GeographicPlace& origin) {
+    return [origin](const GeographicPlace& where) { return tangent_place(where, origin); };
+  }
+
+  const CsvTable& table_;
+  std::string_view name_;
+  const TrackOptions& track_;
+  const LocalFrame& frame_;
+  NavigationLog log_;
+};
+
+}  // namespace
+
+NavigationLog parse_track(std::string_view text, std::string_view name, const TrackOptions& track,
+                          const LocalFrame& frame) {
+  return TrackReader(CsvTable::parse(text, name, "pose", columns), name, track, frame).read();
+}
+
+NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame) {
+  const std::string name = track.file.path.string();
+  return TrackReader(CsvTable::read(track.file.path, "pose", columns), name, track, frame).read();
+}
+
+}  // namespace ensonify::engine

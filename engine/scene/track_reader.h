@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/sonar/recorded_track.h>
+
+namespace ensonify::engine {
+
+/// Where a track's places are put: local metres have their origin at the seabed's middle.
+struct LocalFrame {
+  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
+  bool has_world = false;  ///< whether that origin is of a survey's or a mesh's own world
+  int utm_zone = 0;        ///< of that world, southern ones negative; 0: unknown
+};
+
+/// Reads a recorded track from CSV (see CsvTable): a pose a row, by the columns
+/// - `t_s`, or `time_s`, or `utc_s`: ascending;
+/// - `x_m,y_m` local, `easting_m,northing_m` of the seabed's world, or `lat_deg,lon_deg` (WGS 84), the
+///   first of these that is there;
+/// - `z_m`, height above the sea surface, or `depth_m` below it; `altitude_m` over the bed;
+/// - `roll_deg,pitch_deg`, 0 where they are missing, and `heading_deg`, from true north beside
+///   latitudes, else from the y axis.
+///
+/// Latitudes and longitudes are put onto the tangent plane about the track options' origin, if they
+/// have one, which lies at the seabed's middle; else into the seabed's UTM zone, if that is known;
+/// else, over a generated seabed, onto the tangent plane about the middle of the track's own extent.
+/// All is then moved by middle_east_m and middle_north_m. Throws SceneError with
+/// `file:line: what is wrong, what was expected`.
+NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame);
+
+/// The same from text; `name` stands for the file in messages.
+NavigationLog parse_track(std::string_view text, std::string_view name, const TrackOptions& track,
+                          const LocalFrame& frame);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,120 @@
+#include <ensonify/engine/scene/track_reader.h>
+
+#include <numbers>
+
+#include "support/catch.h"
+#include "support/data.h"
+
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/geographic.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+NavigationLog parsed(const std::string& text, const TrackOptions& track = {},
+                     const LocalFrame& frame = {}) {
+  return parse_track(text, "t.csv", track, frame);
+}
+
+std::string error_of(const std::string& text, const LocalFrame& frame = {}) {
+  try {
+    parsed(text, {}, frame);
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+const LocalFrame survey{{405000.0, 6202000.0, 0.0}, true, 0};
+
+}  // namespace
+
+TEST_CASE("a track's columns come under any of their names, in any order") {
+  const NavigationLog log = parsed(
+      "heading_deg,time_s,y_m,x_m,depth_m,altitude_m,roll_deg,speed\n90,5,2,1,7,3,-1,9\n91,6,2,3,8,"
+      "3,-1,9\n",
+      {.middle_east_m = 100.0, .middle_north_m = 10.0});
+  CHECK(log.t_s == std::vector<double>{5, 6});
+  CHECK(log.x_m == std::vector<double>{101, 103});
+  CHECK(log.y_m == std::vector<double>{12, 12});
+  CHECK(log.z_m == std::vector<double>{-7, -8});
+  CHECK(log.altitude_m == std::vector<double>{3, 3});
+  CHECK(log.heading_rad[1] == 91 * radians_per_degree);
+  CHECK(log.roll_rad[0] == -radians_per_degree);
+  CHECK(log.pitch_rad.empty());
+  const NavigationLog world = parsed("t_s,easting_m,northing_m\n0,405010,6201990\n", {}, survey);
+  CHECK(world.x_m == std::vector<double>{10});
+  CHECK(world.y_m == std::vector<double>{-10});
+}
+
+TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of the seabed") {
+  const std::string text =
+      "t_s,lat_deg,lon_deg,heading_deg\n0,48.445,-68.829,0\n1,48.446,-68.827,0\n";
+  NavigationLog log;
+  try {
+    log = parsed(text);
+  } catch (const SceneError& error) {
+    CHECK(std::string(error.what()).find("GeographicLib") != std::string::npos);
+    WARN("skipped: built without GeographicLib");
+    return;
+  }
+  CHECK(log.x_m[0] == Approx(-log.x_m[1]).epsilon(1e-4));
+  CHECK(log.y_m[1] - log.y_m[0] == Approx(111.2).margin(0.1));
+  CHECK(log.heading_rad[0] == 0.0);
+
+  const double degree = radians_per_degree;
+  const NavigationLog about = parsed(
+      text, {.origin_latitude_rad = 48.445 * degree, .origin_longitude_rad = -68.829 * degree});
+  CHECK(about.x_m[0] == Approx(0.0).margin(1e-6));
+  CHECK(about.x_m[1] == Approx(log.x_m[1] - log.x_m[0]).epsilon(1e-4));
+
+  // In zone 19 the same place lies where UTM says, and headings count from the grid's north.
+  const MapPlace map = utm_place({48.445 * degree, -68.829 * degree}, 19);
+  const LocalFrame utm{{map.place.x() - 5.0, map.place.y() + 3.0, 0.0}, true, 19};
+  const NavigationLog grid = parsed(text, {}, utm);
+  CHECK(grid.x_m[0] == Approx(5.0).margin(1e-6));
+  CHECK(grid.y_m[0] == Approx(-3.0).margin(1e-6));
+  CHECK(grid.heading_rad[0] == Approx(-map.convergence_rad));
+
+  CHECK(error_of(text, survey).starts_with("t.csv: lat_deg and lon_deg cannot be put onto this"));
+}
+
+TEST_CASE("what is wrong with a track is said with its line") {
+  CHECK(error_of("x_m,y_m\n0,0\n").starts_with("t.csv: no column of times in the header row"));
+  CHECK(error_of("t_s,x_m\n0,0\n") == "t.csv: there is a column x_m and no y_m, expected both");
+  CHECK(error_of("t_s\n0\n").starts_with("t.csv: no columns of places"));
+  CHECK(error_of("t_s,x_m,y_m\n0,0,0\n\n# so\n0,1,0\n") ==
+        "t.csv:5: t_s is 0, not after 0 of the row before, expected times that ascend");
+  CHECK(error_of("t_s,x_m,y_m\n0,0,nan\n").starts_with("t.csv:2: y_m is 'nan'"));
+  CHECK(error_of("t_s,x_m,y_m\n0,1e300,0\n").starts_with("t.csv:2: x_m is 1e+300"));
+  CHECK(error_of("t_s,lat_deg,lon_deg\n0,91,0\n").starts_with("t.csv:2: lat_deg is 91"));
+  CHECK(
+      error_of("t_s,easting_m,northing_m\n0,1,1\n").starts_with("t.csv: easting_m and northing_m"));
+  CHECK(error_of("t_s,x_m,y_m\n").starts_with("t.csv:1: no pose follows"));
+}
+
+TEST_CASE("a real recording's navigation flies steadily once it is smoothed") {
+  const auto file = tests::data_file("nav/scotsman_iver2_nav.csv");
+  if (!file) {
+    WARN("skipped: the recording is not there");
+    return;
+  }
+  const NavigationLog log = read_track({.kind = TrackKind::file, .file = {"nav.csv", *file}}, {});
+  REQUIRE(log.t_s.size() == 460);
+  CHECK(log.repeated_places() > 150);
+  const RecordedTrack track(log, 3.0);
+  // The recording's own speeds are 1.71 to 2.24 knots.
+  for (double t_s = log.t_s.front() + 1.0; t_s < log.t_s.back() - 1.0; t_s += 0.05) {
+    const double speed_kn = track.at(t_s).velocity_mps.head<2>().norm() / 0.514444;
+    REQUIRE(speed_kn > 1.3);
+    REQUIRE(speed_kn < 2.7);
+  }
+  double farthest_m = 0.0;
+  for (std::size_t i = 0; i < log.t_s.size(); ++i)
+    farthest_m = std::max(
+        farthest_m,
+        (track.at(log.t_s[i]).position.head<2>() - Eigen::Vector2d(log.x_m[i], log.y_m[i])).norm());
+  CHECK(farthest_m < 0.6);
+}

@@ -1,0 +1,67 @@
+#include <ensonify/engine/seafloor/geographic.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+bool missing_library() {
+  try {
+    utm_place({0.0, 0.0}, 31);
+  } catch (const std::invalid_argument& error) {
+    if (std::string(error.what()).find("GeographicLib") == std::string::npos) throw;
+    WARN("skipped: built without GeographicLib");
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("a place in UTM is the published one, and its north leans as published") {
+  if (missing_library()) return;
+  // The CN Tower: 43 38 33.24 N, 79 23 13.7 W is 630084 m east, 4833438 m north in zone 17
+  // (Wikipedia, Universal Transverse Mercator coordinate system).
+  const GeographicPlace tower{(43.0 + 38.0 / 60.0 + 33.24 / 3600.0) * degree,
+                              -(79.0 + 23.0 / 60.0 + 13.7 / 3600.0) * degree};
+  const MapPlace map = utm_place(tower, 17);
+  CHECK(map.place.x() == Approx(630084.0).margin(1.0));
+  CHECK(map.place.y() == Approx(4833438.0).margin(1.0));
+  // Convergence is about (longitude - 81 W) sin(latitude) near the zone's middle.
+  CHECK(map.convergence_rad ==
+        Approx((tower.longitude_rad + 81.0 * degree) * std::sin(tower.latitude_rad)).epsilon(1e-3));
+  CHECK_THROWS_AS(utm_place(tower, 40), std::invalid_argument);
+  CHECK_THROWS_AS(utm_place({2.0, 0.0}, 31), std::invalid_argument);
+}
+
+TEST_CASE("UTM goes on across the equator in its zone's own hemisphere") {
+  if (missing_library()) return;
+  const double north_m = utm_place({1e-6, 3.0 * degree}, 31).place.y();
+  const double south_m = utm_place({-1e-6, 3.0 * degree}, 31).place.y();
+  CHECK(north_m == Approx(-south_m).epsilon(1e-6));
+  CHECK(utm_place({1e-6, 3.0 * degree}, -31).place.y() == Approx(10e6 + north_m));
+}
+
+TEST_CASE("on the tangent plane a small arc is as long as the ellipsoid's curvature says") {
+  if (missing_library()) return;
+  const GeographicPlace origin{45.0 * degree, 10.0 * degree};
+  const double a = 6378137.0, e2 = 0.0066943799901413165;
+  const double w = 1.0 - e2 * 0.5;  // 1 - e^2 sin^2
+  const double arc_rad = 1e-5;
+  const MapPlace north =
+      tangent_place({origin.latitude_rad + arc_rad, origin.longitude_rad}, origin);
+  CHECK(north.place.y() == Approx(arc_rad * a * (1.0 - e2) / std::pow(w, 1.5)).epsilon(1e-5));
+  CHECK(north.place.x() == Approx(0.0).margin(1e-6));
+  const MapPlace east =
+      tangent_place({origin.latitude_rad, origin.longitude_rad + arc_rad}, origin);
+  CHECK(east.place.x() ==
+        Approx(arc_rad * a / std::sqrt(w) * std::cos(origin.latitude_rad)).epsilon(1e-5));
+}

@@ -1,0 +1,91 @@
+#include <ensonify/engine/sonar/recorded_track.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+constexpr double degree = std::numbers::pi / 180.0;
+}
+
+TEST_CASE("a recorded track goes through its rows, and keeps steady acceleration between them") {
+  NavigationLog log;
+  for (const double t_s : {0.0, 1.0, 2.5, 3.0, 5.0}) {
+    log.t_s.push_back(t_s);
+    log.x_m.push_back(1.0 + 2.0 * t_s + 0.25 * t_s * t_s);
+    log.y_m.push_back(-3.0 * t_s);
+    log.z_m.push_back(-10.0 + 0.1 * t_s * t_s);
+    log.roll_rad.push_back(0.01 * t_s);
+  }
+  const RecordedTrack track(log, 0.0);
+  CHECK(track.has_height());
+  CHECK_FALSE(track.altitude_m(1.0));
+  for (std::size_t i = 0; i < log.t_s.size(); ++i)
+    CHECK(track.at(log.t_s[i]).position.x() == log.x_m[i]);
+  for (double t_s = 0.0; t_s <= 5.0; t_s += 0.1) {
+    const Pose pose = track.at(t_s);
+    CHECK(pose.position.x() == Approx(1.0 + 2.0 * t_s + 0.25 * t_s * t_s));
+    CHECK(pose.velocity_mps.x() == Approx(2.0 + 0.5 * t_s));
+    CHECK(pose.velocity_mps.y() == Approx(-3.0));
+    CHECK(pose.position.z() == Approx(-10.0 + 0.1 * t_s * t_s));
+    CHECK(pose.roll_rate_radps == Approx(0.01));
+    // Nothing said of the heading: it is the course.
+    CHECK(std::remainder(pose.heading_rad - std::atan2(2.0 + 0.5 * t_s, -3.0),
+                         2.0 * 180 * degree) == Approx(0.0).margin(0.01));
+  }
+}
+
+TEST_CASE("headings turn the shorter way through north") {
+  const NavigationLog log{.t_s = {0, 1, 2, 3},
+                          .x_m = {0, 0, 0, 0},
+                          .y_m = {0, 1, 2, 3},
+                          .heading_rad = {354 * degree, 358 * degree, 2 * degree, 6 * degree}};
+  const RecordedTrack track(log, 0.0);
+  CHECK(track.at(1.25).heading_rad == Approx(359.0 * degree));
+  CHECK(track.at(1.75).heading_rad == Approx(1.0 * degree));
+  CHECK(track.at(1.5).heading_rate_radps == Approx(4.0 * degree));
+}
+
+TEST_CASE("a vehicle that stands keeps its course, and stays where it is") {
+  const NavigationLog log{
+      .t_s = {0, 1, 2, 3, 4, 5}, .x_m = {0, 0, 1, 2, 2, 2}, .y_m = {0, 0, 0, 0, 0, 0}};
+  const RecordedTrack track(log, 0.0);
+  for (const double t_s : {0.0, 0.5, 2.0, 4.5, 5.0})
+    CHECK(track.at(t_s).heading_rad == Approx(90.0 * degree).margin(1e-9));
+  CHECK(track.at(4.7).position.x() == Approx(2.0).margin(1e-9));
+}
+
+TEST_CASE("smoothing leaves steady flight as it is, though every place is said twice and rounded") {
+  NavigationLog log;
+  const double speed_mps = 0.9, step_m = 0.18;
+  for (int i = 0; i < 400; ++i) {
+    const double t_s = 0.12 * i, fix_s = 0.12 * (i / 2 * 2);
+    log.t_s.push_back(t_s);
+    log.x_m.push_back(std::round(speed_mps * fix_s / step_m) * step_m);
+    log.y_m.push_back(-2.0 * fix_s);
+  }
+  CHECK(log.repeated_places() == 200);
+  const RecordedTrack raw(log, 0.0), smooth(log, 3.0);
+  double slowest_mps = 10.0, fastest_mps = 0.0;
+  for (double t_s = 2.0; t_s < 45.0; t_s += 0.037) {
+    const Pose pose = smooth.at(t_s);
+    CHECK(pose.position.y() == Approx(-2.0 * t_s).margin(1e-9));
+    CHECK(pose.position.x() == Approx(speed_mps * t_s).margin(0.03));
+    slowest_mps = std::min(slowest_mps, pose.velocity_mps.x());
+    fastest_mps = std::max(fastest_mps, pose.velocity_mps.x());
+  }
+  CHECK(slowest_mps > 0.85);
+  CHECK(fastest_mps < 0.95);
+  CHECK(raw.at(3.06).velocity_mps.y() != Approx(-2.0).margin(0.5));  // it stops at every second row
+}
+
+TEST_CASE("columns that do not fit and times that do not ascend are refused") {
+  CHECK_THROWS_AS(RecordedTrack({}, 0.0), std::invalid_argument);
+  CHECK_THROWS_AS(RecordedTrack({.t_s = {0, 1}, .x_m = {0, 1}, .y_m = {0}}, 0.0),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(RecordedTrack({.t_s = {1, 1}, .x_m = {0, 1}, .y_m = {0, 1}}, 0.0),
+                  std::invalid_argument);
+}
