@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
@@ -88,6 +89,11 @@ struct Simulator::Ready {
     sound_speed_mps =
         sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, half_depth_m));
     if (!sea.profile.path.empty()) take_profile(read_profile(sea.profile.path));
+    for (Sonar& sonar : scene.sonars) {
+      sonar = sonar.sampled(sound_speed_mps);
+      if (!sonar.vertical.file.path.empty())
+        sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
+    }
     for (const Sonar& sonar : scene.sonars)
       media.push_back({sound_speed_mps, sea.absorption_db_per_km
                                             ? *sea.absorption_db_per_km / 1000.0
@@ -247,6 +253,7 @@ std::vector<Pose> Simulator::track() const {
 
 std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
+std::span<const Sonar> Simulator::sonars() const { return ready_->scene.sonars; }
 std::string_view Simulator::code_path() const { return ready_->code_path; }
 void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {

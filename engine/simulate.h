@@ -58,6 +58,8 @@ class Simulator {
   std::vector<Pose> track() const;
 
   const Seafloor& seafloor() const;
+  /// The scene's, with the bins of their digitisers.
+  std::span<const Sonar> sonars() const;
   /// What should be said once a run: repairs, models outside their range, a cast that is too short.
   std::span<const std::string> warnings() const;
   /// What the intersector's last bits depend on.

@@ -7,14 +7,18 @@ namespace ensonify::engine {
 Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
                const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
+      sound_speed_mps_(medium.sound_speed_mps),
       sonar_number_(sonar_number),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       former_(sonar, medium, seafloor, by_material) {}
 
 std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
   aperture_ = &apertures_.at(altitude_m);
-  for (const Side side : {Side::port, Side::starboard})
-    fans_[static_cast<std::size_t>(side)] = place_fan(*aperture_, pose, side, range_m_);
+  for (const Side side : {Side::port, Side::starboard}) {
+    const auto i = static_cast<std::size_t>(side);
+    fans_[i] = place_fan(*aperture_, pose, side, range_m_);
+    receptions_[i] = reception(pose, side, range_m_, sound_speed_mps_);
+  }
   hits_.resize(aperture_->grid->rays());
   return fans_;
 }
@@ -26,7 +30,8 @@ std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
 
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
-  former_.form(fans_[static_cast<std::size_t>(side)], *aperture_, triangles, hits_, line);
+  const auto i = static_cast<std::size_t>(side);
+  former_.form(fans_[i], *aperture_, receptions_[i], triangles, hits_, line);
 }
 
 void Pinger::speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line) {

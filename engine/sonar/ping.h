@@ -33,11 +33,13 @@ class Pinger {
 
  private:
   double range_m_;
+  double sound_speed_mps_;
   std::uint64_t sonar_number_;
   Apertures apertures_;
   EchoFormer former_;
   const Aperture* aperture_ = nullptr;
   std::array<RayFan, 2> fans_;
+  std::array<Reception, 2> receptions_;
   std::vector<Hit> hits_;
   std::vector<double> factors_;
 };

@@ -62,6 +62,56 @@ TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
   }
 }
 
+TEST_CASE("under pitch the first return and a wall's shadow lie in the array's slanted plane") {
+  const Sonar sonar = plain_sonar();
+  const double wall_m = 30.0, tall_m = 2.0, thick_m = 0.05;
+  Seafloor bed = level_bed(20.0);
+  add_box(bed, {30.0f, -40.0f, -20.0f}, {30.05f, 40.0f, -18.0f});
+  for (const double pitch_rad : {-0.35, 0.1, 0.25}) {
+    Pose pose = above_bed;
+    pose.pitch_rad = pitch_rad;
+    const auto lines = ping_once(sonar, bed, pose, height_m);
+    CAPTURE(pitch_rad);
+    // The nearest edge of the beam, which is asin(lambda / L) wide, reaches a little less far.
+    const double psi_rad = std::asin(0.00375 / sonar.array_length_m);
+    for (const EchoLine& line : lines) {
+      const double first_m = line.first_return * sonar.bin_m();
+      CHECK(first_m < height_m / std::cos(pitch_rad) + 2 * sonar.bin_m());
+      CHECK(first_m > height_m / std::cos(std::abs(pitch_rad) - psi_rad) - 2 * sonar.bin_m());
+    }
+    std::size_t last_dark = 0;
+    for (std::size_t i = 0; i < lines[1].bins.region.size(); ++i)
+      if (is(lines[1], i, Region::shadow)) last_dark = i;
+    const double end_m = std::hypot((wall_m + thick_m) * height_m / (height_m - tall_m),
+                                    height_m / std::cos(pitch_rad));
+    CHECK(std::abs((static_cast<double>(last_dark) + 1.0) * sonar.bin_m() - end_m) <=
+          4 * sonar.bin_m());
+  }
+}
+
+TEST_CASE("under roll the shadow stays, and the first return is where the sector still looks") {
+  const Sonar sonar = plain_sonar();
+  Seafloor bed = level_bed(20.0);
+  add_box(bed, {30.0f, -20.0f, -20.0f}, {30.05f, 20.0f, -18.0f});
+  const auto level = ping_once(sonar, bed, above_bed, height_m);
+  for (const double roll_rad : {-0.12, 0.12}) {
+    Pose pose = above_bed;
+    pose.roll_rad = roll_rad;  // lowers starboard, whose sector's end then looks past nadir
+    const auto lines = ping_once(sonar, bed, pose, height_m);
+    CAPTURE(roll_rad);
+    for (const Side side : {Side::port, Side::starboard}) {
+      const double lowered_rad = side == Side::starboard ? roll_rad : -roll_rad;
+      const double first_m = lowered_rad >= 0.0 ? height_m : height_m / std::cos(lowered_rad);
+      const EchoLine& line = lines[static_cast<std::size_t>(side)];
+      CHECK(std::abs(line.first_return * sonar.bin_m() - first_m) <= 2 * sonar.bin_m());
+    }
+    std::size_t differ = 0;
+    for (std::size_t i = bin_at(sonar, slant_m(25.0)); i < lines[1].bins.region.size(); ++i)
+      differ += is(lines[1], i, Region::shadow) != is(level[1], i, Region::shadow);
+    CHECK(differ <= 4);
+  }
+}
+
 TEST_CASE("a wall higher than the sonar hides everything behind it") {
   const Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0);
