@@ -128,6 +128,7 @@ class Preparing {
   // By the scene alone: whether the cache has it changes no byte.
   void choose_by_length() {
     if (scene_.run.surface != "auto") return;
+    if (scene_.track.kind != TrackKind::line) return choose("the track is no single line");
     const std::size_t faces = result_.seafloor.faces;
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
     const bool long_enough = pings >= faces / faces_a_ping;

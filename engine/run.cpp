@@ -101,7 +101,7 @@ class Run {
     report_.warnings.insert(report_.warnings.end(), flight.warnings.begin(), flight.warnings.end());
 
     start = Clock::now();
-    for (const Sonar& sonar : scene_.sonars) images_.emplace_back(sonar, poses_.size());
+    for (const Sonar& sonar : simulator.sonars()) images_.emplace_back(sonar, poses_.size());
     do_pings(simulator);
     report_.pings_s = seconds_since(start);
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
@@ -82,6 +83,11 @@ struct Simulator::Ready {
     sound_speed_mps =
         sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, half_depth_m));
     if (!sea.profile.path.empty()) take_profile(read_profile(sea.profile.path));
+    for (Sonar& sonar : scene.sonars) {
+      sonar = sonar.sampled(sound_speed_mps);
+      if (!sonar.vertical.file.path.empty())
+        sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
+    }
     for (const Sonar& sonar : scene.sonars)
       media.push_back({sound_speed_mps, sea.absorption_db_per_km
                                             ? *sea.absorption_db_per_km / 1000.0
@@ -203,7 +209,7 @@ Flight Simulator::flight() const {
   const Ready& ready = *ready_;
   return fly(
       ready.scene,
-      {.bed_height_m = [&](double x_m, double y_m) { return ready.bed_below.height_m(x_m, y_m); },
+      {.bed_height_m = [&](double x_m, double y_m) { return bed_height_m(x_m, y_m); },
        .lowest = ready.bounds.lowest.head<2>().cast<double>(),
        .highest = ready.bounds.highest.head<2>().cast<double>(),
        .frame = {.world_origin = ready.seafloor.mesh.world_origin,
@@ -218,6 +224,7 @@ std::vector<Pose> Simulator::track() const { return flight().poses; }
 std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
 const PreparedSeafloor& Simulator::prepared() const { return ready_->prepared; }
+std::span<const Sonar> Simulator::sonars() const { return ready_->scene.sonars; }
 std::string_view Simulator::code_path() const { return ready_->code_path; }
 void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {

@@ -64,6 +64,8 @@ class Simulator {
   const Seafloor& seafloor() const;
   /// How the seafloor came to be.
   const PreparedSeafloor& prepared() const;
+  /// The scene's, with the bins of their digitisers.
+  std::span<const Sonar> sonars() const;
   /// What should be said once a run: repairs, models outside their range, a cast that is too short.
   std::span<const std::string> warnings() const;
   /// What the intersector's last bits depend on.

@@ -17,7 +17,7 @@ void print_presets() {
     const Sonar& s = preset.sonar;
     const auto degrees = [](double rad) { return fmt::format("{:.6g}", rad / radians_per_degree); };
     out += fmt::format("{},\"{}\",{},{},{},{},{},{},{},{},{},{}\n", preset.name, preset.instrument,
-                       s.frequency_hz, s.bandwidth_hz, s.range_m, s.bins, s.source_level_db,
+                       s.frequency_hz, s.pulse.bandwidth_hz, s.range_m, s.bins, s.source_level_db,
                        s.array_length_m, degrees(preset.beamwidth_rad),
                        degrees(s.vertical.beamwidth_rad), degrees(s.vertical.tilt_rad),
                        preset.documented);

@@ -10,7 +10,8 @@ namespace {
 constexpr double most_grid_points = 1e8;  // 0.8 GB of heights, ten times that while they are made
 constexpr double most_pixels = 1e9;       // 60 GB of layers
 constexpr double most_rays = 1e8;         // a side of a ping
-constexpr double most_bins_in_pulse = 1000;
+constexpr double most_bins_in_pulse = 10000;
+constexpr int most_bins = 65536;  // a side
 constexpr double most_pings = 10e6;
 
 void check_track(const Scene& scene, const auto& require) {
@@ -127,25 +128,39 @@ void check_scene(const Scene& scene,
       return fmt::format("'{}' is {}, expected an even number", key("planes"), sonar.planes);
     });
     const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
-    require(sonar.array_length_m >= wavelength_m, key("array_length_m"), [&] {
-      return fmt::format("'{}' is {}, expected a wavelength or more, {:.4g} m at {} Hz",
-                         key("array_length_m"), sonar.array_length_m, wavelength_m,
-                         sonar.frequency_hz);
-    });
-    require(sonar.bandwidth_hz <= sonar.frequency_hz, key("bandwidth_hz"), [&] {
+    const auto long_enough = [&](double length_m, std::string_view name) {
+      require(length_m >= wavelength_m, key(name), [&] {
+        return fmt::format("'{}' is {}, expected a wavelength or more, {:.4g} m at {} Hz",
+                           key(name), length_m, wavelength_m, sonar.frequency_hz);
+      });
+    };
+    long_enough(sonar.array_length_m, "array_length_m");
+    long_enough(sonar.receive_length_m(), "receive_array_length_m");
+    require(sonar.pulse.bandwidth_hz <= sonar.frequency_hz, key("bandwidth_hz"), [&] {
       return fmt::format("'{}' is {}, expected at most frequency_hz, which is {}",
-                         key("bandwidth_hz"), sonar.bandwidth_hz, sonar.frequency_hz);
+                         key("bandwidth_hz"), sonar.pulse.bandwidth_hz, sonar.frequency_hz);
     });
-    const double pulse_m = 0.5 * sound_speed_mps / sonar.bandwidth_hz;
-    require(pulse_m <= most_bins_in_pulse * sonar.bin_m(), key("bins"), [&] {
+    const Sonar sampled = sonar.sampled(sound_speed_mps);
+    const std::string bins_key = key(sonar.sample_rate_hz > 0.0 ? "sample_rate_hz" : "bins");
+    require(sampled.bins <= most_bins, bins_key, [&] {
+      return fmt::format("'{}' is {}: {} bins over {} m, expected at most {}", bins_key,
+                         sonar.sample_rate_hz, sampled.bins, sonar.range_m, most_bins);
+    });
+    const std::string pulse_key =
+        key(sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0 ? "pulse_length_s"
+                                                                            : "bandwidth_hz");
+    const double pulse_m = sonar.pulse.cell_m(sound_speed_mps);
+    const double reach_m = sound_speed_mps * sonar.pulse.reach_s();  // both ways
+    require(reach_m <= most_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
       return fmt::format(
-          "'{}' is {}: bins of {:.3g} m, and a pulse of {:.3g} m spans more than {} of "
-          "them; expected fewer bins or more bandwidth_hz",
-          key("bins"), sonar.bins, sonar.bin_m(), pulse_m, most_bins_in_pulse);
+          "'{}' makes bins of {:.3g} m, and a pulse of {:.3g} m with its side lobes spans more "
+          "than "
+          "{} of them; expected longer bins or a shorter pulse ({})",
+          bins_key, sampled.bin_m(), reach_m, most_bins_in_pulse, pulse_key);
     });
-    require(pulse_m <= sonar.range_m, key("bandwidth_hz"), [&] {
-      return fmt::format("'{}' is {}: a pulse of {:.3g} m, longer than range_m, which is {}",
-                         key("bandwidth_hz"), sonar.bandwidth_hz, pulse_m, sonar.range_m);
+    require(pulse_m <= sonar.range_m, pulse_key, [&] {
+      return fmt::format("'{}' makes a pulse of {:.3g} m, longer than range_m, which is {}",
+                         pulse_key, pulse_m, sonar.range_m);
     });
     require(double(sonar.planes) * sonar.elevations <= most_rays, key("elevations"), [&] {
       return fmt::format("{} planes of {} elevations are {:.2g} rays, expected at most {:.0e}",

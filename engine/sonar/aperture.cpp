@@ -2,46 +2,95 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace ensonify::engine {
 
+namespace {
+
+/// The parts of a plane's cell in which the beam is sampled at two Gauss points each.
+void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamSample>& samples) {
+  const double azimuth = std::asin(plane.sin_azimuth);
+  // Where only the near field reaches, the beam changes over a larger angle.
+  const double part_rad = 0.5 * null_rad * std::cbrt(std::max(1.0, std::abs(azimuth) / null_rad));
+  const int parts = static_cast<int>(std::ceil(plane.width_rad / part_rad * (1.0 - 1e-9)));
+  const double width = plane.width_rad / parts;
+  for (int i = 0; i < parts; ++i)
+    for (const double sign : {-1.0, 1.0}) {
+      const double middle = azimuth - 0.5 * plane.width_rad + (i + 0.5) * width;
+      samples.push_back({static_cast<float>(std::sin(middle + sign * width / std::sqrt(12.0))),
+                         static_cast<float>(0.5 * width)});
+    }
+}
+
+/// How far from broadside a beam reaches: to a null, and in the near field beyond the array's end.
+double reach_rad(const Sonar& sonar, const LineArray& array, int null, double nearest_m) {
+  const double near_rad = sonar.focused ? 0.0 : std::atan(0.5 * array.length_m / nearest_m);
+  return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
+}
+
+}  // namespace
+
 Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
                        double lean_rad) {
-  const LineArray array{sonar.array_length_m, wavelength_m};
+  const LineArray transmit{sonar.array_length_m, wavelength_m};
+  const LineArray receive{sonar.receive_length_m(), wavelength_m};
+  const double nearest_m = sonar.range_m / range_over_height;  // the first return
+  const auto reach = [&](int null) {
+    return std::min(reach_rad(sonar, transmit, null, nearest_m),
+                    reach_rad(sonar, receive, null, nearest_m));
+  };
+  const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
+  Aperture aperture;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.sector_low_rad,
       .sector_high_rad = sonar.sector_high_rad,
-      .truncation_rad = array.first_null_rad(),
-      .main_lobe_rad = array.first_null_rad(),
+      .truncation_rad = reach(sonar.side_lobes + 1),
+      .main_lobe_rad = null_rad,
+      .main_beam_rad = reach(1),
       .planes = sonar.planes,
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
       .lean_rad = lean_rad,
   });
+  for (const FanGrid::Plane& plane : grid->planes) {
+    aperture.first_sample.push_back(aperture.samples.size());
+    add_samples(plane, null_rad, aperture.samples);
+  }
+  aperture.first_sample.push_back(aperture.samples.size());
 
-  std::vector<float> weight(grid->rays());
   const double cos_middle = std::cos(grid->middle_depression_rad);
   const double sin_middle = std::sin(grid->middle_depression_rad);
-  for (std::size_t k = 0; k < grid->planes.size(); ++k) {
-    const FanGrid::Plane& plane = grid->planes[k];
-    for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j) {
-      if (!grid->within_beam(k, j)) continue;
-      const double towards_middle = grid->cos_elevation[j] * plane.cos_azimuth;
-      const double towards_pole = grid->sin_elevation[j];
-      const double out = towards_middle * cos_middle + towards_pole * sin_middle;
-      const double down = towards_middle * sin_middle - towards_pole * cos_middle;
-      const double one_way = array.power(grid->cos_elevation[j] * plane.sin_azimuth) *
-                             sonar.vertical.power(std::atan2(down, out));
-      weight[k * grid->elevation_rad.size() + j] =
-          static_cast<float>(one_way * one_way * grid->cos_elevation[j] * plane.width_rad);
-    }
+  for (const Side side : {Side::port, Side::starboard}) {
+    std::vector<float>& vertical = aperture.vertical[static_cast<std::size_t>(side)];
+    std::vector<float>& weight = aperture.weight[static_cast<std::size_t>(side)];
+    vertical.resize(grid->rays());
+    weight.resize(grid->rays());
+    for (std::size_t k = 0; k < grid->planes.size(); ++k)
+      for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j) {
+        if (!grid->within_beam(k, j)) continue;
+        const double towards_middle = grid->cos_elevation[j] * grid->planes[k].cos_azimuth;
+        const double towards_pole = grid->sin_elevation[j];
+        const double out = towards_middle * cos_middle + towards_pole * sin_middle;
+        const double down = towards_middle * sin_middle - towards_pole * cos_middle;
+        const double power = sonar.vertical.power(std::atan2(down, out), side);
+        double sum = 0.0;
+        for (const BeamSample& sample : aperture.samples_of(k)) {
+          const double sine = grid->cos_elevation[j] * sample.sin_azimuth;
+          sum += sample.width_rad * transmit.power(sine) * receive.power(sine);
+        }
+        const std::size_t ray = k * grid->elevation_rad.size() + j;
+        vertical[ray] = static_cast<float>(power);
+        weight[ray] = static_cast<float>(power * power * grid->cos_elevation[j] * sum);
+      }
   }
-  return {std::move(grid), std::move(weight)};
+  aperture.grid = std::move(grid);
+  return aperture;
 }
 
 double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
-  const double cell_m = 0.5 * sound_speed_mps / sonar.bandwidth_hz;
-  return sonar.range_m + std::max(cell_m + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m);
+  return sonar.range_m +
+         std::max(sonar.pulse.cell_m(sound_speed_mps) + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m);
 }
 
 double lean_rad(const Pose& pose, Side side) {

@@ -1,21 +1,37 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include <ensonify/engine/sonar/beam.h>
 #include <ensonify/engine/sonar/sonar.h>
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
 
-/// One side of a sonar as its rays see it: the fan's grid, and for each ray the two-way beam pattern
-/// times the solid angle per radian of elevation, b_t b_r cos(e) dphi. The same for every ping.
+/// A sonar as its rays see it: the fan's grid, and what of the beam does not change from ping to ping.
+///
+/// A ray stands for a cell of azimuth about its plane, over which the beam is integrated: two Gauss
+/// points in parts of half a null's width, and of more where only the near field is that wide.
 struct Aperture {
   std::shared_ptr<const FanGrid> grid;
-  std::vector<float> weight;  ///< by ray number; 0 outside the beam
+  std::vector<BeamSample> samples;        ///< plane by plane
+  std::vector<std::size_t> first_sample;  ///< of each plane, and their end
+  /// By side, then ray number; 0 outside the beam: the vertical pattern's one-way power ...
+  std::array<std::vector<float>, 2> vertical;
+  /// ... and for a focused array that does not move, which is the same at all ranges, the two-way beam
+  /// pattern times the solid angle per radian of elevation, b_t b_r cos(e) dphi.
+  std::array<std::vector<float>, 2> weight;
+
+  std::span<const BeamSample> samples_of(std::size_t plane) const {
+    return std::span(samples).subspan(first_sample[plane],
+                                      first_sample[plane + 1] - first_sample[plane]);
+  }
 };
 
 /// The aperture for flying so high that range_over_height is the sonar's range over its altitude, and

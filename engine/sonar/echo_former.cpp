@@ -14,11 +14,12 @@ namespace ensonify::engine {
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
                        std::span<const scatter::BackscatterTable> by_material)
     : seafloor_(seafloor),
+      beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       by_material_(by_material),
       bins_(sonar.bin_m(), static_cast<std::size_t>(std::ceil(
                                trace_range_m(sonar, medium.sound_speed_mps) / sonar.bin_m())) +
                                1),
-      pulse_(pulse_kernel(0.5 * medium.sound_speed_mps / sonar.bandwidth_hz, sonar.bin_m())) {
+      pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())) {
   const refine::Bounds box = seafloor.bounds();
   lowest_ = box.lowest.head<2>().cast<double>();
   highest_ = box.highest.head<2>().cast<double>();
@@ -28,33 +29,41 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
         scatter::from_db(sonar.source_level_db - 2.0 * medium.absorption_db_per_m * range_m));
   }
   energy_.resize(gain_.size() + 2 * pulse_.size());
+  sums_.resize(static_cast<std::size_t>(sonar.bins));
 }
 
-void EchoFormer::form(const RayFan& fan, const Aperture& aperture, refine::Triangles triangles,
-                      std::span<const Hit> hits, EchoLine& line) {
+void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
+                      refine::Triangles triangles, std::span<const Hit> hits, EchoLine& line) {
   triangles_ = triangles;
+  aperture_ = &aperture;
+  reception_ = &reception;
+  side_ = line.side;
   bins_.reset();
   line.rays = line.hits = 0;
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane) walk_plane(fan, aperture, hits, plane);
-  for (std::size_t ray = 0; ray < hits.size(); ++ray) {
-    line.rays += aperture.weight[ray] > 0.0f;
-    line.hits += static_cast<bool>(hits[ray]);
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    walk_plane(fan, hits, plane);
+    for (std::size_t j = 0; j < fan.elevations(); ++j) {
+      line.rays += fan.grid->within_beam(plane, j);
+      line.hits += static_cast<bool>(hits[plane * fan.elevations() + j]);
+    }
   }
   bins_.tell(seafloor_.labels, line);
 
   const std::size_t margin = pulse_.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
-  for (std::size_t i = 0; i < line.bins.intensity.size(); ++i) {
-    const double* here = &energy_[margin + i];
-    double sum = pulse_[0] * here[0];
-    for (std::size_t d = 1; d < pulse_.size(); ++d) sum += pulse_[d] * (here[d] + *(here - d));
-    line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sum);
+  // Bins within, so that they are summed side by side.
+  const double* here = &energy_[margin];
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] = pulse_[0] * here[i];
+  for (std::size_t d = 1; d < pulse_.size(); ++d)
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      sums_[i] += pulse_[d] * (here[i + d] + *(here + i - d));
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sums_[i]);
     line.bins.range_m[i] = static_cast<float>((static_cast<double>(i) + 0.5) * bins_.bin_m());
   }
 }
 
-void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
-                            std::size_t plane) {
+void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits, std::size_t plane) {
   const FanGrid& grid = *fan.grid;
   const std::size_t count = fan.elevations();
   bins_.begin_plane();
@@ -69,7 +78,7 @@ void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::sp
     }
     const std::size_t number = plane * count + j;
     const Eigen::Vector3d direction = fan.direction(broadside, j);
-    const Sight now = look(direction, aperture.weight[number], hits[number], before);
+    const Sight now = look(plane, j, direction, hits[number], before);
     const double step = j > 0 ? grid.elevation_rad[j] - grid.elevation_rad[j - 1] : 0.0;
     if (before && now && continuous(before, now)) {
       bins_.spread(before, now, fan.origin, step);
@@ -80,14 +89,14 @@ void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::sp
         if (fades) {
           const Hit onward{
               .face = triangles_.number(before.index), .index = before.index, .t = onward_m};
-          const Sight sight = look(direction, aperture.weight[number], onward, before);
+          const Sight sight = look(plane, j, direction, onward, before);
           bins_.spread(before, sight, fan.origin, step);
         } else {
           bins_.settle(before, fan.origin, step);
         }
       }
       if (now) bins_.settle(now, fan.origin, step);
-      if (before && now) bins_.shade(before, now.range_m);
+      if (before && now) bins_.shade(before, now.range_m, now.weight);
     }
     if (before && !now) last = before;
     if (hits[number] && !now) last = Sight{};  // a back: the surface's hole, not its shadow
@@ -96,12 +105,12 @@ void EchoFormer::walk_plane(const RayFan& fan, const Aperture& aperture, std::sp
   // A surface that ends in mid-water hides all behind it, as does one that stands higher than the
   // fan; one that the fan's lower edge leaves hides nothing.
   if (before ? before.direction.z() >= 0.0 : last && !fades)
-    shade_beyond(fan, before ? before : last);
+    shade_beyond(fan, plane, before ? before : last);
   bins_.end_plane();
 }
 
 // Up to the range limit, or to where the line of sight leaves the seafloor: nothing is known there.
-void EchoFormer::shade_beyond(const RayFan& fan, const Sight& blocker) {
+void EchoFormer::shade_beyond(const RayFan& fan, std::size_t plane, const Sight& blocker) {
   double leaves_m = fan.range_m;
   for (int axis = 0; axis < 2; ++axis) {
     const double speed = blocker.direction[axis];
@@ -109,11 +118,23 @@ void EchoFormer::shade_beyond(const RayFan& fan, const Sight& blocker) {
     const double border = speed > 0.0 ? highest_[axis] : lowest_[axis];
     leaves_m = std::min(leaves_m, (border - fan.origin[axis]) / speed);
   }
-  if (leaves_m > blocker.range_m) bins_.shade(blocker, leaves_m);
+  if (leaves_m > blocker.range_m)
+    bins_.shade(blocker, leaves_m, weight(plane, blocker.elevation, blocker.direction, leaves_m));
 }
 
-Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit& hit,
-                       const Sight& before) const {
+float EchoFormer::weight(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
+                         double range_m) const {
+  const FanGrid& grid = *aperture_->grid;
+  const std::size_t ray = plane * grid.elevation_rad.size() + elevation;
+  const auto side = static_cast<std::size_t>(side_);
+  if (reception_->still && beam_.focused()) return aperture_->weight[side][ray];
+  return static_cast<float>(
+      beam_.two_way(side_, aperture_->samples_of(plane), grid.cos_elevation[elevation],
+                    aperture_->vertical[side][ray], direction, range_m, *reception_));
+}
+
+Sight EchoFormer::look(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
+                       const Hit& hit, const Sight& before) const {
   Sight sight;
   if (!hit) return sight;
   if (hit.index == before.index) {
@@ -131,11 +152,12 @@ Sight EchoFormer::look(const Eigen::Vector3d& direction, float weight, const Hit
   const double sine = std::min(-sight.normal.dot(direction), 1.0);
   if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
   sight.index = hit.index;
+  sight.elevation = elevation;
   sight.range_m = hit.t;
   sight.direction = direction;
   sight.grazing_rad = std::asin(sine);
-  sight.weight = weight;
-  sight.density = weight * by_material_[label.sediment].over_sine(sine) / (hit.t * hit.t);
+  sight.weight = weight(plane, elevation, direction, hit.t);
+  sight.density = sight.weight * by_material_[label.sediment].over_sine(sine) / (hit.t * hit.t);
   return sight;
 }
 

@@ -32,28 +32,37 @@ class EchoFormer {
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> by_material);
 
-  /// hits, over these triangles, and aperture.weight by the fan's ray numbers. Fills the line but for its side; the speckled
-  /// intensity is still the expectation.
-  void form(const RayFan& fan, const Aperture& aperture, refine::Triangles triangles,
-            std::span<const Hit> hits, EchoLine& line);
+  /// hits, over these triangles, by the ray numbers of the fan, which is the aperture's. Fills the line
+  /// of a side; the speckled intensity is still the expectation.
+  void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
+            refine::Triangles triangles, std::span<const Hit> hits, EchoLine& line);
 
  private:
-  Sight look(const Eigen::Vector3d& direction, float weight, const Hit& hit,
-             const Sight& before) const;
+  /// What the beam is worth to a ray's echo from a range, times solid angle per radian of elevation.
+  float weight(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
+               double range_m) const;
+  Sight look(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
+             const Hit& hit, const Sight& before) const;
   bool continuous(const Sight& a, const Sight& b) const;
-  void walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
-                  std::size_t plane);
-  void shade_beyond(const RayFan& fan, const Sight& blocker);
+  void walk_plane(const RayFan& fan, std::span<const Hit> hits, std::size_t plane);
+  void shade_beyond(const RayFan& fan, std::size_t plane, const Sight& blocker);
   double longest_edge_m(std::uint32_t index) const;
 
   const Seafloor& seafloor_;
-  refine::Triangles triangles_;  // of this ping
+  Beam beam_;
+  // Of this side of this ping:
+  refine::Triangles triangles_;
+  const Aperture* aperture_ = nullptr;
+  const Reception* reception_ = nullptr;
+  Side side_ = Side::port;
+  // Always:
   std::span<const scatter::BackscatterTable> by_material_;
   Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
   RangeBins bins_;
   std::vector<double> gain_;    // of a bin's energy: source level and absorption
   std::vector<double> pulse_;   // pulse_kernel
   std::vector<double> energy_;  // of the bins, with gain; room for the pulse on either side
+  std::vector<double> sums_;    // of the line's bins, through the pulse
 };
 
 }  // namespace ensonify::engine

@@ -7,6 +7,7 @@ namespace ensonify::engine {
 Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
                const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
+      sound_speed_mps_(medium.sound_speed_mps),
       sonar_number_(sonar_number),
       sides_(sides_of(sonar)),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
@@ -17,6 +18,7 @@ std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
     const auto i = static_cast<std::size_t>(side);
     aims_[i] = &apertures_.at(altitude_m, lean_rad(pose, side));
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
+    receptions_[i] = reception(pose, side, range_m_, sound_speed_mps_);
     hits_.resize(fans_[i].grid->rays());
   }
   return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
@@ -30,7 +32,7 @@ std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
   const auto i = static_cast<std::size_t>(side);
-  former_.form(fans_[i], *aims_[i], triangles, hits_, line);
+  former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, line);
 }
 
 void Pinger::speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line) {

@@ -34,12 +34,14 @@ class Pinger {
 
  private:
   double range_m_;
+  double sound_speed_mps_;
   std::uint64_t sonar_number_;
   std::span<const Side> sides_;
   Apertures apertures_;
   EchoFormer former_;
   std::array<const Aperture*, 2> aims_{};
   std::array<RayFan, 2> fans_;
+  std::array<Reception, 2> receptions_;
   std::vector<Hit> hits_;
   std::vector<double> factors_;
 };

@@ -60,7 +60,7 @@ Preset preset_of(const Figures& f) {
   Sonar& sonar = preset.sonar;
   sonar.preset = f.name;
   sonar.frequency_hz = f.frequency_hz;
-  sonar.bandwidth_hz = f.bandwidth_hz;
+  sonar.pulse.bandwidth_hz = f.bandwidth_hz;
   sonar.range_m = f.range_m;
   sonar.source_level_db = f.source_level_db;
   sonar.vertical.beamwidth_rad = f.vertical_deg * degree;

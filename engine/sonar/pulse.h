@@ -4,10 +4,38 @@
 
 namespace ensonify::engine {
 
+enum class PulseKind { cw, lfm };
+enum class PulseWindow { none, hann };
+
+/// What is sent, as far as the echoes' energy goes.
+///
+/// A CW pulse returns as a box of its length. A linear sweep (LFM) returns, after the matched filter, as
+/// the transform of its even spectrum: an intensity of sinc^2(B t), whose first side lobe is 13.3 dB
+/// down and whose -3 dB width is 0.886 / B; or with a Hann window over the spectrum
+/// (sinc(B t) / (1 - (B t)^2))^2: 31.5 dB and 1.44 / B.
+struct Pulse {
+  PulseKind kind = PulseKind::cw;
+  double bandwidth_hz = 30e3;
+  double length_s = 0.0;                   ///< of a CW pulse; 0: 1 / bandwidth
+  PulseWindow window = PulseWindow::none;  ///< of a sweep's spectrum
+
+  /// Energy over peak intensity: a CW pulse's length, 1 / B of a sweep, 1.5 / B under a Hann window.
+  double effective_length_s() const;
+  /// Intensity over its peak, so long before or after the middle.
+  double intensity(double time_s) const;
+  /// How long before or after the middle anything above -60 dB is left.
+  double reach_s() const;
+  /// The range cell, c tau_e / 2.
+  double cell_m(double sound_speed_mps) const {
+    return 0.5 * sound_speed_mps * effective_length_s();
+  }
+};
+
 /// What a pulse makes of neighbouring bins: kernel[d] is the intensity in a bin per energy in the bin
-/// d places off, either way. The pulse's energy response is a box, one range cell (c tau_e / 2) long
-/// and centred on the echo; bins are averages over their own length. The whole kernel, both ways,
-/// sums to cell / bin: an even bed of energy g per metre has the intensity g c tau_e / 2.
-std::vector<double> pulse_kernel(double cell_m, double bin_m);
+/// d places off, either way; bins are averages over their own length. What lies beyond the pulse's
+/// reach is left out, and the whole kernel, both ways, sums to cell / bin nevertheless: an even bed of
+/// energy g per metre has the intensity g c tau_e / 2. Throws std::invalid_argument unless pulse,
+/// sound speed and bin are positive.
+std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 }  // namespace ensonify::engine

@@ -30,6 +30,7 @@ void RangeBins::spread(const Sight& from, const Sight& to, const Eigen::Vector3d
                        double step_rad) {
   const double reach = to.range_m - from.range_m;
   turn(reach >= 0.0 ? 1 : -1, from.range_m);
+  if (from.density <= 0.0 && to.density <= 0.0) return;  // out of the beam at that range
   const std::size_t first = bin_of(from.range_m);
   const std::size_t last = bin_of(to.range_m);
   const Eigen::Vector3d start = origin + from.range_m * from.direction;
@@ -50,14 +51,15 @@ void RangeBins::spread(const Sight& from, const Sight& to, const Eigen::Vector3d
 
 void RangeBins::settle(const Sight& sight, const Eigen::Vector3d& origin, double step_rad) {
   turn(0, sight.range_m);
+  if (sight.density <= 0.0) return;
   add(bin_of(sight.range_m), 0.5 * sight.density * step_rad, sight,
       origin + sight.range_m * sight.direction, sight.grazing_rad);
 }
 
-void RangeBins::shade(const Sight& blocker, double to_range_m) {
+void RangeBins::shade(const Sight& blocker, double to_range_m, float weight) {
   const std::size_t first = bin_of(blocker.range_m) + 1;
   const std::size_t last = bin_of(to_range_m);
-  if (first < last) shades_.push_back({first, last, blocker.weight, blocker.label});
+  if (first < last) shades_.push_back({first, last, weight, blocker.label});
 }
 
 void RangeBins::end_plane() {

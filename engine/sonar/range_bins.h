@@ -15,12 +15,13 @@ namespace ensonify::engine {
 /// What one ray of a fan saw of a surface's front.
 struct Sight {
   std::uint32_t index = Hit::none;  ///< of the face; none: nothing, or a back
+  std::size_t elevation = 0;        ///< the ray's, by number
   double range_m = 0.0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();     ///< unit
   double density = 0.0;  ///< energy per radian of elevation, without absorption and source level
   double grazing_rad = 0.0;
-  float weight = 0.0f;      ///< the ray's own, of the aperture
+  float weight = 0.0f;      ///< the beam's there, times solid angle per radian of elevation
   std::uint16_t label = 0;  ///< of the face
 
   explicit operator bool() const { return index != Hit::none; }
@@ -40,8 +41,9 @@ class RangeBins {
   void spread(const Sight& from, const Sight& to, const Eigen::Vector3d& origin, double step_rad);
   /// Energy of a sight alone, for its half of a step to a neighbour that saw something else.
   void settle(const Sight& sight, const Eigen::Vector3d& origin, double step_rad);
-  /// The plane sees nothing between the sight and the range, because the sight is in front.
-  void shade(const Sight& blocker, double to_range_m);
+  /// The plane sees nothing between the sight and the range, because the sight is in front; it would
+  /// with that weight.
+  void shade(const Sight& blocker, double to_range_m, float weight);
   void end_plane();
 
   std::size_t size() const { return bins_.size(); }

@@ -6,10 +6,10 @@
 
 #include <ensonify/engine/sonar/beam_pattern.h>
 #include <ensonify/engine/sonar/mounting.h>
+#include <ensonify/engine/sonar/pulse.h>
 
 namespace ensonify::engine {
 
-enum class Side { port, starboard };
 /// The sides an instrument has.
 enum class Sides { both, port, starboard };
 
@@ -21,17 +21,27 @@ struct Sonar {
   Mounting mounting;
   double frequency_hz = 400e3;
   double source_level_db = 210.0;  ///< dB re 1 uPa at 1 m, on the axis of the beam
-  double bandwidth_hz = 30e3;      ///< of the pulse: its effective length is 1 / bandwidth
-  double range_m = 75.0;           ///< slant range of the last bin's far edge
-  int bins = 1500;                 ///< a side
-  double array_length_m = 0.5;
+  Pulse pulse;
+  double range_m = 75.0;                ///< slant range of the last bin's far edge
+  int bins = 1500;                      ///< a side
+  double sample_rate_hz = 0.0;          ///< of the digitiser; 0: as many bins as are wanted
+  double array_length_m = 0.5;          ///< of the transmitter
+  double receive_array_length_m = 0.0;  ///< 0: the same array
+  bool focused = false;  ///< at all ranges; else the near field is as wide as the array
+  int side_lobes = 0;    ///< how many of the array's are traced, either side of the main lobe
   VerticalPattern vertical;
   double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: depression where the fan begins
   double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: and where it ends
   int planes = 8;                                ///< fan planes across the main lobe
   int elevations = 2048;                         ///< rays a plane
 
+  double receive_length_m() const {
+    return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;
+  }
   double bin_m() const { return range_m / bins; }
+  /// The same, where a digitiser's rate is given with the bins that it makes in water of that sound
+  /// speed: c / (2 rate) long, as many as reach the range.
+  Sonar sampled(double sound_speed_mps) const;
 };
 
 /// Its sides, port first.

@@ -21,11 +21,32 @@ double flat_range_over_height(double depression_rad) {
   return 1.0 / std::sin(std::clamp(depression_rad, 1e-9, right_angle));
 }
 
+/// The factor by which `count` widths must grow, the first being 1, to make up a sum.
+double growth_for(int count, double sum) {
+  const auto made = [&](double growth) {
+    double total = 0.0;
+    for (int i = 0; i < count; ++i) total = total * growth + 1.0;
+    return total;
+  };
+  double below = 1.0, above = std::max(2.0, sum);
+  if (count < 2 || made(below) >= sum * (1.0 - 1e-9)) return 1.0;
+  for (int step = 0; step < 60; ++step) {
+    const double middle = 0.5 * (below + above);
+    (made(middle) < sum ? below : above) = middle;
+  }
+  return above;
+}
+
 std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_rad) {
   std::vector<double> edges{0.0};  // of the planes' cells on one side of broadside
+  const double main_beam_rad = std::max(layout.main_lobe_rad, layout.main_beam_rad);
   double width = 2.0 * layout.main_lobe_rad / layout.planes;
+  const double growth = growth_for(layout.planes / 2, main_beam_rad / width);
   while (edges.back() < widest_rad * (1.0 - 1e-9)) {
-    if (edges.back() > layout.main_lobe_rad * (1.0 - 1e-9)) width *= plane_growth;
+    if (edges.back() > main_beam_rad * (1.0 - 1e-9))
+      width *= std::max(growth, plane_growth);
+    else if (edges.size() > 1)
+      width *= growth;
     edges.push_back(std::min(edges.back() + width, widest_rad));
   }
   std::vector<FanGrid::Plane> planes;

@@ -16,8 +16,9 @@ struct FanLayout {
   double sector_low_rad = 0.0;      ///< the smallest depression (above the horizontal if negative)
   double sector_high_rad = 0.0;     ///< the largest
   double truncation_rad = 0.0;      ///< psi_t: rays farther from the broadside plane are left out
-  double main_lobe_rad = 0.0;       ///< from the beam's axis to its first null
-  int planes = 8;                   ///< planes across the main lobe, null to null
+  double main_lobe_rad = 0.0;       ///< from the beam's axis to its first null, far off
+  double main_beam_rad = 0.0;       ///< to where it ends at the nearest range; less: the same
+  int planes = 8;                   ///< planes across it
   int elevations = 2048;            ///< rays a plane
   double range_over_height = 10.0;  ///< where the part that is uniform in range ends
   double lean_rad = 0.0;  ///< how much lower than level its depressions are, for laying the rays
@@ -26,6 +27,11 @@ struct FanLayout {
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is
 /// turned about it by an azimuth; within a plane rays differ by elevation, counted from the middle of
 /// the sector. A ray's sine from broadside is cos(elevation) sin(azimuth).
+///
+/// Planes stand evenly across a main beam that is no wider than its main lobe. In the near field, where
+/// it is, they stand farther and farther apart from the axis outwards, so that as many cover it: the
+/// wider the beam, the nearer the bed, and the less it changes over an angle. Beyond the main beam they
+/// stand farther apart yet.
 ///
 /// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
 /// bed, so that every bin is fed; 15 % even in range beyond, for where the bed rises; 20 % even in

@@ -41,8 +41,8 @@ double energy_of_rays(const RayFan& fan, const Aperture& aperture, std::span<con
       double step = 0.0;
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
-      sum += aperture.weight[k * fan.elevations() + j] * lambert.over_sine(sine) / (hit.t * hit.t) *
-             step;
+      sum += aperture.weight[1][k * fan.elevations() + j] * lambert.over_sine(sine) /
+             (hit.t * hit.t) * step;
     }
   return sum;
 }
@@ -67,10 +67,12 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
     EchoFormer former(sonar, medium, bed, tables);
     EchoLine line;
+    line.side = Side::starboard;
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    former.form(fan, aperture, bed.mesh, hits, line);
+    former.form(fan, aperture, reception(pose, line.side, 80.0, medium.sound_speed_mps), bed.mesh,
+                hits, line);
     const std::vector<float>& mean = line.bins.intensity_mean;
-    const double range_cell_m = 0.5 * medium.sound_speed_mps / sonar.bandwidth_hz;
+    const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
     const double in_bins =
         std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
     CHECK(in_bins == Approx(energy_of_rays(fan, aperture, hits, bed)).epsilon(1e-3));

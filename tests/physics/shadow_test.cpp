@@ -100,7 +100,7 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam leans") 
   const VerticalPattern beam;
   const double depression_rad = std::asin(height_m / 60.0);
   for (const auto& [side, lean_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
-    const double change = beam.power(depression_rad - lean_rad) / beam.power(depression_rad);
+    const double change = beam.power(depression_rad - lean_rad, Side(side)) / beam.power(depression_rad, Side(side));
     CHECK(leaning[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
           Approx(change * change).epsilon(0.02));
   }
@@ -123,6 +123,33 @@ TEST_CASE("a pitched array looks aslant: its first return comes from h / cos(pit
       const double down_m = height_m, forward_m = line.bins.y_m[bin];
       CHECK(std::abs(forward_m * std::cos(pitch_rad) - down_m * std::sin(pitch_rad)) < 0.05);
     }
+  }
+}
+
+TEST_CASE("under pitch the first return and a wall's shadow lie in the array's slanted plane") {
+  const Sonar sonar = plain_sonar();
+  const double wall_m = 30.0, tall_m = 2.0, thick_m = 0.05;
+  Seafloor bed = level_bed(20.0);
+  add_box(bed, {30.0f, -40.0f, -20.0f}, {30.05f, 40.0f, -18.0f});
+  for (const double pitch_rad : {-0.35, 0.1, 0.25}) {
+    Pose pose = above_bed;
+    pose.pitch_rad = pitch_rad;
+    const auto lines = ping_once(sonar, bed, pose, height_m);
+    CAPTURE(pitch_rad);
+    // The nearest edge of the beam, which is asin(lambda / L) wide, reaches a little less far.
+    const double psi_rad = std::asin(0.00375 / sonar.array_length_m);
+    for (const EchoLine& line : lines) {
+      const double first_m = line.first_return * sonar.bin_m();
+      CHECK(first_m < height_m / std::cos(pitch_rad) + 2 * sonar.bin_m());
+      CHECK(first_m > height_m / std::cos(std::abs(pitch_rad) - psi_rad) - 2 * sonar.bin_m());
+    }
+    std::size_t last_dark = 0;
+    for (std::size_t i = 0; i < lines[1].bins.region.size(); ++i)
+      if (is(lines[1], i, Region::shadow)) last_dark = i;
+    const double end_m = std::hypot((wall_m + thick_m) * height_m / (height_m - tall_m),
+                                    height_m / std::cos(pitch_rad));
+    CHECK(std::abs((static_cast<double>(last_dark) + 1.0) * sonar.bin_m() - end_m) <=
+          4 * sonar.bin_m());
   }
 }
 

@@ -40,9 +40,10 @@ inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f 
   bed.face_label.resize(bed.mesh.faces.size(), static_cast<std::uint16_t>(bed.labels.size() - 1));
 }
 
-/// A sonar that looks alike in all vertical directions.
+/// A sonar that looks alike in all vertical directions, and in its far field at all ranges.
 inline engine::Sonar plain_sonar() {
   engine::Sonar sonar;
+  sonar.focused = true;
   sonar.vertical.beamwidth_rad = 0.0;
   return sonar;
 }

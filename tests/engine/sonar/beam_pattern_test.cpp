@@ -4,8 +4,8 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/sonar/beam.h>
 #include <ensonify/engine/sonar/beam_pattern.h>
-#include <ensonify/engine/sonar/pulse.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify::engine;
@@ -22,7 +22,7 @@ TEST_CASE("a line array's one-way beam is 0.8859 lambda/L wide, its two-way beam
 }
 
 TEST_CASE("a line array's first null is at lambda/L and its first side lobe at -13.26 dB") {
-  CHECK(array.power(std::sin(array.first_null_rad())) < 1e-20);
+  CHECK(array.power(std::sin(array.null_rad(1))) < 1e-20);
   double highest = 0.0;
   for (double x = 1.05; x < 1.95; x += 1e-3)
     highest = std::max(highest, array.power(x * array.wavelength_m / array.length_m));
@@ -32,47 +32,193 @@ TEST_CASE("a line array's first null is at lambda/L and its first side lobe at -
 TEST_CASE("the two-way beam's integral is its equivalent width, 2/3 lambda/L") {
   double integral = 0.0;
   const double step = 1e-6;
-  for (double psi = 0.5 * step; psi < 40.0 * array.first_null_rad(); psi += step)
+  for (double psi = 0.5 * step; psi < 40.0 * array.null_rad(1); psi += step)
     integral += 2.0 * std::pow(array.power(std::sin(psi)), 2) * step;
-  CHECK(integral == Approx(array.two_way_width_rad()).epsilon(1e-3));
+  CHECK(integral == Approx(2.0 / 3.0 * array.wavelength_m / array.length_m).epsilon(1e-3));
 }
 
 TEST_CASE("an aperture's weights sum over planes to the beam's width at every elevation") {
+  for (const double receive_m : {0.0, 0.25, 0.8})
+    for (const int side_lobes : {0, 3}) {
+      CAPTURE(receive_m, side_lobes);
+      Sonar sonar;
+      sonar.vertical.beamwidth_rad = 0.0;
+      sonar.focused = true;
+      sonar.receive_array_length_m = receive_m;
+      sonar.side_lobes = side_lobes;
+      const Aperture aperture = make_aperture(sonar, 0.00375, 7.5);
+      const std::size_t elevations = aperture.grid->elevation_rad.size();
+      // The integral of sinc^2(a s) sinc^2(b s): two triangles' overlap, (1 - a / 3 b) / b for b >= a.
+      const double b = std::max(sonar.array_length_m, sonar.receive_length_m());
+      const double a = std::min(sonar.array_length_m, sonar.receive_length_m());
+      const double width_rad = 0.00375 / b * (1.0 - a / (3.0 * b));
+      // What lies beyond the first null, where the fan ends: 0.01 dB of alike arrays.
+      const double beyond_db = side_lobes > 0 ? 0.01 : receive_m == 0.0 ? 0.015 : 0.25;
+      for (std::size_t j = 0; j < elevations; ++j) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
+          sum += aperture.weight[0][k * elevations + j];
+        REQUIRE(std::abs(to_db(sum / width_rad)) < beyond_db);
+      }
+    }
+}
+
+TEST_CASE("in the near field, too, a plane's samples sum to the beam's integral at every range") {
   Sonar sonar;
-  sonar.vertical.beamwidth_rad = 0.0;
-  const Aperture aperture = make_aperture(sonar, 0.00375, 7.5);
-  const std::size_t elevations = aperture.grid->elevation_rad.size();
-  const LineArray its_array{sonar.array_length_m, 0.00375};
-  for (std::size_t j = 0; j < elevations; ++j) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
-      sum += aperture.weight[k * elevations + j];
-    // 0.01 dB lie beyond the first null, where the fan ends.
-    REQUIRE(std::abs(to_db(sum / its_array.two_way_width_rad())) < 0.025);
+  for (const double height_m : {3.0, 8.0, 30.0}) {
+    const Aperture aperture = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
+    const Beam beam(sonar, 0.00375);
+    const LineArray its_array{sonar.array_length_m, 0.00375};
+    const Reception still;
+    CHECK(aperture.grid->planes.size() <= 14);
+    for (const double range_m : {1.0, 1.1, 1.5, 2.3, 4.0, 9.0}) {
+      const double r = range_m * height_m;
+      double width_rad = 0.0;
+      const double step = 2e-5;
+      for (double s = 0.5 * step; s < 0.25; s += step)
+        width_rad += 2.0 * step * std::pow(its_array.power(s, r), 2);
+      double sum = 0.0;
+      for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
+        if (std::abs(aperture.grid->planes[k].sin_azimuth) <= aperture.grid->sin_truncation)
+          sum += beam.two_way(Side::port, aperture.samples_of(k), 1.0, 1.0,
+                              Eigen::Vector3d::UnitX(), r, still);
+      CAPTURE(height_m, r);
+      CHECK(to_db(sum / width_rad) == Approx(0.0).margin(0.05));
+    }
   }
+}
+
+TEST_CASE("a receiver that has moved and turned sees the echo where its own frame has it") {
+  Sonar sonar;
+  sonar.focused = true;
+  Pose pose{.position = {1, 2, -3}, .roll_rad = 0.02, .pitch_rad = -0.1, .heading_rad = 0.7};
+  pose.velocity_mps = {1.5, 2.0, -0.3};
+  pose.roll_rate_radps = 0.2;
+  pose.pitch_rate_radps = -0.08;
+  pose.heading_rate_radps = 0.1;
+  const double wavelength_m = 0.00375, sound_speed_mps = 1500.0;
+  const LineArray its_array{sonar.array_length_m, wavelength_m};
+  const Beam beam(sonar, wavelength_m);
+  const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
+  for (const Side side : {Side::port, Side::starboard}) {
+    const Reception listens = reception(pose, side, 80.0, sound_speed_mps);
+    CHECK_FALSE(listens.still);
+    const Eigen::Matrix3d body = body_to_world(pose);
+    const double sign = side == Side::port ? -1.0 : 1.0;
+    const Eigen::Vector3d direction =
+        (0.0021 * body.col(0) + sign * body.col(1) * 0.8 + body.col(2) * 0.6).normalized();
+    for (const double r : {9.0, 40.0, 79.0}) {
+      const Pose heard = pose.after(2.0 * r / sound_speed_mps);
+      const Eigen::Vector3d way = (pose.position + r * direction - heard.position).normalized();
+      const Eigen::Matrix3d its_body = body_to_world(heard);
+      const double heard_power = sonar.vertical.power(
+          std::atan2(way.dot(its_body.col(2)), sign * way.dot(its_body.col(1))), side);
+      const double expected = its_array.power(direction.dot(body.col(0))) *
+                              its_array.power(way.dot(its_body.col(0))) * heard_power;
+      CAPTURE(r, static_cast<int>(side));
+      CHECK(beam.two_way(side, sample, 1.0, 1.0, direction, r, listens) ==
+            Approx(expected).epsilon(0.01));
+    }
+  }
+  CHECK(reception(Pose{}, Side::port, 80.0, sound_speed_mps).still);
 }
 
 TEST_CASE(
     "the vertical pattern peaks at its tilt, is 3 dB down at half its width, and has a floor") {
   const VerticalPattern pattern;
-  CHECK(pattern.power(pattern.tilt_rad) == Approx(1.0));
-  for (const double sign : {-1.0, 1.0})
-    CHECK(to_db(pattern.power(pattern.tilt_rad + sign * 0.5 * pattern.beamwidth_rad)) ==
-          Approx(-3.0103).margin(0.01));
-  CHECK(to_db(pattern.power(pattern.tilt_rad + std::numbers::pi)) == Approx(pattern.floor_db));
-  for (double d = -3.0; d < 3.0; d += 0.01)
-    CHECK(to_db(pattern.power(d)) >= pattern.floor_db - 1e-9);
+  for (const Side side : {Side::port, Side::starboard}) {
+    const auto level_db = [&](double depression_rad) {
+      return to_db(pattern.power(depression_rad, side));
+    };
+    CHECK(level_db(pattern.tilt_rad) == Approx(0.0).margin(1e-9));
+    for (const double sign : {-1.0, 1.0})
+      CHECK(level_db(pattern.tilt_rad + sign * 0.5 * pattern.beamwidth_rad) ==
+            Approx(-3.0103).margin(0.01));
+    CHECK(level_db(pattern.tilt_rad + std::numbers::pi) == Approx(-20.0));
+    for (double d = -3.0; d < 3.0; d += 0.01) CHECK(level_db(d) >= -20.0 - 1e-9);
+  }
 }
 
-TEST_CASE("a pulse's kernel sums to its range cell over the bin, long or short") {
-  for (const double cell_m : {0.001, 0.025, 0.05, 0.0731, 1.0})
-    for (const double bin_m : {0.01, 0.05, 0.5}) {
-      const std::vector<double> kernel = pulse_kernel(cell_m, bin_m);
-      double sum = kernel[0];
-      for (std::size_t d = 1; d < kernel.size(); ++d) {
-        sum += 2.0 * kernel[d];
-        CHECK(kernel[d] >= 0.0);
-      }
-      CHECK(sum == Approx(cell_m / bin_m));
+TEST_CASE("a measured vertical pattern is linear in dB between its levels, and held beyond them") {
+  VerticalPattern pattern;
+  pattern.measured = {std::vector<VerticalLevel>{{-0.5, -12.0}, {0.5, -2.0}, {1.0, -7.0}},
+                      std::vector<VerticalLevel>{{0.0, 0.0}, {1.5, -30.0}}};
+  const auto port_db = [&](double d) { return to_db(pattern.power(d, Side::port)); };
+  const auto starboard_db = [&](double d) { return to_db(pattern.power(d, Side::starboard)); };
+  CHECK(port_db(-0.5) == Approx(-12.0));
+  CHECK(port_db(0.25) == Approx(-4.5));
+  CHECK(port_db(0.75) == Approx(-4.5));
+  CHECK(port_db(-1.2) == Approx(-12.0));
+  CHECK(port_db(2.0) == Approx(-7.0));
+  CHECK(starboard_db(0.75) == Approx(-15.0));
+  CHECK(starboard_db(1.5) == Approx(-30.0));  // no floor unless one is given
+  pattern.floor_db = -25.0;
+  CHECK(starboard_db(1.5) == Approx(-25.0));
+  pattern.port_mount_rad = 0.1;  // the whole pattern points further down
+  CHECK(port_db(0.35) == Approx(-4.5));
+  CHECK(starboard_db(0.75) == Approx(-15.0));
+}
+
+TEST_CASE("a ripple's bright bands keep the pattern, its dark ones lie where they are asked for") {
+  VerticalPattern even, pattern;
+  even.beamwidth_rad = pattern.beamwidth_rad = 0.0;
+  pattern.ripple_db = 8.0;
+  pattern.ripple_dark_rad = 0.5;
+  pattern.ripple_period_rad = 0.4;
+  pattern.starboard_mount_rad = 0.05;
+  for (int i = -2; i <= 2; ++i) {
+    CHECK(to_db(pattern.power(0.5 + 0.4 * i, Side::port)) == Approx(-8.0));
+    CHECK(to_db(pattern.power(0.7 + 0.4 * i, Side::port)) == Approx(0.0).margin(1e-9));
+    CHECK(to_db(pattern.power(0.6 + 0.4 * i, Side::port)) == Approx(-4.0));
+    CHECK(to_db(pattern.power(0.55 + 0.4 * i, Side::starboard)) == Approx(-8.0));
+  }
+}
+
+TEST_CASE("a vertical pattern's table over direction is the pattern") {
+  VerticalPattern pattern;
+  pattern.ripple_db = 6.0;
+  const VerticalTable table(pattern, Side::port);
+  for (double d = -3.1; d < 3.1; d += 0.0137)
+    CHECK(to_db(table.power(3.0 * std::cos(d), 3.0 * std::sin(d))) ==
+          Approx(to_db(pattern.power(d, Side::port))).margin(0.01));
+}
+
+TEST_CASE("an unfocused array's beam goes from its own shape nearby to sinc^2 far off") {
+  const double unit = array.wavelength_m / array.length_m;
+  for (double x = 0.0; x < 3.0; x += 0.1)
+    CHECK(array.power(x * unit, 1e6) == Approx(array.power(x * unit)).margin(1e-6));
+  // However near, what it sends is the same: the integral over sin(psi) is lambda / L (Parseval).
+  for (const double range_m : {2.0, 5.0, 20.0, 100.0}) {
+    double sum = 0.0;
+    const double step = 0.02 * unit;
+    for (double s = 0.5 * step; s < 150.0 * unit; s += step)
+      sum += 2.0 * step * array.power(s, range_m);
+    CHECK(sum == Approx(unit).epsilon(2e-3));
+  }
+  // On the axis, Fresnel's integrals: |C(w) + i S(w)|^2 / w^2 with w = L / sqrt(2 lambda r), and
+  // C(1) = 0.7798934, S(1) = 0.4382591 (Abramowitz and Stegun, table 7.7).
+  const double range_m = array.length_m * array.length_m / (2.0 * array.wavelength_m);
+  CHECK(array.power(0.0, range_m) ==
+        Approx(0.7798934 * 0.7798934 + 0.4382591 * 0.4382591).epsilon(1e-5));
+  // At the edge of the shadow of a long array's end the intensity is a quarter of the middle's.
+  const double near_m = 0.02 * range_m;
+  CHECK(array.power(0.5 * array.length_m / near_m, near_m) * array.length_m * array.length_m /
+            (array.wavelength_m * near_m) ==
+        Approx(0.25).epsilon(0.1));
+}
+
+TEST_CASE("the array's table is the array's pattern, near and far") {
+  const ArrayTable table(1);
+  for (const double nearness : {0.0, 0.01, 0.3, 1.0, 2.7, 4.9, 9.3}) {
+    const double range_m =
+        0.5 * array.length_m * array.length_m / (array.wavelength_m * std::max(nearness, 1e-9));
+    const ArrayTable::Row row = table.row(nearness);
+    for (double x = 0.0; x < nearness + 2.0; x += 0.0731) {
+      CAPTURE(nearness, x);
+      const double exact = array.power(x * array.wavelength_m / array.length_m, range_m);
+      CHECK(row.scale * table.value(row, static_cast<float>(x)) * (1.0 + 2.0 * nearness) ==
+            Approx(exact * (1.0 + 2.0 * nearness)).margin(nearness < 5.0 ? 0.003 : 0.02));
+      CHECK(table.value(row, -1.0f) == table.value(row, 1.0f));
     }
+  }
 }

@@ -18,7 +18,7 @@ TEST_CASE("a preset's array is as long as its beam is narrow") {
     const LineArray array{preset.sonar.array_length_m, 1500.0 / preset.sonar.frequency_hz};
     CHECK(array.power(std::sin(0.5 * preset.beamwidth_rad)) == Approx(0.5).epsilon(0.01));
     // Its bins are as fine as its pulse resolves, and no finer than a hundredth of them.
-    const double resolution_m = 750.0 / preset.sonar.bandwidth_hz;
+    const double resolution_m = 750.0 / preset.sonar.pulse.bandwidth_hz;
     CHECK(preset.sonar.bin_m() <= resolution_m);
     CHECK(preset.sonar.range_m / resolution_m > preset.sonar.bins - 100);
   }

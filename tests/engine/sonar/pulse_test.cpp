@@ -1,0 +1,102 @@
+#include <ensonify/engine/sonar/pulse.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/sonar/sonar.h>
+#include <ensonify/scatter/decibel.h>
+
+using namespace ensonify::engine;
+using ensonify::scatter::to_db;
+
+namespace {
+
+constexpr double sound_speed_mps = 1500.0;
+constexpr Pulse tone{.bandwidth_hz = 20e3};
+constexpr Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = 20e3};
+constexpr Pulse hann{.kind = PulseKind::lfm, .bandwidth_hz = 20e3, .window = PulseWindow::hann};
+
+double sum_of(const std::vector<double>& kernel) {
+  double sum = -kernel.front();
+  for (const double k : kernel) sum += 2.0 * k;
+  return sum;
+}
+
+/// The kernel's highest side lobe over its peak; bins small against a cell.
+double side_lobe_db(const Pulse& pulse) {
+  const std::vector<double> kernel =
+      pulse_kernel(pulse, sound_speed_mps, pulse.cell_m(sound_speed_mps) / 64.0);
+  std::size_t null = 1;
+  while (kernel[null] < kernel[null - 1]) ++null;
+  return to_db(*std::max_element(kernel.begin() + static_cast<std::ptrdiff_t>(null), kernel.end()) /
+               kernel.front());
+}
+
+/// Of the intensity, -3 dB to -3 dB, times the bandwidth.
+double width(const Pulse& pulse) {
+  double x = 0.0;
+  while (pulse.intensity(x / pulse.bandwidth_hz) > 0.5) x += 1e-5;
+  return 2.0 * x;
+}
+
+}  // namespace
+
+TEST_CASE("a kernel sums to its range cell over the bin, whatever the pulse, long or short") {
+  for (const Pulse& shape : {tone, sweep, hann})
+    for (const double cell_m : {0.001, 0.025, 0.05, 0.0731, 1.0})
+      for (const double bin_m : {0.01, 0.05, 0.5}) {
+        Pulse pulse = shape;
+        pulse.bandwidth_hz = 0.5 * sound_speed_mps / cell_m;
+        const std::vector<double> kernel = pulse_kernel(pulse, sound_speed_mps, bin_m);
+        CHECK(sum_of(kernel) == Approx(pulse.cell_m(sound_speed_mps) / bin_m).epsilon(1e-12));
+        CHECK(*std::min_element(kernel.begin(), kernel.end()) >= 0.0);
+      }
+}
+
+TEST_CASE("a sweep's first side lobe is 13.3 dB down, under a Hann window 31.5 dB") {
+  CHECK(side_lobe_db(sweep) == Approx(-13.26).margin(0.02));
+  CHECK(side_lobe_db(hann) == Approx(-31.47).margin(0.02));
+}
+
+TEST_CASE(
+    "a sweep is 0.886 / B wide at -3 dB, under a Hann window 1.44 / B; a tone all its length") {
+  CHECK(width(sweep) == Approx(0.8859).epsilon(1e-3));
+  CHECK(width(hann) == Approx(1.4407).epsilon(1e-3));
+  CHECK(width(tone) == Approx(1.0).epsilon(1e-3));
+}
+
+TEST_CASE("a pulse's effective length is its energy over its peak") {
+  for (const Pulse& pulse : {tone, sweep, hann}) {
+    double energy_s = 0.0;
+    const double step_s = 0.01 / pulse.bandwidth_hz;
+    for (double t = 0.5 * step_s; t < 2000.0 / pulse.bandwidth_hz; t += step_s)
+      energy_s += 2.0 * pulse.intensity(t) * step_s;
+    CHECK(energy_s == Approx(pulse.effective_length_s()).epsilon(2e-4));
+  }
+  Pulse longer = tone;
+  longer.length_s = 3e-4;
+  CHECK(longer.effective_length_s() == 3e-4);
+}
+
+TEST_CASE("beyond its reach a pulse stays below -60 dB") {
+  for (const Pulse& pulse : {tone, sweep, hann})
+    for (double x = 1.0; x < 40.0; x += 0.01)
+      CHECK(pulse.intensity(pulse.reach_s() * (1.0 + 1e-9) + (x - 1.0) / pulse.bandwidth_hz) <=
+            1e-6);
+}
+
+TEST_CASE("a digitiser's bins are c / 2 rate long and reach the range") {
+  Sonar sonar;
+  sonar.range_m = 50.0;
+  sonar.bins = 7;
+  CHECK(sonar.sampled(1500.0).bins == 7);
+  sonar.sample_rate_hz = 60e3;
+  CHECK(sonar.sampled(1500.0).bins == 4000);
+  CHECK(sonar.sampled(1500.0).range_m == Approx(50.0));
+  const Sonar slower = sonar.sampled(1487.0);
+  CHECK(slower.bin_m() == Approx(1487.0 / 120e3));
+  CHECK(slower.range_m >= 50.0);
+  CHECK(slower.range_m < 50.0 + slower.bin_m());
+}
