@@ -111,10 +111,11 @@ TEST_CASE("a real recording's navigation flies steadily once it is smoothed") {
     REQUIRE(speed_kn > 1.3);
     REQUIRE(speed_kn < 2.7);
   }
-  double farthest_m = 0.0;
-  for (std::size_t i = 0; i < log.t_s.size(); ++i)
-    farthest_m = std::max(
-        farthest_m,
-        (track.at(log.t_s[i]).position.head<2>() - Eigen::Vector2d(log.x_m[i], log.y_m[i])).norm());
-  CHECK(farthest_m < 0.6);
+  double farthest_m = 0.0;  // from the places as they come; repeated ones are as old as 0.7 s
+  for (std::size_t i = 1; i < log.t_s.size(); ++i) {
+    const Eigen::Vector2d place{log.x_m[i], log.y_m[i]};
+    if (place == Eigen::Vector2d(log.x_m[i - 1], log.y_m[i - 1])) continue;
+    farthest_m = std::max(farthest_m, (track.at(log.t_s[i]).position.head<2>() - place).norm());
+  }
+  CHECK(farthest_m < 0.4);
 }
