@@ -256,23 +256,31 @@ HWY_INLINE V order_of(M in_front, const Crossing& at) {
 }
 
 // How many of the plane's rays are below a crossing: a function of the crossing alone, so that faces
-// that share it share the answer.
-HWY_INLINE V rays_below(const FanPass& pass, V q) {
-  const V one = hn::Set(d, 1.0), zero = hn::Zero(d);
-  const V last = hn::Set(d, pass.steps - 1.0);
-  const V stepped = hn::Mul(hn::Sub(q, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q));
-  const V within = hn::Min(hn::Max(stepped, zero), last);
-  const auto step = hn::ConvertTo(di, within);
-  const V fraction = hn::Min(hn::Sub(hn::Max(stepped, zero), hn::ConvertTo(d, step)), one);
+// that share it share the answer. First a guess, which is seldom off by more than one.
+HWY_INLINE V guess_below(const FanPass& pass, V order) {
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
+  const V stepped = hn::Max(
+      hn::Mul(hn::Sub(order, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q)), zero);
+  const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, pass.steps - 1.0)));
+  const V fraction = hn::Min(hn::Sub(stepped, hn::ConvertTo(d, step)), one);
   const V from = hn::GatherIndex(d, pass.below, step);
-  const V until = hn::GatherIndex(d, pass.below, hn::Add(step, hn::Set(di, 1)));
-  V rays = hn::ConvertTo(d, hn::ConvertTo(di, fma(fraction, hn::Sub(until, from), from)));
+  const V until = hn::GatherIndex(d, pass.below + 1, step);
+  return fma(fraction, hn::Sub(until, from), from);
+}
+HWY_INLINE void find_below(const FanPass& pass, V p_order, V q_order, hn::Vec<I>& p,
+                           hn::Vec<I>& q) {
+  p = hn::ConvertTo(di, guess_below(pass, p_order));
+  q = hn::ConvertTo(di, guess_below(pass, q_order));
   for (;;) {
-    const auto index = hn::ConvertTo(di, rays);
-    const M fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, index), q);
-    const M more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, index), q);
-    if (hn::AllFalse(d, hn::Or(fewer, more))) return rays;
-    rays = hn::Add(hn::Sub(rays, hn::IfThenElseZero(fewer, one)), hn::IfThenElseZero(more, one));
+    const M p_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, p), p_order);
+    const M q_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, q), q_order);
+    const M p_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order);
+    const M q_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order);
+    if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
+    // A mask's lanes are -1 as integers.
+    const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
+    p = hn::Add(p, hn::Sub(number(p_fewer), number(p_more)));
+    q = hn::Add(q, hn::Sub(number(q_fewer), number(q_more)));
   }
 }
 
@@ -282,8 +290,8 @@ struct Taker {
   float x, y, least, greatest;  // 1 / t = x cos(elevation) + y sin(elevation)
   std::uint32_t slot;
 };
-HWY_INLINE void take_rays(const FanPass& pass, std::int64_t plane, std::int64_t from,
-                          std::int64_t until, const Taker& face) {
+HWY_INLINE void take_row(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                         std::int64_t until, const Taker& face) {
   constexpr F f;
   constexpr hn::RebindToUnsigned<F> u;
   constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(f));
@@ -305,6 +313,14 @@ HWY_INLINE void take_rays(const FanPass& pass, std::int64_t plane, std::int64_t 
   }
 }
 
+// The same, but for rays outside the beam.
+HWY_INLINE void take_rays(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                          std::int64_t until, const Taker& face) {
+  const std::int64_t first = pass.left_out_from[plane], last = pass.left_out_until[plane];
+  if (from < first) take_row(pass, plane, from, until < first ? until : first, face);
+  if (until > last) take_row(pass, plane, from > last ? from : last, until, face);
+}
+
 // A face that goes through the origin meets all of a plane's rays there, but those that lie in it.
 HWY_INLINE void take_at_origin(const FanPass& pass, std::int64_t plane, double own, Taker face) {
   face.least = face.greatest = nearest_of_all;
@@ -319,7 +335,8 @@ HWY_INLINE void take_at_origin(const FanPass& pass, std::int64_t plane, double o
 
 HWY_INLINE void take_crossings(const FanPass& pass, const FanBatch& batch, std::int64_t first_slot,
                                std::int64_t count) {
-  const V zero = hn::Zero(d), all = hn::Set(d, static_cast<double>(pass.elevations));
+  const V zero = hn::Zero(d);
+  const auto all = hn::Set(di, pass.elevations);
   for (std::int64_t first = 0; first < count; first += lanes) {
     const auto crossing = hn::LoadU(di, batch.crossings + first);
     const auto place = hn::And(crossing, hn::Set(di, 0xffffffff));
@@ -344,11 +361,15 @@ HWY_INLINE void take_crossings(const FanPass& pass, const FanBatch& batch, std::
     // in front, or over all below it.
     const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
     const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
-    const V p_end = hn::IfThenElseZero(hn::And(q_front, hn::Lt(turn, zero)), all);
-    const V q_end = hn::IfThenElseZero(hn::And(p_front, hn::Gt(turn, zero)), all);
+    const auto p_end =
+        hn::IfThenElseZero(hn::RebindMask(di, hn::And(q_front, hn::Lt(turn, zero))), all);
+    const auto q_end =
+        hn::IfThenElseZero(hn::RebindMask(di, hn::And(p_front, hn::Gt(turn, zero))), all);
     const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
-    const V p_rays = hn::IfThenElse(p_front, rays_below(pass, p_order), p_end);
-    const V q_rays = hn::IfThenElse(q_front, rays_below(pass, q_order), q_end);
+    hn::Vec<I> p_below, q_below;
+    find_below(pass, p_order, q_order, p_below, q_below);
+    const auto p_rays = hn::IfThenElse(hn::RebindMask(di, p_front), p_below, p_end);
+    const auto q_rays = hn::IfThenElse(hn::RebindMask(di, q_front), q_below, q_end);
     const V size =
         hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
     const M at_origin =
@@ -357,8 +378,8 @@ HWY_INLINE void take_crossings(const FanPass& pass, const FanBatch& batch, std::
 
     alignas(64) std::int64_t from[lanes], until[lanes];
     alignas(64) double own[lanes];
-    hn::Store(hn::ConvertTo(di, hn::Min(p_rays, q_rays)), di, from);
-    hn::Store(hn::ConvertTo(di, hn::Max(p_rays, q_rays)), di, until);
+    hn::Store(hn::Min(p_rays, q_rays), di, from);
+    hn::Store(hn::Max(p_rays, q_rays), di, until);
     std::uint8_t through[8] = {};
     if (HWY_UNLIKELY(!hn::AllFalse(d, at_origin))) {
       const M take_p = hn::Ne(p.x, zero);
@@ -402,49 +423,103 @@ void scan_faces_here(const FanPass& pass, FanBatch& batch) {
   }
 }
 
-HWY_INLINE Hit hit_of(const FanPass& pass, std::int64_t slot, double t, double u, double v) {
-  const auto block = static_cast<std::int64_t>(pass.met_blocks[slot / block_faces]);
-  const auto index = static_cast<std::uint32_t>(block * block_faces + slot % block_faces);
-  return {pass.numbers ? pass.numbers[index] : index, index, t, u, v};
+// How many rays from j on have the same nearest face, at most up to the end.
+HWY_INLINE std::int64_t run_from(const std::uint32_t* nearest, std::int64_t j, std::int64_t end) {
+  constexpr hn::ScalableTag<std::uint32_t> u;
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(u));
+  const auto slot = hn::Set(u, nearest[j]);
+  for (std::int64_t k = j; k < end; k += width) {
+    const auto other = hn::Ne(hn::LoadU(u, nearest + k), slot);
+    const std::intptr_t first = hn::FindFirstTrue(u, other);
+    if (first >= 0) return (k + first < end ? k + first : end) - j;
+  }
+  return end - j;
 }
 
-std::int64_t finish_plane_here(const FanPass& pass, std::int64_t plane, Hit* hits,
-                               std::uint32_t* doubtful) {
-  constexpr double agreement = 0x1p-10;  // of double with float
-  constexpr hn::CappedTag<double, 4> d4;
-  constexpr std::int64_t width = hn::MaxLanes(d4);
-  const float* nearness = pass.nearness + plane * pass.stride;
-  const std::uint32_t* nearest = pass.nearest + plane * pass.stride;
-  const auto sin_azimuth = hn::Set(d4, pass.sin_azimuth[plane]);
-  const auto cos_azimuth = hn::Set(d4, pass.cos_azimuth[plane]);
-  const std::int64_t step = 4 * pass.slots;
-  std::int64_t doubts = 0;
-  for (std::int64_t j = 0; j < pass.elevations; ++j) {
-    const double w = static_cast<double>(nearness[j]);
-    if (w == 0.0) {
-      hits[j] = Hit{};
-      continue;
-    }
-    const std::int64_t slot = nearest[j];
-    const double* forms = pass.forms + 4 * slot;
-    const auto cosine = hn::Set(d4, pass.cos_elevation[j]),
-               sine = hn::Set(d4, pass.sin_elevation[j]);
-    alignas(32) double sums[4];
-    for (std::int64_t i = 0; i < 4; i += width) {
-      const auto level = fma(d4, hn::LoadU(d4, forms + i), sin_azimuth,
-                             hn::Mul(hn::LoadU(d4, forms + step + i), cos_azimuth));
-      const auto sum = fma(d4, level, cosine, hn::Mul(hn::LoadU(d4, forms + 2 * step + i), sine));
-      hn::StoreU(sum, d4, sums + i);
-    }
-    const double inverse = 1.0 / sums[2];
-    const double t = forms[3] * inverse;
-    hits[j] = hit_of(pass, slot, t, sums[0] * inverse, sums[1] * inverse);
-    const double apart = t * w - 1.0;
-    if (HWY_UNLIKELY(!(apart < agreement && apart > -agreement)))
-      doubtful[doubts++] = static_cast<std::uint32_t>(j);
-    else if (t > pass.range_m)
-      hits[j] = Hit{};
+void write_misses_here(Hit* hits, std::int64_t count) {
+  std::int64_t i = 0;
+  if constexpr (lanes >= 4) {
+    constexpr std::int64_t together = lanes / 4;
+    const Hit pattern[2] = {};
+    const V misses = hn::LoadU(d, reinterpret_cast<const double*>(pattern));
+    for (; i + together <= count; i += together)
+      hn::StoreU(misses, d, reinterpret_cast<double*>(hits + i));
   }
+  for (; i < count; ++i) hits[i] = Hit{};
+}
+
+// The hits of rays [from, until), which one face is nearest to, into places from `hits` on. Writes whole
+// vectors, past the end.
+HWY_INLINE std::int64_t finish_run(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                                   std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  const std::int64_t slot = pass.nearest[plane * pass.stride + from];
+  const float* nearness = pass.nearness + plane * pass.stride;
+  const auto block = static_cast<std::int64_t>(pass.met_blocks[slot / block_faces]);
+  const auto index = static_cast<std::uint32_t>(block * block_faces + slot % block_faces);
+  const std::uint32_t number = pass.numbers ? pass.numbers[index] : index;
+  const V names =
+      hn::BitCast(d, hn::Set(di, static_cast<std::int64_t>(std::uint64_t{index} << 32 | number)));
+  const double* x = pass.forms + 4 * slot;
+  const double* y = x + 4 * pass.slots;
+  const double* z = y + 4 * pass.slots;
+  const V sin_azimuth = hn::Set(d, pass.sin_azimuth[plane]);
+  const V cos_azimuth = hn::Set(d, pass.cos_azimuth[plane]);
+  const auto level = [&](std::int64_t i) HWY_ATTR {
+    return fma(hn::Set(d, x[i]), sin_azimuth, hn::Mul(hn::Set(d, y[i]), cos_azimuth));
+  };
+  const V u_level = level(0), v_level = level(1), level_sum = level(2);
+  const V u_pole = hn::Set(d, z[0]), v_pole = hn::Set(d, z[1]), pole_sum = hn::Set(d, z[2]);
+  const V distance = hn::Set(d, x[3]), range = hn::Set(d, pass.range_m);
+  const V one = hn::Set(d, 1.0), agreement = hn::Set(d, 0x1p-10);  // of double with float
+  std::int64_t doubts = 0;
+  for (std::int64_t j = from; j < until; j += lanes) {
+    const V cosine = hn::LoadU(d, pass.cos_elevation + j),
+            sine = hn::LoadU(d, pass.sin_elevation + j);
+    const V inverse = hn::Div(one, fma(level_sum, cosine, hn::Mul(pole_sum, sine)));
+    const V t = hn::Mul(distance, inverse);
+    const V u = hn::Mul(fma(u_level, cosine, hn::Mul(u_pole, sine)), inverse);
+    const V v = hn::Mul(fma(v_level, cosine, hn::Mul(v_pole, sine)), inverse);
+    hn::StoreInterleaved4(names, t, u, v, d, reinterpret_cast<double*>(hits + (j - from)));
+
+    const M agrees = hn::Lt(hn::Abs(hn::Sub(hn::Mul(t, promoted(nearness + j)), one)), agreement);
+    const M sound = hn::And(agrees, hn::Le(t, range));
+    const M within = hn::FirstN(d, static_cast<std::size_t>(until - j));
+    if (HWY_LIKELY(hn::AllFalse(d, hn::AndNot(sound, within)))) continue;
+    std::uint8_t agree[8] = {}, good[8] = {};
+    hn::StoreMaskBits(d, agrees, agree);
+    hn::StoreMaskBits(d, sound, good);
+    for (std::int64_t i = 0; i < lanes && j + i < until; ++i) {
+      if (!(agree[0] >> i & 1))
+        doubtful[doubts++] = static_cast<std::uint32_t>(j + i);
+      else if (!(good[0] >> i & 1))
+        hits[j - from + i] = Hit{};
+    }
+  }
+  return doubts;
+}
+
+// Leaves their rows as they were before, while they are at hand.
+HWY_INLINE void forget(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                       std::int64_t until) {
+  float* nearness = pass.nearness + plane * pass.stride;
+  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  for (std::int64_t j = from; j < until; ++j) nearness[j] = 0.0f;
+  for (std::int64_t j = from; j < until; ++j) nearest[j] = FanPass::no_slot;
+}
+
+std::int64_t finish_rays_here(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                              std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  const std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  std::int64_t doubts = 0;
+  for (std::int64_t j = from; j < until;) {
+    const std::int64_t end = j + run_from(nearest, j, until);
+    if (nearest[j] == FanPass::no_slot)
+      write_misses_here(hits + (j - from), end - j);
+    else
+      doubts += finish_run(pass, plane, j, end, hits + (j - from), doubtful + doubts);
+    j = end;
+  }
+  forget(pass, plane, from, until);
   return doubts;
 }
 
@@ -453,10 +528,11 @@ std::int64_t finish_plane_here(const FanPass& pass, std::int64_t plane, Hit* hit
 // What is exported must not be unnamed.
 void find_blocks_on(FanPass& pass) { find_blocks_here(pass); }
 void scan_faces_on(const FanPass& pass, FanBatch& batch) { scan_faces_here(pass, batch); }
-std::int64_t finish_plane_on(const FanPass& pass, std::int64_t plane, Hit* hits,
-                             std::uint32_t* doubtful) {
-  return finish_plane_here(pass, plane, hits, doubtful);
+std::int64_t finish_rays_on(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                            std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  return finish_rays_here(pass, plane, from, until, hits, doubtful);
 }
+void write_misses_on(Hit* hits, std::int64_t count) { write_misses_here(hits, count); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
@@ -467,15 +543,20 @@ namespace ensonify::engine {
 
 HWY_EXPORT(find_blocks_on);
 HWY_EXPORT(scan_faces_on);
-HWY_EXPORT(finish_plane_on);
+HWY_EXPORT(finish_rays_on);
+HWY_EXPORT(write_misses_on);
 
 void find_blocks(FanPass& pass) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(pass); }
 void scan_faces(const FanPass& pass, FanBatch& batch) {
   HWY_DYNAMIC_DISPATCH(scan_faces_on)(pass, batch);
 }
-std::int64_t finish_plane(const FanPass& pass, std::int64_t plane, Hit* hits,
-                          std::uint32_t* doubtful) {
-  return HWY_DYNAMIC_DISPATCH(finish_plane_on)(pass, plane, hits, doubtful);
+std::int64_t finish_rays(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                         std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  return HWY_DYNAMIC_DISPATCH(finish_rays_on)(pass, plane, from, until, hits, doubtful);
+}
+
+void write_misses(Hit* hits, std::int64_t count) {
+  HWY_DYNAMIC_DISPATCH(write_misses_on)(hits, count);
 }
 
 }  // namespace ensonify::engine

@@ -15,6 +15,8 @@ namespace ensonify::engine {
 /// The fan's frame is x along the array, y to the middle of the sector, z along the pole. A slot is a
 /// place for a face of a block that may be met; slots are filled in the faces' order.
 struct FanPass {
+  static constexpr std::uint32_t no_slot = 0xffffffff;
+
   // The fan.
   std::array<double, 3> origin;
   std::array<double, 9> axes;  ///< array axis, middle, pole
@@ -22,6 +24,8 @@ struct FanPass {
   std::int64_t planes, elevations;
   const double* sin_azimuth;
   const double* cos_azimuth;
+  const std::int64_t* left_out_from;  ///< by plane: rays [from, until) are outside the beam
+  const std::int64_t* left_out_until;
   const double* sin_elevation;
   const double* cos_elevation;
   const float* sin_elevation_rounded;
@@ -44,9 +48,12 @@ struct FanPass {
   double* forms;  ///< [x y z][slot][u, v, direction . normal, distance of the plane], see finish
   std::int64_t slots;
   float* nearness;         ///< 1 / t of the nearest face so far, 0 for none
-  std::uint32_t* nearest;  ///< its slot
+  std::uint32_t* nearest;  ///< its slot, or no_slot
   std::int64_t stride;
 };
+
+/// Room for a register's width behind rows.
+inline constexpr std::size_t widest_vector = 64;  // floats
 
 /// How many faces go through the first steps together, and room for what they leave.
 inline constexpr std::int64_t batch_blocks = 8;
@@ -64,9 +71,13 @@ void find_blocks(FanPass& pass);
 /// Every face of those blocks takes the rays it is the nearest to: fills forms, nearness, nearest.
 void scan_faces(const FanPass& pass, FanBatch& batch);
 
-/// One plane's hits from what was found. Rays whose answer rounding may spoil go into `doubtful`, by
-/// their elevation, for a careful computation; their count is returned.
-std::int64_t finish_plane(const FanPass& pass, std::int64_t plane, Hit* hits,
-                          std::uint32_t* doubtful);
+/// The hits of rays [from, until) of a plane from what was found, into places from `hits` on; up to
+/// widest_vector behind them may be overwritten. Rays whose answer rounding may spoil go into
+/// `doubtful`, by their elevation, for a careful computation; their count is returned. What was found is
+/// forgotten: 0 and no_slot again.
+std::int64_t finish_rays(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                         std::int64_t until, Hit* hits, std::uint32_t* doubtful);
+
+void write_misses(Hit* hits, std::int64_t count);
 
 }  // namespace ensonify::engine

@@ -1,6 +1,7 @@
 #include <ensonify/engine/trace/fan_scan.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 #include <stdexcept>
@@ -17,15 +18,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t widest_vector = 64;  // floats
-
 /// What one query needs; it grows to what the largest fan took, and stays there.
 struct Scratch {
   FanTables tables;
   FanBatch batch;
   CacheLines<std::int64_t> crossings;
   CacheLines<std::uint32_t> met_blocks, nearest, doubtful;
-  CacheLines<float> nearness;
+  CacheLines<float> nearness;  // 0 between queries, as nearest is no_slot
   CacheLines<double> forms;
 };
 
@@ -119,33 +118,52 @@ class FanScan final : public Intersector {
     pass.stride = static_cast<std::int64_t>(stride);
     pass.slots = pass.met * static_cast<std::int64_t>(FaceBlocks::faces);
     pass.forms = at_least(scratch.forms, 12 * static_cast<std::size_t>(pass.slots));
-    pass.nearness = at_least(scratch.nearness, planes * stride);
-    pass.nearest = at_least(scratch.nearest, planes * stride);
+    at_least(scratch.doubtful, elevations);
+    if (scratch.nearness.size() < planes * stride) {
+      scratch.nearness.assign(planes * stride, 0.0f);
+      scratch.nearest.assign(planes * stride, FanPass::no_slot);
+    }
+    pass.nearness = scratch.nearness.data();
+    pass.nearest = scratch.nearest.data();
     scratch.batch.crossings = at_least(scratch.crossings, planes * batch_faces + widest_vector);
-    std::fill_n(pass.nearness, planes * stride, 0.0f);
     scan_faces(pass, scratch.batch);
 
-    std::uint32_t* doubtful = at_least(scratch.doubtful, elevations);
-    for (std::size_t plane = 0; plane < planes; ++plane) {
-      const std::span<Hit> row = hits.subspan(plane * elevations, elevations);
-      const std::int64_t doubts =
-          finish_plane(pass, static_cast<std::int64_t>(plane), row.data(), doubtful);
-      for (std::int64_t i = 0; i < doubts; ++i) {
-        Hit& hit = row[doubtful[i]];
-        hit = place_on_face(triangles_, hit.index, fan.ray(plane, doubtful[i]));
-      }
-      leave_out(tables.planes[plane], fan, plane, row);
-    }
+    for (std::size_t plane = 0; plane < planes; ++plane)
+      finish(pass, fan, plane, hits.subspan(plane * elevations), scratch);
   }
 
-  /// Rays outside the beam are misses.
-  static void leave_out(const FanTables::Plane& table, const RayFan& fan, std::size_t plane,
-                        std::span<Hit> row) {
-    if (table.even)
-      std::fill(row.begin() + table.left_out_from, row.begin() + table.left_out_until, Hit{});
-    else
-      for (std::size_t e = 0; e < row.size(); ++e)
-        if (!fan.grid->within_beam(plane, e)) row[e] = Hit{};
+  /// One plane's hits; those of the planes behind it may be overwritten.
+  void finish(const FanPass& pass, const RayFan& fan, std::size_t plane, std::span<Hit> hits,
+              Scratch& scratch) const {
+    const FanTables& tables = scratch.tables;
+    const std::int64_t from = tables.left_out_from[plane], until = tables.left_out_until[plane];
+    finish_rays(pass, fan, plane, 0, from, hits, scratch);
+    write_misses(hits.data() + from, until - from);
+    finish_rays(pass, fan, plane, until, pass.elevations, hits, scratch);
+    if (tables.uneven[plane])
+      for (std::size_t e = 0; e < fan.elevations(); ++e)
+        if (!fan.grid->within_beam(plane, e)) hits[e] = Hit{};
+  }
+
+  void finish_rays(const FanPass& pass, const RayFan& fan, std::size_t plane, std::int64_t from,
+                   std::int64_t until, std::span<Hit> hits, Scratch& scratch) const {
+    std::uint32_t* doubtful = scratch.doubtful.data();
+    const auto finish = [&](std::int64_t begin, std::int64_t end, Hit* to) {
+      const std::int64_t doubts =
+          engine::finish_rays(pass, static_cast<std::int64_t>(plane), begin, end, to, doubtful);
+      for (std::int64_t i = 0; i < doubts; ++i) {
+        Hit& hit = to[doubtful[i] - begin];
+        hit = place_on_face(triangles_, hit.index, fan.ray(plane, doubtful[i]));
+      }
+    };
+    // Whole registers are written, so the last rays of all go through a place of their own.
+    constexpr std::int64_t room = widest_vector;
+    const std::int64_t direct =
+        std::clamp(static_cast<std::int64_t>(hits.size()) - room, from, until);
+    finish(from, direct, hits.data() + from);
+    std::array<Hit, 2 * widest_vector> last;
+    finish(direct, until, last.data());
+    std::copy_n(last.begin(), until - direct, hits.begin() + direct);
   }
 
   FanPass pass_over(const RayFan& fan, const FanTables& tables) const {
@@ -162,6 +180,8 @@ class FanScan final : public Intersector {
     pass.elevations = static_cast<std::int64_t>(fan.elevations());
     pass.sin_azimuth = tables.sin_azimuth.data();
     pass.cos_azimuth = tables.cos_azimuth.data();
+    pass.left_out_from = tables.left_out_from.data();
+    pass.left_out_until = tables.left_out_until.data();
     pass.sin_elevation = fan.grid->sin_elevation.data();
     pass.cos_elevation = fan.grid->cos_elevation.data();
     pass.sin_elevation_rounded = tables.sin_elevation.data();

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include <ensonify/engine/trace/fan_kernel.h>
+
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t widest_vector = 64;  // floats
-constexpr double rounding = 1e-12;         // two elevations so close may be in either order
+constexpr double rounding = 1e-12;  // two elevations so close may be in either order
 
 }  // namespace
 
@@ -41,19 +42,21 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
     below[step] = static_cast<double>(j);
   }
 
-  planes.clear(), sin_azimuth.clear(), cos_azimuth.clear();
+  sin_azimuth.clear(), cos_azimuth.clear();
+  left_out_from.clear(), left_out_until.clear(), uneven.clear();
   for (std::size_t k = 0; k < grid->planes.size(); ++k) {
-    Plane plane{grid->planes[k].sin_azimuth, grid->planes[k].cos_azimuth, 0, 0, true};
-    std::int64_t outside = 0;
+    sin_azimuth.push_back(grid->planes[k].sin_azimuth);
+    cos_azimuth.push_back(grid->planes[k].cos_azimuth);
+    std::int64_t from = 0, until = 0, outside = 0;
     for (std::size_t e = 0; e < elevations; ++e) {
       if (grid->within_beam(k, e)) continue;
-      if (outside++ == 0) plane.left_out_from = static_cast<std::int64_t>(e);
-      plane.left_out_until = static_cast<std::int64_t>(e) + 1;
+      if (outside++ == 0) from = static_cast<std::int64_t>(e);
+      until = static_cast<std::int64_t>(e) + 1;
     }
-    plane.even = plane.left_out_until - plane.left_out_from == outside;
-    planes.push_back(plane);
-    sin_azimuth.push_back(plane.sin_azimuth);
-    cos_azimuth.push_back(plane.cos_azimuth);
+    const bool even = until - from == outside;
+    left_out_from.push_back(even ? from : 0);
+    left_out_until.push_back(even ? until : 0);
+    uneven.push_back(!even);
   }
   grid_ = std::move(grid);
 }

@@ -20,15 +20,12 @@ class FanTables {
   void take(std::shared_ptr<const FanGrid> grid);
   const FanGrid* grid() const { return grid_.get(); }
 
-  struct Plane {
-    double sin_azimuth, cos_azimuth;
-    std::int64_t left_out_from, left_out_until;  ///< these rays are outside the beam, and no others
-    bool even;  ///< whether that is so; if not, each ray must be asked
-  };
   static constexpr std::int64_t steps = 2048;
 
-  CacheLines<Plane> planes;
-  CacheLines<double> sin_azimuth, cos_azimuth;
+  CacheLines<double> sin_azimuth, cos_azimuth;  ///< by plane
+  /// By plane: rays [from, until) are outside the beam, and no others unless it is uneven.
+  CacheLines<std::int64_t> left_out_from, left_out_until;
+  CacheLines<std::uint8_t> uneven;
   CacheLines<float> sin_elevation, cos_elevation;  ///< with room behind them for a vector's width
   CacheLines<double> ascending;                    ///< -2, q of each elevation, 2
   CacheLines<double> below;  ///< how many elevations are below a step of q: steps + 1 of them

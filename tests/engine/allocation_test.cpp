@@ -25,6 +25,13 @@ void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++allocations;
   return std::malloc(size > 0 ? size : 1);
 }
+void* operator new(std::size_t size, std::align_val_t line) {
+  ++allocations;
+  const auto to = static_cast<std::size_t>(line);
+  if (void* memory = std::aligned_alloc(to, (size + to) / to * to)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
@@ -49,7 +56,13 @@ Scene small_scene() {
 }  // namespace
 
 TEST_CASE("a steady ping allocates nothing") {
-  Simulator simulator(small_scene());
+  Scene scene = small_scene();
+  SECTION("with Embree's tree over all faces") {}
+  SECTION("with a scan of the fan's own faces") {
+    scene.run.intersector = "fan_scan";
+    scene.run.surface = "footprint";
+  }
+  Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
   const std::size_t before = allocations;
