@@ -203,8 +203,8 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
         overrides.push_back(fmt::format("{}{}{}={}", section.name, section.name.empty() ? "" : ".",
                                         key.name, *text));
   for (const auto& key : sonar_section().keys)
-    overrides.push_back(
-        fmt::format("sonar.zeta.{}={}", key.name, *option_text(key, busy.sonars[0])));
+    if (const auto text = option_text(key, busy.sonars[0]))
+      overrides.push_back(fmt::format("sonar.zeta.{}={}", key.name, *text));
   for (Material& material : busy.materials)
     for (const auto& key : material_section().keys)
       if (const auto text = option_text(key, material))
