@@ -114,11 +114,8 @@ struct Simulator::Ready {
   void take_profile(const scatter::SoundSpeedProfile& profile) {
     const double bed_m = std::max(0.0, -mean_bed_m);
     sound_speed_mps = profile.mean_speed_mps(0.0, bed_m);
-    if (const double deepest_m = -double(bounds.lowest.z()); deepest_m > profile.deepest_m())
-      warn(
-          fmt::format("{}: the cast ends at {:.1f} m, above the deepest bed at {:.1f} m; its last "
-                      "speed is taken below",
-                      scene.sea.profile.name, profile.deepest_m(), deepest_m));
+    for (const std::string& remark : profile.remarks(0.0, -double(bounds.lowest.z())))
+      warn(fmt::format("{}: {}", scene.sea.profile.name, remark));
   }
 
   void warn(const std::string& warning) {
