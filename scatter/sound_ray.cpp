@@ -123,7 +123,8 @@ void SoundRay::advance(double path_m) {
   const double along = point_.along * cos_half + point_.down * sin_half;  // halfway
   const double down = point_.down * cos_half - point_.along * sin_half;
   move(chord_m, path_m, chord_m * along,
-       std::clamp(point_.depth_m + chord_m * down, top_m_, lower_m_),
+       path_m < 0.0 ? point_.depth_m + chord_m * down
+                    : std::clamp(point_.depth_m + chord_m * down, top_m_, lower_m_),
        along * cos_half + down * sin_half, down * cos_half - along * sin_half);
   exit_ = find_exit();
 }
@@ -135,7 +136,7 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   const double dz = depth_m - point_.depth_m;
   const double from_mps = point_.sound_speed_mps, to_mps = from_mps + gradient_per_s_ * dz;
   const double middle_mps = std::sqrt(from_mps * to_mps);
-  const double x = 0.5 * std::abs(gradient_per_s_) * chord_m / middle_mps;
+  const double x = 0.5 * std::abs(gradient_per_s_ * chord_m) / middle_mps;
   // The integral of c: range / snell, or where that is 0 / 0, on steep rays, which never turn, this.
   const double swept = point_.along > 0.5 ? range_m / snell_s_per_m_
                        : dz == 0.0        ? 0.0

@@ -41,7 +41,8 @@ class SoundRay {
   /// Path to a range ahead; infinite if the arc ends before.
   double path_to_range_m(double range_m) const;
 
-  /// Along the arc, no farther than its end; there it enters the next layer, or is reflected.
+  /// Along the arc, no farther than its end; there it enters the next layer, or is reflected. Less than
+  /// 0 goes back along the same arc, to look at what is no more than a little behind.
   void advance(double path_m);
 
   int reflections() const { return reflections_; }

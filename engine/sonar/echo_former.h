@@ -8,6 +8,7 @@
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/range_bins.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refracted_path.h>
 #include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
@@ -22,7 +23,8 @@ struct Medium {
 /// beside it.
 ///
 /// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the area
-/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. Within a plane
+/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. (A bent ray has its
+/// spreading J for r^2, g where it arrives, and absorption along its path.) Within a plane
 /// of the fan that is a density over elevation: between neighbouring rays that saw one continuous
 /// surface it is integrated and spread over the bins between their ranges; where the surface breaks
 /// off each ray keeps its own half. The bins then go through the pulse.
@@ -33,16 +35,17 @@ class EchoFormer {
              std::span<const scatter::BackscatterTable> by_material);
 
   /// hits, over these triangles, and aperture.weight by the fan's ray numbers. Fills the line but for its side; the speckled
-  /// intensity is still the expectation.
+  /// intensity is still the expectation. Bent rays come with their arrivals, by ray number, and their
+  /// hits' t is the range that their time stands for; straight ones with none.
   void form(const RayFan& fan, const Aperture& aperture, refine::Triangles triangles,
-            std::span<const Hit> hits, EchoLine& line);
+            std::span<const Hit> hits, std::span<const Arrival> arrivals, EchoLine& line);
 
  private:
-  Sight look(const Eigen::Vector3d& direction, float weight, const Hit& hit,
-             const Sight& before) const;
+  Sight look(const RayFan& fan, const Eigen::Vector3d& direction, float weight, const Hit& hit,
+             const Arrival* arrival, const Sight& before) const;
   bool continuous(const Sight& a, const Sight& b) const;
   void walk_plane(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
-                  std::size_t plane);
+                  std::span<const Arrival> arrivals, std::size_t plane);
   void shade_beyond(const RayFan& fan, const Sight& blocker);
   double longest_edge_m(std::uint32_t index) const;
 
@@ -50,6 +53,7 @@ class EchoFormer {
   refine::Triangles triangles_;  // of this ping
   std::span<const scatter::BackscatterTable> by_material_;
   Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
+  double absorption_db_per_m_;
   RangeBins bins_;
   std::vector<double> gain_;    // of a bin's energy: source level and absorption
   std::vector<double> pulse_;   // pulse_kernel

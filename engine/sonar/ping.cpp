@@ -5,28 +5,47 @@
 namespace ensonify::engine {
 
 Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
-               const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material)
+               const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
+               const Refraction& refraction)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sonar_number_(sonar_number),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, by_material) {}
+      former_(sonar, medium, seafloor, by_material) {
+  if (refraction.mode == RefractionMode::time_only)
+    travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
+  if (refraction.mode != RefractionMode::full) return;
+  bend_ = bend(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
+  if (bend_.turn_rad > 0.0)  // else straight after all
+    refracted_.emplace(*refraction.profile, refraction.highest_m, medium.sound_speed_mps);
+  else
+    bend_ = {};
+}
 
 std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
   aperture_ = &apertures_.at(altitude_m);
   for (const Side side : {Side::port, Side::starboard})
-    fans_[static_cast<std::size_t>(side)] = place_fan(*aperture_, pose, side, range_m_);
+    (fans_[static_cast<std::size_t>(side)] = place_fan(*aperture_, pose, side, range_m_)).bend =
+        bend_;
   hits_.resize(aperture_->grid->rays());
+  if (refracted_ || travel_time_) arrivals_.resize(hits_.size());
   return fans_;
 }
 
-std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
-  intersector.intersect(fans_[static_cast<std::size_t>(side)], hits_);
+std::span<const Hit> Pinger::trace(const Intersector& intersector, refine::Triangles triangles,
+                                   Side side) {
+  const RayFan& fan = fans_[static_cast<std::size_t>(side)];
+  if (refracted_)
+    refracted_->trace(fan, intersector, triangles, hits_, arrivals_);
+  else
+    intersector.intersect(fan, hits_);
+  if (travel_time_) travel_time_->apply(fan, hits_, arrivals_);
   return hits_;
 }
 
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
-  former_.form(fans_[static_cast<std::size_t>(side)], *aperture_, triangles, hits_, line);
+  former_.form(fans_[static_cast<std::size_t>(side)], *aperture_, triangles, hits_, arrivals_,
+               line);
 }
 
 void Pinger::speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line) {

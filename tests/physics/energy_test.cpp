@@ -68,7 +68,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
     EchoFormer former(sonar, medium, bed, tables);
     EchoLine line;
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    former.form(fan, aperture, bed.mesh, hits, line);
+    former.form(fan, aperture, bed.mesh, hits, {}, line);
     const std::vector<float>& mean = line.bins.intensity_mean;
     const double range_cell_m = 0.5 * medium.sound_speed_mps / sonar.bandwidth_hz;
     const double in_bins =
