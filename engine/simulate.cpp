@@ -58,6 +58,7 @@ struct Simulator::Ready {
   SurfaceParts parts;
   std::string code_path;
   double sound_speed_mps;
+  std::optional<scatter::SoundSpeedProfile> profile;
   std::vector<Medium> media;                                        ///< one a sonar
   std::vector<std::vector<scatter::BackscatterTable>> by_material;  ///< for each sonar
   std::vector<std::string> warnings;
@@ -82,7 +83,7 @@ struct Simulator::Ready {
     const Sea& sea = scene.sea;
     sound_speed_mps =
         sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, half_depth_m));
-    if (!sea.profile.path.empty()) take_profile(read_profile(sea.profile.path));
+    if (!sea.profile.path.empty()) take_profile();
     for (Sonar& sonar : scene.sonars) {
       sonar = sonar.sampled(sound_speed_mps);
       if (!sonar.vertical.file.path.empty())
@@ -111,14 +112,17 @@ struct Simulator::Ready {
                                                      relief ? scene.seafloor.cell_m : 0.0));
   }
 
-  void take_profile(const scatter::SoundSpeedProfile& profile) {
+  void take_profile() {
+    profile = read_profile(scene.sea.profile.path);
     const double bed_m = std::max(0.0, -seafloor.mean_bed_m);
-    sound_speed_mps = profile.mean_speed_mps(0.0, bed_m);
-    if (const double deepest_m = -double(bounds.lowest.z()); deepest_m > profile.deepest_m())
-      warn(
-          fmt::format("{}: the cast ends at {:.1f} m, above the deepest bed at {:.1f} m; its last "
-                      "speed is taken below",
-                      scene.sea.profile.name, profile.deepest_m(), deepest_m));
+    sound_speed_mps = profile->mean_speed_mps(0.0, bed_m);
+    for (const std::string& remark : profile->remarks(0.0, -double(bounds.lowest.z())))
+      warn(fmt::format("{}: {}", scene.sea.profile.name, remark));
+  }
+
+  Refraction refraction() const {
+    return {scene.sea.refraction, profile ? &*profile : nullptr, bounds.highest.z(),
+            -double(bounds.lowest.z())};
   }
 
   void warn(const std::string& warning) {
@@ -140,7 +144,8 @@ struct Simulator::Worker {
     if (ready.seafloor.progressive) plumb_line.emplace(ready.seafloor);
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
-      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i]);
+      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i],
+                           ready.refraction());
       for (const Side side : sides_of(sonar)) {
         EchoLine& line = lines.emplace_back();
         line.side = side;
@@ -185,7 +190,7 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     Pinger& pinger = worker.pingers[i];
     for (const Side side : sides_of(ready_->scene.sonars[i])) {
       EchoLine& line = *next_line++;
-      pinger.trace(surface, side);
+      pinger.trace(surface, worker.surface->triangles(), side);
       watch.lap(worker.times.trace_s);
       pinger.echo(worker.surface->triangles(), side, line);
       watch.lap(worker.times.echo_s);

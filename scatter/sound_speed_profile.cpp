@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
 
@@ -43,6 +44,8 @@ void check_sound_speed_sample(const SoundSpeedSample& sample) {
 SoundSpeedProfile::SoundSpeedProfile(std::vector<SoundSpeedSample> samples) {
   if (samples.empty()) throw std::invalid_argument("a sound speed profile needs at least a sample");
   for (const SoundSpeedSample& sample : samples) check_sound_speed_sample(sample);
+  sorted_ = std::ranges::is_sorted(samples, {}, &SoundSpeedSample::depth_m) ||
+            std::ranges::is_sorted(samples, std::greater(), &SoundSpeedSample::depth_m);
   // By speed too, so that the order of the samples does not change a bit of the means.
   std::ranges::sort(samples, [](const SoundSpeedSample& a, const SoundSpeedSample& b) {
     return a.depth_m != b.depth_m ? a.depth_m < b.depth_m : a.sound_speed_mps < b.sound_speed_mps;
@@ -88,6 +91,25 @@ double SoundSpeedProfile::mean_speed_mps(double from_m, double to_m) const {
     sum_s += time_s(layers_[i], std::max(upper_m, layers_[i].top_m),
                     std::min(lower_m, layers_[i].bottom_m));
   return (lower_m - upper_m) / sum_s;
+}
+
+std::vector<std::string> SoundSpeedProfile::remarks(double upper_m, double lower_m) const {
+  std::vector<std::string> said;
+  if (shallowest_m() == deepest_m()) {
+    said.push_back(fmt::format("the cast is one sample, at {:.1f} m; its speed is taken everywhere",
+                               deepest_m()));
+  } else {
+    if (upper_m < shallowest_m())
+      said.push_back(fmt::format(
+          "the cast starts at {:.1f} m, and {:.1f} m is reached; its first speed is taken above",
+          shallowest_m(), upper_m));
+    if (lower_m > deepest_m())
+      said.push_back(fmt::format(
+          "the cast ends at {:.1f} m, and {:.1f} m is reached; its last speed is taken below",
+          deepest_m(), lower_m));
+  }
+  if (!sorted_) said.push_back("the cast's samples are not in order of depth; they were sorted");
+  return said;
 }
 
 }  // namespace ensonify::scatter

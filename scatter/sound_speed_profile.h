@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace ensonify::scatter {
@@ -25,7 +26,7 @@ struct SoundSpeedLayer {
 /// Sound speed over depth, linear between samples, without jumps. Above the first and below the last
 /// sample it stays what it was there. A bed below the cast is common, and a cast's last gradient
 /// says nothing of what is beneath; unmixed, the same water would gain 1.6 m/s per 100 m from its
-/// pressure alone, less than is unknown. Whoever needs to tell the user compares deepest_m().
+/// pressure alone, less than is unknown. remarks() tells the user.
 class SoundSpeedProfile {
  public:
   /// From samples in any order, at least one. Those within a millimetre below another are one with
@@ -47,7 +48,12 @@ class SoundSpeedProfile {
   double shallowest_m() const { return layers_.front().bottom_m; }
   double deepest_m() const { return layers_.back().top_m; }
 
+  /// What a user should be told who needs it from one depth down to another, a sentence each: that it
+  /// starts below or ends above them, that it is a single sample, that the samples had to be sorted.
+  std::vector<std::string> remarks(double upper_m, double lower_m) const;
+
  private:
+  bool sorted_;  // as given, by depth
   std::vector<SoundSpeedLayer> layers_;
 };
 

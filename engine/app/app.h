@@ -35,6 +35,7 @@ void add_dump_default(CLI::App& app, Action& action);
 void add_schema(CLI::App& app, Action& action);
 void add_intersectors(CLI::App& app, Action& action);
 void add_water(CLI::App& app, Action& action);
+void add_ray(CLI::App& app, Action& action);
 void add_backscatter(CLI::App& app, Action& action);
 void add_sediments(CLI::App& app, Action& action);
 void add_presets(CLI::App& app, Action& action);

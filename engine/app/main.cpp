@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
   app::add_schema(program, action);
   app::add_intersectors(program, action);
   app::add_water(program, action);
+  app::add_ray(program, action);
   app::add_backscatter(program, action);
   app::add_sediments(program, action);
   app::add_presets(program, action);

@@ -84,6 +84,11 @@ void check_scene(const Scene& scene,
   require(scene.sea.profile.name.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
     return "'sea.sound_speed_mps' and 'sea.profile' are both given, expected one of them";
   });
+  require(scene.sea.refraction == RefractionMode::off || !scene.sea.profile.name.empty(),
+          "sea.refraction", [] {
+            return "'sea.refraction' is on, and there is no cast to refract by: give its file as "
+                   "sea.profile, or leave it \"off\"";
+          });
   if (bed.kind == SeafloorKind::fractal) {
     require(bed.cell_m <= bed.extent_east_m && bed.cell_m <= bed.extent_north_m, "seafloor.cell_m",
             [&] {

@@ -13,6 +13,7 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/motion.h>
 #include <ensonify/engine/sonar/navigation.h>
+#include <ensonify/engine/sonar/ping.h>
 #include <ensonify/engine/sonar/sonar.h>
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/intersector.h>
@@ -29,6 +30,7 @@ struct SceneError : std::runtime_error {
 struct Sea {
   scatter::SeaWater water;
   InputFile profile;  ///< a sound speed profile, of which the mean down to the bed is taken
+  RefractionMode refraction = RefractionMode::off;  ///< what else is taken of it
   std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
   std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
 };

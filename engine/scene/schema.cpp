@@ -101,6 +101,11 @@ const std::vector<Section<Scene>>& scene_sections() {
             "A cast, CSV with columns depth_m and soundspeed_mps, whose mean down to the bed is taken; "
             "a path as for seafloor.survey.",
             at(&Scene::sea, &Sea::profile)},
+           {"refraction", "", {},
+            "off: rays are straight, at the profile's mean speed; time-only: each echo comes at the "
+            "time that the profile gives its way; full: rays are bent by it. Range bins are time at "
+            "the mean speed.",
+            at(&Scene::sea, &Sea::refraction), {"off", "time-only", "full"}},
            {"sound_speed_mps", "m/s", {1000, 2000},
             "Sound speed; unset: from the profile, or the water at half the bed's depth.",
             at(&Scene::sea, &Sea::sound_speed_mps)},

@@ -14,9 +14,9 @@ namespace ensonify::engine {
 
 /// The option behind a key.
 using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
-                            std::string*, InputFile*, SeafloorKind*, FractalSpectrum*,
-                            MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*, PulseKind*,
-                            PulseWindow*>;
+                            std::string*, InputFile*, RefractionMode*, SeafloorKind*,
+                            FractalSpectrum*, MaterialModel*, TrackKind*, Vertical*, Sides*,
+                            Palette*, PulseKind*, PulseWindow*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {

@@ -16,6 +16,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
     : seafloor_(seafloor),
       beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       by_material_(by_material),
+      absorption_db_per_m_(medium.absorption_db_per_m),
       bins_(sonar.bin_m(), static_cast<std::size_t>(std::ceil(
                                trace_range_m(sonar, medium.sound_speed_mps) / sonar.bin_m())) +
                                1),
@@ -33,7 +34,8 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 }
 
 void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
-                      refine::Triangles triangles, std::span<const Hit> hits, EchoLine& line) {
+                      refine::Triangles triangles, std::span<const Hit> hits,
+                      std::span<const Arrival> arrivals, EchoLine& line) {
   triangles_ = triangles;
   aperture_ = &aperture;
   reception_ = &reception;
@@ -41,7 +43,7 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
   bins_.reset();
   line.rays = line.hits = 0;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
-    walk_plane(fan, hits, plane);
+    walk_plane(fan, hits, arrivals, plane);
     for (std::size_t j = 0; j < fan.elevations(); ++j) {
       line.rays += fan.grid->within_beam(plane, j);
       line.hits += static_cast<bool>(hits[plane * fan.elevations() + j]);
@@ -63,7 +65,8 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
   }
 }
 
-void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits, std::size_t plane) {
+void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits,
+                            std::span<const Arrival> arrivals, std::size_t plane) {
   const FanGrid& grid = *fan.grid;
   const std::size_t count = fan.elevations();
   bins_.begin_plane();
@@ -78,10 +81,11 @@ void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits, std::s
     }
     const std::size_t number = plane * count + j;
     const Eigen::Vector3d direction = fan.direction(broadside, j);
-    const Sight now = look(plane, j, direction, hits[number], before);
+    const Arrival* arrival = arrivals.empty() ? nullptr : &arrivals[number];
+    const Sight now = look(fan, plane, j, direction, hits[number], arrival, before);
     const double step = j > 0 ? grid.elevation_rad[j] - grid.elevation_rad[j - 1] : 0.0;
     if (before && now && continuous(before, now)) {
-      bins_.spread(before, now, fan.origin, step);
+      bins_.spread(before, now, step);
     } else {
       if (before) {
         const double onward_m = before.plane_range_m(direction);
@@ -89,13 +93,19 @@ void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits, std::s
         if (fades) {
           const Hit onward{
               .face = triangles_.number(before.index), .index = before.index, .t = onward_m};
-          const Sight sight = look(plane, j, direction, onward, before);
-          bins_.spread(before, sight, fan.origin, step);
+          Arrival beyond;
+          if (arrival)
+            beyond = arrivals[number - 1].onwards(
+                onward_m / before.range_m,
+                onward_m * direction - before.range_m * before.direction);
+          const Sight sight =
+              look(fan, plane, j, direction, onward, arrival ? &beyond : nullptr, before);
+          bins_.spread(before, sight, step);
         } else {
-          bins_.settle(before, fan.origin, step);
+          bins_.settle(before, step);
         }
       }
-      if (now) bins_.settle(now, fan.origin, step);
+      if (now) bins_.settle(now, step);
       if (before && now) bins_.shade(before, now.range_m, now.weight);
     }
     if (before && !now) last = before;
@@ -133,11 +143,12 @@ float EchoFormer::weight(std::size_t plane, std::size_t elevation, const Eigen::
                     aperture_->vertical[side][ray], direction, range_m, *reception_));
 }
 
-Sight EchoFormer::look(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
-                       const Hit& hit, const Sight& before) const {
+Sight EchoFormer::look(const RayFan& fan, std::size_t plane, std::size_t elevation,
+                       const Eigen::Vector3d& direction, const Hit& hit, const Arrival* arrival,
+                       const Sight& before) const {
   Sight sight;
   if (!hit) return sight;
-  if (hit.index == before.index) {
+  if (hit.index == before.index && !arrival) {
     sight.normal = before.normal;
     sight.label = before.label;
   } else {
@@ -148,8 +159,9 @@ Sight EchoFormer::look(std::size_t plane, std::size_t elevation, const Eigen::Ve
     sight.label = seafloor_.label_of(hit.face);
   }
   const Label& label = seafloor_.labels[sight.label];
-  if (label.two_sided && sight.normal.dot(direction) > 0.0) sight.normal = -sight.normal;
-  const double sine = std::min(-sight.normal.dot(direction), 1.0);
+  const Eigen::Vector3d& travel = arrival ? arrival->direction : direction;
+  if (label.two_sided && sight.normal.dot(travel) > 0.0) sight.normal = -sight.normal;
+  const double sine = std::min(-sight.normal.dot(travel), 1.0);
   if (sine <= 0.0) return sight;  // a back: it hides, but does not answer
   sight.index = hit.index;
   sight.elevation = elevation;
@@ -157,7 +169,14 @@ Sight EchoFormer::look(std::size_t plane, std::size_t elevation, const Eigen::Ve
   sight.direction = direction;
   sight.grazing_rad = std::asin(sine);
   sight.weight = weight(plane, elevation, direction, hit.t);
-  sight.density = sight.weight * by_material_[label.sediment].over_sine(sine) / (hit.t * hit.t);
+  sight.place = fan.origin + hit.t * direction;
+  const double spreading_m2 = arrival ? arrival->spreading_m2 : hit.t * hit.t;
+  sight.density = sight.weight * by_material_[label.sediment].over_sine(sine) / spreading_m2;
+  if (arrival) {  // the bins' gain absorbs over the range that the time stands for
+    sight.density *= scatter::from_db(-2.0 * absorption_db_per_m_ * (arrival->path_m - hit.t));
+    sight.place = arrival->place;
+    sight.normal = arrival->pictured(sight.normal, direction);
+  }
   return sight;
 }
 

@@ -8,6 +8,7 @@
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/range_bins.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refracted_path.h>
 #include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
@@ -22,7 +23,8 @@ struct Medium {
 /// beside it.
 ///
 /// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the area
-/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. Within a plane
+/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. (A bent ray has its
+/// spreading J for r^2, g where it arrives, and absorption along its path.) Within a plane
 /// of the fan that is a density over elevation: between neighbouring rays that saw one continuous
 /// surface it is integrated and spread over the bins between their ranges; where the surface breaks
 /// off each ray keeps its own half. The bins then go through the pulse.
@@ -32,19 +34,23 @@ class EchoFormer {
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> by_material);
 
-  /// hits, over these triangles, by the ray numbers of the fan, which is the aperture's. Fills the line
-  /// of a side; the speckled intensity is still the expectation.
+  /// hits, over these triangles, by the ray numbers of the fan, which is the aperture's. Bent rays come
+  /// with their arrivals, by ray number, and their hits' t is the range that their time stands for;
+  /// straight ones with none. Fills the line of a side; the speckled intensity is still the expectation.
   void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
-            refine::Triangles triangles, std::span<const Hit> hits, EchoLine& line);
+            refine::Triangles triangles, std::span<const Hit> hits,
+            std::span<const Arrival> arrivals, EchoLine& line);
 
  private:
   /// What the beam is worth to a ray's echo from a range, times solid angle per radian of elevation.
   float weight(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
                double range_m) const;
-  Sight look(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
-             const Hit& hit, const Sight& before) const;
+  Sight look(const RayFan& fan, std::size_t plane, std::size_t elevation,
+             const Eigen::Vector3d& direction, const Hit& hit, const Arrival* arrival,
+             const Sight& before) const;
   bool continuous(const Sight& a, const Sight& b) const;
-  void walk_plane(const RayFan& fan, std::span<const Hit> hits, std::size_t plane);
+  void walk_plane(const RayFan& fan, std::span<const Hit> hits, std::span<const Arrival> arrivals,
+                  std::size_t plane);
   void shade_beyond(const RayFan& fan, std::size_t plane, const Sight& blocker);
   double longest_edge_m(std::uint32_t index) const;
 
@@ -58,6 +64,7 @@ class EchoFormer {
   // Always:
   std::span<const scatter::BackscatterTable> by_material_;
   Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
+  double absorption_db_per_m_;
   RangeBins bins_;
   std::vector<double> gain_;    // of a bin's energy: source level and absorption
   std::vector<double> pulse_;   // pulse_kernel

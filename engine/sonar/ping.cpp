@@ -5,34 +5,52 @@
 namespace ensonify::engine {
 
 Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
-               const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material)
+               const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
+               const Refraction& refraction)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sound_speed_mps_(medium.sound_speed_mps),
       sonar_number_(sonar_number),
       sides_(sides_of(sonar)),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, by_material) {}
+      former_(sonar, medium, seafloor, by_material) {
+  if (refraction.mode == RefractionMode::time_only)
+    travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
+  if (refraction.mode != RefractionMode::full) return;
+  bend_ = bend(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
+  if (bend_.turn_rad > 0.0)  // else straight after all
+    refracted_.emplace(*refraction.profile, refraction.highest_m, medium.sound_speed_mps);
+  else
+    bend_ = {};
+}
 
 std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
     aims_[i] = &apertures_.at(altitude_m, lean_rad(pose, side));
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
+    fans_[i].bend = bend_;
     receptions_[i] = reception(pose, side, range_m_, sound_speed_mps_);
     hits_.resize(fans_[i].grid->rays());
   }
+  if (refracted_ || travel_time_) arrivals_.resize(hits_.size());
   return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
 }
 
-std::span<const Hit> Pinger::trace(const Intersector& intersector, Side side) {
-  intersector.intersect(fans_[static_cast<std::size_t>(side)], hits_);
+std::span<const Hit> Pinger::trace(const Intersector& intersector, refine::Triangles triangles,
+                                   Side side) {
+  const RayFan& fan = fans_[static_cast<std::size_t>(side)];
+  if (refracted_)
+    refracted_->trace(fan, intersector, triangles, hits_, arrivals_);
+  else
+    intersector.intersect(fan, hits_);
+  if (travel_time_) travel_time_->apply(fan, hits_, arrivals_);
   return hits_;
 }
 
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
   const auto i = static_cast<std::size_t>(side);
-  former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, line);
+  former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, arrivals_, line);
 }
 
 void Pinger::speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,8 +10,20 @@
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/echo_former.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/trace/refracted_path.h>
 
 namespace ensonify::engine {
+
+/// What a sound speed profile does to rays: nothing, only their travel times, or all of it.
+enum class RefractionMode { off, time_only, full };
+
+/// The layered sea of all pings, for rays that are not straight.
+struct Refraction {
+  RefractionMode mode = RefractionMode::off;
+  const scatter::SoundSpeedProfile* profile = nullptr;
+  double highest_m = 0.0;  ///< height of the highest face
+  double deepest_m = 0.0;  ///< depth of the deepest
+};
 
 /// One sonar at work on one thread: aims its fans, then listens. Its memory is kept from ping to ping.
 class Pinger {
@@ -18,16 +31,21 @@ class Pinger {
   /// The seafloor and the tables must outlive this; by_material as in EchoFormer. `sonar_number` tells a scene's sonars
   /// apart in their random numbers.
   Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
-         const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material);
+         const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
+         const Refraction& refraction = {});
 
   /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until the
   /// next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
-  /// Nearest hits of the aimed fan of one side; good until the next call.
-  std::span<const Hit> trace(const Intersector& intersector, Side side);
+  /// Nearest hits of the aimed fan of one side over the intersector's triangles; good until the next
+  /// call. Refracted rays' t is the range that their time stands for at the medium's speed.
+  std::span<const Hit> trace(const Intersector& intersector, refine::Triangles triangles,
+                             Side side);
   /// The expected echo of the side that was traced last, over these triangles.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
+  /// How the refracted rays of the side that was traced last arrived; empty for straight rays.
+  std::span<const Arrival> arrivals() const { return arrivals_; }
   /// Fully developed speckle over it: an independent exponential factor a bin, a stand-in for the
   /// receiver's chain.
   void speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line);
@@ -42,7 +60,11 @@ class Pinger {
   std::array<const Aperture*, 2> aims_{};
   std::array<RayFan, 2> fans_;
   std::array<Reception, 2> receptions_;
+  FanBend bend_;
+  std::optional<RefractedTracer> refracted_;  // one of the two, or none
+  std::optional<TravelTime> travel_time_;
   std::vector<Hit> hits_;
+  std::vector<Arrival> arrivals_;
   std::vector<double> factors_;
 };
 

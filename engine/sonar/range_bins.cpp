@@ -26,15 +26,13 @@ void RangeBins::begin_plane() {
   shades_.clear();
 }
 
-void RangeBins::spread(const Sight& from, const Sight& to, const Eigen::Vector3d& origin,
-                       double step_rad) {
+void RangeBins::spread(const Sight& from, const Sight& to, double step_rad) {
   const double reach = to.range_m - from.range_m;
   turn(reach >= 0.0 ? 1 : -1, from.range_m);
   if (from.density <= 0.0 && to.density <= 0.0) return;  // out of the beam at that range
   const std::size_t first = bin_of(from.range_m);
   const std::size_t last = bin_of(to.range_m);
-  const Eigen::Vector3d start = origin + from.range_m * from.direction;
-  const Eigen::Vector3d way = origin + to.range_m * to.direction - start;
+  const Eigen::Vector3d way = to.place - from.place;
   double begin = 0.0;  // how far along the way the bin begins, 0 to 1
   for (std::size_t bin = first;; bin += static_cast<std::size_t>(direction_)) {
     const double edge_m = static_cast<double>(direction_ > 0 ? bin + 1 : bin) * bin_m_;
@@ -42,18 +40,17 @@ void RangeBins::spread(const Sight& from, const Sight& to, const Eigen::Vector3d
     const double middle = 0.5 * (begin + end);
     const double density = from.density + middle * (to.density - from.density);
     const double grazing = from.grazing_rad + middle * (to.grazing_rad - from.grazing_rad);
-    add(bin, density * (end - begin) * step_rad, middle < 0.5 ? from : to, start + middle * way,
-        grazing);
+    add(bin, density * (end - begin) * step_rad, middle < 0.5 ? from : to,
+        from.place + middle * way, grazing);
     if (bin == last) return;
     begin = end;
   }
 }
 
-void RangeBins::settle(const Sight& sight, const Eigen::Vector3d& origin, double step_rad) {
+void RangeBins::settle(const Sight& sight, double step_rad) {
   turn(0, sight.range_m);
   if (sight.density <= 0.0) return;
-  add(bin_of(sight.range_m), 0.5 * sight.density * step_rad, sight,
-      origin + sight.range_m * sight.direction, sight.grazing_rad);
+  add(bin_of(sight.range_m), 0.5 * sight.density * step_rad, sight, sight.place, sight.grazing_rad);
 }
 
 void RangeBins::shade(const Sight& blocker, double to_range_m, float weight) {

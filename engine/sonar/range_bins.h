@@ -17,8 +17,10 @@ struct Sight {
   std::uint32_t index = Hit::none;  ///< of the face; none: nothing, or a back
   std::size_t elevation = 0;        ///< the ray's, by number
   double range_m = 0.0;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();     ///< unit
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< at launch, unit
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::Zero();  ///< unit; of a bent ray's, as pictured (Arrival)
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< local metres
   double density = 0.0;  ///< energy per radian of elevation, without absorption and source level
   double grazing_rad = 0.0;
   float weight = 0.0f;      ///< the beam's there, times solid angle per radian of elevation
@@ -38,9 +40,9 @@ class RangeBins {
   void reset();
   void begin_plane();
   /// Energy of the surface between two neighbouring sights, step_rad apart in elevation.
-  void spread(const Sight& from, const Sight& to, const Eigen::Vector3d& origin, double step_rad);
+  void spread(const Sight& from, const Sight& to, double step_rad);
   /// Energy of a sight alone, for its half of a step to a neighbour that saw something else.
-  void settle(const Sight& sight, const Eigen::Vector3d& origin, double step_rad);
+  void settle(const Sight& sight, double step_rad);
   /// The plane sees nothing between the sight and the range, because the sight is in front; it would
   /// with that weight.
   void shade(const Sight& blocker, double to_range_m, float weight);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <ensonify/refine/active_mesh.h>
@@ -64,7 +65,7 @@ class ExactSurface final : public Surface {
     for (const RayFan& fan : fans) wanted_.push_back(view_volume(fan));
     if (!still_inside()) {
       const double margin_m = tree_pings_ > 1 ? (tree_pings_ - 1) * advance_m() : 0.0;
-      for (ViewVolume& volume : wanted_) volume.margin_m = margin_m;
+      for (ViewVolume& volume : wanted_) volume.margin_m += margin_m;
       const refine::ExactFaces exact = source_.faces(wanted_);
       triangles_ = {exact.points, exact.faces, exact.source_faces};
       intersector_->build(triangles_);
@@ -89,7 +90,8 @@ class ExactSurface final : public Surface {
   bool still_inside() const {
     if (tree_pings_ <= 1 || wanted_.size() != built_.size() || wanted_.empty()) return false;
     for (std::size_t i = 0; i < wanted_.size(); ++i)
-      if (!same_shape(wanted_[i], built_[i]) || moved_m(built_[i], wanted_[i]) > built_[i].margin_m)
+      if (!same_shape(wanted_[i], built_[i]) ||
+          moved_m(built_[i], wanted_[i]) + wanted_[i].margin_m > built_[i].margin_m)
         return false;
     return true;
   }
@@ -129,16 +131,31 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
   return std::make_shared<const refine::ProgressiveMesh>(std::move(built));
 }
 
+// A bent ray's point lies in direction d', that of its launch d turned by up to the bend within a vertical
+// plane. With k = cos'/cos of the two angles from the level, at most the widening, d' = k d + (k sin - sin')
+// z: so |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|, and the last difference is at most k - 1 +
+// 2 sin(turn / 2), or with k < 1 less than the turn's part and 1 - k, which is less than k' - 1 for the
+// slowest against the fastest. Elevations change by the turn at most; what that turns past 90 degrees is
+// as near as the margin.
 ViewVolume view_volume(const RayFan& fan) {
+  constexpr double right_angle = 0.5 * std::numbers::pi;
   const FanGrid& grid = *fan.grid;
+  const FanBend& bend = fan.bend;
+  const double range_m = fan.range_m * bend.lengthening;
+  const double tilted = std::abs(fan.array_axis.z()) *
+                        (bend.widening - 1.0 + 2.0 * std::sin(0.5 * std::min(bend.turn_rad, 1.0)));
+  const double low = grid.elevation_rad.front() - bend.turn_rad;
+  const double high = grid.elevation_rad.back() + bend.turn_rad;
+  const double past = std::max({0.0, -right_angle - low, high - right_angle});
   return {.apex = fan.origin,
           .array_axis = fan.array_axis,
           .middle = fan.middle,
           .pole = fan.pole,
-          .truncation_rad = std::asin(std::min(grid.sin_truncation, 1.0)),
-          .elevation_low_rad = grid.elevation_rad.front(),
-          .elevation_high_rad = grid.elevation_rad.back(),
-          .range_m = fan.range_m};
+          .truncation_rad = std::asin(std::min(grid.sin_truncation * bend.widening + tilted, 1.0)),
+          .elevation_low_rad = std::max(low, -right_angle),
+          .elevation_high_rad = std::min(high, right_angle),
+          .range_m = range_m,
+          .margin_m = past * range_m};
 }
 
 }  // namespace ensonify::engine

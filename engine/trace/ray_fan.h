@@ -56,6 +56,16 @@ struct FanGrid {
   }
 };
 
+/// How far the rays of a fan may leave their straight lines, each in its launch's vertical plane: none
+/// by default. Seen from the origin, a ray's points lie within turn_rad of its launch direction, at most
+/// `widening` times as level (in cosine of the angle from the level), and at most `lengthening` times
+/// as far as its t.
+struct FanBend {
+  double turn_rad = 0.0;
+  double widening = 1.0;
+  double lengthening = 1.0;
+};
+
 /// The ray bundle of one side of one ping: a grid of rays, placed. Ray (plane, elevation) is number
 /// plane * elevations() + elevation.
 struct RayFan {
@@ -65,6 +75,7 @@ struct RayFan {
   Eigen::Vector3d middle;      ///< unit, across the array, the middle of the sector
   Eigen::Vector3d pole;        ///< unit, across both, upwards
   double range_m;              ///< rays end here
+  FanBend bend = {};
 
   std::size_t planes() const { return grid->planes.size(); }
   std::size_t elevations() const { return grid->elevation_rad.size(); }

@@ -282,3 +282,36 @@ TEST_CASE("a scene gives the same ranges at the origin, in UTM and ten thousand 
     CHECK(found > hits.size() / 3);
   }
 }
+
+TEST_CASE("Refraction in water of one speed changes nothing, and times alone shift the bins") {
+  const tests::TemporaryFolder folder;
+  const auto cast = [&](const char* name, const char* rows) {
+    std::ofstream(folder / name) << "depth_m,soundspeed_mps\n" << rows;
+    return InputFile{name, folder / name};
+  };
+  Scene scene = busy_scene(folder);
+  scene.objects.clear();
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.track.pings = 2;
+  scene.speckle = false;
+  scene.sea.profile = cast("still.csv", "0,1500\n30,1500\n");
+  const std::vector<double> straight = everything(scene);
+  scene.sea.refraction = RefractionMode::full;
+  CHECK(everything(scene) == straight);
+
+  // Slow where the rays run: what comes later, seems farther off by the ratio of the speeds.
+  scene.sea.profile = cast("slow.csv", "0,1530\n8,1530\n8.1,1470\n30,1470\n");
+  const auto first = [&](RefractionMode mode) {
+    scene.sea.refraction = mode;
+    Simulator simulator(scene);
+    const Pose pose = simulator.track().front();
+    REQUIRE(pose.position.z() < -8.1);
+    return simulator.ping(pose, 0).front().first_return;
+  };
+  const double depth_m = -Simulator(scene).seafloor().mesh.positions.front().z();
+  const double mean = depth_m / (8.05 / 1530 + (depth_m - 8.05) / 1470);
+  const int off = first(RefractionMode::off);
+  CHECK(first(RefractionMode::time_only) == Approx(off * mean / 1470.0).margin(1.0));
+  CHECK(first(RefractionMode::full) == Approx(off * mean / 1470.0).margin(1.0));
+  CHECK(first(RefractionMode::full) > off);
+}

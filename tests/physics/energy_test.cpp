@@ -70,7 +70,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
     line.side = Side::starboard;
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
     former.form(fan, aperture, reception(pose, line.side, 80.0, medium.sound_speed_mps), bed.mesh,
-                hits, line);
+                hits, {}, line);
     const std::vector<float>& mean = line.bins.intensity_mean;
     const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
     const double in_bins =

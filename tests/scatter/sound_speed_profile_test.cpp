@@ -161,3 +161,20 @@ TEST_CASE("Samples that no sea has are refused") {
   CHECK_THROWS_AS(profile.mean_speed_mps(nan, 1.0), std::invalid_argument);
   CHECK_THROWS_AS(profile.mean_speed_mps(0.0, inf), std::invalid_argument);
 }
+
+TEST_CASE("A cast tells what it lacks, and whether it had to be sorted") {
+  const SoundSpeedProfile profile(shallow_duct);
+  CHECK(profile.remarks(1.81, 100.0).empty());
+  REQUIRE(profile.remarks(1.0, 100.0).size() == 1);
+  CHECK(profile.remarks(1.0, 100.0)[0].find("starts at 1.8 m") != std::string::npos);
+  REQUIRE(profile.remarks(2.0, 120.0).size() == 1);
+  CHECK(profile.remarks(2.0, 120.0)[0].find("ends at 100.0 m") != std::string::npos);
+  REQUIRE(SoundSpeedProfile({{20.0, 1500.0}}).remarks(0.0, 30.0).size() == 1);
+  CHECK(SoundSpeedProfile({{20.0, 1500.0}}).remarks(0.0, 30.0)[0].find("one sample") !=
+        std::string::npos);
+  std::vector<SoundSpeedSample> upcast(shallow_duct.rbegin(), shallow_duct.rend());
+  CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0).empty());  // hauled up
+  std::swap(upcast[1], upcast[2]);
+  REQUIRE(SoundSpeedProfile(upcast).remarks(2.0, 90.0).size() == 1);
+  CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0)[0].find("sorted") != std::string::npos);
+}

@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/scatter/eigenray.h>
+
+#include "app.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+constexpr double radians_per_degree = std::numbers::pi / 180.0;
+constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr double between_rows_m = 1e-4;  // of the arc from a straight line between them
+constexpr int most_rows = 2000000;       // some 200 MB of text
+
+struct Arguments {
+  std::filesystem::path profile;
+  double source_depth_m = 0.0;
+  std::optional<double> launch_deg, range_m, target_range_m, target_depth_m, bottom_depth_m;
+};
+
+scatter::SoundRay launched(const scatter::SoundSpeedProfile& profile, const Arguments& arguments,
+                           double bottom_m) {
+  const double rad = *arguments.launch_deg * radians_per_degree;
+  return {profile, arguments.source_depth_m, std::cos(rad), std::sin(rad), 0.0, bottom_m};
+}
+
+scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const Arguments& arguments,
+                           double bottom_m) {
+  const double range_m = *arguments.target_range_m, depth_m = *arguments.target_depth_m;
+  const auto found =
+      scatter::find_eigenray(profile, {arguments.source_depth_m, range_m, depth_m, 0.0, bottom_m});
+  if (!found)
+    throw UsageError(fmt::format(
+        "no ray from {} m depth reaches {} m range at {} m depth without touching the surface or "
+        "the bottom: the target lies in a shadow zone; move it or the source, or look for it among "
+        "rays of several --launch-deg",
+        arguments.source_depth_m, range_m, depth_m));
+  return *found;
+}
+
+/// Rows so close that the ray between them is straight.
+void print_path(scatter::SoundRay ray, double range_m, const Arguments& arguments,
+                const scatter::SoundSpeedProfile& profile) {
+  std::string out = "range_m,depth_m,time_s,path_m,angle_deg,loss_db\n";
+  double upper_m = arguments.source_depth_m, lower_m = upper_m;
+  const auto row = [&] {
+    const scatter::SoundRayPoint& p = ray.point();
+    upper_m = std::min(upper_m, p.depth_m);
+    lower_m = std::max(lower_m, p.depth_m);
+    out += fmt::format("{:.15g},{:.15g},{:.15g},{:.15g},{:.12g},{:.12g}\n", p.range_m, p.depth_m,
+                       p.time_s, p.path_m, std::atan2(p.down, p.along) / radians_per_degree,
+                       ray.loss_db());
+  };
+  row();
+  for (int rows = 1;; ++rows) {
+    const double edge_m = ray.path_to_edge_m(), end_m = ray.path_to_range_m(range_m);
+    const double on_m = std::min(edge_m, end_m);
+    if (on_m == inf || rows == most_rows)
+      throw UsageError(fmt::format(
+          "the ray is at {:.6g} m range after {} layers, reflections and bends, and does "
+          "not reach {} m; expected a flatter --launch-deg or a shorter --range-m",
+          ray.point().range_m, rows, range_m));
+    const double straight_m = std::sqrt(8.0 * between_rows_m / std::abs(ray.curvature_per_m()));
+    if (straight_m < on_m) {
+      ray.advance(on_m / std::ceil(on_m / straight_m));
+      row();
+      continue;
+    }
+    ray.advance(on_m);
+    row();
+    if (end_m <= edge_m) break;
+  }
+  for (const std::string& remark : profile.remarks(upper_m, lower_m))
+    fmt::print(stderr, "ensonify: warning: {}: {}\n", arguments.profile.string(), remark);
+  print(out);
+}
+
+void print_ray(const Arguments& arguments) {
+  const scatter::SoundSpeedProfile profile = read_profile(arguments.profile);
+  const double bottom_m = arguments.bottom_depth_m.value_or(inf);
+  if (arguments.source_depth_m > bottom_m)
+    throw UsageError(fmt::format("--source-depth-m is {}, expected at most --bottom-depth-m, {}",
+                                 arguments.source_depth_m, bottom_m));
+  if (arguments.target_depth_m && *arguments.target_depth_m > bottom_m)
+    throw UsageError(fmt::format("--target-depth-m is {}, expected at most --bottom-depth-m, {}",
+                                 *arguments.target_depth_m, bottom_m));
+  if (arguments.launch_deg)
+    print_path(launched(profile, arguments, bottom_m), *arguments.range_m, arguments, profile);
+  else
+    print_path(eigenray(profile, arguments, bottom_m), *arguments.target_range_m, arguments,
+               profile);
+}
+
+}  // namespace
+
+void add_ray(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "ray",
+      "Trace a ray of sound through a cast, along a launch angle or to a target (its eigenray: the "
+      "first to arrive without touching surface or bottom). Out: range_m,depth_m,time_s,path_m,"
+      "angle_deg,loss_db along the path, angles counted downwards from the level, loss that of "
+      "spreading re 1 m; straight lines between the rows stay within 0.1 mm of the ray");
+  command
+      .add_option("--profile", arguments->profile,
+                  "The cast: CSV with columns depth_m and soundspeed_mps")
+      ->required()
+      ->type_name("FILE");
+  const CLI::Range depth(0.0, 12000.0), range(1e-6, 1e7);
+  command.add_option("--source-depth-m", arguments->source_depth_m, "Depth of the source, m")
+      ->required()
+      ->check(depth);
+  CLI::Option& launch = *command
+                             .add_option("--launch-deg", arguments->launch_deg,
+                                         "Launch angle, degrees below the level; with --range-m")
+                             ->check(CLI::Range(-89.999, 89.999));
+  CLI::Option& range_m =
+      *command.add_option("--range-m", arguments->range_m, "Horizontal range to trace it to, m")
+           ->check(range);
+  CLI::Option& target_range =
+      *command
+           .add_option("--target-range-m", arguments->target_range_m,
+                       "Horizontal range of a target, m; with --target-depth-m")
+           ->check(range);
+  CLI::Option& target_depth =
+      *command.add_option("--target-depth-m", arguments->target_depth_m, "Depth of the target, m")
+           ->check(depth);
+  launch.needs(&range_m)->excludes(&target_range)->excludes(&target_depth);
+  range_m.needs(&launch);
+  target_range.needs(&target_depth);
+  target_depth.needs(&target_range);
+  command
+      .add_option("--bottom-depth-m", arguments->bottom_depth_m,
+                  "Depth of a level bottom that reflects, m (default: none)")
+      ->check(depth);
+  command.callback([&action, arguments] {
+    if (!arguments->launch_deg && !arguments->target_range_m)
+      throw CLI::RequiredError(
+          "--launch-deg with --range-m, or --target-range-m with --target-depth-m");
+    action = [arguments] { print_ray(*arguments); };
+  });
+}
+
+}  // namespace ensonify::engine::app

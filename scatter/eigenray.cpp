@@ -1,0 +1,130 @@
+#include <ensonify/scatter/eigenray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+namespace ensonify::scatter {
+namespace {
+
+constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr double step_rad = 0.1 * std::numbers::pi / 180.0;
+constexpr int most_arcs = 1000000;  // of a ray: one that has more oscillates about a duct's axis
+
+struct Launch {
+  double along, down;
+};
+
+/// Directions are halved as vectors, which keeps the small component's digits.
+Launch middle(const Launch& a, const Launch& b) {
+  const double along = a.along + b.along, down = a.down + b.down;
+  const double length = std::hypot(along, down);
+  return {along / length, down / length};
+}
+
+class Shooter {
+ public:
+  Shooter(const SoundSpeedProfile& profile, const EigenrayEnds& ends)
+      : profile_(profile), ends_(ends) {}
+
+  struct Shot {
+    Launch launch;
+    double
+        below_m;  ///< depth at the range, less the target's; infinite for a ray that meets a wall
+    double time_s;
+  };
+
+  Shot shoot(const Launch& launch) const {
+    SoundRay ray = start(launch);
+    for (int arcs = 0; arcs < most_arcs; ++arcs) {
+      const double path_m = ray.path_to_range_m(ends_.range_m);
+      const double edge_m = ray.path_to_edge_m();
+      const double down = ray.point().down;
+      if (path_m <= edge_m && path_m < inf) {
+        ray.advance(path_m);
+        return {launch, ray.point().depth_m - ends_.depth_m, ray.point().time_s};
+      }
+      if (edge_m == inf) return {launch, down > 0.0 ? inf : -inf, inf};
+      ray.advance(edge_m);
+      if (ray.reflections() > 0) return {launch, ray.point().down < 0.0 ? inf : -inf, inf};
+    }
+    return {launch, std::nan(""), inf};
+  }
+
+  /// The ray between two that pass the target on either side; infinitely late if only a jump is there.
+  Shot between(Shot a, Shot b) const {
+    for (int i = 0; i < 2000; ++i) {
+      const Shot between = shoot(middle(a.launch, b.launch));
+      if (same(between.launch, a.launch) || same(between.launch, b.launch)) break;
+      ((between.below_m > 0.0) == (a.below_m > 0.0) ? a : b) = between;
+    }
+    const Shot& nearest = std::abs(a.below_m) < std::abs(b.below_m) ? a : b;
+    const double tolerance_m = 1e-6 + 1e-9 * ends_.range_m;
+    return std::abs(nearest.below_m) <= tolerance_m ? nearest : Shot{nearest.launch, inf, inf};
+  }
+
+  SoundRay start(const Launch& launch) const {
+    return {profile_,    ends_.source_depth_m, launch.along,
+            launch.down, ends_.surface_m,      ends_.bottom_m};
+  }
+
+ private:
+  static bool same(const Launch& a, const Launch& b) {
+    return a.along == b.along && a.down == b.down;
+  }
+
+  const SoundSpeedProfile& profile_;
+  const EigenrayEnds& ends_;
+};
+
+/// Ascending in angle, both verticals among them.
+std::vector<Launch> launches(const SoundSpeedProfile& profile, const EigenrayEnds& ends) {
+  constexpr double right_angle = 0.5 * std::numbers::pi;
+  std::vector<double> angles_rad;
+  const int steps = static_cast<int>(std::round(right_angle / step_rad));
+  for (int i = 1 - steps; i < steps; ++i) angles_rad.push_back(i * step_rad);
+  const double source_mps = profile.speed_mps(ends.source_depth_m);
+  const auto graze = [&](double depth_m) {
+    const double cosine = source_mps / profile.speed_mps(depth_m);
+    if (!(cosine < 1.0)) return;
+    for (const double sign : {-1.0, 1.0}) angles_rad.push_back(sign * std::acos(cosine));
+  };
+  for (const SoundSpeedLayer& layer : profile.layers())
+    if (layer.top_m > ends.surface_m && layer.top_m < ends.bottom_m) graze(layer.top_m);
+  for (const double wall_m : {ends.surface_m, ends.bottom_m})
+    if (std::isfinite(wall_m)) graze(wall_m);
+  std::ranges::sort(angles_rad);
+  std::vector<Launch> all = {{0.0, -1.0}};
+  for (const double rad : angles_rad) all.push_back({std::cos(rad), std::sin(rad)});
+  all.push_back({0.0, 1.0});
+  return all;
+}
+
+}  // namespace
+
+std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const EigenrayEnds& ends) {
+  if (!(ends.range_m > 0.0 && std::isfinite(ends.range_m)))
+    throw std::invalid_argument("find_eigenray: the range must be above 0");
+  for (const double depth_m : {ends.source_depth_m, ends.depth_m})
+    if (!(std::isfinite(depth_m) && depth_m >= ends.surface_m && depth_m <= ends.bottom_m))
+      throw std::invalid_argument("find_eigenray: both ends must lie between surface and bottom");
+
+  const Shooter shooter(profile, ends);
+  Shooter::Shot first{{}, inf, inf};
+  const auto take = [&](const Shooter::Shot& shot) {
+    if (shot.time_s < first.time_s) first = shot;
+  };
+  std::optional<Shooter::Shot> last;
+  for (const Launch& launch : launches(profile, ends)) {
+    const Shooter::Shot shot = shooter.shoot(launch);
+    if (shot.below_m == 0.0) take(shot);
+    if (last && last->below_m * shot.below_m < 0.0) take(shooter.between(*last, shot));
+    last = shot;
+  }
+  if (first.time_s == inf) return std::nullopt;
+  return shooter.start(first.launch);
+}
+
+}  // namespace ensonify::scatter

@@ -1,0 +1,163 @@
+#include <ensonify/engine/trace/refracted_path.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "support/beds.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+
+#include <ensonify/engine/trace/exact_surface.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+const scatter::SoundSpeedProfile thermocline({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}});
+const scatter::SoundSpeedProfile duct(
+    {{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}});
+
+/// A rough bed some 15 m down, with boxes that stand on it and that float over it.
+Seafloor rough_bed() {
+  Seafloor bed;
+  constexpr int n = 160;
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x)
+      bed.mesh.positions.emplace_back(0.5f * x - 10.0f, 0.5f * y - 40.0f,
+                                      -15.0f + 0.3f * std::sin(0.9f * x) * std::cos(0.7f * y) +
+                                          0.5f * std::sin(0.11f * x + 0.2f * y));
+  for (std::uint32_t y = 0; y < n; ++y)
+    for (std::uint32_t x = 0; x < n; ++x) {
+      const std::uint32_t a = y * (n + 1) + x, b = a + 1, c = a + n + 1, d = c + 1;
+      bed.mesh.faces.push_back({a, b, d});
+      bed.mesh.faces.push_back({a, d, c});
+    }
+  bed.bed_faces = bed.mesh.faces.size();
+  bed.labels = {{1, 1, 0}};
+  tests::add_box(bed, {20, -6, -15.5}, {23, 6, -12});
+  tests::add_box(bed, {35, -8, -12.5}, {38, 8, -11.5});
+  return bed;
+}
+
+RayFan fan_at(const Eigen::Vector3d& origin, int elevations, double range_m) {
+  auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = -0.1,
+                                                        .sector_high_rad = 1.5,
+                                                        .truncation_rad = 0.05,
+                                                        .main_lobe_rad = 0.05,
+                                                        .planes = 4,
+                                                        .elevations = elevations,
+                                                        .range_over_height = 8});
+  const double c = std::cos(grid->middle_depression_rad), s = std::sin(grid->middle_depression_rad);
+  return {grid, origin, {0, 1, 0}, {c, 0, -s}, {s, 0, c}, range_m};
+}
+
+/// The first hit of a ray's chords of 2 cm, asked from its source on; none beyond the range.
+Hit reference(const scatter::SoundSpeedProfile& profile, const Intersector& pluecker,
+              const Ray& launch, double range_m, double reference_mps) {
+  const Eigen::Vector3d d = launch.direction;
+  scatter::SoundRay ray(profile, -launch.origin.z(), d.head<2>().norm(), -d.z());
+  const Eigen::Vector2d level = d.head<2>().normalized();
+  const auto place = [&] {
+    const auto& p = ray.point();
+    return Eigen::Vector3d(launch.origin.x() + p.range_m * level.x(),
+                           launch.origin.y() + p.range_m * level.y(), -p.depth_m);
+  };
+  while (reference_mps * ray.point().time_s < range_m) {
+    const Eigen::Vector3d from = place();
+    const double time_s = ray.point().time_s;
+    ray.advance(std::min(0.02, ray.path_to_edge_m()));
+    const Ray chord{from, place() - from, 0.0, 1.0};
+    if (chord.direction.norm() == 0.0) continue;
+    Hit hit;
+    pluecker.intersect({&chord, 1}, {&hit, 1});
+    if (!hit) continue;
+    hit.t = reference_mps * (time_s + hit.t * (ray.point().time_s - time_s));
+    return hit.t <= range_m ? hit : Hit{};
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("Bent rays hit the faces that their finest chords hit, at the same time") {
+  const Seafloor bed = rough_bed();
+  const auto pluecker = make_intersector("pluecker", bed.mesh);
+  const auto embree = make_intersector("embree", bed.mesh);
+  const double highest_m = refine::bounds(bed.mesh).highest.z();
+  for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
+    for (const double depth_m : {4.0, 11.7}) {  // above all faces, and among them
+      const RayFan fan = fan_at({0, 0, -depth_m}, 250, 60.0);
+      RefractedTracer tracer(*profile, highest_m, 1490.0);
+      std::vector<Hit> hits(fan.grid->rays());
+      std::vector<Arrival> arrivals(hits.size());
+      tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
+      CHECK(tracer.counts().chords < 40 * tracer.counts().rays);
+      int same = 0, hit_count = 0, other = 0;
+      for (std::size_t k = 0; k < fan.planes(); ++k)
+        for (std::size_t j = 0; j < fan.elevations(); ++j) {
+          if (!fan.grid->within_beam(k, j)) continue;
+          const Hit& found = hits[k * fan.elevations() + j];
+          const Hit expected = reference(*profile, *pluecker, fan.ray(k, j), fan.range_m, 1490.0);
+          hit_count += static_cast<bool>(expected);
+          if (found.face == expected.face) {
+            ++same;
+            if (!found) continue;
+            CHECK(found.t == Approx(expected.t).margin(2e-3));
+            const Arrival& at = arrivals[k * fan.elevations() + j];
+            const Eigen::Vector3d a =
+                bed.mesh.positions[bed.mesh.faces[found.face][0]].cast<double>();
+            const Eigen::Vector3d b =
+                bed.mesh.positions[bed.mesh.faces[found.face][1]].cast<double>();
+            const Eigen::Vector3d c =
+                bed.mesh.positions[bed.mesh.faces[found.face][2]].cast<double>();
+            CHECK(std::abs((b - a).cross(c - a).normalized().dot(at.place - a)) < 1e-4);
+          } else {
+            ++other;
+          }
+        }
+      CAPTURE(depth_m, same, other, hit_count);
+      CHECK(hit_count > 500);
+      CHECK(other <= 3);  // silhouettes within a millimetre
+    }
+}
+
+TEST_CASE("What a bent fan can touch lies in its view volume") {
+  const Seafloor bed = rough_bed();
+  const double highest_m = refine::bounds(bed.mesh).highest.z();
+  const auto embree = make_intersector("embree", bed.mesh);
+  RayFan fan = fan_at({0, 0, -4.0}, 250, 60.0);
+  fan.bend = bend(thermocline, 17.0, fan.range_m, 1490.0);
+  CHECK(fan.bend.turn_rad > 0.0);
+  const refine::ViewVolume volume = view_volume(fan);
+  const refine::ViewTest test(std::span(&volume, 1));
+  RefractedTracer tracer(thermocline, highest_m, 1490.0);
+  std::vector<Hit> hits(fan.grid->rays());
+  std::vector<Arrival> arrivals(hits.size());
+  tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    if (hits[i]) CHECK(test.touches({arrivals[i].place.cast<float>(), 0.0f}));
+}
+
+TEST_CASE("In the picture of a bent fan a facet is where its neighbours' times put it") {
+  // Two rays to one plane: the pictured normal predicts the second's time from the first.
+  const Seafloor bed = tests::level_bed(15.0);
+  const auto embree = make_intersector("embree", bed.mesh);
+  const RayFan fan = fan_at({0, 0, -4.0}, 2000, 60.0);
+  RefractedTracer tracer(thermocline, -15.0, 1490.0);
+  std::vector<Hit> hits(fan.grid->rays());
+  std::vector<Arrival> arrivals(hits.size());
+  tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
+  int looked = 0;
+  const std::size_t k = 2, first = k * fan.elevations();
+  for (std::size_t j = 0; j + 1 < fan.elevations(); ++j) {
+    if (!hits[first + j] || !hits[first + j + 1]) continue;
+    const Eigen::Vector3d here = fan.ray(k, j).direction, there = fan.ray(k, j + 1).direction;
+    const Eigen::Vector3d normal = arrivals[first + j].pictured({0, 0, 1}, here);
+    const double predicted_m = hits[first + j].t * normal.dot(here) / normal.dot(there);
+    CHECK(predicted_m == Approx(hits[first + j + 1].t).epsilon(1e-3));
+    ++looked;
+  }
+  CHECK(looked > 1000);
+}
