@@ -13,7 +13,9 @@ enum class Purpose : std::uint64_t {
   ripple_relief = 2,
   speckle = 3,
   test = 4,
-  agreement = 5
+  agreement = 5,
+  object_place = 20,
+  object_shape = 21
 };
 
 /// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,

@@ -13,9 +13,9 @@
 namespace ensonify::engine {
 
 /// The option behind a key.
-using Option =
-    std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*, std::string*,
-                 InputFile*, SeafloorKind*, FractalSpectrum*, MaterialModel*, Palette*>;
+using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
+                            std::string*, InputFile*, std::vector<Eigen::Vector2d>*, SeafloorKind*,
+                            FractalSpectrum*, MaterialModel*, Palette*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {
