@@ -271,7 +271,7 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::pitch_rad)},
           {"roll_deg", "degrees", {-180, 180}, "Then lowers its x side.",
            at(&ObjectOptions::roll_rad)},
-          {"scale", "", {1e-6, 1e6}, "Metres a unit of the file; of a shape, times its sizes.",
+          {"scale", "", {1e-6, 1e6}, "Metres a unit of the file; of a shape times its sizes, of a path its points.",
            at(&ObjectOptions::scale)},
           {"weld_m", "m", {-1, 1000},
            "Vertices this close become one; 0: only equal ones, less: none.",
