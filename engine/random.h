@@ -15,7 +15,9 @@ enum class Purpose : std::uint64_t {
   test = 4,
   agreement = 5,
   motion = 10,
-  navigation = 11
+  navigation = 11,
+  object_place = 20,
+  object_shape = 21
 };
 
 /// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,

@@ -15,12 +15,14 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/output/pings_csv.h>
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
@@ -196,6 +198,9 @@ class Run {
       folder_.write(name + ".exr", encode_exr(images_[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images_[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images_[i]));
+      if (!simulator.seafloor().objects.empty())
+        folder_.write(name + "_targets.json",
+                      targets_json(find_targets(images_[i]), images_[i], simulator.seafloor()));
       for (const PingRecord& ping : images_[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/object_check.h>
 #include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/objects.h>
 
 namespace ensonify::engine {
 namespace {
@@ -36,6 +38,8 @@ void check_track(const Scene& scene, const auto& require) {
   });
 }
 
+constexpr std::size_t most_objects = 65534;
+
 }  // namespace
 
 void check_scene(const Scene& scene,
@@ -60,14 +64,13 @@ void check_scene(const Scene& scene,
   require(bed.kind != SeafloorKind::progressive || scene.objects.empty(), "objects.0", [] {
     return "a progressive mesh takes no further objects: put them into the scene that is analysed";
   });
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const std::string object = fmt::format("objects.{}", i);
-    require(!scene.objects[i].mesh.name.empty(), object, [&] {
-      return fmt::format("'{}' has no mesh: give its file as mesh = \"...\"", object);
-    });
-    require(!scene.objects[i].class_name.empty(), object + ".class",
-            [&] { return fmt::format("'{}.class' is empty, expected a name", object); });
-  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (const auto fault = fault_of(scene.objects[i], fmt::format("objects.{}", i)))
+      require(false, fault->key, [&] { return fault->message; });
+  require(count_of(scene.objects) <= most_objects, "objects", [&] {
+    return fmt::format("the scene has {} objects, expected at most {}, since labels have 16 bits",
+                       count_of(scene.objects), most_objects);
+  });
   const auto material = [&](const std::string& name, const std::string& key) {
     try {
       for (const Sonar& sonar : scene.sonars)

@@ -50,6 +50,19 @@ void describe(std::string& out, const Section<Owner>& section, std::string_view 
                        option_text(key, owner).value_or("unset"));
 }
 
+void describe_shapes(std::string& out) {
+  out +=
+      "\nShapes; y is along the heading, z up. The usual sizes are typical ones.\n\n"
+      "| shape | is | sizes, and the usual ones |\n|---|---|---|\n";
+  for (const ShapeKind& kind : shape_kinds()) {
+    std::string sizes;
+    for (const Dimension& dimension : kind.dimensions)
+      sizes +=
+          fmt::format("{}`{}` {}", sizes.empty() ? "" : ", ", dimension.key, dimension.usual_m);
+    out += fmt::format("| `{}` | {} | {} |\n", kind.name, kind.help, sizes);
+  }
+}
+
 }  // namespace
 
 std::string dump_scene(const Scene& scene, bool with_comments) {
@@ -95,6 +108,7 @@ std::string schema_text() {
   for (const auto& section : scene_sections()) {
     if (section.name == "track") {
       describe(out, object_section(), "[[objects]]", object);
+      describe_shapes(out);
       describe(out, material_section(), "[material.NAME]", material);
     }
     describe(out, section, section.name.empty() ? "" : fmt::format("[{}]", section.name), scene);

@@ -409,6 +409,8 @@ class Reader {
             *option = static_cast<T>(choice());
           } else if constexpr (std::is_same_v<T, InputFile>) {
             option->name = word();
+          } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>) {
+            *option = points(key.range, node, refuse);
           } else if constexpr (std::is_same_v<T, std::string>) {
             *option = key.choices.empty() ? word() : std::string(key.choices[choice()]);
           } else {
@@ -416,6 +418,26 @@ class Reader {
           }
         },
         key.option(owner));
+  }
+
+  /// An array of pairs. `refuse` makes the error.
+  static std::vector<Eigen::Vector2d> points(const Range& range, const toml::node& node,
+                                             const auto& refuse) {
+    const toml::array* array = node.as_array();
+    if (!array) throw refuse();
+    std::vector<Eigen::Vector2d> points;
+    for (const toml::node& element : *array) {
+      const toml::array* pair = element.as_array();
+      const std::string place = fmt::format("; point {} is not", points.size() + 1);
+      if (!pair || pair->size() != 2) throw refuse(place);
+      Eigen::Vector2d& point = points.emplace_back();
+      for (int axis = 0; axis < 2; ++axis) {
+        const toml::node& number = (*pair)[static_cast<std::size_t>(axis)];
+        point[axis] = number.is_number() ? *number.value<double>() : std::nan("");
+        if (!(point[axis] >= range.low && point[axis] <= range.high)) throw refuse(place);
+      }
+    }
+    return points;
   }
 
   Scene scene_;

@@ -35,9 +35,23 @@ std::vector<std::string_view> surface_choices() {
   return names;
 }
 
+std::vector<std::string_view> shape_names() {
+  std::vector<std::string_view> names;
+  for (const ShapeKind& kind : shape_kinds()) names.push_back(kind.name);
+  return names;
+}
+
 std::string number_text(double value) {
   if (value == 0.0) return std::signbit(value) ? "-0.0" : "0";  // TOML's integer -0 has no sign
   return fmt::format("{}", value);
+}
+
+std::string points_text(const std::vector<Eigen::Vector2d>& points) {
+  std::string text;
+  for (const Eigen::Vector2d& p : points)
+    text +=
+        fmt::format("{}[{}, {}]", text.empty() ? "" : ", ", number_text(p.x()), number_text(p.y()));
+  return fmt::format("[{}]", text);
 }
 
 /// The shortest degrees that convert to the same radians.
@@ -350,22 +364,44 @@ const std::vector<Section<Scene>>& scene_sections() {
 const Section<ObjectOptions>& object_section() {
   static const Section<ObjectOptions> section = {
       "objects",
-      "A thing on the seabed, or over it; as many as wanted. It stands where its mesh first touches.",
+      "A thing on the seabed, or over it; as many as wanted. It is a mesh or a shape, and stands where it "
+      "first touches. With `count` it is many, at random places.",
       {
           {"mesh", "", {},
            "Its mesh (PLY, OBJ, STL, OFF) with z up: a path under the scene's folder, or data:path "
            "under the data folder.",
            at(&ObjectOptions::mesh)},
+          {"shape", "", {}, "Or a shape by its name; the list below tells its sizes.",
+           at(&ObjectOptions::shape), shape_names()},
+          {"length_m", "m", {0.001, 1000}, "A shape's size along its heading.",
+           at(&ObjectOptions::size, &ShapeSize::length_m)},
+          {"width_m", "m", {0.001, 1000}, "Across it.",
+           at(&ObjectOptions::size, &ShapeSize::width_m)},
+          {"tall_m", "m", {0.001, 1000}, "From its lowest place to its highest.",
+           at(&ObjectOptions::size, &ShapeSize::tall_m)},
+          {"diameter_m", "m", {0.001, 1000}, "Of a round shape.",
+           at(&ObjectOptions::size, &ShapeSize::diameter_m)},
+          {"top_diameter_m", "m", {0.001, 1000}, "Of a cone's upper end.",
+           at(&ObjectOptions::size, &ShapeSize::top_diameter_m)},
+          {"rod_m", "m", {0.001, 10}, "Thickness of a shape's bars, links or twine.",
+           at(&ObjectOptions::size, &ShapeSize::rod_m)},
+          {"facet_m", "m", {0.001, 100},
+           "Edge of a round shape's facets, of a line's pieces too; unset: a 48th of its girth.",
+           at(&ObjectOptions::size, &ShapeSize::facet_m)},
           {"class", "", {}, "What it is called in the labels.", at(&ObjectOptions::class_name)},
           {"material", "", {}, "What it is made of: steel, wood, rock ..., or a [material.NAME].",
            at(&ObjectOptions::material)},
-          {"east_m", "m", {-1e6, 1e6}, "Its middle, east of the seabed's.",
+          {"east_m", "m", {-1e6, 1e6}, "Its middle, east of the seabed's; its path's points count from here.",
            at(&ObjectOptions::east_m)},
           {"north_m", "m", {-1e6, 1e6}, "Its middle, north of the seabed's.",
            at(&ObjectOptions::north_m)},
           {"height_m", "m", {-1000, 11000},
            "Between it and the bed where they come nearest: 0 stands, more floats, less is sunk in.",
            at(&ObjectOptions::height_m)},
+          {"burial", "", {0, 1}, "Share of its height that is sunk in, instead of height_m.",
+           at(&ObjectOptions::burial)},
+          {"follow_slope", "", {}, "Whether it leans with the bed below it.",
+           at(&ObjectOptions::follow_slope)},
           {"heading_deg", "degrees", {-360, 360},
            "Turns the mesh's y axis from north, clockwise seen from above.",
            at(&ObjectOptions::heading_rad)},
@@ -373,10 +409,36 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::pitch_rad)},
           {"roll_deg", "degrees", {-180, 180}, "Then lowers its x side.",
            at(&ObjectOptions::roll_rad)},
-          {"scale", "", {1e-6, 1e6}, "Metres a unit of the file.", at(&ObjectOptions::scale)},
+          {"scale", "", {1e-6, 1e6}, "Metres a unit of the file; of a shape times its sizes, of a path its points.",
+           at(&ObjectOptions::scale)},
           {"weld_m", "m", {-1, 1000},
            "Vertices this close become one; 0: only equal ones, less: none.",
            at(&ObjectOptions::weld_m)},
+          {"path", "m", {-1e6, 1e6}, "Where a pipeline, cable, rope or chain lies.",
+           at(&ObjectOptions::path)},
+          {"path_file", "", {}, "The same from CSV with the header row east_m,north_m.",
+           at(&ObjectOptions::path_file)},
+          {"sag_radius_m", "m", {0.01, 1e6},
+           "Its tension over its weight a metre in water: free spans of s m sag by s^2 / 8 of it; unset: "
+           "1000 for a pipeline, 50 for a cable, 3 for a rope or chain.",
+           at(&ObjectOptions::sag_radius_m)},
+          {"count", "", {0, 65534}, "That many at random places, clear of all others; 0: one, at its place.",
+           at(&ObjectOptions::count)},
+          {"area", "m", {-1e6, 1e6}, "The polygon they lie in.", at(&ObjectOptions::area)},
+          {"area_radius_m", "m", {0, 1e6},
+           "Or the disc about east_m and north_m; with neither they lie all over the seabed.",
+           at(&ObjectOptions::area_radius_m)},
+          {"margin_m", "m", {0, 1e5}, "They keep this far from its border.",
+           at(&ObjectOptions::margin_m)},
+          {"gap_m", "m", {-1e3, 1e5},
+           "And from one another and all other objects; less than 0 lets them overlap, as in a heap.",
+           at(&ObjectOptions::gap_m)},
+          {"heading_spread_deg", "degrees", {0, 180},
+           "Their headings lie evenly this far to either side of heading_deg.",
+           at(&ObjectOptions::heading_spread_rad)},
+          {"scale_min", "", {1e-3, 1e3}, "Their sizes lie evenly between this and scale_max, times scale.",
+           at(&ObjectOptions::scale_min)},
+          {"scale_max", "", {1e-3, 1e3}, "See scale_min.", at(&ObjectOptions::scale_max)},
       }};
   return section;
 }
@@ -524,6 +586,9 @@ std::string expectation(const Key<Owner>& key) {
   if (std::holds_alternative<InputFile*>(option)) return "a path";
   if (std::holds_alternative<std::string*>(option)) return "a name";
   const std::string_view space = key.unit.empty() ? "" : " ";
+  if (std::holds_alternative<std::vector<Eigen::Vector2d>*>(option))
+    return fmt::format("points [[east, north], ...], each number from {} to {}{}{}", key.range.low,
+                       key.range.high, space, key.unit);
   if (std::holds_alternative<std::uint64_t*>(option) || std::holds_alternative<int*>(option))
     return fmt::format("a whole number from {:.0f} to {}", key.range.low,
                        key.range.high == largest_seed
@@ -546,6 +611,8 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
           return *value ? std::optional(number(**value)) : std::nullopt;
         else if constexpr (std::is_same_v<T, std::string>)
           return value->empty() ? std::nullopt : std::optional(toml_string(*value));
+        else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
+          return value->empty() ? std::nullopt : std::optional(points_text(*value));
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name.empty() ? std::nullopt : std::optional(toml_string(value->name));
         else if constexpr (std::is_enum_v<T>)

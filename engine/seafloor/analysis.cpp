@@ -14,11 +14,39 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json to_json(const Label& label) {
+  return {label.sediment, label.class_id, label.instance, label.two_sided};
+}
+
+Label label_of(const Json& json, const Seafloor& seafloor) {
+  Label label;
+  json.at(0).get_to(label.sediment);
+  json.at(1).get_to(label.class_id);
+  json.at(2).get_to(label.instance);
+  json.at(3).get_to(label.two_sided);
+  seafloor.materials.at(label.sediment);
+  seafloor.classes.at(label.class_id);
+  return label;
+}
+
+Eigen::Vector3d vector_of(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
 /// What is kept of a seafloor beside its faces and their labels' numbers.
 std::string about(const Seafloor& seafloor) {
   Json labels = Json::array();
   for (const Label& label : seafloor.labels)
-    labels.push_back({label.sediment, label.class_id, label.instance, label.two_sided});
+    labels.push_back(to_json(label));
+  Json objects = Json::array();
+  for (const ObjectRecord& object : seafloor.objects)
+    objects.push_back({{"table", object.table},
+                       {"middle_m", {object.middle_m.x(), object.middle_m.y(), object.middle_m.z()}},
+                       {"size_m", {object.size_m.x(), object.size_m.y(), object.size_m.z()}},
+                       {"heading_rad", object.heading_rad},
+                       {"scale", object.scale},
+                       {"buried", object.buried},
+                       {"label", to_json(object.label)}});
   return Json{{"vertices", seafloor.vertices},
               {"faces", seafloor.faces},
               {"bed_faces", seafloor.bed_faces},
@@ -27,6 +55,7 @@ std::string about(const Seafloor& seafloor) {
               {"labels", labels},
               {"classes", seafloor.classes},
               {"materials", seafloor.materials},
+              {"objects", objects},
               {"repairs", seafloor.repairs},
               {"warnings", seafloor.warnings}}
       .dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -44,15 +73,16 @@ void take(std::string_view text, Seafloor& seafloor) {
   json.at("materials").get_to(seafloor.materials);
   json.at("repairs").get_to(seafloor.repairs);
   json.at("warnings").get_to(seafloor.warnings);
-  for (const Json& entry : json.at("labels")) {
-    Label& label = seafloor.labels.emplace_back();
-    entry.at(0).get_to(label.sediment);
-    entry.at(1).get_to(label.class_id);
-    entry.at(2).get_to(label.instance);
-    entry.at(3).get_to(label.two_sided);
-    seafloor.materials.at(label.sediment);
-    seafloor.classes.at(label.class_id);
-  }
+  for (const Json& entry : json.at("labels"))
+    seafloor.labels.push_back(label_of(entry, seafloor));
+  for (const Json& entry : json.at("objects"))
+    seafloor.objects.push_back({.table = entry.at("table").get<std::size_t>(),
+                                .middle_m = vector_of(entry.at("middle_m")),
+                                .size_m = vector_of(entry.at("size_m")),
+                                .heading_rad = entry.at("heading_rad").get<double>(),
+                                .scale = entry.at("scale").get<double>(),
+                                .buried = entry.at("buried").get<double>(),
+                                .label = label_of(entry.at("label"), seafloor)});
   const bool fits = !seafloor.labels.empty() && seafloor.bed_faces <= seafloor.faces &&
                     seafloor.faces <= seafloor.progressive->faces.size();
   if (!fits) throw std::out_of_range("faces");

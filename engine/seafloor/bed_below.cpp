@@ -123,4 +123,26 @@ double PlumbLine::height_m(double x_m, double y_m) {
   return topmost.height_m();
 }
 
+std::vector<Eigen::Vector3f> BedGrid::vertices_within(const refine::Bounds& box) const {
+  const Cells low = cell_of(box.lowest.head<2>().cast<double>()).max(0);
+  const Cells high = cell_of(box.highest.head<2>().cast<double>()).min(cells_ - 1);
+  std::vector<std::uint32_t> numbers;
+  for (std::int64_t row = low[1]; row <= high[1]; ++row)
+    for (std::int64_t column = low[0]; column <= high[0]; ++column) {
+      const auto cell = static_cast<std::size_t>(row * cells_[0] + column);
+      for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i)
+        for (const std::uint32_t vertex : bed_.faces[faces_[i]]) {
+          const Eigen::Vector3f& p = bed_.positions[vertex];
+          if ((p.head<2>().array() >= box.lowest.head<2>().array()).all() &&
+              (p.head<2>().array() <= box.highest.head<2>().array()).all())
+            numbers.push_back(vertex);
+        }
+    }
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  std::vector<Eigen::Vector3f> places;
+  for (const std::uint32_t vertex : numbers) places.push_back(bed_.positions[vertex]);
+  return places;
+}
+
 }  // namespace ensonify::engine

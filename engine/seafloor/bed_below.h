@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/footprint.h>
+#include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
@@ -22,6 +23,11 @@ class BedGrid {
   explicit BedGrid(const Seafloor& seafloor);
 
   double height_m(double x_m, double y_m) const;
+
+  /// The places of the bed's vertices that lie within a box as seen from above, each once.
+  std::vector<Eigen::Vector3f> vertices_within(const refine::Bounds& box) const;
+  /// The box around the bed.
+  refine::Bounds bounds() const { return refine::bounds(bed_); }
 
  private:
   using Cells = Eigen::Array<std::int64_t, 2, 1>;

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/bed_below.h>
+#include <ensonify/engine/seafloor/objects.h>
 #include <ensonify/engine/seafloor/survey.h>
 #include <ensonify/engine/seafloor/tessellate.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -18,7 +20,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double most_faces = 2147483648.0;  // 2^31
-constexpr std::size_t most_objects = 65534;  // 65535 is what label pictures leave out
+constexpr std::size_t most_labels = 65535;   // number 65535 is what label pictures leave out
 
 /// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called "none".
 std::uint16_t number_of(const std::string& name, std::vector<std::string>& names) {
@@ -120,29 +122,47 @@ double mean_height_m(refine::Triangles triangles) {
   return sum / (3.0 * static_cast<double>(triangles.faces.size()));
 }
 
-void add_object(const ObjectOptions& object, Seafloor& seafloor) {
+void add_object(PlacedObjects::One& object, const ObjectOptions& options, Seafloor& seafloor) {
   refine::TriangleMesh& whole = seafloor.mesh;
-  const refine::Triangles bed{whole.positions, std::span(whole.faces).first(seafloor.bed_faces)};
-  const refine::RepairedMesh placed = place_object(object, bed);
-  tell_of_repairs(placed.report, object.mesh.path, seafloor);
-  if (whole.faces.size() + placed.mesh.faces.size() > most_faces)
-    throw refine::MeshError(
-        fmt::format("{}: with this object the seafloor has more than 2^31 faces; "
-                    "take a coarser mesh or bed",
-                    object.mesh.path.string()));
   const auto first = static_cast<std::uint32_t>(whole.positions.size());
-  whole.positions.insert(whole.positions.end(), placed.mesh.positions.begin(),
-                         placed.mesh.positions.end());
-  for (const refine::Face& face : placed.mesh.faces)
+  whole.positions.insert(whole.positions.end(), object.mesh.positions.begin(),
+                         object.mesh.positions.end());
+  for (const refine::Face& face : object.mesh.faces)
     whole.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
 
-  const auto instance = static_cast<std::uint16_t>(seafloor.labels.size());
-  seafloor.labels.push_back({.sediment = number_of(object.material, seafloor.materials),
-                             .class_id = number_of(object.class_name, seafloor.classes),
-                             .instance = instance,
-                             .two_sided = true});
+  const auto label = static_cast<std::uint16_t>(seafloor.labels.size());
+  seafloor.labels.push_back({.sediment = number_of(options.material, seafloor.materials),
+                             .class_id = number_of(options.class_name, seafloor.classes),
+                             .instance = static_cast<std::uint16_t>(seafloor.objects.size() + 1),
+                             .two_sided = options.shape.empty()});  // a shape's outside is known
+  object.record.label = seafloor.labels.back();
+  seafloor.objects.push_back(object.record);
   if (seafloor.face_label.empty()) seafloor.face_label.assign(seafloor.bed_faces, 0);
-  seafloor.face_label.resize(whole.faces.size(), instance);
+  seafloor.face_label.resize(whole.faces.size(), label);
+  object.mesh = {};
+}
+
+void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed, Seafloor& seafloor) {
+  if (tables.empty()) return;
+  if (const std::size_t count = count_of(tables); count + seafloor.labels.size() > most_labels)
+    throw std::invalid_argument(fmt::format("{} objects are more than {}; take fewer", count,
+                                            most_labels - seafloor.labels.size()));
+  PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor));
+  for (const auto& [file, report] : placed.repairs) tell_of_repairs(report, file, seafloor);
+  std::size_t faces = seafloor.mesh.faces.size(), vertices = seafloor.mesh.positions.size();
+  for (const PlacedObjects::One& object : placed.objects) {
+    faces += object.mesh.faces.size();
+    vertices += object.mesh.positions.size();
+  }
+  if (static_cast<double>(faces) > most_faces)
+    throw refine::MeshError(fmt::format(
+        "with its {} objects the seafloor has more than 2^31 faces; take coarser meshes "
+        "or a coarser bed",
+        placed.objects.size()));
+  seafloor.mesh.faces.reserve(faces);
+  seafloor.mesh.positions.reserve(vertices);
+  for (PlacedObjects::One& object : placed.objects)
+    add_object(object, tables[object.record.table], seafloor);
 }
 
 }  // namespace
@@ -179,9 +199,6 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
           "analysed");
     return open_analysed(options.progressive.path);
   }
-  if (objects.size() > most_objects)
-    throw std::invalid_argument(
-        fmt::format("{} objects are more than {}; take fewer", objects.size(), most_objects));
   Seafloor seafloor;
   const bool mesh = options.kind == SeafloorKind::mesh;
   if (mesh) {
@@ -197,7 +214,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                       .instance = 0,
                       .two_sided = mesh}};
   seafloor.mean_bed_m = mean_height_m(seafloor.mesh);
-  for (const ObjectOptions& object : objects) add_object(object, seafloor);
+  add_objects(objects, seed, seafloor);
   seafloor.vertices = seafloor.mesh.positions.size();
   seafloor.faces = seafloor.mesh.faces.size();
   return seafloor;

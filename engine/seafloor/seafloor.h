@@ -9,7 +9,7 @@
 #include <ensonify/engine/seafloor/fractal.h>
 #include <ensonify/engine/seafloor/heightfield.h>
 #include <ensonify/engine/seafloor/input_file.h>
-#include <ensonify/engine/seafloor/placement.h>
+#include <ensonify/engine/seafloor/object_options.h>
 #include <ensonify/engine/seafloor/ripples.h>
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -45,6 +45,17 @@ struct Label {
   bool two_sided = false;      ///< its backs answer as well: nobody knows a stranger's outside
 };
 
+/// Where an object came to lie.
+struct ObjectRecord {
+  std::size_t table = 0;                               ///< of the scene's [[objects]], from 0
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of its bounds, local
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< of its bounds: east, north, up
+  double heading_rad = 0.0;
+  double scale = 1.0;
+  double buried = 0.0;  ///< share of its height under the bed
+  Label label;          ///< its instance is its number in Seafloor::objects, from 1
+};
+
 /// The mesh, and what each face is. Local z is height above the sea surface, so it is negative.
 struct Seafloor {
   refine::TriangleMesh mesh;  ///< of no faces where `progressive` has them
@@ -60,6 +71,7 @@ struct Seafloor {
   std::vector<std::string> classes = {"none"};
   std::vector<std::string> materials = {"none"};
   int utm_zone = 0;                   ///< of the mesh's world, as in Heightfield
+  std::vector<ObjectRecord> objects;
   std::size_t repairs = 0;            ///< of the files' meshes, all counts summed
   std::vector<std::string> warnings;  ///< what was repaired, a line a file
 

@@ -35,7 +35,12 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
           return fmt::format("{}", static_cast<int>(*value));
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name;
-        else
+        else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>) {
+          std::string all;
+          for (const Eigen::Vector2d& p : *value)
+            for (const double v : p) all += fmt::format("{:x} ", std::bit_cast<std::uint64_t>(v));
+          return all;
+        } else
           return fmt::format("{}", *value);
       },
       key.option(owner));
@@ -294,7 +299,9 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:3:8: 'seafloor.kind' is \"mesh\", but no mesh is named: give its file as "
        "seafloor.mesh"},
       {head + "[[objects]]\nmesh = \"a.ply\"\n[[objects]]\neast_m = 1",
-       "s.toml:4:1: 'objects.1' has no mesh: give its file as mesh = \"...\""},
+       "s.toml:4:1: 'objects.1' has no mesh: give its file as mesh = \"...\", or a shape = \"...\" "
+       "by "
+       "name"},
       {head + "[objects]\nmesh = \"a.ply\"",
        "s.toml:2:1: 'objects' is a table, expected tables, [[objects]]"},
       {head + "objects = [1]", "s.toml:2:12: '[objects]' is 1, expected a table, [[objects]]"},

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/placement.h>
+#include <ensonify/engine/seafloor/objects.h>
 
 #include <numbers>
 
@@ -18,6 +18,14 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
+/// One object set down over a bed.
+refine::TriangleMesh place_object(const ObjectOptions& object, const refine::TriangleMesh& bed) {
+  Seafloor holder;
+  holder.mesh = bed;
+  holder.bed_faces = bed.faces.size();
+  return place_objects({&object, 1}, 1, BedGrid(holder)).objects.front().mesh;
+}
+
 /// A closed box of a size, one corner at its file's origin.
 refine::TriangleMesh box(Vector3f size) {
   Seafloor holder;
@@ -36,7 +44,7 @@ struct Things {
     return options;
   }
   refine::Bounds placed(const ObjectOptions& options) const {
-    return refine::bounds(place_object(options, bed).mesh);
+    return refine::bounds(place_object(options, bed));
   }
 };
 
@@ -73,19 +81,19 @@ TEST_CASE("An object is scaled, and turned clockwise, then nose up, then to star
   options.scale = 0.5;
   check_box(things.placed(options), {-0.5, -1.75, -20}, {0.5, 1.75, -19.5});
   options.heading_rad = 90.0 * degree;
-  const refine::RepairedMesh turned = place_object(options, things.bed);
-  check_box(refine::bounds(turned.mesh), {-1.75, -0.5, -20}, {1.75, 0.5, -19.5});
-  CHECK(turned.mesh.positions[tip].x() == Approx(1.75));  // the bow points east
+  const refine::TriangleMesh turned = place_object(options, things.bed);
+  check_box(refine::bounds(turned), {-1.75, -0.5, -20}, {1.75, 0.5, -19.5});
+  CHECK(turned.positions[tip].x() == Approx(1.75));  // the bow points east
 
   options.pitch_rad = 90.0 * degree;  // the bow up
-  const refine::RepairedMesh lifted = place_object(options, things.bed);
-  CHECK(lifted.mesh.positions[tip].z() == Approx(-20.0 + 3.5));
+  const refine::TriangleMesh lifted = place_object(options, things.bed);
+  CHECK(lifted.positions[tip].z() == Approx(-20.0 + 3.5));
 
   options = things.object(box({2, 4, 1}));
   options.roll_rad = 90.0 * degree;  // the x side down
-  const refine::RepairedMesh rolled = place_object(options, things.bed);
-  check_box(refine::bounds(rolled.mesh), {-0.5, -2, -20}, {0.5, 2, -18});
-  CHECK(rolled.mesh.positions[0].z() == Approx(-18.0));  // the corner at x = 0 came up
+  const refine::TriangleMesh rolled = place_object(options, things.bed);
+  check_box(refine::bounds(rolled), {-0.5, -2, -20}, {0.5, 2, -18});
+  CHECK(rolled.positions[0].z() == Approx(-18.0));  // the corner at x = 0 came up
 }
 
 TEST_CASE("A plate rests on a rock that meets it between its corners") {

@@ -1,0 +1,185 @@
+#include <ensonify/engine/image/truth.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <ensonify/scatter/decibel.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// A picture of marks: what each pixel belongs to, 0 for nothing. Even numbers are bodies (twice the
+/// instance), odd ones shadows (and one more).
+class Marks {
+ public:
+  explicit Marks(const Waterfall& image)
+      : columns_(static_cast<int>(image.columns())), rows_(static_cast<int>(image.rows())) {
+    const Layers& layers = image.pixels;
+    marks_.resize(layers.region.size());
+    for (std::size_t i = 0; i < marks_.size(); ++i) {
+      if (layers.region[i] == static_cast<std::uint32_t>(Region::object))
+        marks_[i] = 2 * std::uint64_t{layers.instance[i]};
+      else if (layers.region[i] == static_cast<std::uint32_t>(Region::shadow) &&
+               layers.shadow_instance[i] != 0)
+        marks_[i] = 2 * std::uint64_t{layers.shadow_instance[i]} + 1;
+    }
+    parts_.assign(marks_.size(), 0);
+  }
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  /// Into the layers, whose oldest ping comes first.
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(rows_ - 1 - row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+  std::uint64_t mark(int column, int row) const { return marks_[index(column, row)]; }
+  bool is_new(int column, int row) const { return parts_[index(column, row)] == 0; }
+
+  /// Numbers the part around a pixel and adds it to an outline. The pixel is the part's first in row
+  /// order, so that its left upper corner lies on the outer border. Returns the part's area.
+  std::size_t add_part(int column, int row, Outline& outline) {
+    const std::uint64_t mine = mark(column, row);
+    const std::uint32_t part = ++count_;
+    std::size_t area = 0;
+    std::vector<Corner> open{{column, row}};
+    parts_[index(column, row)] = part;
+    while (!open.empty()) {
+      const auto [c, r] = open.back();
+      open.pop_back();
+      ++area;
+      extend(outline, c, r);
+      for (const auto& [dc, dr] : {Corner{1, 0}, Corner{0, 1}, Corner{-1, 0}, Corner{0, -1}}) {
+        const int nc = c + dc, nr = r + dr;
+        if (nc < 0 || nr < 0 || nc >= columns_ || nr >= rows_ || mark(nc, nr) != mine ||
+            !is_new(nc, nr))
+          continue;
+        parts_[index(nc, nr)] = part;
+        open.push_back({nc, nr});
+      }
+    }
+    outline.area_px += area;
+    outline.polygons.push_back(border(column, row, part));
+    return area;
+  }
+
+ private:
+  static void extend(Outline& outline, int c, int r) {
+    if (outline.area_px == 0 && outline.high == Corner{}) {
+      outline.low = {c, r};
+      outline.high = {c + 1, r + 1};
+    }
+    outline.low = {std::min(outline.low[0], c), std::min(outline.low[1], r)};
+    outline.high = {std::max(outline.high[0], c + 1), std::max(outline.high[1], r + 1)};
+  }
+
+  /// Along the pixels' edges with the part on the right hand, from a left upper corner back to it. Where
+  /// the part meets itself in a corner it turns right, so that it keeps to pixels that share an edge.
+  std::vector<Corner> border(int column, int row, std::uint32_t part) const {
+    const auto inside = [&](int c, int r) {
+      return c >= 0 && r >= 0 && c < columns_ && r < rows_ && parts_[index(c, r)] == part;
+    };
+    const Corner start{column, row};
+    Corner at = start, way{1, 0};
+    std::vector<Corner> corners{start};
+    do {
+      at = {at[0] + way[0], at[1] + way[1]};
+      // The pixels ahead, to the left and to the right of the way.
+      const auto ahead = [&](int side) {
+        const int x2 = 2 * at[0] + way[0] - side * way[1], y2 = 2 * at[1] + way[1] + side * way[0];
+        return inside((x2 - 1) / 2, (y2 - 1) / 2);
+      };
+      const bool left = ahead(-1), right = ahead(1);
+      const Corner before = way;
+      if (!right)
+        way = {-before[1], before[0]};
+      else if (left)
+        way = {before[1], -before[0]};
+      if (way != before && at != start) corners.push_back(at);
+    } while (at != start || way != Corner{1, 0});
+    return corners;
+  }
+
+  int columns_, rows_;
+  std::vector<std::uint64_t> marks_;
+  std::vector<std::uint32_t> parts_;
+  std::uint32_t count_ = 0;
+};
+
+/// Sums over one object's pixels.
+struct Sums {
+  Target target;
+  std::vector<std::size_t> body_parts, shadow_parts;  // areas, one a polygon
+};
+
+void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {
+  std::vector<std::size_t> order(areas.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::stable_sort(order, [&](auto a, auto b) { return areas[a] > areas[b]; });
+  std::vector<std::vector<Corner>> sorted;
+  for (const std::size_t i : order) sorted.push_back(std::move(outline.polygons[i]));
+  outline.polygons = std::move(sorted);
+}
+
+/// Range, side, ping and contrast of a target whose outlines are known.
+void measure(const Waterfall& image, const Marks& marks, Target& target) {
+  constexpr int least_border_px = 8;
+  const bool seen = target.body.area_px > 0;
+  const Outline& shown = seen ? target.body : target.shadow;
+  const std::uint64_t mark = 2 * std::uint64_t{target.instance} + (seen ? 0 : 1);
+  const int more_columns = std::max(least_border_px, shown.high[0] - shown.low[0]);
+  const int more_rows = std::max(least_border_px, shown.high[1] - shown.low[1]);
+  double body = 0.0, bed = 0.0, range_m = 0.0, ping = 0.0;
+  std::size_t pixels = 0, bed_pixels = 0, port = 0;
+  for (int row = std::max(0, shown.low[1] - more_rows);
+       row < std::min(marks.rows(), shown.high[1] + more_rows); ++row)
+    for (int column = std::max(0, shown.low[0] - more_columns);
+         column < std::min(marks.columns(), shown.high[0] + more_columns); ++column) {
+      const std::size_t i = marks.index(column, row);
+      if (marks.mark(column, row) == mark) {
+        ++pixels;
+        body += image.pixels.intensity_mean[i];
+        range_m += image.pixels.range_m[i];
+        ping += marks.rows() - 1 - row;
+        port += column < marks.columns() / 2;
+      } else if (image.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed)) {
+        ++bed_pixels;
+        bed += image.pixels.intensity_mean[i];
+      }
+    }
+  const auto n = static_cast<double>(pixels);
+  target.range_m = range_m / n;
+  target.ping = ping / n;
+  target.side = 2 * port > pixels ? Side::port : Side::starboard;
+  if (seen && body > 0.0 && bed > 0.0)
+    target.contrast_db = scatter::to_db((body / n) / (bed / static_cast<double>(bed_pixels)));
+}
+
+}  // namespace
+
+std::vector<Target> find_targets(const Waterfall& waterfall) {
+  Marks marks(waterfall);
+  std::map<std::uint32_t, Sums> found;
+  for (int row = 0; row < marks.rows(); ++row)
+    for (int column = 0; column < marks.columns(); ++column) {
+      const std::uint64_t mark = marks.mark(column, row);
+      if (mark == 0 || !marks.is_new(column, row)) continue;
+      Sums& sums = found[static_cast<std::uint32_t>(mark / 2)];
+      const bool shadow = mark % 2 == 1;
+      (shadow ? sums.shadow_parts : sums.body_parts)
+          .push_back(marks.add_part(column, row, shadow ? sums.target.shadow : sums.target.body));
+    }
+  std::vector<Target> targets;
+  for (auto& [instance, sums] : found) {
+    Target& target = sums.target;
+    target.instance = instance;
+    largest_first(target.body, sums.body_parts);
+    largest_first(target.shadow, sums.shadow_parts);
+    measure(waterfall, marks, target);
+    targets.push_back(std::move(target));
+  }
+  return targets;
+}
+
+}  // namespace ensonify::engine

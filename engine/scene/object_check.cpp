@@ -1,0 +1,122 @@
+#include <ensonify/engine/scene/object_check.h>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// The faults of one table, the first of which counts.
+class Faults {
+ public:
+  Faults(const ObjectOptions& object, const std::string& name) : object_(object), name_(name) {}
+
+  std::optional<ObjectFault> first() {
+    what_it_is();
+    if (!object_.shape.empty()) sizes(shape_named(object_.shape));
+    path(!object_.shape.empty() && shape_named(object_.shape).along_path);
+    many();
+    if (object_.burial != 0.0 && object_.height_m != 0.0)
+      add("burial", "'{0}.burial' and '{0}.height_m' are both given, expected one of them");
+    return fault_;
+  }
+
+ private:
+  template <class... More>
+  void add(std::string_view key, fmt::format_string<const std::string&, const More&...> message,
+           const More&... more) {
+    if (!fault_)
+      fault_ = {key.empty() ? name_ : fmt::format("{}.{}", name_, key),
+                fmt::format(message, name_, more...)};
+  }
+
+  void what_it_is() {
+    if (object_.mesh.name.empty() && object_.shape.empty())
+      add("", "'{}' has no mesh: give its file as mesh = \"...\", or a shape = \"...\" by name");
+    if (!object_.mesh.name.empty() && !object_.shape.empty())
+      add("shape", "'{0}.shape' and '{0}.mesh' are both given, expected one of them");
+    if (object_.class_name.empty()) add("class", "'{}.class' is empty, expected a name");
+    for (const Dimension& dimension : all_dimensions())
+      if (object_.shape.empty() && object_.size.*dimension.size)
+        add(dimension.key,
+            "'{}.{}' is a shape's size, and this is a mesh: change its scale instead",
+            dimension.key);
+    if (object_.shape.empty() && object_.size.facet_m)
+      add("facet_m", "'{}.facet_m' is for shapes, and this is a mesh");
+    if (!object_.shape.empty() && object_.weld_m != 0.0)
+      add("weld_m", "'{}.weld_m' is for meshes, and this is a shape");
+  }
+
+  void sizes(const ShapeKind& kind) {
+    std::string has;
+    for (const Dimension& own : kind.dimensions)
+      has += fmt::format("{}{}", has.empty() ? "" : ", ", own.key);
+    for (const Dimension& dimension : all_dimensions()) {
+      bool own = false;
+      for (const Dimension& d : kind.dimensions) own = own || d.size == dimension.size;
+      if (object_.size.*dimension.size && !own)
+        add(dimension.key, "'{}.{}' is not a size of a {}, which has {}", dimension.key, kind.name,
+            has);
+    }
+  }
+
+  void path(bool along_path) {
+    const bool points = !object_.path.empty(), file = !object_.path_file.name.empty();
+    if (!along_path) {
+      if (points || file)
+        add(points ? "path" : "path_file",
+            "'{}' has a path, which is for a pipeline, cable, rope or chain");
+      if (object_.sag_radius_m)
+        add("sag_radius_m", "'{}.sag_radius_m' is for a pipeline, cable, rope or chain");
+      return;
+    }
+    if (points == file)
+      add(points ? "path_file" : "",
+          "'{0}' lies along a path: give either path = [[east, north], ...] or path_file = "
+          "\"...\"");
+    double length_m = 0.0;
+    for (std::size_t i = 0; i + 1 < object_.path.size(); ++i)
+      length_m += (object_.path[i + 1] - object_.path[i]).norm();
+    if (points && !(length_m > 0.0))
+      add("path", "'{}.path' has no length, expected two different points or more");
+    if (object_.pitch_rad != 0.0 || object_.roll_rad != 0.0 || object_.follow_slope)
+      add("",
+          "'{}' lies along a path as the bed does: leave pitch_deg, roll_deg and follow_slope out");
+  }
+
+  void many() {
+    if (object_.count == 0) {
+      const ObjectOptions usual;
+      if (!object_.area.empty()) needs_count("area");
+      if (object_.area_radius_m != 0.0) needs_count("area_radius_m");
+      if (object_.margin_m != 0.0) needs_count("margin_m");
+      if (object_.gap_m != 0.0) needs_count("gap_m");
+      if (object_.heading_spread_rad != usual.heading_spread_rad) needs_count("heading_spread_deg");
+      if (object_.scale_min != 1.0) needs_count("scale_min");
+      if (object_.scale_max != 1.0) needs_count("scale_max");
+    }
+    if (object_.scale_min > object_.scale_max)
+      add("scale_max", "'{0}.scale_max' is {1}, less than scale_min, which is {2}",
+          object_.scale_max, object_.scale_min);
+    if (!object_.area.empty() && object_.area.size() < 3)
+      add("area", "'{}.area' has {} points, expected a polygon of three or more",
+          object_.area.size());
+    if (!object_.area.empty() && object_.area_radius_m > 0.0)
+      add("area_radius_m",
+          "'{0}.area' and '{0}.area_radius_m' are both given, expected one of them");
+  }
+  void needs_count(std::string_view key) {
+    add(key, "'{}.{}' is for objects at random places: give their count too", key);
+  }
+
+  const ObjectOptions& object_;
+  const std::string& name_;
+  std::optional<ObjectFault> fault_;
+};
+
+}  // namespace
+
+std::optional<ObjectFault> fault_of(const ObjectOptions& object, const std::string& name) {
+  return Faults(object, name).first();
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,146 @@
+#include <ensonify/engine/image/truth.h>
+
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+
+/// A waterfall drawn as the picture shows it: '.' bed, a digit an object's body, a letter the shadow of
+/// object 1 (a), 2 (b) ...
+Waterfall drawn(const std::vector<std::string>& picture) {
+  Sonar sonar;
+  sonar.bins = static_cast<int>(picture.front().size() / 2);
+  Waterfall image(sonar, picture.size());
+  for (std::size_t row = 0; row < picture.size(); ++row)
+    for (std::size_t column = 0; column < picture[row].size(); ++column) {
+      const std::size_t i = (picture.size() - 1 - row) * image.columns() + column;
+      const char c = picture[row][column];
+      const bool body = c >= '1' && c <= '9', shadow = c >= 'a' && c <= 'z';
+      image.pixels.region[i] = static_cast<std::uint32_t>(body     ? Region::object
+                                                          : shadow ? Region::shadow
+                                                                   : Region::seabed);
+      if (body) image.pixels.instance[i] = static_cast<std::uint32_t>(c - '0');
+      if (shadow) image.pixels.shadow_instance[i] = static_cast<std::uint32_t>(c - 'a' + 1);
+      image.pixels.intensity_mean[i] = body ? 40.0f : 4.0f;
+      image.pixels.range_m[i] = static_cast<float>(column);
+    }
+  return image;
+}
+
+/// Positive for a polygon that is clockwise in a picture whose rows count downwards.
+int twice_area(const std::vector<Corner>& polygon) {
+  int sum = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    sum += a[0] * b[1] - b[0] * a[1];
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("A target has its box, area and border in the picture's own pixels, newest ping on top") {
+  const std::vector<Target> targets = find_targets(drawn({"..........",  //
+                                                          ".......11.",  //
+                                                          ".......1..",  //
+                                                          "..aa......"}));
+  REQUIRE(targets.size() == 1);
+  const Target& target = targets.front();
+  CHECK(target.instance == 1);
+  CHECK(target.body.area_px == 3);
+  CHECK(target.body.low == Corner{7, 1});
+  CHECK(target.body.high == Corner{9, 3});
+  REQUIRE(target.body.polygons.size() == 1);
+  CHECK(target.body.polygons[0] ==
+        std::vector<Corner>{{7, 1}, {9, 1}, {9, 2}, {8, 2}, {8, 3}, {7, 3}});
+  CHECK(target.shadow.area_px == 2);
+  CHECK(target.shadow.low == Corner{2, 3});
+  CHECK(target.shadow.polygons[0] == std::vector<Corner>{{2, 3}, {4, 3}, {4, 4}, {2, 4}});
+  CHECK(target.side == Side::starboard);
+  CHECK(target.ping == Approx((2.0 + 2.0 + 1.0) / 3.0));  // row 1 of 4 is ping 2
+  CHECK(target.range_m == Approx((7.0 + 8.0 + 7.0) / 3.0));
+  CHECK(target.contrast_db.value() == Approx(10.0));
+}
+
+TEST_CASE("Parts that touch at a corner alone are parts of their own, the largest first") {
+  const std::vector<Target> targets = find_targets(drawn({"1.........",  //
+                                                          ".11.......",  //
+                                                          ".11..2...1"}));
+  REQUIRE(targets.size() == 2);
+  REQUIRE(targets[0].body.polygons.size() == 3);
+  CHECK(targets[0].body.polygons[0] == std::vector<Corner>{{1, 1}, {3, 1}, {3, 3}, {1, 3}});
+  CHECK(targets[0].body.area_px == 6);
+  CHECK(targets[0].body.low == Corner{0, 0});
+  CHECK(targets[0].body.high == Corner{10, 3});
+  CHECK(targets[1].instance == 2);
+}
+
+TEST_CASE("A hole is left out, and a ring that touches itself at a corner is one polygon") {
+  const std::vector<Target> ring = find_targets(drawn({"11111.",  //
+                                                       "1...1.",  //
+                                                       "11111."}));
+  REQUIRE(ring[0].body.polygons.size() == 1);
+  CHECK(ring[0].body.area_px == 12);
+  CHECK(twice_area(ring[0].body.polygons[0]) == 2 * 15);
+  const std::vector<Target> pinch = find_targets(drawn({"111...",  //
+                                                        "1.1...",  //
+                                                        "11.1..",  //
+                                                        ".111.."}));
+  REQUIRE(pinch[0].body.polygons.size() == 1);
+  // Its openings are no holes: they lead out by their corners.
+  CHECK(pinch[0].body.area_px == 11);
+  CHECK(twice_area(pinch[0].body.polygons[0]) == 2 * 11);
+}
+
+TEST_CASE("The polygons of random pictures enclose the pixels of their parts") {
+  std::mt19937 random(3);
+  for (int round = 0; round < 200; ++round) {
+    std::vector<std::string> picture(9, std::string(14, '.'));
+    for (std::string& row : picture)
+      for (char& c : row)
+        if (random() % 100 < 55) c = random() % 4 ? '1' : 'b';
+    for (const Target& target : find_targets(drawn(picture)))
+      for (const Outline* outline : {&target.body, &target.shadow}) {
+        int area = 0;
+        for (const std::vector<Corner>& polygon : outline->polygons) {
+          REQUIRE(polygon.size() >= 4);
+          REQUIRE(polygon.size() % 2 == 0);
+          REQUIRE(twice_area(polygon) > 0);
+          area += twice_area(polygon) / 2;
+        }
+        REQUIRE(area >= static_cast<int>(outline->area_px));
+        if (outline->polygons.empty()) continue;
+        // Even-odd: each pixel of the object is inside one polygon at least.
+        for (int row = 0; row < 9; ++row)
+          for (int column = 0; column < 14; ++column) {
+            const char mine = outline == &target.body
+                                  ? static_cast<char>('0' + target.instance)
+                                  : static_cast<char>('a' + target.instance - 1);
+            if (picture[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] != mine)
+              continue;
+            bool inside_any = false;
+            for (const std::vector<Corner>& polygon : outline->polygons) {
+              bool inside = false;
+              for (std::size_t i = 0; i < polygon.size(); ++i) {
+                const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+                if (a[0] == b[0] && a[0] > column && std::min(a[1], b[1]) <= row &&
+                    std::max(a[1], b[1]) > row)
+                  inside = !inside;
+              }
+              inside_any = inside_any || inside;
+            }
+            REQUIRE(inside_any);
+          }
+      }
+  }
+}
+
+TEST_CASE("A picture without objects has no targets") {
+  CHECK(find_targets(drawn({"....", "...."})).empty());
+}

@@ -1,0 +1,197 @@
+#include <ensonify/engine/seafloor/objects.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "support/beds.h"
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/seafloor/path_reader.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using Eigen::Vector2d, Eigen::Vector3d;
+
+namespace {
+
+/// A plane through the origin's depth.
+Seafloor sloping_bed(double depth_m, const Vector2d& slope, double half_extent_m = 60.0) {
+  Seafloor bed = tests::level_bed(depth_m, half_extent_m);
+  for (Eigen::Vector3f& p : bed.mesh.positions)
+    p.z() += static_cast<float>(slope.dot(p.head<2>().cast<double>()));
+  return bed;
+}
+
+ObjectOptions stones(int count) {
+  ObjectOptions stones;
+  stones.shape = "boulder";
+  stones.count = count;
+  stones.scale_min = 0.5;
+  stones.scale_max = 2.0;
+  return stones;
+}
+
+PlacedObjects place(std::vector<ObjectOptions> tables, const Seafloor& bed,
+                    std::uint64_t seed = 1) {
+  return place_objects(tables, seed, BedGrid(bed));
+}
+
+/// The least distance between the vertices of two objects, as seen from above.
+double apart_m(const refine::TriangleMesh& a, const refine::TriangleMesh& b) {
+  float least = 1e9f;
+  for (const Eigen::Vector3f& p : a.positions)
+    for (const Eigen::Vector3f& q : b.positions) least = std::min(least, (p - q).head<2>().norm());
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("Objects at random places keep their gap, their area and their margin") {
+  const Seafloor bed = tests::level_bed(20.0, 60.0);
+  ObjectOptions wall;  // in the middle
+  wall.shape = "box";
+  wall.size.length_m = 20.0;
+  ObjectOptions table = stones(60);
+  table.area = {{-10, -10}, {15, -10}, {15, 12}, {-10, 12}};
+  table.gap_m = 0.25;
+  table.margin_m = 1.0;
+  const PlacedObjects placed = place({table, wall}, bed);
+  REQUIRE(placed.objects.size() == 61);
+  for (std::size_t i = 0; i < 61; ++i) {
+    for (std::size_t j = 0; j < i; ++j)
+      REQUIRE(apart_m(placed.objects[i].mesh, placed.objects[j].mesh) >= 0.25 - 1e-4);
+    if (i == 60) break;
+    const refine::Bounds box = refine::bounds(placed.objects[i].mesh);
+    REQUIRE(box.lowest.x() >= -9.0f);
+    REQUIRE(box.highest.x() <= 14.0f);
+    REQUIRE(box.lowest.y() >= -9.0f);
+    REQUIRE(box.highest.y() <= 11.0f);
+    REQUIRE(box.lowest.z() == Approx(-20.0));
+  }
+}
+
+TEST_CASE("The discs of long objects lie along them, whatever their heading") {
+  const Seafloor bed = tests::level_bed(20.0, 60.0);
+  ObjectOptions poles;
+  poles.shape = "box";
+  poles.size.length_m = 12.0;
+  poles.size.width_m = 0.3;
+  poles.count = 20;
+  poles.area_radius_m = 20.0;
+  poles.gap_m = 0.1;
+  const PlacedObjects placed = place({poles}, bed);
+  for (std::size_t i = 0; i < 20; ++i) {
+    // Sides against sides: corners of one against the other's box, in its own frame.
+    for (std::size_t j = 0; j < 20; ++j) {
+      if (i == j) continue;
+      const ObjectRecord& own = placed.objects[j].record;
+      const double c = std::cos(own.heading_rad), s = std::sin(own.heading_rad);
+      for (const Eigen::Vector3f& p : placed.objects[i].mesh.positions) {
+        const Vector2d from = (p.cast<double>() - own.middle_m).head<2>();
+        REQUIRE((std::abs(c * from.x() - s * from.y()) > 0.15 ||
+                 std::abs(s * from.x() + c * from.y()) > 6.0));
+      }
+    }
+    REQUIRE(placed.objects[i].record.middle_m.head<2>().norm() < 20.0);
+  }
+}
+
+TEST_CASE("An object's place, heading and size depend on the seed and on nothing behind it") {
+  const Seafloor bed = tests::level_bed(20.0, 60.0);
+  const auto positions = [&](const PlacedObjects& placed, std::size_t i) {
+    return placed.objects.at(i).mesh.positions;
+  };
+  const PlacedObjects few = place({stones(5)}, bed), many = place({stones(9), stones(3)}, bed);
+  for (std::size_t i = 0; i < 5; ++i) CHECK(positions(few, i) == positions(many, i));
+  CHECK(positions(place({stones(5)}, bed, 2), 0) != positions(few, 0));
+  double least = 10.0, most = 0.0;
+  for (const PlacedObjects::One& one : place({stones(200)}, bed).objects) {
+    least = std::min(least, one.record.scale);
+    most = std::max(most, one.record.scale);
+  }
+  CHECK(least == Approx(0.5).margin(0.05));
+  CHECK(most == Approx(2.0).margin(0.05));
+}
+
+TEST_CASE("Objects that find no room are refused, with how many did") {
+  const Seafloor bed = tests::level_bed(20.0, 60.0);
+  ObjectOptions table = stones(500);
+  table.area_radius_m = 6.0;
+  table.gap_m = 1.0;
+  CHECK_THROWS_WITH(place({table}, bed), Catch::Contains("objects.0 (boulder): only ") &&
+                                             Catch::Contains(" of 500 objects found room"));
+  table = stones(1);
+  table.area = {{100, 100}, {120, 100}, {110, 120}};  // off the bed
+  CHECK_THROWS_AS(place({table}, bed), refine::MeshError);
+}
+
+TEST_CASE("An object that follows the slope leans with the plane of the bed below it") {
+  const Vector2d slope(0.2, -0.1);
+  const Seafloor bed = sloping_bed(20.0, slope);
+  ObjectOptions slab;
+  slab.shape = "box";
+  slab.size.length_m = 3.0;
+  slab.size.width_m = 2.0;
+  slab.size.tall_m = 0.5;
+  slab.east_m = 4.0;
+  slab.heading_rad = 0.7;
+  slab.follow_slope = true;
+  const PlacedObjects placed = place({slab}, bed);
+  std::size_t under = 0;  // the slab's lower side lies in the bed's plane
+  for (const Eigen::Vector3f& p : placed.objects.front().mesh.positions)
+    under += std::abs(p.z() - (-20.0 + slope.dot(p.head<2>().cast<double>()))) < 1e-4;
+  CHECK(under == 4);  // its corners
+}
+
+TEST_CASE("Burial is a share of the height, and the record says so") {
+  const Seafloor bed = tests::level_bed(20.0, 60.0);
+  ObjectOptions crate;
+  crate.shape = "box";
+  crate.size.tall_m = 2.0;
+  for (const double burial : {0.0, 0.25, 1.0}) {
+    crate.burial = burial;
+    const PlacedObjects placed = place({crate}, bed);
+    CHECK(refine::bounds(placed.objects[0].mesh).highest.z() ==
+          Approx(-18.0 - 2.001 * burial).margin(1e-5));
+    CHECK(placed.objects[0].record.buried == Approx(burial).margin(1e-3));
+  }
+  ObjectOptions pipe;
+  pipe.shape = "pipeline";
+  pipe.path = {{-20, 0}, {20, 5}};
+  pipe.burial = 0.5;
+  const PlacedObjects placed = place({pipe}, bed);
+  CHECK(placed.objects[0].record.buried == Approx(0.5).margin(1e-3));
+  CHECK(refine::bounds(placed.objects[0].mesh).highest.z() == Approx(-20.0 + 0.3).margin(0.01));
+}
+
+TEST_CASE("A path comes from CSV as from the scene, and a damaged one is refused by its line") {
+  const tests::TemporaryFolder folder;
+  const auto read = [&](const std::string& text) {
+    std::ofstream(folder / "path.csv", std::ios::binary) << text;
+    return read_path(folder / "path.csv");
+  };
+  CHECK(read("\xef\xbb\xbf"
+             "east_m,north_m\r\n# the landing\r\n\r\n1, 2\r\n-3.5,4e1\r\n") ==
+        std::vector<Vector2d>{{1, 2}, {-3.5, 40}});
+  for (const auto& [text, message] :
+       {std::pair{"", "path.csv:0: the file ends"},
+        {"x,y\n", "path.csv:1: expected the header row"},
+        {"east_m,north_m\n1,2\n", "path.csv:2: the file ends"},
+        {"east_m,north_m\n1,2,3\n", "path.csv:2: expected two numbers"},
+        {"east_m,north_m\n1\n", "path.csv:2: expected two numbers"},
+        {"east_m,north_m\n1,\n", "path.csv:2: expected two numbers"},
+        {"east_m,north_m\nnan,2\n", "path.csv:2: expected two numbers"},
+        {"east_m,north_m\n1,1e300\n", "path.csv:2: expected two numbers"}})
+    CHECK_THROWS_WITH(read(text), Catch::Contains(message));
+  CHECK_THROWS_AS(read_path(folder / "none.csv"), refine::MeshError);
+}
+
+TEST_CASE("Ten thousand boulders are placed in seconds", "[slow]") {
+  const Seafloor bed = tests::level_bed(20.0, 200.0);
+  ObjectOptions table = stones(10000);
+  table.scale_max = 1.0;
+  const PlacedObjects placed = place({table}, bed);
+  CHECK(placed.objects.size() == 10000);
+}

@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+
+using namespace ensonify::tests;
+using nlohmann::json;
+
+namespace {
+
+const std::string objects = R"(
+[[objects]]
+shape = "box"
+class = "crate"
+material = "wood"
+east_m = 6
+tall_m = 1.5
+heading_deg = 30
+[[objects]]
+shape = "boulder"
+count = 3
+area = [[-12, -6], [-4, -6], [-4, 6], [-12, 6]]
+)";
+
+Outcome run(const TemporaryFolder& folder, const std::string& more,
+            const std::vector<std::string>& arguments = {}) {
+  write_text(folder / "scene.toml", tiny_scene + more);
+  std::vector<std::string> all{"run", "scene.toml", "-o", "out"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return run_program(folder.path(), all);
+}
+
+}  // namespace
+
+TEST_CASE("A run tells its targets' boxes and outlines, in the manifest like its other files") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder, objects).code == 0);
+  const json targets = json::parse(read_text(folder / "out/left-right_targets.json"));
+  CHECK(targets["objects"] == 4);
+  CHECK(targets["picture"]["columns"] == 200);
+  CHECK(targets["picture"]["rows"] == 9);
+  CHECK(targets["picture"]["row_order"] == "newest_first");
+  REQUIRE(!targets["targets"].empty());
+  const json& crate = targets["targets"][0];
+  CHECK(crate["instance"] == 1);
+  CHECK(crate["class"] == "crate");
+  CHECK(crate["material"] == "wood");
+  CHECK(crate["side"] == "starboard");
+  CHECK(crate["aspect_deg"].get<double>() == Approx(60.0));
+  CHECK(crate["body"]["box"][0].get<int>() >= 100);
+  CHECK(crate["body"]["polygons"][0].size() % 2 == 0);
+  CHECK(crate["shadow"]["area_px"].get<int>() > 0);
+  const json manifest = json::parse(read_text(folder / "out/manifest.json"));
+  CHECK(std::ranges::any_of(manifest["files"], [](const json& file) {
+    return file["name"] == "left-right_targets.json";
+  }));
+  const std::string once = read_text(folder / "out/left-right_targets.json");
+  REQUIRE(run(folder, objects, {"--threads", "1"}).code == 0);
+  CHECK(read_text(folder / "out/left-right_targets.json") == once);
+}
+
+TEST_CASE("Objects that cannot be set down end a run with one message, and nothing stays behind") {
+  for (const auto& [more, message] : std::vector<std::pair<std::string, std::string>>{
+           {"[[objects]]\nshape = \"box\"\neast_m = 500\n",
+            "objects.0 (box): there is no bed below this object at 500.0 m east"},
+           {"[[objects]]\nshape = \"box\"\ncount = 2000\n", "of 2000 objects found room"},
+           {"[[objects]]\nshape = \"pot\"\nrod_m = 0.3\n", "cannot have a rod_m of 0.3"},
+           {"[[objects]]\nshape = \"rope\"\npath = [[0, 0], [90, 0]]\n",
+            "objects.0 (rope): there is no bed below"}}) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(folder, more);
+    CAPTURE(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(message) != std::string::npos);
+    CHECK(outcome.out.empty());
+    CHECK_FALSE(std::filesystem::exists(folder / "out"));
+  }
+}
