@@ -13,7 +13,15 @@ enum class Purpose : std::uint64_t {
   ripple_relief = 2,
   speckle = 3,
   test = 4,
-  agreement = 5
+  agreement = 5,
+  roughness_layer = 20,
+  crest_layer = 21,
+  furrow_layer = 22,
+  pit_layer = 23,
+  outcrop_layer = 24,
+  boulder_layer = 25,
+  seabed_patch = 26,
+  survey_detail = 27,
 };
 
 /// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,

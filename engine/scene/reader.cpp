@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/scene/check.h>
 #include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/seabed_check.h>
 
 namespace ensonify::engine {
 namespace {
@@ -124,8 +125,6 @@ class Reader {
     }
     if (const toml::table* materials = table["material"].as_table())
       scene_.materials = named<Material>(*materials, "material");
-    if (const toml::array* objects = table["objects"].as_array())
-      scene_.objects.resize(objects->size());
     read_table(table, "");
   }
 
@@ -165,6 +164,7 @@ class Reader {
         throw SceneError(fmt::format("{}: {}", place(key), error.what()));
       }
     });
+    check_seabed_files(scene_, place);
     return std::move(scene_);
   }
 
@@ -197,8 +197,7 @@ class Reader {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
       } else if (path == "material") {
         read_named(node, "material", material_section(), scene_.materials);
-      } else if (path == "objects") {
-        read_objects(node);
+      } else if (read_list(node, path)) {
       } else if (const auto* row = find_key(section_name, key.str())) {
         set(*row, scene_, node, path);
       } else if (std::ranges::any_of(scene_sections(),
@@ -247,32 +246,47 @@ class Reader {
     }
   }
 
+  /// Reads a list of tables, if the path is one's.
+  bool read_list(const toml::node& node, const std::string& path) {
+    bool found = false;
+    for_each_list(scene_, [&](const auto& section, auto& list) {
+      if (section.name != path) return;
+      found = true;
+      read_list(node, section, list);
+    });
+    return found;
+  }
+
   // The file has an array of tables; an override names one by its number, as in objects.0.height_m.
-  void read_objects(const toml::node& node) {
-    if (const toml::array* array = node.as_array()) {
+  template <class Owner>
+  void read_list(const toml::node& node, const Section<Owner>& section, std::vector<Owner>& list) {
+    if (const toml::array* array = node.as_array(); array && in_file_) {
+      list.resize(array->size());
       for (std::size_t i = 0; i < array->size(); ++i) {
-        const std::string path = fmt::format("objects.{}", i);
+        const std::string path = fmt::format("{}.{}", section.name, i);
         places_.insert_or_assign(path, place((*array)[i].source()));
-        read_keys(object_section(), scene_.objects[i], expect_table((*array)[i], "[objects]"),
+        read_keys(section, list[i], expect_table((*array)[i], fmt::format("[{}]", section.name)),
                   path);
       }
       return;
     }
     const toml::table* numbered = in_file_ ? nullptr : node.as_table();
     if (!numbered)
-      throw fault(node,
-                  fmt::format("'objects' is {}, expected tables, [[objects]]", description(node)));
+      throw fault(node, fmt::format("'{}' is {}, expected tables, [[{}]]", section.name,
+                                    description(node), section.name));
     for (const auto& [number, table] : *numbered) {
       std::size_t i = 0;
       const std::string_view digits = number.str();
       const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), i);
-      if (error != std::errc() || end != digits.data() + digits.size() ||
-          i >= scene_.objects.size())
-        throw fault(number, fmt::format("the scene has no object {}; it has {}, numbered from 0",
-                                        printable(digits), scene_.objects.size()));
-      const std::string path = fmt::format("objects.{}", i);
-      read_keys(object_section(), scene_.objects[i], expect_table(table, path), path);
+      if (error != std::errc() || end != digits.data() + digits.size() || i >= list.size())
+        throw fault(number, fmt::format("the scene has no {} {}; it has {}, numbered from 0",
+                                        list_item(section.name), printable(digits), list.size()));
+      const std::string path = fmt::format("{}.{}", section.name, i);
+      read_keys(section, list[i], expect_table(table, path), path);
     }
+  }
+  static std::string_view list_item(std::string_view section) {
+    return section == "objects" ? "object" : section;
   }
 
   template <class Owner>
@@ -331,7 +345,7 @@ class Reader {
 
   /// An unknown key: the nearest of its own section, else the nearest anywhere.
   SceneError unknown(const toml::key& key, std::string_view section_name,
-                     std::vector<std::string> here) const {
+                     std::vector<std::string> here) {
     std::string hint = suggestion(key.str(), here);
     if (hint.empty()) {
       std::vector<std::string> all;
@@ -339,8 +353,9 @@ class Reader {
         for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
       for (const auto& k : sonar_section().keys)
         all.push_back(joined(sonar_section().name, k.name));
-      for (const auto& k : object_section().keys)
-        all.push_back(joined(object_section().name, k.name));
+      for_each_list(scene_, [&](const auto& section, const auto&) {
+        for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
+      });
       for (const auto& k : material_section().keys)
         all.push_back(joined(material_section().name, k.name));
       hint = suggestion(key.str(), all);
@@ -349,6 +364,20 @@ class Reader {
     return fault(
         key, fmt::format("unknown key {}{}{}", printable(key.str()),
                          section_name.empty() ? "" : fmt::format(" in [{}]", section_name), hint));
+  }
+
+  static Polygon polygon(const toml::node& node, const auto& refuse) {
+    const toml::array* points = node.as_array();
+    if (!points || points->size() < 3 || points->size() > 1000) throw refuse();
+    Polygon polygon;
+    for (const toml::node& point : *points) {
+      const toml::array* pair = point.as_array();
+      if (!pair || pair->size() != 2 || !(*pair)[0].is_number() || !(*pair)[1].is_number())
+        throw refuse();
+      polygon.emplace_back(*(*pair)[0].value<double>(), *(*pair)[1].value<double>());
+      if (!polygon.back().allFinite()) throw refuse();
+    }
+    return polygon;
   }
 
   template <class Owner>
@@ -395,6 +424,8 @@ class Reader {
             *option = static_cast<T>(choice());
           } else if constexpr (std::is_same_v<T, InputFile>) {
             option->name = word();
+          } else if constexpr (std::is_same_v<T, Polygon>) {
+            *option = polygon(node, refuse);
           } else if constexpr (std::is_same_v<T, std::string>) {
             *option = key.choices.empty() ? word() : std::string(key.choices[choice()]);
           } else {

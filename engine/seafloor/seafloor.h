@@ -10,6 +10,8 @@
 #include <ensonify/engine/seafloor/input_file.h>
 #include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/ripples.h>
+#include <ensonify/engine/seafloor/seabed.h>
+#include <ensonify/engine/seafloor/survey_detail.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -26,10 +28,15 @@ struct SeafloorOptions {
   double depth_m = 20.0;  ///< mean depth below the sea surface
   FractalRelief fractal;
   RippleRelief ripples;
-  // survey, mesh
+  // survey
   InputFile survey;
+  SurveyDetail detail;
+  // fractal, survey
+  SeabedOptions seabed;  ///< the map and the layers of relief on that
+  // mesh
   InputFile mesh;
-  double weld_m = 0.0;                   ///< the mesh's vertices this close become one
+  double weld_m = 0.0;  ///< the mesh's vertices this close become one
+  // survey, mesh
   double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
   std::string material = "medium sand";  ///< see material.h
 };
@@ -59,10 +66,11 @@ struct Seafloor {
 };
 
 /// The heights that options describe. Throws std::invalid_argument for options that make no bed
-/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a survey that makes none, and what its parts throw.
+/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a
+/// survey that makes none, and what its parts throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
-/// The bed (of any kind) as a mesh, with objects set down on it. Throws as make_heightfield does, and
-/// refine::MeshError for a mesh that cannot be read or an object without a bed below.
+/// The bed (of any kind) as a mesh, with objects set down on it. Throws as make_heightfield does,
+/// and refine::MeshError for a mesh that cannot be read or an object without a bed below.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects = {});
 
