@@ -67,7 +67,8 @@ void mean_along(std::vector<double>& values, std::size_t lines, std::size_t line
     for (std::size_t i = 0; i < points; ++i) {
       if (i + half < points) take(i + half, 1.0);
       if (i > half) take(i - half - 1, -1.0);
-      first[i * point_stride] = count > 0.5 ? sum / count : line[i];
+      // In steps of 2^-30, of which sums are exact: nothing of a mask is left where it has ended.
+      first[i * point_stride] = count > 0.5 ? std::round(sum / count * 0x1p30) * 0x1p-30 : line[i];
     }
   }
 }
