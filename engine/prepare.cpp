@@ -190,7 +190,9 @@ std::string seafloor_key(const Scene& scene) {
                   refine::progressive_mesh_version, library_versions(), scene.seed);
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, copy);
-  for (ObjectOptions& object : copy.objects) add_keys(text, object_section(), object);
+  for_each_list(copy, [&](const auto& section, auto& list) {
+    for (auto& item : list) add_keys(text, section, item);
+  });
   return xxh128(text);
 }
 

@@ -17,7 +17,15 @@ enum class Purpose : std::uint64_t {
   motion = 10,
   navigation = 11,
   object_place = 20,
-  object_shape = 21
+  object_shape = 21,
+  roughness_layer = 30,
+  crest_layer = 31,
+  furrow_layer = 32,
+  pit_layer = 33,
+  outcrop_layer = 34,
+  boulder_layer = 35,
+  seabed_patch = 36,
+  survey_detail = 37,
 };
 
 /// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,

@@ -173,7 +173,8 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
   for (std::size_t i = 0; i < worker_->pingers.size(); ++i) {
     const Pose its_own = mounted(pose, ready_->scene.sonars[i].mounting);
     double height_m = altitude_m(its_own.position);
-    if (!(height_m > 0.0)) height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
+    if (!(height_m > 0.0))
+      height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
     for (const RayFan& fan : worker_->pingers[i].aim(its_own, height_m))
       worker_->fans.push_back(fan);
   }
@@ -212,16 +213,15 @@ double Simulator::bed_height_m(double x_m, double y_m) const {
 
 Flight Simulator::flight() const {
   const Ready& ready = *ready_;
-  return fly(
-      ready.scene,
-      {.bed_height_m = [&](double x_m, double y_m) { return bed_height_m(x_m, y_m); },
-       .lowest = ready.bounds.lowest.head<2>().cast<double>(),
-       .highest = ready.bounds.highest.head<2>().cast<double>(),
-       .frame = {.world_origin = ready.seafloor.mesh.world_origin,
-                 .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
-                               !ready.seafloor.mesh.world_origin.isZero(),
-                 .utm_zone = ready.seafloor.utm_zone}},
-      ready.sound_speed_mps);
+  return fly(ready.scene,
+             {.bed_height_m = [&](double x_m, double y_m) { return bed_height_m(x_m, y_m); },
+              .lowest = ready.bounds.lowest.head<2>().cast<double>(),
+              .highest = ready.bounds.highest.head<2>().cast<double>(),
+              .frame = {.world_origin = ready.seafloor.mesh.world_origin,
+                        .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
+                                     !ready.seafloor.mesh.world_origin.isZero(),
+                        .utm_zone = ready.seafloor.utm_zone}},
+             ready.sound_speed_mps);
 }
 
 std::vector<Pose> Simulator::track() const { return flight().poses; }

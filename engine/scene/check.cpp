@@ -4,6 +4,7 @@
 
 #include <ensonify/engine/scene/object_check.h>
 #include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/seabed_check.h>
 #include <ensonify/engine/seafloor/objects.h>
 
 namespace ensonify::engine {
@@ -112,6 +113,8 @@ void check_scene(const Scene& scene,
                   bed.ripples.wavelength_m, bed.ripples.wavelength_m / 4.0, bed.cell_m);
             });
   }
+
+  check_seabed(scene, place);
 
   const double sound_speed_mps =
       scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));

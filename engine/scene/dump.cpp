@@ -73,9 +73,11 @@ std::string dump_scene(const Scene& scene, bool with_comments) {
   out += "version = 1\n";
   for (const auto& section : scene_sections()) {
     if (section.name == "track") {
-      for (ObjectOptions& object : copy.objects)
-        dump(out, object_section(), "[[objects]]", object, with_comments);
-      if (with_comments && copy.objects.empty()) dump_example(out, object_section(), "[[objects]]");
+      for_each_list(copy, [&](const auto& list_section, auto& list) {
+        const std::string heading = fmt::format("[[{}]]", list_section.name);
+        for (auto& item : list) dump(out, list_section, heading, item, with_comments);
+        if (with_comments && list.empty()) dump_example(out, list_section, heading);
+      });
       for (Material& material : copy.materials)
         dump(out, material_section(), fmt::format("[material.{}]", material.name), material,
              with_comments);
@@ -103,11 +105,13 @@ std::string schema_text() {
       "object, `-D objects.0.height_m=2`. A scene that names no sonar has one, called "
       "`sidescan`.\n";
   Scene scene;
-  ObjectOptions object;
   Material material;
   for (const auto& section : scene_sections()) {
     if (section.name == "track") {
-      describe(out, object_section(), "[[objects]]", object);
+      for_each_list(scene, [&]<class Item>(const Section<Item>& list_section, std::vector<Item>&) {
+        Item item;
+        describe(out, list_section, fmt::format("[[{}]]", list_section.name), item);
+      });
       describe_shapes(out);
       describe(out, material_section(), "[material.NAME]", material);
     }

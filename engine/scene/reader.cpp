@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/scene/check.h>
 #include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/seabed_check.h>
 #include <ensonify/engine/sonar/presets.h>
 
 namespace ensonify::engine {
@@ -125,8 +126,6 @@ class Reader {
     }
     if (const toml::table* materials = table["material"].as_table())
       scene_.materials = named<Material>(*materials, "material");
-    if (const toml::array* objects = table["objects"].as_array())
-      scene_.objects.resize(objects->size());
     read_table(table, "");
   }
 
@@ -166,6 +165,7 @@ class Reader {
         throw SceneError(fmt::format("{}: {}", place(key), error.what()));
       }
     });
+    check_seabed_files(scene_, place);
     return std::move(scene_);
   }
 
@@ -198,8 +198,7 @@ class Reader {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
       } else if (path == "material") {
         read_named(node, "material", material_section(), scene_.materials);
-      } else if (path == "objects") {
-        read_objects(node);
+      } else if (read_list(node, path)) {
       } else if (const auto* row = find_key(section_name, key.str())) {
         set(*row, scene_, node, path);
       } else if (std::ranges::any_of(scene_sections(),
@@ -261,32 +260,47 @@ class Reader {
     }
   }
 
+  /// Reads a list of tables, if the path is one's.
+  bool read_list(const toml::node& node, const std::string& path) {
+    bool found = false;
+    for_each_list(scene_, [&](const auto& section, auto& list) {
+      if (section.name != path) return;
+      found = true;
+      read_list(node, section, list);
+    });
+    return found;
+  }
+
   // The file has an array of tables; an override names one by its number, as in objects.0.height_m.
-  void read_objects(const toml::node& node) {
-    if (const toml::array* array = node.as_array()) {
+  template <class Owner>
+  void read_list(const toml::node& node, const Section<Owner>& section, std::vector<Owner>& list) {
+    if (const toml::array* array = node.as_array(); array && in_file_) {
+      list.resize(array->size());
       for (std::size_t i = 0; i < array->size(); ++i) {
-        const std::string path = fmt::format("objects.{}", i);
+        const std::string path = fmt::format("{}.{}", section.name, i);
         places_.insert_or_assign(path, place((*array)[i].source()));
-        read_keys(object_section(), scene_.objects[i], expect_table((*array)[i], "[objects]"),
+        read_keys(section, list[i], expect_table((*array)[i], fmt::format("[{}]", section.name)),
                   path);
       }
       return;
     }
     const toml::table* numbered = in_file_ ? nullptr : node.as_table();
     if (!numbered)
-      throw fault(node,
-                  fmt::format("'objects' is {}, expected tables, [[objects]]", description(node)));
+      throw fault(node, fmt::format("'{}' is {}, expected tables, [[{}]]", section.name,
+                                    description(node), section.name));
     for (const auto& [number, table] : *numbered) {
       std::size_t i = 0;
       const std::string_view digits = number.str();
       const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), i);
-      if (error != std::errc() || end != digits.data() + digits.size() ||
-          i >= scene_.objects.size())
-        throw fault(number, fmt::format("the scene has no object {}; it has {}, numbered from 0",
-                                        printable(digits), scene_.objects.size()));
-      const std::string path = fmt::format("objects.{}", i);
-      read_keys(object_section(), scene_.objects[i], expect_table(table, path), path);
+      if (error != std::errc() || end != digits.data() + digits.size() || i >= list.size())
+        throw fault(number, fmt::format("the scene has no {} {}; it has {}, numbered from 0",
+                                        list_item(section.name), printable(digits), list.size()));
+      const std::string path = fmt::format("{}.{}", section.name, i);
+      read_keys(section, list[i], expect_table(table, path), path);
     }
+  }
+  static std::string_view list_item(std::string_view section) {
+    return section == "objects" ? "object" : section;
   }
 
   template <class Owner>
@@ -345,7 +359,7 @@ class Reader {
 
   /// An unknown key: the nearest of its own section, else the nearest anywhere.
   SceneError unknown(const toml::key& key, std::string_view section_name,
-                     std::vector<std::string> here) const {
+                     std::vector<std::string> here) {
     std::string hint = suggestion(key.str(), here);
     if (hint.empty()) {
       std::vector<std::string> all;
@@ -353,8 +367,9 @@ class Reader {
         for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
       for (const auto& k : sonar_section().keys)
         all.push_back(joined(sonar_section().name, k.name));
-      for (const auto& k : object_section().keys)
-        all.push_back(joined(object_section().name, k.name));
+      for_each_list(scene_, [&](const auto& section, const auto&) {
+        for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
+      });
       for (const auto& k : material_section().keys)
         all.push_back(joined(material_section().name, k.name));
       hint = suggestion(key.str(), all);

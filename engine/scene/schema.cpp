@@ -7,18 +7,13 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/option_at.h>
 #include <ensonify/engine/sonar/presets.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/surface.h>
 
 namespace ensonify::engine {
 namespace {
-
-/// The option at the end of a chain of members.
-template <class Owner, class... Rest>
-auto at(auto Owner::*first, Rest... rest) {
-  return [=](Owner& owner) -> Option { return &((owner.*first).*....*rest); };
-}
 
 constexpr double largest_seed =  // TOML's largest integer
     static_cast<double>(std::numeric_limits<std::int64_t>::max());
@@ -86,6 +81,13 @@ Section<Scene> angle(std::string_view name, std::string_view help,
 Section<Scene> shift(std::string_view name, std::string_view help,
                      Oscillation MotionOptions::*which) {
   return {name, help, oscillation(which, "rms_m", "wander_m", "m", 1000)};
+}
+
+template <class Owner>
+bool has_text_by_default(const Key<Owner>& key) {
+  Owner fresh;
+  const Option option = key.option(fresh);
+  return !(*std::get<std::string*>(option)).empty();
 }
 
 }  // namespace
@@ -176,6 +178,9 @@ const std::vector<Section<Scene>>& scene_sections() {
             "the paper's own exponent.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::spectrum),
             {"variogram", "paper"}},
+           {"longest_m", "m", {0, 1e6},
+            "Waves longer than this bring no more height; 0: they do, to the seabed's own length.",
+            at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::longest_m)},
            {"sediments_own", "", {},
             "Whether this is the relief that the material's roughness stands for: its slopes are then "
             "not counted twice.",
@@ -197,6 +202,18 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"hurst", "", {0.01, 5},
             "How fast the spectrum falls off its maximum; beyond 1 the crests are smooth.",
             at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::hurst)},
+       }},
+      {"seafloor.detail",
+       "Relief of a survey below its cell: its heights smoothly interpolated, and fractal relief that begins "
+       "where their spectrum ends.",
+       {
+           {"cell_m", "m", {0, 1000}, "Spacing of the finer grid; 0: the survey as it is.",
+            at(&Scene::seafloor, &SeafloorOptions::detail, &SurveyDetail::cell_m)},
+           {"height_at_1m_m", "m", {0, 100},
+            "Rms height difference of points 1 m apart; unset: what the survey's finest scales tell.",
+            at(&Scene::seafloor, &SeafloorOptions::detail, &SurveyDetail::height_at_1m_m)},
+           {"hurst", "", {0.01, 0.99}, "Hurst exponent; unset: what the survey's finest scales tell.",
+            at(&Scene::seafloor, &SeafloorOptions::detail, &SurveyDetail::hurst)},
        }},
       {"track",
        "Where the vehicle goes. Its middle is counted from the middle of the seabed.",
@@ -610,7 +627,8 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
         else if constexpr (std::is_same_v<T, std::optional<double>>)
           return *value ? std::optional(number(**value)) : std::nullopt;
         else if constexpr (std::is_same_v<T, std::string>)
-          return value->empty() ? std::nullopt : std::optional(toml_string(*value));
+          return value->empty() && !has_text_by_default(key) ? std::nullopt
+                                                             : std::optional(toml_string(*value));
         else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
           return value->empty() ? std::nullopt : std::optional(points_text(*value));
         else if constexpr (std::is_same_v<T, InputFile>)
@@ -625,10 +643,28 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
 
 template std::string expectation(const Key<Scene>&);
 template std::string expectation(const Key<ObjectOptions>&);
+template std::string expectation(const Key<Patch>&);
+template std::string expectation(const Key<Layer<FractalRelief>>&);
+template std::string expectation(const Key<Layer<CrestRelief>>&);
+template std::string expectation(const Key<Layer<TrawlMarks>>&);
+template std::string expectation(const Key<Layer<PitRelief>>&);
+template std::string expectation(const Key<Layer<OutcropRelief>>&);
+template std::string expectation(const Key<Layer<BoulderField>>&);
 template std::string expectation(const Key<Material>&);
 template std::string expectation(const Key<Sonar>&);
 template std::optional<std::string> option_text(const Key<Scene>&, Scene&);
 template std::optional<std::string> option_text(const Key<ObjectOptions>&, ObjectOptions&);
+template std::optional<std::string> option_text(const Key<Patch>&, Patch&);
+template std::optional<std::string> option_text(const Key<Layer<FractalRelief>>&,
+                                                Layer<FractalRelief>&);
+template std::optional<std::string> option_text(const Key<Layer<CrestRelief>>&,
+                                                Layer<CrestRelief>&);
+template std::optional<std::string> option_text(const Key<Layer<TrawlMarks>>&, Layer<TrawlMarks>&);
+template std::optional<std::string> option_text(const Key<Layer<PitRelief>>&, Layer<PitRelief>&);
+template std::optional<std::string> option_text(const Key<Layer<OutcropRelief>>&,
+                                                Layer<OutcropRelief>&);
+template std::optional<std::string> option_text(const Key<Layer<BoulderField>>&,
+                                                Layer<BoulderField>&);
 template std::optional<std::string> option_text(const Key<Material>&, Material&);
 template std::optional<std::string> option_text(const Key<Sonar>&, Sonar&);
 
@@ -642,8 +678,10 @@ void for_each_file(Scene& scene, const std::function<void(std::string_view, Inpu
   };
   for (const auto& section : scene_sections()) visit(section, section.name, scene);
   for (Sonar& sonar : scene.sonars) visit(sonar_section(), "sonar." + sonar.name, sonar);
-  for (std::size_t i = 0; i < scene.objects.size(); ++i)
-    visit(object_section(), fmt::format("objects.{}", i), scene.objects[i]);
+  for_each_list(scene, [&](const auto& section, auto& list) {
+    for (std::size_t i = 0; i < list.size(); ++i)
+      visit(section, fmt::format("{}.{}", section.name, i), list[i]);
+  });
 }
 
 std::string toml_string(std::string_view text) {

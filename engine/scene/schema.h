@@ -15,8 +15,8 @@ namespace ensonify::engine {
 /// The option behind a key.
 using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
                             std::string*, InputFile*, std::vector<Eigen::Vector2d>*,
-                            RefractionMode*, SeafloorKind*, FractalSpectrum*, MaterialModel*, TrackKind*, Vertical*, Sides*,
-                            Palette*, PulseKind*, PulseWindow*>;
+                            RefractionMode*, SeafloorKind*, FractalSpectrum*, MaterialModel*,
+                            TrackKind*, Vertical*, Sides*, Palette*, PulseKind*, PulseWindow*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {
@@ -32,7 +32,7 @@ struct Key {
   Range range;            ///< of numbers
   std::string_view help;
   std::function<Option(Owner&)> option;
-  std::vector<std::string_view> choices = {};  ///< the words allowed; an enumeration's in its order
+  std::vector<std::string_view> choices;  ///< the words allowed; an enumeration's in its order
 
   bool in_degrees() const { return name.ends_with("_deg"); }
 };
@@ -45,14 +45,36 @@ struct Section {
   std::vector<Key<Owner>> keys;
 };
 
-/// All keys but `version`, the objects', the materials' and the sonars'.
+/// All keys but `version`, those of lists ([[objects]] ...), the materials' and the sonars'.
 const std::vector<Section<Scene>>& scene_sections();
 /// The keys of each [[objects]].
 const Section<ObjectOptions>& object_section();
+/// The keys of each [[seafloor.patches]], and of the layers of relief.
+const Section<Patch>& patch_section();
+const Section<Layer<FractalRelief>>& roughness_section();
+const Section<Layer<CrestRelief>>& crest_section();
+const Section<Layer<TrawlMarks>>& trawl_mark_section();
+const Section<Layer<PitRelief>>& pit_section();
+const Section<Layer<OutcropRelief>>& outcrop_section();
+const Section<Layer<BoulderField>>& boulder_section();
 /// The keys of each [material.NAME].
 const Section<Material>& material_section();
 /// The keys of each [sonar.NAME].
 const Section<Sonar>& sonar_section();
+
+/// Calls f(section, list) for each list of tables that a scene can have.
+template <class F>
+void for_each_list(Scene& scene, F&& f) {
+  SeabedOptions& bed = scene.seafloor.seabed;
+  f(patch_section(), bed.patches);
+  f(roughness_section(), bed.roughness);
+  f(crest_section(), bed.crests);
+  f(trawl_mark_section(), bed.trawl_marks);
+  f(pit_section(), bed.pits);
+  f(outcrop_section(), bed.outcrops);
+  f(boulder_section(), bed.boulders);
+  f(object_section(), scene.objects);
+}
 
 /// What a key wants: "a number from 0.5 to 10000 m", "true or false", "one of grey, copper".
 template <class Owner>

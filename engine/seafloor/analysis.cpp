@@ -36,17 +36,17 @@ Eigen::Vector3d vector_of(const Json& json) {
 /// What is kept of a seafloor beside its faces and their labels' numbers.
 std::string about(const Seafloor& seafloor) {
   Json labels = Json::array();
-  for (const Label& label : seafloor.labels)
-    labels.push_back(to_json(label));
+  for (const Label& label : seafloor.labels) labels.push_back(to_json(label));
   Json objects = Json::array();
   for (const ObjectRecord& object : seafloor.objects)
-    objects.push_back({{"table", object.table},
-                       {"middle_m", {object.middle_m.x(), object.middle_m.y(), object.middle_m.z()}},
-                       {"size_m", {object.size_m.x(), object.size_m.y(), object.size_m.z()}},
-                       {"heading_rad", object.heading_rad},
-                       {"scale", object.scale},
-                       {"buried", object.buried},
-                       {"label", to_json(object.label)}});
+    objects.push_back(
+        {{"table", object.table},
+         {"middle_m", {object.middle_m.x(), object.middle_m.y(), object.middle_m.z()}},
+         {"size_m", {object.size_m.x(), object.size_m.y(), object.size_m.z()}},
+         {"heading_rad", object.heading_rad},
+         {"scale", object.scale},
+         {"buried", object.buried},
+         {"label", to_json(object.label)}});
   return Json{{"vertices", seafloor.vertices},
               {"faces", seafloor.faces},
               {"bed_faces", seafloor.bed_faces},
@@ -73,8 +73,7 @@ void take(std::string_view text, Seafloor& seafloor) {
   json.at("materials").get_to(seafloor.materials);
   json.at("repairs").get_to(seafloor.repairs);
   json.at("warnings").get_to(seafloor.warnings);
-  for (const Json& entry : json.at("labels"))
-    seafloor.labels.push_back(label_of(entry, seafloor));
+  for (const Json& entry : json.at("labels")) seafloor.labels.push_back(label_of(entry, seafloor));
   for (const Json& entry : json.at("objects"))
     seafloor.objects.push_back({.table = entry.at("table").get<std::size_t>(),
                                 .middle_m = vector_of(entry.at("middle_m")),

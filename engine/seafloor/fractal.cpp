@@ -7,12 +7,15 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/spectral.h>
 
 namespace ensonify::engine {
 
 void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed) {
+  add_fractal(field, relief, Stream(seed, Purpose::fractal_relief));
+}
+
+void add_fractal(Heightfield& field, const FractalRelief& relief, const Stream& noise) {
   const double h = relief.hurst;
   const double sigma = relief.height_at_1m_m;
   if (!(h > 0.0 && h < 1.0))
@@ -21,7 +24,13 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t 
   if (!(sigma >= 0.0 && std::isfinite(sigma)))
     throw std::invalid_argument(fmt::format(
         "fractal relief: the height at 1 m is {} m; it must be finite and not negative", sigma));
+  if (!(relief.longest_m >= 0.0 && std::isfinite(relief.longest_m)))
+    throw std::invalid_argument(
+        fmt::format("fractal relief: the longest wave is {} m; it must be finite and not negative",
+                    relief.longest_m));
   if (sigma == 0.0) return;
+  // Below it the spectrum is level (von Karman's form).
+  const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
 
   SpectralField what;
   // A square, since a strip would have too few long waves across and too much power along.
@@ -31,19 +40,20 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t 
     // Phi(k) = C |k|^-(2H+2) is the plane's spectrum with the variogram sigma^2 d^2H.
     const double c = sigma * sigma * std::pow(2.0, 2.0 * h - 1.0) * h * std::tgamma(1.0 + h) /
                      (std::numbers::pi * std::tgamma(1.0 - h));
-    what.amplitude = [root_c = std::sqrt(c), exponent = -0.5 * (h + 1.0)](double kx, double ky) {
-      return root_c * std::pow(kx * kx + ky * ky, exponent);
+    what.amplitude = [k0, root_c = std::sqrt(c), exponent = -0.5 * (h + 1.0)](double kx,
+                                                                              double ky) {
+      return root_c * std::pow(kx * kx + ky * ky + k0 * k0, exponent);
     };
   } else {
     // Has no variogram of its own (it grows with the period): half the sum of the variograms 1 m to
     // the east and 1 m to the north is what gets the height.
-    what.amplitude = [exponent = -0.5 * (2.0 * h + 1.0)](double kx, double ky) {
-      return std::pow(kx * kx + ky * ky, exponent);
+    what.amplitude = [k0, exponent = -0.5 * (2.0 * h + 1.0)](double kx, double ky) {
+      return std::pow(kx * kx + ky * ky + k0 * k0, exponent);
     };
     what.weight = [](double kx, double ky) { return 2.0 - std::cos(kx) - std::cos(ky); };
     what.calibrated_m2 = sigma * sigma;
   }
-  add_spectral_field(field, what, Stream(seed, Purpose::fractal_relief));
+  add_spectral_field(field, what, noise);
 }
 
 }  // namespace ensonify::engine

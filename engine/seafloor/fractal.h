@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/heightfield.h>
 
 namespace ensonify::engine {
@@ -18,6 +19,7 @@ struct FractalRelief {
   double height_at_1m_m = 0.06;  ///< rms height difference of points 1 m apart; 0: none
   double hurst = 0.7;            ///< H in (0, 1): small is jagged, large is rolling
   FractalSpectrum spectrum = FractalSpectrum::variogram;
+  double longest_m = 0.0;      ///< waves longer than this bring no more height; 0: they do
   bool sediments_own = false;  ///< the relief that the material's own roughness stands for
 };
 
@@ -25,7 +27,10 @@ struct FractalRelief {
 /// over a square at least twice as long as the field's longer side (four times for H > 0.7), of
 /// which a part is cut out so that nothing wraps around; the mean of what is added is zero. The
 /// paper's spectrum is scaled to the same height difference at 1 m. Needs 8 bytes a point of that
-/// square. Throws std::invalid_argument for H outside (0, 1) or a negative height.
+/// square. Throws std::invalid_argument for H outside (0, 1), or a
+/// negative height or length.
 void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed);
+/// The same of a layer's own noise.
+void add_fractal(Heightfield& field, const FractalRelief& relief, const Stream& noise);
 
 }  // namespace ensonify::engine

@@ -21,7 +21,7 @@ double distance_m(const Vector2d& place, const Vector2d& a, const Vector2d& b) {
 
 }  // namespace
 
-Area::Area(std::vector<Vector2d> polygon) : polygon_(std::move(polygon)) {
+PlacementArea::PlacementArea(std::vector<Vector2d> polygon) : polygon_(std::move(polygon)) {
   Vector2d high = low_ = polygon_.front();
   for (const Vector2d& corner : polygon_) {
     low_ = low_.cwiseMin(corner);
@@ -30,12 +30,12 @@ Area::Area(std::vector<Vector2d> polygon) : polygon_(std::move(polygon)) {
   size_ = high - low_;
 }
 
-Area::Area(const Disc& disc)
+PlacementArea::PlacementArea(const Disc& disc)
     : disc_(disc),
       low_(disc.middle.array() - disc.radius_m),
       size_(Vector2d::Constant(2.0 * disc.radius_m)) {}
 
-bool Area::holds(const Disc& disc, double margin_m) const {
+bool PlacementArea::holds(const Disc& disc, double margin_m) const {
   const double reach_m = disc.radius_m + margin_m;
   if (polygon_.empty()) return (disc.middle - disc_.middle).norm() + reach_m <= disc_.radius_m;
   bool inside = false;

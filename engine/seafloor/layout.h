@@ -16,10 +16,10 @@ struct Disc {
 };
 
 /// A part of the bed seen from above: a polygon, whichever way it turns, or a disc.
-class Area {
+class PlacementArea {
  public:
-  explicit Area(std::vector<Eigen::Vector2d> polygon);
-  explicit Area(const Disc& disc);
+  explicit PlacementArea(std::vector<Eigen::Vector2d> polygon);
+  explicit PlacementArea(const Disc& disc);
 
   /// Whether a disc lies in it, no nearer to the border than the margin.
   bool holds(const Disc& disc, double margin_m) const;

@@ -14,6 +14,14 @@ namespace {
 
 using scatter::Sediment, scatter::Solid;
 
+/// What covers a bed, by Lambert's law. Dense Posidonia: -23 dB, nearly alike at all angles and
+/// frequencies (Lyons and Pouliquen 1998), which this is at 23 degrees. Shells: a typical value.
+struct Cover {
+  std::string_view name;
+  double mu_db;
+};
+constexpr std::array covers = {Cover{"seagrass", -15.0}, Cover{"shells", -14.0}};
+
 Sediment sediment_of(const Material& material) {
   Sediment sediment = material.mean_grain_size_phi
                           ? scatter::sediment_of_grain_size(*material.mean_grain_size_phi)
@@ -55,14 +63,19 @@ Material material_named(std::string_view name, std::span<const Material> own) {
     known.model = MaterialModel::solid;
     return known;
   }
+  if (const auto cover = std::ranges::find(covers, name, &Cover::name); cover != covers.end()) {
+    known.model = MaterialModel::lambert;
+    known.lambert_mu_db = cover->mu_db;
+    return known;
+  }
   try {
     scatter::sediment_named(name);
   } catch (const std::invalid_argument& unknown) {
     std::string solid_names;
     for (const scatter::NamedSolid& solid : solids) solid_names += fmt::format(", {}", solid.name);
-    throw std::invalid_argument(
-        fmt::format("{}; solids are{}; or describe it in a table [material.{}]", unknown.what(),
-                    solid_names.substr(1), name));
+    throw std::invalid_argument(fmt::format(
+        "{}; covers are seagrass, shells; solids are{}; or describe it in a table [material.{}]",
+        unknown.what(), solid_names.substr(1), name));
   }
   return known;
 }

@@ -13,7 +13,8 @@ namespace ensonify::engine {
 
 enum class MaterialModel { tr9407, small_slope, lambert, solid };
 
-/// What the bed or an object is made of: a seabed or a solid that is known by name, and what differs.
+/// What the bed or an object is made of: a seabed or a solid that is known by name, and what
+/// differs.
 struct Material {
   std::string name;
   MaterialModel model = MaterialModel::tr9407;
@@ -25,7 +26,8 @@ struct Material {
   double strength_offset_db = 0.0;  ///< added to the strength of a sediment
 };
 
-/// The one of these that has the name, or else the sediment or solid that is known by it. Throws
+/// The one of these that has the name, or else the sediment, cover (seagrass, shells) or solid
+/// that is known by it. Throws
 /// std::invalid_argument, with the names that are nearest, for another.
 Material material_named(std::string_view name, std::span<const Material> own);
 

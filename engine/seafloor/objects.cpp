@@ -49,7 +49,7 @@ class Table {
   }
 
   std::vector<PlacedObjects::One> many(Layout& layout) const {
-    const Area area = area_of();
+    const PlacementArea area = area_of();
     std::vector<PlacedObjects::One> all;
     for (std::size_t number = 0; number < static_cast<std::size_t>(options_.count); ++number) {
       const refine::TriangleMesh mesh = mesh_of(number);
@@ -131,18 +131,18 @@ class Table {
     return all;
   }
 
-  Area area_of() const {
-    if (!options_.area.empty()) return Area(options_.area);
+  PlacementArea area_of() const {
+    if (!options_.area.empty()) return PlacementArea(options_.area);
     if (options_.area_radius_m > 0.0)
-      return Area(Disc{{options_.east_m, options_.north_m}, options_.area_radius_m});
+      return PlacementArea(Disc{{options_.east_m, options_.north_m}, options_.area_radius_m});
     const refine::Bounds box = bed_.bounds();
     const Vector2d low = box.lowest.head<2>().cast<double>(),
                    high = box.highest.head<2>().cast<double>();
-    return Area({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
+    return PlacementArea({low, {high.x(), low.y()}, high, {low.x(), high.y()}});
   }
 
   std::optional<Spot> find_room(const refine::TriangleMesh& mesh, std::size_t number,
-                                const Area& area, Layout& layout) const {
+                                const PlacementArea& area, Layout& layout) const {
     std::array<double, 2> drawn{};
     Stream(seed_, Purpose::object_place, {number_, number, 1}).uniform(drawn);
     Spot spot;

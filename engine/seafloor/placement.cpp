@@ -16,7 +16,7 @@ namespace {
 using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 
 constexpr double most_pieces = 5e5;  // of one line
-constexpr double hidden_m = 1e-3;  // under the bed, not level with it, is what is wholly sunk in
+constexpr double hidden_m = 1e-3;    // under the bed, not level with it, is what is wholly sunk in
 
 Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
   return (AngleAxisd(-heading_rad, Vector3d::UnitZ()) *
@@ -137,10 +137,10 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
   double length_m = 0.0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) length_m += (path[i + 1] - path[i]).norm();
   if (length_m > most_pieces * std::min(step_m, diameter_m))
-    throw refine::MeshError(
-        fmt::format("{}: {:.0f} m of it are more than {:.0e} pieces; make it shorter or thicker, or "
-                    "its facet_m larger",
-                    what, length_m, most_pieces));
+    throw refine::MeshError(fmt::format(
+        "{}: {:.0f} m of it are more than {:.0e} pieces; make it shorter or thicker, or "
+        "its facet_m larger",
+        what, length_m, most_pieces));
   const std::vector<Vector3d> line = laid_line(
       path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
       object.height_m - object.burial * (diameter_m + hidden_m), ground_m);

@@ -22,7 +22,8 @@ namespace {
 constexpr double most_faces = 2147483648.0;  // 2^31
 constexpr std::size_t most_labels = 65535;   // number 65535 is what label pictures leave out
 
-/// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called "none".
+/// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called
+/// "none".
 std::uint16_t number_of(const std::string& name, std::vector<std::string>& names) {
   const auto found = std::find(names.begin() + 1, names.end(), name);
   const auto number = static_cast<std::uint16_t>(found - names.begin());
@@ -71,17 +72,21 @@ Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed) {
                    -options.depth_m);
   add_fractal(field, options.fractal, seed);
   add_ripples(field, options.ripples, seed);
+  return field;
+}
+
+/// Throws if a generated bed rises out of the water.
+void refuse_land(const Heightfield& field, double depth_m) {
   const double highest = *std::max_element(field.z_m.begin(), field.z_m.end());
   if (!(highest <= 0.0))
     throw std::invalid_argument(
         fmt::format("seafloor: the bed rises {:.3g} m above the sea surface, its mean depth being "
                     "{} m; make it "
                     "deeper, the relief lower, or the extent smaller",
-                    highest, options.depth_m));
-  return field;
+                    highest, depth_m));
 }
 
-Heightfield make_survey(const SeafloorOptions& options) {
+Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
   Heightfield field = read_survey(options.survey.path, options.water_level_m);
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const double z : field.z_m)
@@ -96,7 +101,45 @@ Heightfield make_survey(const SeafloorOptions& options) {
         "downwards",
         options.survey.path.string(), lowest + options.water_level_m,
         highest + options.water_level_m, options.water_level_m));
-  return field;
+  return with_detail(field, options.detail, seed);
+}
+
+/// A bed's heights, and the map of what lies there.
+struct Ground {
+  Heightfield field;
+  SeabedMap map;
+};
+
+Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
+  if (options.kind == SeafloorKind::mesh || options.kind == SeafloorKind::progressive)
+    throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it as .ply");
+  const bool fractal = options.kind == SeafloorKind::fractal;
+  Ground ground;
+  ground.field = fractal ? make_fractal(options, seed) : make_survey(options, seed);
+  ground.map = lay_seabed(ground.field, options.seabed, options.material, seed);
+  if (fractal) refuse_land(ground.field, options.depth_m);
+  return ground;
+}
+
+/// A label for each kind of the map, and for each face that of most of its corners.
+void label_bed(const Ground& ground, Seafloor& seafloor) {
+  for (const SeabedMap::Kind& kind : ground.map.kinds)
+    seafloor.labels.push_back({.sediment = number_of(kind.material, seafloor.materials),
+                               .class_id = number_of(kind.class_name, seafloor.classes)});
+  if (ground.map.kinds.size() == 1) return;
+  const Heightfield& field = ground.field;
+  const auto kind_at = [&](std::uint32_t vertex) {
+    const Eigen::Vector3f& p = seafloor.mesh.positions[vertex];
+    const double column = p.x() / field.cell_east_m + 0.5 * (field.columns - 1);
+    const double row = p.y() / field.cell_north_m + 0.5 * (field.rows - 1);
+    return ground.map.point_kind[field.index(static_cast<int>(std::lround(column)),
+                                             static_cast<int>(std::lround(row)))];
+  };
+  seafloor.face_label.reserve(seafloor.mesh.faces.size());
+  for (const refine::Face& face : seafloor.mesh.faces) {
+    const std::uint16_t a = kind_at(face[0]), b = kind_at(face[1]), c = kind_at(face[2]);
+    seafloor.face_label.push_back(b == c ? b : a);
+  }
 }
 
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor) {
@@ -168,13 +211,7 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed, Seaf
 }  // namespace
 
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed) {
-  switch (options.kind) {
-    case SeafloorKind::fractal: return make_fractal(options, seed);
-    case SeafloorKind::survey: return make_survey(options);
-    case SeafloorKind::mesh:
-    case SeafloorKind::progressive: break;
-  }
-  throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it as .ply");
+  return make_ground(options, seed).field;
 }
 
 refine::Bounds Seafloor::bounds() const {
@@ -200,19 +237,18 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     return open_analysed(options.progressive.path);
   }
   Seafloor seafloor;
-  const bool mesh = options.kind == SeafloorKind::mesh;
-  if (mesh) {
+  if (options.kind == SeafloorKind::mesh) {
     seafloor.mesh = make_mesh(options, seafloor);
+    seafloor.labels = {{.sediment = number_of(options.material, seafloor.materials),
+                        .class_id = number_of("seabed", seafloor.classes),
+                        .two_sided = true}};
   } else {
-    const Heightfield field = make_heightfield(options, seed);
-    seafloor.mesh = tessellate(field);
-    seafloor.utm_zone = field.utm_zone;
+    const Ground ground = make_ground(options, seed);
+    seafloor.mesh = tessellate(ground.field);
+    seafloor.utm_zone = ground.field.utm_zone;
+    label_bed(ground, seafloor);
   }
   seafloor.bed_faces = seafloor.mesh.faces.size();
-  seafloor.labels = {{.sediment = number_of(options.material, seafloor.materials),
-                      .class_id = number_of("seabed", seafloor.classes),
-                      .instance = 0,
-                      .two_sided = mesh}};
   seafloor.mean_bed_m = mean_height_m(seafloor.mesh);
   add_objects(objects, seed, seafloor);
   seafloor.vertices = seafloor.mesh.positions.size();

@@ -11,6 +11,8 @@
 #include <ensonify/engine/seafloor/input_file.h>
 #include <ensonify/engine/seafloor/object_options.h>
 #include <ensonify/engine/seafloor/ripples.h>
+#include <ensonify/engine/seafloor/seabed.h>
+#include <ensonify/engine/seafloor/survey_detail.h>
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -28,11 +30,17 @@ struct SeafloorOptions {
   double depth_m = 20.0;  ///< mean depth below the sea surface
   FractalRelief fractal;
   RippleRelief ripples;
-  // survey, mesh, progressive
+  // survey
   InputFile survey;
+  SurveyDetail detail;
+  // fractal, survey
+  SeabedOptions seabed;  ///< the map and the layers of relief on that
+  // progressive
+  InputFile progressive;  ///< what `ensonify analyse` wrote: bed, objects and labels
+  // mesh
   InputFile mesh;
-  InputFile progressive;                 ///< what `ensonify analyse` wrote: bed, objects and labels
-  double weld_m = 0.0;                   ///< the mesh's vertices this close become one
+  double weld_m = 0.0;  ///< the mesh's vertices this close become one
+  // survey, mesh
   double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
   std::string material = "medium sand";  ///< see material.h
 };
@@ -70,7 +78,7 @@ struct Seafloor {
                    ///< tags, or else all are labels[0]
   std::vector<std::string> classes = {"none"};
   std::vector<std::string> materials = {"none"};
-  int utm_zone = 0;                   ///< of the mesh's world, as in Heightfield
+  int utm_zone = 0;  ///< of the mesh's world, as in Heightfield
   std::vector<ObjectRecord> objects;
   std::size_t repairs = 0;            ///< of the files' meshes, all counts summed
   std::vector<std::string> warnings;  ///< what was repaired, a line a file
@@ -87,7 +95,8 @@ struct Seafloor {
 };
 
 /// The heights that options describe. Throws std::invalid_argument for options that make no bed
-/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a survey that makes none, and what its parts throw.
+/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a
+/// survey that makes none, and what its parts throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
 /// The bed (of any kind) as a mesh, with objects set down on it. Throws as make_heightfield does, and
 /// refine::MeshError for a mesh that cannot be read or an object without a bed below, and

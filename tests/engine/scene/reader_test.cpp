@@ -52,9 +52,11 @@ std::vector<std::string> contents(Scene scene) {
   for (const auto& section : scene_sections())
     for (const auto& key : section.keys)
       out.push_back(fmt::format("{}.{} {}", section.name, key.name, bits(key, scene)));
-  for (ObjectOptions& object : scene.objects)
-    for (const auto& key : object_section().keys)
-      out.push_back(fmt::format("object {} {}", key.name, bits(key, object)));
+  for_each_list(scene, [&](const auto& section, auto& list) {
+    for (auto& item : list)
+      for (const auto& key : section.keys)
+        out.push_back(fmt::format("{} {} {}", section.name, key.name, bits(key, item)));
+  });
   for (Material& material : scene.materials)
     for (const auto& key : material_section().keys)
       out.push_back(fmt::format("{}.{} {}", material.name, key.name, bits(key, material)));
@@ -312,7 +314,8 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
       {head + "[seafloor]\nmaterial = \"medium sant\"",
        "s.toml:3:12: 'seafloor.material': sediment 'medium sant' is not known; the nearest names "
        "are "
-       "'medium sand', 'medium silt' and 'muddy sand'; solids are steel, aluminium, concrete, "
+       "'medium sand', 'medium silt' and 'muddy sand'; covers are seagrass, shells; solids are "
+       "steel, aluminium, concrete, "
        "stone, "
        "wood, glass fibre, rubber; or describe it in a table [material.medium sant]"},
       {head + "[material.a]\nlike = \"lava\"\nmodel = \"solid\"",

@@ -1,0 +1,186 @@
+#include <ensonify/engine/scene/seabed_check.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/area_files.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector2d;
+
+/// Calls f(layer, its name) for each patch and each layer of relief.
+template <class F>
+void for_each_layer(const Scene& scene, F f) {
+  Scene copy = scene;  // the lists are visited for change
+  for_each_list(copy, [&](const auto& section, auto& list) {
+    if constexpr (requires { list.front().area.on; })
+      for (std::size_t i = 0; i < list.size(); ++i)
+        f(list[i], fmt::format("{}.{}", section.name, i));
+  });
+}
+
+class Check {
+ public:
+  Check(const Scene& scene, const std::function<std::string(std::string_view)>& place)
+      : bed_(scene.seafloor), place_(place) {}
+
+  void require(bool holds, const std::string& key, const auto& message) const {
+    if (!holds) throw SceneError(fmt::format("{}: {}", place_(key), message()));
+  }
+
+  void area(const Area& area, const std::string& name) const {
+    const std::string polygon = name + ".polygon_m";
+    const std::size_t points = area.polygon_m.size();
+    require(points == 0 || (points >= 3 && points <= 1000), polygon, [&] {
+      return fmt::format("'{}' has {} points, expected a polygon of three to 1000 points", polygon,
+                         points);
+    });
+    if (const auto sides = crossing_sides(area.polygon_m))
+      require(false, polygon, [&] {
+        return fmt::format(
+            "'{}' crosses itself: the sides from point {} and from point {} meet; expected "
+            "points in their order around",
+            polygon, sides->first + 1, sides->second + 1);
+      });
+    if (!area.polygon_m.empty()) {
+      Vector2d low = area.polygon_m[0], high = low;
+      for (const Vector2d& p : area.polygon_m) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+      }
+      on_the_seabed(low, high, polygon);
+    }
+    if (area.radius_m > 0.0) {
+      const Vector2d middle(area.middle_east_m, area.middle_north_m);
+      on_the_seabed(middle.array() - area.radius_m, middle.array() + area.radius_m,
+                    name + ".radius_m");
+    }
+    ordered(area.shallowest_m, area.deepest_m, name + ".deepest_m", "shallowest_m");
+    ordered(area.gentlest_rad, area.steepest_rad, name + ".steepest_deg", "gentlest_deg");
+  }
+
+  /// Of a box that holds an area; nothing is known yet of a survey's extent.
+  void on_the_seabed(const Vector2d& low, const Vector2d& high, const std::string& key) const {
+    if (bed_.kind != SeafloorKind::fractal) return;
+    const Vector2d half = 0.5 * Vector2d(bed_.extent_east_m, bed_.extent_north_m);
+    require((low.array() < half.array()).all() && (high.array() > -half.array()).all(), key, [&] {
+      return fmt::format(
+          "'{}' lies outside the seabed: it reaches from {} to {} m east and from {} to {} "
+          "m north, and the seabed {} m east and west and {} m north and south",
+          key, low.x(), high.x(), low.y(), high.y(), half.x(), half.y());
+    });
+  }
+
+ private:
+  void ordered(const std::optional<double>& least, const std::optional<double>& most,
+               const std::string& key, std::string_view other) const {
+    require(!least || !most || *least < *most, key, [&] {
+      return fmt::format("'{}' must be more than {}, or nothing is left between them", key, other);
+    });
+  }
+
+  const SeafloorOptions& bed_;
+  const std::function<std::string(std::string_view)>& place_;
+};
+
+/// The materials that a map can have.
+std::vector<std::string> materials_of(const SeafloorOptions& bed) {
+  std::vector<std::string> names = {bed.material};
+  for (const Patch& patch : bed.seabed.patches) names.push_back(patch.material);
+  return names;
+}
+
+}  // namespace
+
+void check_seabed(const Scene& scene,
+                  const std::function<std::string(std::string_view key)>& place) {
+  const SeafloorOptions& bed = scene.seafloor;
+  const Check check(scene, place);
+  check.require(bed.kind == SeafloorKind::survey || bed.detail.cell_m == 0.0,
+                "seafloor.detail.cell_m",
+                [] { return "'seafloor.detail.cell_m' needs seafloor.kind = \"survey\""; });
+  const std::vector<std::string> materials = materials_of(bed);
+  for_each_layer(scene, [&](const auto& layer, const std::string& name) {
+    const bool grid = bed.kind == SeafloorKind::fractal || bed.kind == SeafloorKind::survey;
+    check.require(grid, name, [&] {
+      return fmt::format("'{}' needs a grid of heights: seafloor.kind = \"fractal\" or \"survey\"",
+                         name);
+    });
+    check.area(layer.area, name);
+    check.require(layer.area.on.empty() || std::ranges::count(materials, layer.area.on) > 0,
+                  name + ".on", [&] {
+                    return fmt::format(
+                        "'{}.on' is \"{}\", which nothing of the map is made of; expected "
+                        "one of {}",
+                        name, layer.area.on, fmt::join(materials, ", "));
+                  });
+    if (layer.material.empty()) return;
+    try {
+      for (const Sonar& sonar : scene.sonars)
+        backscatter_of(material_named(layer.material, scene.materials), sonar.frequency_hz, 1500.0,
+                       0.0);
+    } catch (const std::invalid_argument& error) {
+      throw SceneError(
+          fmt::format("{}: '{}.material': {}", place(name + ".material"), name, error.what()));
+    }
+  });
+  for (std::size_t i = 0; i < bed.seabed.patches.size(); ++i)
+    for (const auto& [text, key] : {std::pair(&bed.seabed.patches[i].material, "material"),
+                                    std::pair(&bed.seabed.patches[i].class_name, "class")})
+      check.require(!text->empty(), fmt::format("seafloor.patches.{}.{}", i, key), [&] {
+        return fmt::format("'seafloor.patches.{}.{}' is empty, expected a name", i, key);
+      });
+  if (bed.kind == SeafloorKind::fractal)
+    for (std::size_t i = 0; i < bed.seabed.crests.size(); ++i) {
+      const double wavelength_m = bed.seabed.crests[i].relief.wavelength_m;
+      const std::string key = fmt::format("seafloor.crests.{}.wavelength_m", i);
+      check.require(bed.cell_m <= 0.25 * wavelength_m, key, [&] {
+        return fmt::format(
+            "crests {} m apart need cells of {} m or less, and seafloor.cell_m is {}", wavelength_m,
+            0.25 * wavelength_m, bed.cell_m);
+      });
+    }
+}
+
+void check_seabed_files(const Scene& scene,
+                        const std::function<std::string(std::string_view key)>& place) {
+  const SeafloorOptions& bed = scene.seafloor;
+  if (bed.kind != SeafloorKind::fractal) return;  // a survey's extent is known when it is read
+  Heightfield corners;                            // the seabed's extent
+  corners.columns = corners.rows = 2;
+  corners.cell_east_m = bed.extent_east_m;
+  corners.cell_north_m = bed.extent_north_m;
+  corners.z_m.assign(4, 0.0);
+  const Check check(scene, place);
+  for_each_layer(scene, [&](const auto& layer, const std::string& name) {
+    const auto read = [&](const char* key, const InputFile& file, const auto& action) {
+      if (file.path.empty()) return;
+      const std::string whole = fmt::format("{}.{}", name, key);
+      try {
+        action(whole);
+      } catch (const refine::MeshError& error) {
+        throw SceneError(fmt::format("{}: '{}': {}", place(whole), whole, error.what()));
+      }
+    };
+    read("image", layer.area.image, [&](const std::string&) {
+      read_area_image(layer.area.image.path, corners, layer.area.image_value);
+    });
+    read("outline", layer.area.outline, [&](const std::string& key) {
+      Eigen::Array2d low = Eigen::Array2d::Constant(1e300), high = -low;
+      for (const Polygon& polygon : read_outlines(layer.area.outline.path, Eigen::Vector3d::Zero()))
+        for (const Vector2d& p : polygon) {
+          low = low.min(p.array());
+          high = high.max(p.array());
+        }
+      check.on_the_seabed(low, high, key);
+    });
+  });
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+
+/// That patches and layers of relief fit the seabed. Throws SceneError, beginning with what `place`
+/// says of the key at fault.
+void check_seabed(const Scene& scene,
+                  const std::function<std::string(std::string_view key)>& place);
+
+/// The same of the files that they name, once these are found: that images and outlines can be
+/// read, and lie on a generated seabed.
+void check_seabed_files(const Scene& scene,
+                        const std::function<std::string(std::string_view key)>& place);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/seafloor/area.h>
+#include <ensonify/engine/seafloor/boulders.h>
+#include <ensonify/engine/seafloor/crests.h>
+#include <ensonify/engine/seafloor/fractal.h>
+#include <ensonify/engine/seafloor/furrows.h>
+#include <ensonify/engine/seafloor/heightfield.h>
+#include <ensonify/engine/seafloor/outcrops.h>
+#include <ensonify/engine/seafloor/pits.h>
+
+namespace ensonify::engine {
+
+/// A sediment or a cover of its own on a part of the seabed; a later patch covers an earlier one.
+struct Patch {
+  Area area;
+  std::string material = "coarse silt";
+  std::string class_name = "seabed";
+  double rise_m = 0.0;  ///< how far its surface lies over the bed around it, as a canopy does
+};
+
+/// What an interpreter would call a relief: forms of the sediment are seabed, things have names.
+inline const char* usual_class(const FractalRelief&) { return ""; }
+inline const char* usual_class(const CrestRelief&) { return ""; }
+inline const char* usual_class(const TrawlMarks&) { return "trawl_mark"; }
+inline const char* usual_class(const PitRelief&) { return "pockmark"; }
+inline const char* usual_class(const OutcropRelief&) { return "outcrop"; }
+inline const char* usual_class(const BoulderField&) { return "boulder"; }
+/// What it is made of, if not of the bed's own material.
+template <class Relief>
+const char* usual_material(const Relief&) {
+  return "";
+}
+inline const char* usual_material(const OutcropRelief&) { return "rock"; }
+inline const char* usual_material(const BoulderField&) { return "rock"; }
+
+/// Where it lies: nearly always everywhere.
+template <class Relief>
+Area usual_area(const Relief&) {
+  return {};
+}
+inline Area usual_area(const OutcropRelief&) {
+  Area area;
+  area.share = 0.3;
+  area.border_m = 30.0;  // over which the rock rises
+  return area;
+}
+
+/// A layer of relief: where, which, and what it is called. An empty class or material leaves the
+/// map's.
+template <class Relief>
+struct Layer {
+  Area area{usual_area(Relief{})};
+  Relief relief;
+  std::string class_name{usual_class(Relief{})};
+  std::string material{usual_material(Relief{})};
+};
+
+/// What lies on the base of a seabed: the map of what it is made of, and layers of relief that add
+/// up.
+struct SeabedOptions {
+  std::vector<Patch> patches;
+  std::vector<Layer<FractalRelief>> roughness;
+  std::vector<Layer<CrestRelief>> crests;
+  std::vector<Layer<TrawlMarks>> trawl_marks;
+  std::vector<Layer<PitRelief>> pits;
+  std::vector<Layer<OutcropRelief>> outcrops;
+  std::vector<Layer<BoulderField>> boulders;
+
+  bool empty() const {
+    return patches.empty() && roughness.empty() && crests.empty() && trawl_marks.empty() &&
+           pits.empty() && outcrops.empty() && boulders.empty();
+  }
+};
+
+/// What each point of a grid is made of and called.
+struct SeabedMap {
+  struct Kind {
+    std::string material;
+    std::string class_name;
+    friend bool operator==(const Kind&, const Kind&) = default;
+  };
+  std::vector<Kind> kinds;                ///< the seafloor's own first
+  std::vector<std::uint16_t> point_kind;  ///< into kinds, one a grid point; empty: all are kinds[0]
+};
+
+/// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
+/// lies on the sediment does not show on them. Throws std::invalid_argument and refine::MeshError,
+/// beginning with the scene's key of the layer at fault, for what cannot be.
+SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
+                     std::uint64_t seed);
+
+}  // namespace ensonify::engine

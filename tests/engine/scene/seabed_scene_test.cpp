@@ -1,0 +1,128 @@
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/scene/reader.h>
+
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::engine;
+using ensonify::tests::TemporaryFolder;
+
+namespace {
+
+const std::string layers = R"(version = 1
+[seafloor]
+extent_east_m = 60
+extent_north_m = 40
+[[seafloor.patches]]
+material = "sandy mud"
+polygon_m = [[-10, -10], [10.5, -10], [0, 12.25]]
+ragged_m = 1.5
+[[seafloor.patches]]
+material = "own"
+class = "seagrass"
+on = "sandy mud"
+share = 0.25
+[[seafloor.crests]]
+wavelength_m = 1.5
+across_crests_deg = 33.3
+gentlest_deg = 0.1
+[[seafloor.trawl_marks]]
+class = ""
+count = 3
+[[seafloor.outcrops]]
+[[seafloor.boulders]]
+on = "own"
+[material.own]
+model = "lambert"
+)";
+
+std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {},
+                     const ScenePaths& paths = {}) {
+  try {
+    parse_scene(text, "s.toml", overrides, paths);
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+std::string with(const std::string& patch) {
+  return "version = 1\n[seafloor]\nextent_east_m = 60\nextent_north_m = 40\n" + patch;
+}
+
+}  // namespace
+
+TEST_CASE("Patches and layers of relief are read, overridden and dumped to the same") {
+  const Scene scene = parse_scene(layers, "s.toml", {{"seafloor.crests.0.height_m=0.25"}});
+  const SeabedOptions& bed = scene.seafloor.seabed;
+  REQUIRE(bed.patches.size() == 2);
+  CHECK(bed.patches[0].area.polygon_m == Polygon{{-10.0, -10.0}, {10.5, -10.0}, {0.0, 12.25}});
+  CHECK(bed.patches[1].class_name == "seagrass");
+  CHECK(bed.crests[0].relief.height_m == 0.25);
+  CHECK(bed.crests[0].area.gentlest_rad);
+  CHECK(bed.trawl_marks[0].class_name.empty());
+  CHECK(bed.outcrops[0].class_name == "outcrop");
+  CHECK(bed.boulders[0].material == "rock");
+  for (const bool with_comments : {true, false}) {
+    const std::string text = dump_scene(scene, with_comments);
+    const Scene back = parse_scene(text, "dumped");
+    CHECK(dump_scene(back, with_comments) == text);
+    CHECK(back.seafloor.seabed.trawl_marks[0].class_name.empty());
+    CHECK(back.seafloor.seabed.patches[0].area.polygon_m == bed.patches[0].area.polygon_m);
+    CHECK(back.seafloor.seabed.crests[0].relief.across_crests_rad ==
+          bed.crests[0].relief.across_crests_rad);
+  }
+}
+
+TEST_CASE("A patch at fault is told of with its file and line") {
+  const auto check = [](const std::string& patch, const std::string& line,
+                        const std::string& words) {
+    const std::string message = error_of(with(patch));
+    INFO(message);
+    CHECK(message.starts_with("s.toml:" + line));
+    CHECK(message.find(words) != std::string::npos);
+  };
+  check("[[seafloor.patches]]\npolygon_m = [[0, 0], [4, 4], [4, 0], [0, 4]]\n",
+        "6:", "crosses itself");
+  check("[[seafloor.patches]]\npolygon_m = [[0, 0], [4, 4]]\n", "6:", "three to 1000 points");
+  check("[[seafloor.patches]]\npolygon_m = [[0, 0], [4, \"x\"], [1, 2]]\n", "6:", "point 2 is not");
+  check("[[seafloor.patches]]\npolygon_m = [[50, 0], [54, 0], [50, 4]]\n",
+        "6:", "outside the seabed");
+  check("[[seafloor.pits]]\nradius_m = 4\nmiddle_north_m = 70\n", "6:", "outside the seabed");
+  check("[[seafloor.patches]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
+  check("[[seafloor.patches]]\nmaterial = \"\"\n", "6:", "empty");
+  check("[[seafloor.boulders]]\nmaterial = \"mud pie\"\n", "6:", "mud pie");
+  check("[[seafloor.crests]]\non = \"clay\"\n", "6:", "nothing of the map");
+  check("[[seafloor.crests]]\nwavelength_m = 0.5\n", "6:", "need cells of");
+  check("[[seafloor.crests]]\nwavelenth_m = 0.5\n", "6:", "did you mean 'wavelength_m'?");
+  check("[[seafloor.crest]]\n", "5:", "unknown key");
+  check("[[seafloor.patches]]\nshallowest_m = 5\ndeepest_m = 4\n", "7:", "shallowest_m");
+  check("detail.cell_m = 0.1\n", "5:", "survey");
+  check("[seafloor.patches]\n", "5:", "[[seafloor.patches]]");
+  CHECK(error_of(layers, {"seafloor.crests.1.height_m=0.1"}).find("it has 1, numbered from 0") !=
+        std::string::npos);
+  CHECK(error_of(layers, {"seafloor.crests=[{height_m=0.1}, {}]"}).find("expected tables") !=
+        std::string::npos);
+  CHECK(error_of("version = 1\n[seafloor]\nkind = \"mesh\"\nmesh = \"a.ply\"\n[[seafloor.pits]]\n")
+            .find("needs a grid of heights") != std::string::npos);
+}
+
+TEST_CASE("An image that does not fit the seabed is told of before anything is made") {
+  const TemporaryFolder folder;
+  const auto write_pgm = [&](const std::string& name, const std::string& bytes) {
+    std::ofstream(folder / name, std::ios::binary) << bytes;
+  };
+  write_pgm("damaged.png", "\x89PNG\r\n\x1a\n not one");
+  const ScenePaths paths{folder.path(), {}};
+  const std::string message =
+      error_of(with("[[seafloor.patches]]\nimage = \"damaged.png\"\n"), {}, paths);
+  INFO(message);
+  CHECK(message.starts_with("s.toml:6:"));
+  CHECK(message.find("damaged.png") != std::string::npos);
+  CHECK(error_of(with("[[seafloor.patches]]\nimage = \"none.png\"\n"), {}, paths)
+            .starts_with("s.toml:6:"));
+}

@@ -1,0 +1,259 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+#include <ensonify/engine/seafloor/boulders.h>
+#include <ensonify/engine/seafloor/fractal.h>
+#include <ensonify/engine/seafloor/furrows.h>
+#include <ensonify/engine/seafloor/outcrops.h>
+#include <ensonify/engine/seafloor/pits.h>
+#include <ensonify/engine/seafloor/smooth_field.h>
+
+#include "engine/seafloor/spectrum.h"
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+LayerDraws draws(std::uint64_t seed, Purpose purpose = Purpose::test) { return {seed, purpose, 1}; }
+bool anywhere(double, double) { return true; }
+
+struct Laid {
+  Heightfield field;
+  std::vector<std::uint8_t> marked;
+  explicit Laid(Heightfield grid) : field(std::move(grid)), marked(field.z_m.size(), 0) {}
+  double marked_share() const {
+    return std::accumulate(marked.begin(), marked.end(), 0.0) / static_cast<double>(marked.size());
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A smooth field has unit variance, Gaussian tails and the same slope in all directions") {
+  double square = 0.0, fourth = 0.0, east = 0.0, north = 0.0, promised = 0.0, n = 0.0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const SmoothField smooth(draws(seed).of(1), 4.0, 16.0);
+    const Heightfield grid = flat(200, 200, 0.5, 0.5);
+    const std::vector<double> z = smooth.over(grid);
+    promised += smooth.slope_per_m() * smooth.slope_per_m() / 30.0;
+    for (int row = 0; row + 1 < 200; row += 3)
+      for (int column = 0; column + 1 < 200; column += 3) {
+        const std::size_t i = grid.index(column, row);
+        square += z[i] * z[i];
+        fourth += std::pow(z[i], 4);
+        east += std::pow((z[i + 1] - z[i]) / 0.5, 2);
+        north += std::pow((z[i + 200] - z[i]) / 0.5, 2);
+        n += 1.0;
+      }
+  }
+  square /= n;
+  CHECK(square == Approx(1.0).epsilon(0.06));
+  CHECK(fourth / n / (square * square) == Approx(3.0).epsilon(0.1));
+  CHECK(east / n == Approx(promised).epsilon(0.08));
+  CHECK(north / n == Approx(promised).epsilon(0.08));
+}
+
+TEST_CASE("A smooth field on a fine grid is interpolated from its waves, and nearly their sum") {
+  const SmoothField smooth(draws(4).of(1), 5.0, 20.0);
+  const Heightfield grid = flat(150, 130, 0.1, 0.13);
+  const std::vector<double> z = smooth.over(grid);
+  for (int row = 0; row < grid.rows; row += 7)
+    for (int column = 0; column < grid.columns; column += 7)
+      REQUIRE(z[grid.index(column, row)] ==
+              Approx(smooth.at(grid.x_m(column), grid.y_m(row))).margin(0.01));
+}
+
+TEST_CASE("Relief has the asked for heights below its longest wave, and no more beyond") {
+  const auto difference_m2 = [](const Heightfield& field, int lag) {
+    double sum = 0.0;
+    for (int row = 0; row < field.rows; ++row)
+      for (int column = 0; column + lag < field.columns; ++column)
+        sum += std::pow(field.at(column + lag, row) - field.at(column, row), 2);
+    return sum / (field.rows * static_cast<double>(field.columns - lag));
+  };
+  double near = 0.0, far = 0.0, farther = 0.0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Heightfield field = flat(512, 512, 0.25, 0.25);
+    add_fractal(field, {.height_at_1m_m = 0.1, .hurst = 0.5, .longest_m = 16.0}, seed);
+    near += difference_m2(field, 4) / 6.0;
+    far += difference_m2(field, 64) / 6.0;
+    farther += difference_m2(field, 192) / 6.0;
+  }
+  // von Karman's field of H = 1/2 has the exponential variogram 2 s^2 (1 - exp(-k0 d)), of slope
+  // 2 s^2 k0 = 0.01 m at the origin.
+  const double k0 = 2.0 * pi / 16.0;
+  CHECK(near == Approx(0.01 / k0 * (1.0 - std::exp(-k0))).epsilon(0.1));
+  CHECK(far == Approx(0.01 / k0).epsilon(0.1));
+  CHECK(farther == Approx(far).epsilon(0.1));
+}
+
+TEST_CASE("A trawl's doors leave two furrows of the depth, width and spacing asked for") {
+  const TrawlMarks marks{.count = 1,
+                         .depth_m = 0.2,
+                         .width_m = 1.0,
+                         .door_spacing_m = 12.0,
+                         .heading_rad = 0.0,
+                         .heading_spread_rad = 0.0,
+                         .wander_m = 0.0};
+  double deepest = 0.0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Laid laid(flat(401, 61, 0.1, 1.0));
+    add_trawl_marks(laid.field, marks, draws(seed), laid.marked);
+    // Both furrows may lie on the bed or one beyond it: look at rows with both.
+    std::vector<double> spacing;
+    for (int row = 0; row < laid.field.rows; ++row) {
+      std::vector<int> bottoms;
+      for (int column = 1; column + 1 < laid.field.columns; ++column) {
+        const double z = laid.field.at(column, row);
+        if (z < -0.02 && z <= laid.field.at(column - 1, row) && z < laid.field.at(column + 1, row))
+          bottoms.push_back(column);
+        deepest = std::min(deepest, z);
+      }
+      if (bottoms.size() == 2) spacing.push_back(0.1 * (bottoms[1] - bottoms[0]));
+    }
+    if (spacing.size() < 20) continue;
+    const double mean =
+        std::accumulate(spacing.begin(), spacing.end(), 0.0) / static_cast<double>(spacing.size());
+    CHECK(mean == Approx(12.0).margin(0.5));  // doors sway by 0.25 m each
+  }
+  CHECK(-deepest > 0.2);          // where the door bites most ...
+  CHECK(-deepest < 1.6 * 0.201);  // ... at most 1.6 times the mean
+}
+
+TEST_CASE("What a trawl's door digs out lies beside the furrow: nothing is lost") {
+  Laid laid(flat(601, 11, 0.05, 5.0));
+  add_trawl_marks(laid.field,
+                  {.count = 40, .width_m = 0.6, .door_spacing_m = 5.0, .heading_spread_rad = 0.0},
+                  draws(2), laid.marked);
+  double sum = 0.0, size = 0.0;
+  for (int row = 0; row < laid.field.rows; ++row)
+    for (int column = 0; column < laid.field.columns; ++column) {
+      sum += laid.field.at(column, row);
+      size += std::abs(laid.field.at(column, row));
+    }
+  CHECK(size > 10.0);
+  CHECK(std::abs(sum) < 0.05 * size);
+}
+
+TEST_CASE("Pits are as many, as wide and as deep as asked for, and marked inside") {
+  const PitRelief relief{.per_hectare = 30.0,
+                         .diameter_m = 6.0,
+                         .diameter_spread = 0.0,
+                         .depth_ratio = 0.1,
+                         .rim_ratio = 0.0};
+  double share = 0.0, deepest = 0.0, volume = 0.0;
+  constexpr int seeds = 12;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    Laid laid(flat(401, 401, 0.5, 0.5));
+    add_pits(laid.field, relief, draws(seed), anywhere, laid.marked);
+    share += laid.marked_share() / seeds;
+    for (const double z : laid.field.z_m) {
+      deepest = std::min(deepest, z);
+      volume -= 0.25 * z / (seeds * 4.0);  // of one hectare; there are four
+    }
+  }
+  // Discs without order cover 1 - exp(-density area). The outline's waves add 0.4 %.
+  const double area = pi * 9.0 * 1.004;
+  CHECK(share == Approx(1.0 - std::exp(-30e-4 * area)).epsilon(0.08));
+  CHECK(-deepest == Approx(0.6 * 1.3).epsilon(0.06));  // depths reach from 0.7 to 1.3 of the mean
+  CHECK(volume == Approx(30.0 * 0.6 * area / 3.0).epsilon(0.12));  // of (1 - r^2)^2, some shared
+}
+
+TEST_CASE("Features stand where they are allowed to, whatever the bed's extent") {
+  const BoulderField boulders{.per_hectare = 300.0, .scour_ratio = 0.0, .tail_ratio = 0.0};
+  Laid large(flat(401, 301, 0.25, 0.25)), small(flat(201, 101, 0.25, 0.25));
+  add_boulders(large.field, boulders, draws(3), anywhere, large.marked);
+  add_boulders(small.field, boulders, draws(3), anywhere, small.marked);
+  for (int row = 0; row < small.field.rows; ++row)
+    for (int column = 0; column < small.field.columns; ++column)
+      REQUIRE(small.field.at(column, row) ==
+              Approx(large.field.at(column + 100, row + 100)).margin(1e-12));
+  CHECK(large.marked_share() > 0.01);
+  Laid west(flat(401, 301, 0.25, 0.25));
+  add_boulders(
+      west.field, boulders, draws(3), [](double x, double) { return x < -5.0; }, west.marked);
+  CHECK(west.marked_share() > 0.003);
+  for (int row = 0; row < west.field.rows; ++row)
+    for (int column = 201; column < west.field.columns; ++column)
+      REQUIRE(west.field.at(column, row) == 0.0);
+}
+
+TEST_CASE("A current digs before a boulder and leaves a tail behind it") {
+  double before = 0.0, behind = 0.0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto laid_with = [&](double current_rad) {
+      Laid laid(flat(401, 401, 0.2, 0.2));
+      add_boulders(laid.field,
+                   {.per_hectare = 40.0,
+                    .diameter_m = 2.0,
+                    .diameter_spread = 0.0,
+                    .current_rad = current_rad},
+                   draws(seed), anywhere, laid.marked);
+      return laid;
+    };
+    // The stones are the same, so the bed's difference along the current is what it moved.
+    const Laid north = laid_with(0.0);
+    for (int row = 20; row + 20 < 401; ++row)
+      for (int column = 0; column < 401; ++column) {
+        if (!north.marked[north.field.index(column, row)]) continue;
+        const auto bare = [&](int r) {
+          return north.marked[north.field.index(column, r)] ? 0.0 : north.field.at(column, r);
+        };
+        behind += bare(row + 10);
+        before += bare(row - 6);
+      }
+  }
+  CHECK(behind > 1.0);
+  CHECK(before < -1.0);
+}
+
+TEST_CASE("Rock stands in ledges: treads along the dip, risers of a bed's thickness") {
+  Laid laid(flat(400, 300, 0.1, 0.1));
+  const OutcropRelief relief{.height_m = 3.0,
+                             .ledge_m = 0.5,
+                             .dip_rad = 0.05,
+                             .dip_heading_rad = 0.5 * pi,
+                             .roughness_at_1m_m = 0.0};
+  std::vector<double> weight(laid.field.z_m.size());
+  for (int row = 0; row < 300; ++row)
+    for (int column = 0; column < 400; ++column)
+      weight[laid.field.index(column, row)] = 0.5 + 0.5 * std::sin(column * 0.01);
+  add_outcrops(laid.field, relief, draws(1), weight, laid.marked);
+  // On treads the slope to the east is the beds' dip, downwards.
+  int treads = 0, flat_enough = 0;
+  for (int row = 0; row < 300; row += 10)
+    for (int column = 0; column + 1 < 400; ++column) {
+      if (!laid.marked[laid.field.index(column, row)]) continue;
+      ++treads;
+      const double slope = (laid.field.at(column + 1, row) - laid.field.at(column, row)) / 0.1;
+      flat_enough += std::abs(slope + std::tan(0.05)) < 0.01;
+    }
+  REQUIRE(treads > 1000);
+  CHECK(flat_enough > 0.7 * treads);
+  for (std::size_t i = 0; i < weight.size(); ++i)
+    if (weight[i] < 0.4) REQUIRE(laid.field.z_m[i] == 0.0);
+}
+
+TEST_CASE("Features that cannot be are refused") {
+  Laid laid(flat(10, 10, 1.0, 1.0));
+  CHECK_THROWS_AS(add_trawl_marks(laid.field, {.count = -1}, draws(1), laid.marked),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(add_trawl_marks(laid.field, {.width_m = 0.0}, draws(1), laid.marked),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(add_pits(laid.field, {.elongation = 0.5}, draws(1), anywhere, laid.marked),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(add_boulders(laid.field, {.diameter_m = -1.0}, draws(1), anywhere, laid.marked),
+                  std::invalid_argument);
+  const std::vector<double> weight(100, 1.0);
+  CHECK_THROWS_AS(add_outcrops(laid.field, {.dip_rad = 2.0}, draws(1), weight, laid.marked),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(SmoothField(draws(1).of(1), 0.0, 1.0), std::invalid_argument);
+}

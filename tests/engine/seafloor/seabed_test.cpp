@@ -1,0 +1,308 @@
+#include <ensonify/engine/seafloor/seabed.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+#include "engine/seafloor/spectrum.h"
+#include "support/catch.h"
+#include "support/grids.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::vector<double> mask_of(const Area& area, const Heightfield& grid, std::uint64_t seed = 1) {
+  return area_mask(area, {grid, [](std::size_t, const std::string&) { return true; }},
+                   {seed, Purpose::seabed_patch, 1});
+}
+double share(const std::vector<double>& mask) {
+  double sum = 0.0;
+  for (const double m : mask) sum += m;
+  return sum / static_cast<double>(mask.size());
+}
+
+SeafloorOptions options() {
+  SeafloorOptions bed;
+  bed.extent_east_m = 60.0;
+  bed.extent_north_m = 40.0;
+  bed.cell_m = 0.25;
+  bed.depth_m = 15.0;
+  bed.fractal.height_at_1m_m = 0.0;
+  return bed;
+}
+
+}  // namespace
+
+TEST_CASE("A polygon and a disc hold the area that geometry says") {
+  const Heightfield grid = flat(401, 301, 0.1, 0.1);
+  Area triangle;
+  triangle.polygon_m = {{-10.0, -8.0}, {12.0, -5.0}, {-2.0, 9.0}};
+  const double area = 0.5 * std::abs(22.0 * 17.0 - 8.0 * 3.0);  // cross product of two sides
+  CHECK(share(mask_of(triangle, grid)) * 401 * 301 * 0.01 == Approx(area).epsilon(0.005));
+  Area disc;
+  disc.radius_m = 7.0;
+  disc.middle_east_m = 3.0;
+  CHECK(share(mask_of(disc, grid)) * 401 * 301 * 0.01 == Approx(pi * 49.0).epsilon(0.005));
+  disc.ragged_m = 0.5;
+  CHECK(share(mask_of(disc, grid)) * 401 * 301 * 0.01 == Approx(pi * 49.0).epsilon(0.2));
+  CHECK(mask_of(disc, grid, 1) != mask_of(disc, grid, 2));
+  disc.middle_east_m = 100.0;
+  CHECK_THROWS_AS(mask_of(disc, grid), std::invalid_argument);
+}
+
+TEST_CASE("Patches take their share within a per cent, in one piece of border after another") {
+  const Heightfield grid = flat(301, 251, 0.5, 0.5);
+  for (const double wanted : {0.1, 0.35, 0.8}) {
+    Area area;
+    area.share = wanted;
+    area.patch_m = 15.0;
+    const std::vector<double> mask = mask_of(area, grid);
+    CHECK(share(mask) == Approx(wanted).margin(0.01));
+    // A smooth border is short: few points have a neighbour of the other kind. A field of contours
+    // that wind about patches of L metres has some 4 / L metres of border a square metre.
+    int borders = 0;
+    for (int row = 0; row < 251; ++row)
+      for (int column = 0; column + 1 < 301; ++column)
+        borders += mask[grid.index(column, row)] != mask[grid.index(column + 1, row)];
+    CHECK(borders / (250.0 * 300.0) < 0.5 * 4.0 / 15.0);
+    CHECK(borders > 0);
+  }
+}
+
+TEST_CASE("A softened mask rises over the width asked for and keeps its amount") {
+  const Heightfield grid = flat(400, 9, 0.1, 0.1);
+  std::vector<double> mask(grid.z_m.size());
+  for (int row = 0; row < 9; ++row)
+    for (int column = 0; column < 400; ++column)
+      mask[grid.index(column, row)] = column >= 200 && column < 300;
+  const std::vector<double> soft = softened(mask, grid, 6.0);
+  CHECK(share(soft) == Approx(share(mask)).epsilon(0.01));
+  CHECK(soft[grid.index(199, 4)] == Approx(0.5).margin(0.03));
+  CHECK(soft[grid.index(165, 4)] == Approx(0.0).margin(1e-12));
+  CHECK(soft[grid.index(235, 4)] == Approx(1.0).margin(1e-12));
+  double steepest = 0.0;
+  for (int column = 0; column + 1 < 300; ++column)
+    steepest = std::max(steepest, soft[grid.index(column + 1, 4)] - soft[grid.index(column, 4)]);
+  CHECK(steepest < 0.06);  // 6 m are 60 points
+  CHECK(softened(mask, grid, 0.0) == mask);
+}
+
+TEST_CASE("Bands of depth and slope follow the bed") {
+  Heightfield grid = flat(200, 100, 0.5, 0.5);
+  for (int row = 0; row < 100; ++row)
+    for (int column = 0; column < 200; ++column)
+      grid.at(column, row) = -20.0 + (column < 100 ? 0.0 : 0.2 * 0.5 * (column - 100));
+  Area deep;
+  deep.shallowest_m = 15.0;
+  const std::vector<double> depth = mask_of(deep, grid);
+  CHECK(depth[grid.index(149, 50)] == 1.0);
+  CHECK(depth[grid.index(151, 50)] == 0.0);
+  Area steep;
+  steep.gentlest_rad = std::atan(0.1);
+  const std::vector<double> slope = mask_of(steep, grid);
+  CHECK(slope[grid.index(90, 50)] == 0.0);
+  CHECK(slope[grid.index(110, 50)] == 1.0);
+}
+
+TEST_CASE("Holes of a survey belong to no area") {
+  Heightfield grid = flat(20, 20, 1.0, 1.0);
+  grid.at(3, 4) = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<double> mask = mask_of({}, grid);
+  CHECK(mask[grid.index(3, 4)] == 0.0);
+  CHECK(share(mask) == Approx(399.0 / 400.0));
+}
+
+TEST_CASE("Sides that cross are found, corners that neighbours share are not") {
+  CHECK_FALSE(crossing_sides({{0, 0}, {4, 0}, {4, 3}, {0, 3}}));
+  CHECK_FALSE(crossing_sides({{0, 0}, {4, 0}, {1, 1}}));
+  const auto bow = crossing_sides({{0, 0}, {4, 3}, {4, 0}, {0, 3}});
+  REQUIRE(bow);
+  CHECK(bow->first == 0);
+  CHECK(bow->second == 2);
+  CHECK(crossing_sides({{0, 0}, {4, 0}, {4, 3}, {2, 0}}));  // touches
+}
+
+TEST_CASE("Layers add up, and none disturbs another") {
+  SeafloorOptions all = options();
+  all.seabed.crests.resize(2);
+  all.seabed.crests[0].area.number = 1;
+  all.seabed.crests[0].relief.wavelength_m = 5.0;
+  all.seabed.crests[1].area.number = 2;
+  all.seabed.crests[1].relief.wavelength_m = 2.0;
+  all.seabed.crests[1].area.share = 0.5;
+  all.seabed.pits.resize(1);
+  all.seabed.roughness.resize(1);
+  all.seabed.trawl_marks.resize(1);
+  all.seabed.trawl_marks[0].relief.door_spacing_m = 10.0;
+  all.seabed.boulders.resize(1);
+  const Heightfield whole = make_heightfield(all, 4);
+  const auto relief_of = [](const SeabedOptions& seabed) {
+    SeafloorOptions bed = options();
+    bed.seabed = seabed;
+    Heightfield field = make_heightfield(bed, 4);
+    for (double& z : field.z_m) z += 15.0;
+    return field.z_m;
+  };
+  const SeabedOptions& s = all.seabed;
+  std::vector<SeabedOptions> alone(6);
+  alone[0].crests = {s.crests[0]};
+  alone[1].crests = {s.crests[1]};
+  alone[2].pits = s.pits;
+  alone[3].roughness = s.roughness;
+  alone[4].trawl_marks = s.trawl_marks;
+  alone[5].boulders = s.boulders;
+  std::vector<double> sum(whole.z_m.size(), -15.0);
+  for (const SeabedOptions& one : alone) {
+    const std::vector<double> relief = relief_of(one);
+    CHECK(*std::ranges::max_element(relief) - *std::ranges::min_element(relief) > 0.05);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += relief[i];
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i)
+    REQUIRE(whole.z_m[i] == Approx(sum[i]).margin(1e-12));
+}
+
+TEST_CASE("A bed without patches and layers has the bits it had") {
+  SeafloorOptions plain = options();
+  plain.fractal.height_at_1m_m = 0.05;
+  Heightfield direct = flat(241, 161, 0.25, 0.25);
+  for (double& z : direct.z_m) z = -15.0;
+  add_fractal(direct, plain.fractal, 9);
+  CHECK(make_heightfield(plain, 9).z_m == direct.z_m);
+  CHECK(make_seafloor(plain, 9).face_label.empty());
+}
+
+TEST_CASE("The map's materials and classes reach the faces, and relief follows `on`") {
+  SeafloorOptions bed = options();
+  bed.seabed.patches.resize(2);
+  bed.seabed.patches[0].material = "sandy mud";
+  bed.seabed.patches[0].area.polygon_m = {{-31, -21}, {0, -21}, {0, 21}, {-31, 21}};
+  bed.seabed.patches[1].material = "seagrass";
+  bed.seabed.patches[1].class_name = "seagrass";
+  bed.seabed.patches[1].rise_m = 0.3;
+  bed.seabed.patches[1].area.radius_m = 6.0;
+  bed.seabed.patches[1].area.middle_east_m = 15.0;
+  bed.seabed.crests.resize(1);
+  bed.seabed.crests[0].area.on = "sandy mud";
+  bed.seabed.crests[0].area.border_m = 0.0;
+  bed.seabed.boulders.resize(1);
+  bed.seabed.boulders[0].area.on = "medium sand";
+  bed.seabed.boulders[0].relief.per_hectare = 300.0;
+  const Seafloor floor = make_seafloor(bed, 2);
+  REQUIRE(floor.face_label.size() == floor.bed_faces);
+  std::set<std::string> seen;
+  double mud = 0.0;
+  for (std::uint32_t face = 0; face < floor.bed_faces; ++face) {
+    const Label& label = floor.labels[floor.label_of(face)];
+    const std::string& material = floor.materials[label.sediment];
+    const std::string& name = floor.classes[label.class_id];
+    seen.insert(material + "/" + name);
+    const Eigen::Vector3d p = ensonify::refine::Triangles(floor.mesh).corner(face, 0);
+    if (material == "sandy mud") {
+      mud += 1.0;
+      REQUIRE(p.x() < 0.6);
+    }
+    if (name == "seagrass") REQUIRE(std::hypot(p.x() - 15.0, p.y()) < 6.6);
+    if (name == "boulder") REQUIRE(p.x() > -2.0);
+  }
+  CHECK(seen == std::set<std::string>{"medium sand/seabed", "sandy mud/seabed", "seagrass/seagrass",
+                                      "rock/boulder"});
+  CHECK(mud / static_cast<double>(floor.bed_faces) == Approx(0.5).margin(0.01));
+
+  bed.seabed.boulders.clear();
+  const Heightfield field = make_heightfield(bed, 2);
+  double crests_m = 0.0;
+  for (int row = 0; row < field.rows; ++row)
+    for (int column = 0; column < field.columns; ++column) {
+      const double x = field.x_m(column), z = field.at(column, row) + 15.0;
+      if (x > 0.5) REQUIRE((z == 0.0 || std::hypot(x - 15.0, field.y_m(row)) < 7.2));
+      if (x < 0.0) crests_m = std::max(crests_m, z);
+    }
+  CHECK(crests_m > 0.04);
+  CHECK(field.at(180, 80) + 15.0 == Approx(0.3));  // the canopy, 15 m to the east
+}
+
+TEST_CASE("Ripples lie on the sediment and not on the rock") {
+  SeafloorOptions bed = options();
+  bed.seabed.outcrops.resize(1);
+  bed.seabed.outcrops[0].area.share = 0.4;
+  bed.seabed.outcrops[0].area.patch_m = 12.0;
+  bed.seabed.outcrops[0].area.border_m = 8.0;
+  const Heightfield rock = make_heightfield(bed, 5);
+  bed.seabed.crests.resize(1);
+  bed.seabed.crests[0].relief.wavelength_m = 1.5;
+  const Heightfield both = make_heightfield(bed, 5);
+  int high = 0;
+  for (std::size_t i = 0; i < rock.z_m.size(); ++i)
+    if (rock.z_m[i] > -14.7) {
+      ++high;
+      REQUIRE(both.z_m[i] == rock.z_m[i]);
+    }
+  CHECK(high > 1000);
+}
+
+TEST_CASE("A layer at fault is named") {
+  SeafloorOptions bed = options();
+  bed.seabed.pits.resize(2);
+  bed.seabed.pits[1].relief.elongation = 0.1;
+  CHECK_THROWS_WITH(make_heightfield(bed, 1),
+                    Catch::Contains("seafloor.pits.1: pits: the elongation"));
+}
+
+TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are holes") {
+  const TemporaryFolder folder;
+  write_text(
+      folder / "area.geojson",
+      R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":{},"geometry":
+{"type":"Polygon","coordinates":[[[1000,2000],[1010,2000],[1010,2010],[1000,2010],[1000,2000]],
+[[1002,2002],[1002,2004],[1004,2004],[1004,2002],[1002,2002]]]}}]})");
+  Heightfield grid = flat(201, 201, 0.1, 0.1);
+  grid.world_origin = {1005.0, 2005.0, 0.0};
+  Area area;
+  area.outline.path = folder / "area.geojson";
+  CHECK(share(mask_of(area, grid)) * 201 * 201 * 0.01 == Approx(96.0).epsilon(0.02));
+  write_text(folder / "area.geojson", "{ nothing }");
+  CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("area.geojson"));
+}
+
+TEST_CASE("An image lies over the whole seabed, north up, and one that does not fit is refused") {
+  const TemporaryFolder folder;
+  const auto write_png = [&](std::size_t width, std::size_t height, std::size_t first_marked) {
+    Picture picture{.width = width, .height = height, .pixels = {}};
+    picture.pixels.assign(width * height, 3);
+    for (std::size_t i = first_marked; i < picture.pixels.size(); ++i) picture.pixels[i] = 7;
+    const std::vector<std::byte> bytes = encode_png(picture);
+    write_text(folder / "map.png",
+               std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  };
+  const Heightfield grid = flat(301, 201, 0.2, 0.2);
+  Area area;
+  area.image.path = folder / "map.png";
+  area.image_value = 7;
+  write_png(30, 20, 300);  // the southern half
+  const std::vector<double> mask = mask_of(area, grid);
+  CHECK(share(mask) == Approx(0.5).margin(0.005));
+  CHECK(mask[grid.index(0, 0)] == 1.0);
+  CHECK(mask[grid.index(300, 99)] == 1.0);
+  CHECK(mask[grid.index(300, 102)] == 0.0);
+  CHECK(mask[grid.index(0, 200)] == 0.0);
+  area.image_value = 9;
+  CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("no pixel of the value 9"));
+  write_png(20, 20, 100);
+  CHECK_THROWS_WITH(mask_of(area, grid), Catch::Contains("proportions"));
+  write_text(folder / "map.png", "no picture");
+  CHECK_THROWS_AS(mask_of(area, grid), ensonify::refine::MeshError);
+}
