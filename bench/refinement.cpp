@@ -4,9 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/refine/active_mesh.h>
+#include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/footprint.h>
 
 #include "clock.h"
@@ -39,7 +42,14 @@ std::array<refine::ViewVolume, 2> fans_at(int ping) {
   return fans;
 }
 
-RefinementMeasurement measure_on(const std::string& name, double faces) {
+/// By the builder that is the default, or by the reference's collapses.
+std::shared_ptr<const refine::ProgressiveMesh> build(const refine::TriangleMesh& mesh,
+                                                     bool reference) {
+  if (!reference) return engine::make_progressive_mesh(mesh);
+  return std::make_shared<const refine::ProgressiveMesh>(refine::build_by_edge_collapse(mesh));
+}
+
+RefinementMeasurement measure_on(const std::string& name, double faces, bool reference) {
   engine::SeafloorOptions bed;
   bed.extent_east_m = bed.extent_north_m = extent_m;
   bed.cell_m = extent_m / std::round(std::sqrt(faces / 2.0));
@@ -47,7 +57,7 @@ RefinementMeasurement measure_on(const std::string& name, double faces) {
   const refine::TriangleMesh mesh = engine::make_seafloor(bed, 1).mesh;
   RefinementMeasurement result{.name = name, .faces = mesh.faces.size()};
   double start_s = thread_s();
-  const auto progressive = engine::make_progressive_mesh(mesh);
+  const auto progressive = build(mesh, reference);
   result.build_s = thread_s() - start_s;
   result.bytes_per_vertex =
       static_cast<double>(progressive->points.size() * sizeof progressive->points[0] +
@@ -76,6 +86,7 @@ RefinementMeasurement measure_on(const std::string& name, double faces) {
     refine_ms.push_back(ms);
     result.splits += static_cast<double>(did.splits) / (pings - 1);
     result.forced_splits += static_cast<double>(did.forced_splits) / (pings - 1);
+    result.blocked_collapses += static_cast<double>(did.blocked_collapses) / (pings - 1);
     result.collapses += static_cast<double>(did.collapses) / (pings - 1);
   }
   result.refine_ms = spread_of(std::move(refine_ms));
@@ -94,10 +105,12 @@ RefinementMeasurement measure_on(const std::string& name, double faces) {
 
 std::vector<RefinementMeasurement> measure_refinement(std::string_view filter) {
   std::vector<RefinementMeasurement> all;
-  for (const auto& [size, faces] : {std::pair{"0.5M", 0.52e6}, std::pair{"2M", 2.09e6}}) {
-    const std::string name = std::string("refine/fractal/") + size;
-    if (name.find(filter) != std::string::npos) all.push_back(measure_on(name, faces));
-  }
+  for (const auto& [size, faces] : {std::pair{"0.5M", 0.52e6}, std::pair{"2M", 2.09e6}})
+    for (const bool reference : {false, true}) {
+      const std::string name =
+          fmt::format("refine/{}/fractal/{}", reference ? "openmesh" : "tiles", size);
+      if (name.find(filter) != std::string::npos) all.push_back(measure_on(name, faces, reference));
+    }
   return all;
 }
 

@@ -43,18 +43,18 @@ std::string table(const Results& results) {
         m.ratio, m.query_us.median, m.take_us.median, m.code_path);
   if (!results.refinements.empty())
     text += fmt::format(
-        "{:<20} {:>8} {:>7} {:>8} {:>20} {:>20}   {:>22} {:>16} {:>8} {:>7} {:>6}\n", "refinement",
+        "{:<28} {:>8} {:>7} {:>8} {:>20} {:>20}   {:>33} {:>16} {:>8} {:>7} {:>6}\n", "refinement",
         "faces", "build s", "first ms", "refine ms (spread)", "query ms (spread)",
-        "splits (forced) / ecols", "active V / F", "exact F", "growth", "B/V");
+        "splits (forced) / ecols (blocked)", "active V / F", "exact F", "growth", "B/V");
   for (const RefinementMeasurement& m : results.refinements)
     text += fmt::format(
-        "{:<20} {:>8} {:>7.1f} {:>8.2f} {:>7.3f} ({:.3f}-{:.3f}) {:>7.3f} ({:.3f}-{:.3f})   "
+        "{:<28} {:>8} {:>7.1f} {:>8.2f} {:>7.3f} ({:.3f}-{:.3f}) {:>7.3f} ({:.3f}-{:.3f})   "
         "{:>7.0f} "
-        "({:.1f}) / {:>6.0f} {:>7} / {:>6} {:>8} {:>7.3f} {:>6.1f}\n",
+        "({:.1f}) / {:>6.0f} ({:.1f}) {:>7} / {:>6} {:>8} {:>7.3f} {:>6.1f}\n",
         m.name, m.faces, m.build_s, m.first_ms, m.refine_ms.median, m.refine_ms.lowest,
         m.refine_ms.highest, m.query_ms.median, m.query_ms.lowest, m.query_ms.highest, m.splits,
-        m.forced_splits, m.collapses, m.active_vertices, m.active_faces, m.exact_faces, m.growth,
-        m.bytes_per_vertex);
+        m.forced_splits, m.collapses, m.blocked_collapses, m.active_vertices, m.active_faces,
+        m.exact_faces, m.growth, m.bytes_per_vertex);
   return text;
 }
 
@@ -101,6 +101,7 @@ std::string json(const Results& results) {
                                      {"query_ms", m.query_ms.median},
                                      {"splits", m.splits},
                                      {"forced_splits", m.forced_splits},
+                                     {"blocked_collapses", m.blocked_collapses},
                                      {"collapses", m.collapses},
                                      {"active_vertices", m.active_vertices},
                                      {"active_faces", m.active_faces},

@@ -54,7 +54,7 @@ class ProgressiveMesh {
  public:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   /// This many nodes, leaves or tags are verified at once.
-  static constexpr std::uint32_t group = 4096;
+  static constexpr std::uint32_t group = 1024;
 
   ProgressiveMesh() = default;
   ProgressiveMesh(ProgressiveMeshArrays arrays);

@@ -296,6 +296,12 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     all.push_back(Bytes(zeros).first(padding(part)));
   }
   write_file(file, all);
+  // What was written stays in the cache in pieces of megabytes, and to touch a page of such a piece maps
+  // all of it: without this, a ping over 33 million faces holds five times the memory.
+  if (const int written = ::open(file.c_str(), O_RDONLY | O_CLOEXEC); written >= 0) {
+    ::posix_fadvise(written, 0, 0, POSIX_FADV_DONTNEED);
+    ::close(written);
+  }
 }
 
 namespace {

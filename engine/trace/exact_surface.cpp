@@ -124,11 +124,16 @@ std::unique_ptr<Surface> make_footprint_surface(const SurfaceParts& parts) {
 
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh, int threads) {
-  const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
-  refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
-  for (std::uint32_t& face : built.source_face)
-    if (face != refine::ProgressiveMesh::none) face = manifold.source_face[face];
-  return std::make_shared<const refine::ProgressiveMesh>(std::move(built));
+  try {
+    return std::make_shared<const refine::ProgressiveMesh>(refine::build_by_tiles(mesh, threads));
+  } catch (const refine::MeshError&) {
+    // Not manifold as it is, as heightfields are: those need no repair, which takes as long.
+    const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
+    refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
+    for (std::uint32_t& face : built.source_face)
+      if (face != refine::ProgressiveMesh::none) face = manifold.source_face[face];
+    return std::make_shared<const refine::ProgressiveMesh>(std::move(built));
+  }
 }
 
 // A bent ray's point lies in direction d', that of its launch d turned by up to the bend within a vertical

@@ -16,7 +16,7 @@ namespace ensonify::tests {
 /// within the bytes is sealed.
 class ProgressiveFile {
  public:
-  static constexpr std::size_t page = 4096, group = 4096;
+  static constexpr std::size_t page = 4096, group = 1024;
   // of the header
   static constexpr std::size_t version = 8, byte_order = 12, checksum = 16, checksum_of_sums = 24,
                                leaves = 32, roots = 40, base_faces = 48, source_faces = 56,
