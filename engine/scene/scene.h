@@ -40,7 +40,7 @@ struct RunOptions {
   std::string surface = "auto";  ///< a surface's name, or for prepare_seafloor() to choose
   std::string intersector = "embree";
   IntersectorOptions intersection;
-  int tree_pings = 1;  ///< an intersector's tree of exact faces is meant to do for this many pings
+  int tree_pings = 6;  ///< an intersector's tree of exact faces is meant to do for this many pings
   int block_pings = 64;  ///< pings are computed in aligned blocks of this many
 };
 

@@ -95,14 +95,18 @@ class ExactSurface final : public Surface {
         return false;
     return true;
   }
-  /// How far the fans went since the last ping; none the first time.
+  /// How far the fans went since the last ping; none the first time, nor after a leap (the end of a
+  /// line), which nothing says will be made again.
   double advance_m() const {
     double most_m = 0.0;
     if (last_.size() == wanted_.size())
       for (std::size_t i = 0; i < wanted_.size(); ++i)
         most_m = std::max(most_m, moved_m(last_[i], wanted_[i]));
-    return most_m;
+    const bool leap = most_m > 0.0 && most_m > leap_of_range * wanted_.front().range_m;
+    return leap ? 0.0 : most_m;
   }
+
+  static constexpr double leap_of_range = 0.05;
 
   std::shared_ptr<const refine::ProgressiveMesh> progressive_;
   Source source_;

@@ -23,7 +23,7 @@ constexpr std::array kinds{
     IntersectorKind{"embree-single", "the same, ray by ray: what packets bring",
                     &make_embree_single},
     IntersectorKind{"fan_scan", "scan conversion of a fan, no tree: fans only, for few faces",
-                    &make_fan_scan},
+                    &make_fan_scan, false},
     IntersectorKind{"pluecker", "the reference: Plücker's test, double, ties decided exactly",
                     &make_pluecker},
     IntersectorKind{"brute_force", "the same test of every face for every ray: slow",

@@ -60,6 +60,7 @@ struct IntersectorKind {
   std::string_view name;
   std::string_view help;
   std::unique_ptr<Intersector> (*make)(const IntersectorOptions& options);
+  bool takes_lists = true;  ///< of rays; else it answers fans alone
 };
 std::span<const IntersectorKind> intersector_kinds();
 

@@ -65,6 +65,7 @@ TEST_CASE("a steady ping allocates nothing") {
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
+  simulator.reset();
   const std::size_t before = allocations;
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
   CHECK(allocations == before);
