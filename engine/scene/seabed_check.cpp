@@ -131,11 +131,12 @@ void check_seabed(const Scene& scene,
     }
   });
   for (std::size_t i = 0; i < bed.seabed.patches.size(); ++i)
-    for (const auto& [text, key] : {std::pair(&bed.seabed.patches[i].material, "material"),
-                                    std::pair(&bed.seabed.patches[i].class_name, "class")})
-      check.require(!text->empty(), fmt::format("seafloor.patches.{}.{}", i, key), [&] {
-        return fmt::format("'seafloor.patches.{}.{}' is empty, expected a name", i, key);
-      });
+    for (const auto& [text, name] : {std::pair(&bed.seabed.patches[i].material, "material"),
+                                     std::pair(&bed.seabed.patches[i].class_name, "class")}) {
+      const std::string key = fmt::format("seafloor.patches.{}.{}", i, name);
+      check.require(!text->empty(), key,
+                    [&] { return fmt::format("'{}' is empty, expected a name", key); });
+    }
   if (bed.kind == SeafloorKind::fractal)
     for (std::size_t i = 0; i < bed.seabed.crests.size(); ++i) {
       const double wavelength_m = bed.seabed.crests[i].relief.wavelength_m;

@@ -67,7 +67,7 @@ void FaceBlocks::take(refine::Triangles triangles) {
       }
       std::size_t turn = before(*corner[1], *corner[0]) ? 1 : 0;
       if (before(*corner[2], *corner[turn])) turn = 2;
-      std::ranges::rotate(corner, corner.begin() + static_cast<std::ptrdiff_t>(turn));
+      std::rotate(corner.begin(), corner.begin() + static_cast<std::ptrdiff_t>(turn), corner.end());
       if (number != block * faces + i || !has_area(*corner[0], *corner[1], *corner[2]))
         corner[1] = corner[2] = corner[0];
       for (std::size_t k = 0; k < coordinates; ++k)

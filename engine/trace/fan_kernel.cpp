@@ -2,6 +2,7 @@
 // multiply-adds included, so their results are the same to the last bit; targets without fused ones are
 // left out, down to plain code with std::fma.
 
+#define HWY_BROKEN_EMU128 1  // so that plain code is the last resort with any compiler
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_kernel.cpp"
 #define HWY_DISABLED_TARGETS \
