@@ -142,7 +142,8 @@ class Preparing {
     tell("seafloor");
     key_ = seafloor_key(scene_);
     result_.cache_file = file_of(how_.cache, key_);
-    if (!fs::exists(result_.cache_file)) return;
+    std::error_code unreadable;  // is as good as not there
+    if (!fs::exists(result_.cache_file, unreadable)) return;
     try {
       result_.seafloor = open_analysed(result_.cache_file, key_);
       result_.cached = true;
