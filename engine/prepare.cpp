@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <system_error>
-#include <thread>
 #include <variant>
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/trace/surface.h>
+#include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
 namespace ensonify::engine {
@@ -156,9 +156,7 @@ class Preparing {
 
   void make_progressive() {
     tell("analysis");
-    analyse(result_.seafloor,
-            how_.threads > 0 ? how_.threads
-                             : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+    analyse(result_.seafloor, refine::thread_count(how_.threads));
     if (how_.cache.empty()) return;
     try {
       fs::create_directories(how_.cache);

@@ -10,7 +10,6 @@
 #include <shared_mutex>
 #include <span>
 #include <string_view>
-#include <thread>
 
 #include <fmt/format.h>
 
@@ -127,9 +126,7 @@ class Run {
   void do_pings(Simulator& simulator) {
     const auto block_pings = static_cast<std::size_t>(scene_.run.block_pings);
     const std::size_t blocks = (poses_.size() + block_pings - 1) / block_pings;
-    const int threads = control_.threads > 0
-                            ? control_.threads
-                            : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    const int threads = refine::thread_count(control_.threads);
     std::vector<std::optional<Simulator>> workers(static_cast<std::size_t>(threads));
     workers.front() = std::move(simulator);
     Simulator& first = *workers.front();

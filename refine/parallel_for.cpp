@@ -63,4 +63,8 @@ void parallel_for(std::size_t items, int threads,
   if (first) std::rethrow_exception(first);
 }
 
+int thread_count(int wanted) {
+  return wanted > 0 ? wanted : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
 }  // namespace ensonify::refine

@@ -12,4 +12,7 @@ namespace ensonify::refine {
 void parallel_for(std::size_t items, int threads,
                   const std::function<void(std::size_t item, int worker)>& work);
 
+/// How many threads to use: as many as are wanted, or for 0 as many as the machine has.
+int thread_count(int wanted);
+
 }  // namespace ensonify::refine

@@ -2,7 +2,6 @@
 #include <chrono>
 #include <memory>
 #include <optional>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
 #include "progress.h"
@@ -56,9 +56,7 @@ void analyse_scene(const Arguments& arguments) {
   if (scene.seafloor.kind == SeafloorKind::progressive)
     throw UsageError(
         fmt::format("{}: its seafloor was analysed before", arguments.scene.file.string()));
-  const int threads = arguments.threads > 0
-                          ? arguments.threads
-                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = refine::thread_count(arguments.threads);
   const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto tell = [&](std::string_view stage) {

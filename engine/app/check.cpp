@@ -1,7 +1,6 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/trace/agreement.h>
 #include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
 #include "progress.h"
@@ -148,9 +148,7 @@ void check(const Arguments& arguments) {
   };
   Scene scene = arguments.scene.read();
   scene.run.surface = "static";
-  const int threads = arguments.threads > 0
-                          ? arguments.threads
-                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = refine::thread_count(arguments.threads);
   const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto tell = [&](std::string_view stage, std::uint64_t done, std::uint64_t of) {

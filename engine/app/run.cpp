@@ -1,4 +1,5 @@
 #include <ensonify/engine/run.h>
+#include <ensonify/refine/parallel_for.h>
 
 #include <sys/utsname.h>
 
@@ -90,9 +91,7 @@ void run_scene(Arguments arguments) {
   if (arguments.seed) overrides.push_back("seed=" + *arguments.seed);
   const Scene scene = arguments.scene.read();
   if (arguments.folder.empty()) arguments.folder = arguments.scene.file.stem().string() + "-run";
-  const int threads = arguments.threads > 0
-                          ? arguments.threads
-                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = refine::thread_count(arguments.threads);
 
   RunReport report;
   {

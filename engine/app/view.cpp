@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
 #include "progress.h"
@@ -61,7 +61,7 @@ void view_scene(const Arguments& arguments) {
       shade({simulator.seafloor(), mesh, fans, track, ping},
             {.width_px = arguments.width_px,
              .height_px = std::max<std::size_t>(1, arguments.width_px * 9 / 16),
-             .threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency())),
+             .threads = refine::thread_count(0),
              .progress = [&](auto done, auto of) { tell("picture", done, of); }});
   refine::write_file(arguments.file, encode_png(view.picture));
   for (const std::string& warning : simulator.warnings())
