@@ -132,13 +132,31 @@ TEST_CASE(
       .progressive = make_progressive_mesh(bed), .intersector = "embree", .tree_pings = 5};
   const auto whole = make_intersector("embree", bed);
   const auto surface = make_footprint_surface(parts);
+  SurfaceParts for_one = parts;
+  for_one.tree_pings = 1;
+  const auto alone = make_footprint_surface(for_one);
   tests::Random random(3);
-  RayFan fan = random_fan(random, refine::bounds(bed));
+  // Over the bed's middle, looking down to one side.
+  const refine::Bounds box = refine::bounds(bed);
+  const double half = std::sqrt(0.5);
+  RayFan fan = random_fan(random, box);
+  fan.origin = (0.5f * (box.lowest + box.highest)).cast<double>();
+  fan.origin.z() = box.highest.z() + 2.0;
+  fan.array_axis = Eigen::Vector3d::UnitY();
+  fan.middle = {half, 0.0, -half};
+  fan.pole = {half, 0.0, half};
+  fan.range_m = 8.0;
   Count count;
   for (int ping = 0; ping < 40; ++ping) {
     fan.origin += 0.05 * fan.array_axis;
     if (ping == 20) fan.origin += 3.0 * fan.array_axis;  // a jump
     compare(fan, *whole, surface->prepare({&fan, 1}), count);
+    alone->prepare({&fan, 1});
+    const std::size_t faces = surface->triangles().faces.size();
+    const std::size_t needed = alone->triangles().faces.size();
+    if (ping == 20) CHECK(faces == needed);  // nothing says that it will jump again
+    if (ping == 2) CHECK(faces > needed);
   }
+  CHECK(count.hits > 1000);
   CHECK(count.differences == 0);
 }
