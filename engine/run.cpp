@@ -88,6 +88,7 @@ class Run {
     Flight flight = simulator.flight();
     poses_ = std::move(flight.poses);
     reported_ = reported_poses(scene_.navigation, scene_.seed, poses_);
+    hold_stale(scene_.artefacts, scene_.seed, reported_);
     report_.prepare_s = seconds_since(start);
     const PreparedSeafloor& prepared = simulator.prepared();
     report_.surface = prepared.surface;
@@ -148,11 +149,23 @@ class Run {
 
   void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
     const Pose& pose = poses_[ping];
-    std::span<const EchoLine> lines = simulator.ping(pose, ping);
-    const PingRecord record{.pose = pose,
-                            .reported = reported_[ping],
-                            .altitude_m = simulator.altitude_m(pose.position),
-                            .block = static_cast<int>(block)};
+    PingRecord record{.pose = pose,
+                      .reported = reported_[ping],
+                      .altitude_m = simulator.altitude_m(pose.position),
+                      .block = static_cast<int>(block)};
+    if (reported_since_s(scene_.artefacts, scene_.seed, pose.t_s) < pose.t_s)
+      record.artefacts.add(Artefact::stale_navigation);
+    if (is_lost(scene_.artefacts, scene_.seed, ping)) {  // its row stays empty
+      record.artefacts.add(Artefact::lost);
+      const std::shared_lock rows_differ(images_lock_);
+      for (Waterfall& image : images_) image.pings[ping] = record;
+      return;
+    }
+    // What is recorded again is what was heard then; the truth beside it as well.
+    std::size_t heard = ping;
+    while (is_repeated(scene_.artefacts, scene_.seed, heard)) --heard;
+    if (heard != ping) record.artefacts.add(Artefact::repeated);
+    std::span<const EchoLine> lines = simulator.ping(poses_[heard], heard);
     const std::shared_lock rows_differ(images_lock_);
     for (Waterfall& image : images_) {
       const std::size_t sides = sides_of(image.sonar).size();
@@ -181,7 +194,8 @@ class Run {
   void write_picture(const Simulator& simulator, std::size_t sonar) {
     folder_.write(
         images_[sonar].sonar.name + ".png",
-        encode_png(render(images_[sonar], scene_.display, simulator.absorption_db_per_m(sonar))));
+        encode_png(render(images_[sonar], scene_.display, simulator.absorption_db_per_m(sonar),
+                          &simulator.recorder(sonar), scene_.output.png_bits)));
   }
 
   void write_files(const Simulator& simulator) {

@@ -16,9 +16,11 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/mounting.h>
 #include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/signal_chain.h>
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/engine/trace/surface.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -61,6 +63,7 @@ struct Simulator::Ready {
   std::optional<scatter::SoundSpeedProfile> profile;
   std::vector<Medium> media;                                        ///< one a sonar
   std::vector<std::vector<scatter::BackscatterTable>> by_material;  ///< for each sonar
+  std::vector<std::unique_ptr<const SignalChain>> chains;           ///< one a sonar
   std::vector<std::string> warnings;
 
   Ready(const Scene& of, const Preparation& how)
@@ -100,6 +103,28 @@ struct Simulator::Ready {
       for (std::size_t i = 1; i < seafloor.materials.size(); ++i)
         tables.push_back(table_of(seafloor.materials[i], sonar));
     }
+    for (std::size_t i = 0; i < scene.sonars.size(); ++i)
+      chains.push_back(std::make_unique<const SignalChain>(scene.sonars[i], chain_options(i)));
+  }
+
+  ChainOptions chain_options(std::size_t number) const {
+    const Sonar& sonar = scene.sonars[number];
+    // The first material is the bed's own.
+    const std::vector<scatter::BackscatterTable>& tables = by_material[number];
+    const double altitude_m = std::min(scene.track.altitude_m, 0.45 * sonar.range_m);
+    const double sine = altitude_m / (0.5 * sonar.range_m);
+    return {.seed = scene.seed,
+            .sonar_number = number,
+            .speckle = scene.speckle,
+            .sound_speed_mps = sound_speed_mps,
+            .absorption_db_per_m = media[number].absorption_db_per_m,
+            .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+            .nominal_altitude_m = altitude_m,
+            .nominal_strength_db = scatter::to_db(
+                tables[std::min<std::size_t>(1, tables.size() - 1)].over_sine(sine) * sine),
+            .sea = scene.sea.state,
+            .arrivals = scene.arrivals,
+            .artefacts = scene.artefacts};
   }
 
   scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar) {
@@ -136,7 +161,9 @@ struct Simulator::Worker {
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   std::vector<Pinger> pingers;
   std::vector<RayFan> fans;
+  std::vector<double> heights_m;  // a sonar, over the bed
   std::vector<EchoLine> lines;
+  SignalChain::Memory memory;
   StageTimes times;
 
   explicit Worker(const Ready& ready)
@@ -144,7 +171,7 @@ struct Simulator::Worker {
     if (ready.seafloor.progressive) plumb_line.emplace(ready.seafloor);
     for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
       const Sonar& sonar = ready.scene.sonars[i];
-      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i],
+      pingers.emplace_back(sonar, ready.media[i], ready.seafloor, ready.by_material[i],
                            ready.refraction());
       for (const Side side : sides_of(sonar)) {
         EchoLine& line = lines.emplace_back();
@@ -170,11 +197,13 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
       !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
     throw std::invalid_argument("Simulator: the pose is not finite");
   worker_->fans.clear();
+  worker_->heights_m.clear();
   for (std::size_t i = 0; i < worker_->pingers.size(); ++i) {
     const Pose its_own = mounted(pose, ready_->scene.sonars[i].mounting);
     double height_m = altitude_m(its_own.position);
     if (!(height_m > 0.0))
       height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
+    worker_->heights_m.push_back(height_m);
     for (const RayFan& fan : worker_->pingers[i].aim(its_own, height_m))
       worker_->fans.push_back(fan);
   }
@@ -186,18 +215,25 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
   StopWatch watch;
   const Intersector& surface = worker.surface->prepare(aim(pose));
   watch.lap(worker.times.surface_s);
-  auto next_line = worker.lines.begin();
+  std::size_t first_line = 0;
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
     Pinger& pinger = worker.pingers[i];
-    for (const Side side : sides_of(ready_->scene.sonars[i])) {
-      EchoLine& line = *next_line++;
-      pinger.trace(surface, worker.surface->triangles(), side);
+    const std::span<const Side> sides = sides_of(ready_->scene.sonars[i]);
+    const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides.size());
+    for (EchoLine& line : lines) {
+      pinger.trace(surface, worker.surface->triangles(), line.side);
       watch.lap(worker.times.trace_s);
-      pinger.echo(worker.surface->triangles(), side, line);
+      pinger.echo(worker.surface->triangles(), line.side, line);
       watch.lap(worker.times.echo_s);
-      if (ready_->scene.speckle) pinger.speckle(ready_->scene.seed, number, line);
-      watch.lap(worker.times.speckle_s);
     }
+    const RayFan& fan = worker.fans[first_line];
+    ready_->chains[i]->receive({.ping = number,
+                                .t_s = pose.t_s,
+                                .array = {fan.origin, fan.array_axis},
+                                .altitude_m = worker.heights_m[i]},
+                               lines, worker.memory);
+    watch.lap(worker.times.speckle_s);
+    first_line += sides.size();
   }
   return worker.lines;
 }
@@ -234,6 +270,9 @@ std::string_view Simulator::code_path() const { return ready_->code_path; }
 void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return ready_->media.at(sonar).absorption_db_per_m;
+}
+const Recorder& Simulator::recorder(std::size_t sonar) const {
+  return ready_->chains.at(sonar)->recorder();
 }
 const StageTimes& Simulator::times() const { return worker_->times; }
 

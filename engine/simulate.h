@@ -22,7 +22,7 @@ struct StageTimes {
   double surface_s = 0.0;  ///< which triangles are there
   double trace_s = 0.0;    ///< nearest hits
   double echo_s = 0.0;     ///< scattering and binning
-  double speckle_s = 0.0;
+  double speckle_s = 0.0;  ///< scatterers, noise and all to the recorder's samples
   StageTimes& operator+=(const StageTimes& other);
 };
 
@@ -71,6 +71,7 @@ class Simulator {
   /// What the intersector's last bits depend on.
   std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
+  const Recorder& recorder(std::size_t sonar) const;
   const StageTimes& times() const;
 
  private:

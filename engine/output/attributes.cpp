@@ -7,6 +7,7 @@ namespace {
 
 std::string units(std::string_view layer) {
   if (layer.starts_with("intensity")) return "uPa^2 re 1 uPa";
+  if (layer == "sample") return "1 over full_scale, after gain and transfer curve";
   if (layer.ends_with("_m")) return "m";
   if (layer.ends_with("_rad")) return "rad";
   if (layer.ends_with("fraction")) return "1";

@@ -11,6 +11,8 @@
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/arrivals.h>
+#include <ensonify/engine/sonar/artefacts.h>
 #include <ensonify/engine/sonar/motion.h>
 #include <ensonify/engine/sonar/navigation.h>
 #include <ensonify/engine/sonar/ping.h>
@@ -33,6 +35,7 @@ struct Sea {
   RefractionMode refraction = RefractionMode::off;  ///< what else is taken of it
   std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
   std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
+  SeaState state;
 };
 
 /// How a run is computed. None of it but the intersector's last bits changes the result.
@@ -46,6 +49,7 @@ struct RunOptions {
 
 struct OutputOptions {
   bool npz = false;  ///< the layers as NAME.npz beside NAME.exr
+  int png_bits = 8;  ///< 8 or 16
 };
 
 /// Every option of a run. The defaults are a scene that gives a good picture.
@@ -60,6 +64,8 @@ struct Scene {
   MotionOptions motion;
   NavigationOptions navigation;
   std::vector<Sonar> sonars = {Sonar{}};
+  ArrivalOptions arrivals;
+  ArtefactOptions artefacts;
   RunOptions run;
   Display display;
   OutputOptions output;

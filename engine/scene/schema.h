@@ -13,10 +13,11 @@
 namespace ensonify::engine {
 
 /// The option behind a key.
-using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
-                            std::string*, InputFile*, std::vector<Eigen::Vector2d>*,
-                            RefractionMode*, SeafloorKind*, FractalSpectrum*, MaterialModel*,
-                            TrackKind*, Vertical*, Sides*, Palette*, PulseKind*, PulseWindow*>;
+using Option =
+    std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*, std::string*,
+                 InputFile*, std::vector<Eigen::Vector2d>*, RefractionMode*, SeafloorKind*,
+                 FractalSpectrum*, MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*,
+                 Mapping*, PictureOf*, PulseKind*, PulseWindow*, Detector*, TransferCurve*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {
