@@ -25,6 +25,7 @@ struct UsageError : std::runtime_error {
 using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
+void add_stream(CLI::App& app, Action& action);
 void add_analyse(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_seafloor(CLI::App& app, Action& action);
