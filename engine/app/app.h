@@ -57,7 +57,8 @@ void print(std::string_view text);
 /// Notes the signals that ask a program to end (SIGINT, SIGTERM) while it lives.
 class SignalWatch {
  public:
-  SignalWatch();
+  /// A read or write that waits goes on after a signal, unless it `interrupts`.
+  explicit SignalWatch(bool interrupts = false);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;

@@ -266,7 +266,7 @@ class Stream {
 };
 
 void stream(const Arguments& arguments) {
-  const SignalWatch signals;
+  const SignalWatch signals(true);
   Stream stream(arguments);
   std::string line;
   for (std::size_t number = 1; std::getline(std::cin, line); ++number) {
