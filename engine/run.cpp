@@ -15,6 +15,7 @@
 
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/output/manifest.h>
@@ -141,9 +142,21 @@ class Run {
       for (std::size_t ping = begin; ping < end; ++ping) do_ping(*mine, ping, block);
       finish_block(*mine, end - begin);
     });
+    views_.resize(images_.size());
     for (const std::optional<Simulator>& worker : workers)
-      if (worker) report_.stages += worker->times();
+      if (worker) {
+        report_.stages += worker->times();
+        add_views(*worker);
+      }
     simulator = std::move(first);
+  }
+
+  void add_views(const Simulator& simulator) {
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const std::span<const ObjectView> views = simulator.object_views(i);
+      views_[i].resize(views.size());
+      for (std::size_t k = 0; k < views.size(); ++k) views_[i][k] += views[k];
+    }
   }
 
   void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
@@ -178,10 +191,11 @@ class Run {
     picture_written_ = Clock::now();
   }
 
+  Picture picture_of(const Simulator& simulator, std::size_t sonar) const {
+    return render(images_[sonar], scene_.display, simulator.absorption_db_per_m(sonar));
+  }
   void write_picture(const Simulator& simulator, std::size_t sonar) {
-    folder_.write(
-        images_[sonar].sonar.name + ".png",
-        encode_png(render(images_[sonar], scene_.display, simulator.absorption_db_per_m(sonar))));
+    folder_.write(images_[sonar].sonar.name + ".png", encode_png(picture_of(simulator, sonar)));
   }
 
   void write_files(const Simulator& simulator) {
@@ -195,9 +209,15 @@ class Run {
       folder_.write(name + ".exr", encode_exr(images_[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images_[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images_[i]));
-      if (!simulator.seafloor().objects.empty())
+      const Seafloor& seafloor = simulator.seafloor();
+      if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json",
-                      targets_json(find_targets(images_[i]), images_[i], simulator.seafloor()));
+                      targets_json(find_targets(images_[i]), images_[i], seafloor, views_[i]));
+      if (scene_.output.truth)
+        folder_.write(name + "_truth.png",
+                      encode_png(with_legend(lay_truth(images_[i], picture_of(simulator, i),
+                                                       seafloor.classes, seafloor.materials))));
+      if (control_.finished) control_.finished(images_[i], simulator);
       for (const PingRecord& ping : images_[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
@@ -238,6 +258,7 @@ class Run {
   RunReport report_;
   std::vector<Pose> poses_, reported_;
   std::vector<Waterfall> images_;
+  std::vector<std::vector<ObjectView>> views_;  // by sonar, then object
   std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
   std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;
   std::size_t pings_done_ = 0;

@@ -135,6 +135,7 @@ struct Simulator::Worker {
   std::unique_ptr<Surface> surface;
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   std::vector<Pinger> pingers;
+  std::vector<ObjectViews> views;  // one a sonar, or none
   std::vector<RayFan> fans;
   std::vector<EchoLine> lines;
   StageTimes times;
@@ -146,6 +147,8 @@ struct Simulator::Worker {
       const Sonar& sonar = ready.scene.sonars[i];
       pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i],
                            ready.refraction());
+      if (!ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full)
+        views.emplace_back(ready.seafloor);
       for (const Side side : sides_of(sonar)) {
         EchoLine& line = lines.emplace_back();
         line.side = side;
@@ -191,8 +194,10 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     Pinger& pinger = worker.pingers[i];
     for (const Side side : sides_of(ready_->scene.sonars[i])) {
       EchoLine& line = *next_line++;
-      pinger.trace(surface, worker.surface->triangles(), side);
+      const std::span<const Hit> hits = pinger.trace(surface, worker.surface->triangles(), side);
       watch.lap(worker.times.trace_s);
+      if (!worker.views.empty())
+        worker.views[i].look(pinger.fan(side), worker.surface->triangles(), hits, number);
       pinger.echo(worker.surface->triangles(), side, line);
       watch.lap(worker.times.echo_s);
       if (ready_->scene.speckle) pinger.speckle(ready_->scene.seed, number, line);
@@ -234,6 +239,10 @@ std::string_view Simulator::code_path() const { return ready_->code_path; }
 void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return ready_->media.at(sonar).absorption_db_per_m;
+}
+std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
+  if (worker_->views.empty()) return {};
+  return worker_->views.at(sonar).views();
 }
 const StageTimes& Simulator::times() const { return worker_->times; }
 
