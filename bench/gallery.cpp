@@ -17,7 +17,8 @@
 #include <png.h>
 
 #include <ensonify/engine/image/truth_picture.h>
-#include <ensonify/engine/run.h>
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
 
@@ -126,27 +127,21 @@ double ping_step_m(const Waterfall& image) {
 void picture_scene(const fs::path& file, const fs::path& folder) {
   const char* data = std::getenv("ENSONIFY_DATA");
   const Scene scene = read_scene(file, {}, data ? data : "");
-  const fs::path scratch = folder / (file.stem().string() + "-run");
-  bool first = true;
-  run(scene, scratch,
-      {.cache = default_cache(),
-       .finished = [&](const Waterfall& image, const Simulator& simulator) {
-         if (!std::exchange(first, false)) return;
-         const double ratio = ping_step_m(image) * static_cast<double>(image.rows()) /
-                              (image.sonar.bin_m() * static_cast<double>(image.columns()));
-         const auto width = static_cast<std::size_t>(std::lround(side_px / std::sqrt(ratio)));
-         const auto height = static_cast<std::size_t>(std::lround(side_px * std::sqrt(ratio)));
-         const Picture picture = render(image, scene.display, simulator.absorption_db_per_m(0));
-         const Seafloor& seafloor = simulator.seafloor();
-         TruthPicture truth = lay_truth(image, picture, seafloor.classes, seafloor.materials);
-         truth.picture = side_by_side(resampled(picture, width, height),
-                                      resampled(truth.picture, width, height));
-         const fs::path to = folder / (file.stem().string() + ".png");
-         const std::vector<std::byte> bytes = palette_png(with_legend(truth));
-         refine::write_file(to, bytes);
-         fmt::print("{} ({} kB)\n", to.string(), bytes.size() / 1000);
-       }});
-  fs::remove_all(scratch);
+  Simulator simulator(scene, {.cache = default_cache()});
+  const ScenePings pings = ping_all(scene, simulator, 0);
+  const Waterfall& image = pings.images.front();
+  const double ratio = ping_step_m(image) * static_cast<double>(image.rows()) /
+                       (image.sonar.bin_m() * static_cast<double>(image.columns()));
+  const auto width = static_cast<std::size_t>(std::lround(side_px / std::sqrt(ratio)));
+  const auto height = static_cast<std::size_t>(std::lround(side_px * std::sqrt(ratio)));
+  const Picture picture = render(image, scene.display, simulator.absorption_db_per_m(0));
+  TruthPicture truth = lay_truth(image, picture, simulator.classes(), simulator.materials());
+  truth.picture =
+      side_by_side(resampled(picture, width, height), resampled(truth.picture, width, height));
+  const fs::path to = folder / (file.stem().string() + ".png");
+  const std::vector<std::byte> bytes = palette_png(with_legend(truth));
+  refine::write_file(to, bytes);
+  fmt::print("{} ({} kB)\n", to.string(), bytes.size() / 1000);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 
@@ -27,8 +26,6 @@ struct RunControl {
   /// the run. Called from one thread at a time, at least after every block.
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
   std::filesystem::path cache = {};  ///< for analysed seafloors, as in Preparation
-  /// Handed each sonar's whole waterfall at the end, before its files are written.
-  std::function<void(const Waterfall& waterfall, const Simulator& simulator)> finished = {};
 };
 
 /// What a run did. Times are of this machine and go into no file.

@@ -28,11 +28,11 @@ struct Refraction {
 /// One sonar at work on one thread: aims its fans, then listens. Its memory is kept from ping to ping.
 class Pinger {
  public:
-  /// The seafloor and the tables must outlive this; by_material as in EchoFormer. `sonar_number` tells a scene's sonars
+  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer. `sonar_number` tells a scene's sonars
   /// apart in their random numbers.
   Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
          const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
-         const Refraction& refraction = {});
+         const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr);
 
   /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until the
   /// next call.

@@ -112,7 +112,7 @@ void RangeBins::turn(int direction, double range_m) {
   turning_bin_ = bin_of(range_m);
 }
 
-void RangeBins::tell(std::span<const Label> labels, EchoLine& line) const {
+void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {
   Layers& out = line.bins;
   line.first_return = -1;
   line.starved = 0;
