@@ -43,13 +43,23 @@ class Pings {
     });
     all_.rays = rays_;
     all_.hits = hits_;
-    all_.stages += simulator.times();
+    take_counts(simulator);
     for (const std::optional<Simulator>& other : others)
-      if (other) all_.stages += other->times();
+      if (other) take_counts(*other);
     return std::move(all_);
   }
 
  private:
+  void take_counts(const Simulator& simulator) {
+    all_.stages += simulator.times();
+    all_.object_views.resize(all_.images.size());
+    for (std::size_t i = 0; i < all_.images.size(); ++i) {
+      const std::span<const ObjectView> views = simulator.object_views(i);
+      all_.object_views[i].resize(views.size());
+      for (std::size_t k = 0; k < views.size(); ++k) all_.object_views[i][k] += views[k];
+    }
+  }
+
   void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
     const Pose& pose = poses_[ping];
     std::span<const EchoLine> lines = simulator.ping(pose, ping);

@@ -11,6 +11,7 @@
 
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/output/manifest.h>
@@ -147,9 +148,16 @@ class Run {
       folder_.write(name + ".exr", encode_exr(images[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
-      if (!simulator.seafloor().objects.empty())
-        folder_.write(name + "_targets.json",
-                      targets_json(find_targets(images[i]), images[i], simulator.seafloor()));
+      const Seafloor& seafloor = simulator.seafloor();
+      if (!seafloor.objects.empty() || !seafloor.features.empty())
+        folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
+                                                           seafloor, pings_.object_views[i]));
+      if (scene_.output.truth)
+        folder_.write(
+            name + "_truth.png",
+            encode_png(with_legend(lay_truth(
+                images[i], render(images[i], scene_.display, simulator.absorption_db_per_m(i)),
+                seafloor.classes, seafloor.materials))));
       for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }

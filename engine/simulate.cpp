@@ -91,6 +91,7 @@ struct Simulator::Ready {
   Scene scene;
   PreparedSeafloor prepared;
   const Seafloor& seafloor = prepared.seafloor;
+  std::size_t instances() const { return seafloor.objects.size() + seafloor.features.size(); }
   refine::Bounds bounds;
   std::optional<BedGrid> bed;  ///< where the seafloor has its mesh
   SurfaceParts parts;
@@ -178,6 +179,7 @@ struct Simulator::Worker {
   std::vector<std::shared_ptr<const Instrument>> instruments;
   std::vector<Sonar> sonars;  // theirs
   std::vector<Pinger> pingers;
+  std::vector<ObjectViews> views;  // one a sonar, or none
   std::vector<RayFan> fans;
   std::vector<EchoLine> lines;
   std::uint64_t next_ping = 0;
@@ -197,12 +199,15 @@ struct Simulator::Worker {
     instruments = std::move(other);
     sonars.clear();
     pingers.clear();
+    views.clear();
     lines.clear();
     for (std::size_t i = 0; i < instruments.size(); ++i) {
       const Instrument& its = *instruments[i];
       sonars.push_back(its.sonar);
       pingers.emplace_back(its.sonar, i, its.medium, ready.seafloor, its.by_material,
                            ready.refraction(), &moving);
+      if (!ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full)
+        views.emplace_back(ready.seafloor);
     }
   }
 
@@ -255,8 +260,9 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     Pinger& pinger = worker.pingers[i];
     for (const Side side : sides_of(worker.sonars[i])) {
       EchoLine& line = *next_line++;
-      pinger.trace(surface, triangles, side);
+      const std::span<const Hit> hits = pinger.trace(surface, triangles, side);
       watch.lap(worker.times.trace_s);
+      if (!worker.views.empty()) worker.views[i].look(pinger.fan(side), triangles, hits, number);
       pinger.echo(triangles, side, line);
       watch.lap(worker.times.echo_s);
       if (ready_->scene.speckle) pinger.speckle(ready_->scene.seed, number, line);
@@ -316,7 +322,7 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   }
   if (class_id == worker.classes.size()) worker.classes.push_back(std::move(object.class_name));
   if (worker.moving.size() <= body) worker.moving.resize(body + 1);
-  const std::size_t instance = ready_->seafloor.objects.size() + 1 + body;
+  const std::size_t instance = ready_->instances() + 1 + body;
   worker.moving[body] = {.sediment = static_cast<std::uint16_t>(material),
                          .class_id = static_cast<std::uint16_t>(class_id),
                          .instance = static_cast<std::uint16_t>(instance),
@@ -325,7 +331,7 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
 }
 
 std::size_t Simulator::body_of(std::uint32_t instance) const {
-  const std::size_t first = ready_->seafloor.objects.size() + 1;
+  const std::size_t first = ready_->instances() + 1;
   const std::size_t body = instance - first;
   if (instance < first || !worker_->surface.has(body))
     throw std::invalid_argument(
@@ -374,6 +380,10 @@ std::string_view Simulator::code_path() const { return ready_->code_path; }
 void Simulator::reset() { worker_->surface.reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->medium.absorption_db_per_m;
+}
+std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
+  if (worker_->views.empty()) return {};
+  return worker_->views.at(sonar).views();
 }
 const StageTimes& Simulator::times() const { return worker_->times; }
 

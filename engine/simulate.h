@@ -12,6 +12,7 @@
 #include <ensonify/engine/scene/flight.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/sonar/echo.h>
+#include <ensonify/engine/sonar/object_views.h>
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -107,6 +108,8 @@ class Simulator {
   /// What the intersector's last bits depend on.
   std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
+  /// What this Simulator's pings of a sonar saw of each object; nothing under sea.refraction = "full".
+  std::span<const ObjectView> object_views(std::size_t sonar) const;
   const StageTimes& times() const;
 
  private:

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -45,7 +47,8 @@ struct RunOptions {
 };
 
 struct OutputOptions {
-  bool npz = false;  ///< the layers as NAME.npz beside NAME.exr
+  bool npz = false;    ///< the layers as NAME.npz beside NAME.exr
+  bool truth = false;  ///< the truth laid over the picture as NAME_truth.png
 };
 
 /// Every option of a run. The defaults are a scene that gives a good picture.
@@ -63,6 +66,8 @@ struct Scene {
   RunOptions run;
   Display display;
   OutputOptions output;
+  /// Where the file's keys stand, "file:line:column", for messages of faults that show later. No option.
+  std::map<std::string, std::string, std::less<>> places;
 };
 
 }  // namespace ensonify::engine

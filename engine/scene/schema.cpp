@@ -373,6 +373,8 @@ const std::vector<Section<Scene>>& scene_sections() {
        "Which files there are beside NAME.png, NAME.exr, NAME_pings.csv and manifest.json.",
        {
            {"npz", "", {}, "The layers as NAME.npz too.", at(&Scene::output, &OutputOptions::npz)},
+           {"truth", "", {}, "The truth laid over the picture, with a legend, as NAME_truth.png.",
+            at(&Scene::output, &OutputOptions::truth)},
        }},
   };
   return sections;

@@ -42,6 +42,8 @@ class Pinger {
   /// call. Refracted rays' t is the range that their time stands for at the medium's speed.
   std::span<const Hit> trace(const Intersector& intersector, refine::Triangles triangles,
                              Side side);
+  /// The aimed fan of one side.
+  const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// The expected echo of the side that was traced last, over these triangles.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
   /// How the refracted rays of the side that was traced last arrived; empty for straight rays.

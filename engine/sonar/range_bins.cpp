@@ -154,7 +154,7 @@ void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {
     else if (dark > 0.5)
       region = Region::shadow;
     else if (lit)
-      region = label.instance != 0 ? Region::object : Region::seabed;
+      region = label.instance != 0 && !label.feature ? Region::object : Region::seabed;
     else
       ++line.starved;
     out.region[i] = static_cast<std::uint32_t>(region);
