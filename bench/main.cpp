@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "cases.h"
+#include "costs.h"
 #include "measure.h"
 #include "refinement.h"
 #include "report.h"
@@ -29,8 +30,10 @@ int main(int argc, char** argv) try {
   for (Case& one : all_cases())
     if (one.name.find(filter) != std::string::npos) cases.push_back(std::move(one));
   Results results{.traces = measure_traces(filter, rounds, pings),
-                  .refinements = measure_refinement(filter)};
-  if (cases.empty() && results.traces.empty() && results.refinements.empty()) {
+                  .refinements = measure_refinement(filter),
+                  .costs = measure_costs(filter, rounds, pings)};
+  if (cases.empty() && results.traces.empty() && results.refinements.empty() &&
+      results.costs.empty()) {
     fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", filter);
     return 2;
   }

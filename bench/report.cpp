@@ -55,6 +55,14 @@ std::string table(const Results& results) {
         m.refine_ms.highest, m.query_ms.median, m.query_ms.lowest, m.query_ms.highest, m.splits,
         m.forced_splits, m.collapses, m.blocked_collapses, m.active_vertices, m.active_faces,
         m.exact_faces, m.growth, m.bytes_per_vertex);
+  if (!results.costs.empty())
+    text += fmt::format("{:<36} {:>9} {:>24} {:>24} {:>6}\n", "cost", "faces",
+                        "ms/ping without (spread)", "with (spread)", "ratio");
+  for (const CostMeasurement& m : results.costs)
+    text +=
+        fmt::format("{:<36} {:>9} {:>10.2f} ({:.2f}-{:.2f}) {:>10.2f} ({:.2f}-{:.2f}) {:>6.2f}\n",
+                    m.name, m.faces, m.without_ms.median, m.without_ms.lowest, m.without_ms.highest,
+                    m.with_ms.median, m.with_ms.lowest, m.with_ms.highest, m.ratio);
   return text;
 }
 
@@ -107,6 +115,12 @@ std::string json(const Results& results) {
                                      {"active_faces", m.active_faces},
                                      {"exact_faces", m.exact_faces},
                                      {"growth", m.growth}});
+  for (const CostMeasurement& m : results.costs)
+    report["costs"].push_back({{"name", m.name},
+                               {"faces", m.faces},
+                               {"without_ms", m.without_ms.median},
+                               {"with_ms", m.with_ms.median},
+                               {"ratio", m.ratio}});
   return report.dump(2) + "\n";
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "costs.h"
 #include "measure.h"
 #include "refinement.h"
 #include "traces.h"
@@ -13,6 +14,7 @@ struct Results {
   std::vector<Measurement> pings;
   std::vector<TraceMeasurement> traces;
   std::vector<RefinementMeasurement> refinements;
+  std::vector<CostMeasurement> costs;
 };
 
 /// Tables to read, pings' ratios against the first row.

@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
       "scene or input file, 128+n a signal.");
   app::Action action;
   app::add_run(program, action);
+  app::add_stream(program, action);
   app::add_analyse(program, action);
   app::add_check(program, action);
   app::add_seafloor(program, action);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -48,8 +50,9 @@ struct RunOptions {
 };
 
 struct OutputOptions {
-  bool npz = false;  ///< the layers as NAME.npz beside NAME.exr
-  int png_bits = 8;  ///< 8 or 16
+  bool npz = false;    ///< the layers as NAME.npz beside NAME.exr
+  bool truth = false;  ///< the truth laid over the picture as NAME_truth.png
+  int png_bits = 8;    ///< 8 or 16
 };
 
 /// Every option of a run. The defaults are a scene that gives a good picture.
@@ -69,6 +72,8 @@ struct Scene {
   RunOptions run;
   Display display;
   OutputOptions output;
+  /// Where the file's keys stand, "file:line:column", for messages of faults that show later. No option.
+  std::map<std::string, std::string, std::less<>> places;
 };
 
 }  // namespace ensonify::engine

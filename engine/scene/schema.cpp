@@ -478,6 +478,8 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"npz", "", {}, "The layers as NAME.npz too.", at(&Scene::output, &OutputOptions::npz)},
            {"png_bits", "", {8, 16}, "Bits of a pixel's channel in NAME.png, 8 or 16.",
             at(&Scene::output, &OutputOptions::png_bits)},
+           {"truth", "", {}, "The truth laid over the picture, with a legend, as NAME_truth.png.",
+            at(&Scene::output, &OutputOptions::truth)},
        }},
   };
   return sections;

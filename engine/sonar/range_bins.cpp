@@ -112,7 +112,7 @@ void RangeBins::turn(int direction, double range_m) {
   turning_bin_ = bin_of(range_m);
 }
 
-void RangeBins::tell(std::span<const Label> labels, EchoLine& line) const {
+void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {
   Layers& out = line.bins;
   line.first_return = -1;
   line.starved = 0;
@@ -154,7 +154,7 @@ void RangeBins::tell(std::span<const Label> labels, EchoLine& line) const {
     else if (dark > 0.5)
       region = Region::shadow;
     else if (lit)
-      region = label.instance != 0 ? Region::object : Region::seabed;
+      region = label.instance != 0 && !label.feature ? Region::object : Region::seabed;
     else
       ++line.starved;
     out.region[i] = static_cast<std::uint32_t>(region);
