@@ -153,11 +153,13 @@ class Run {
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
                                                            seafloor, pings_.object_views[i]));
+      Display over_layers = scene_.display;
+      over_layers.slant_range_correction = false;
       if (scene_.output.truth)
         folder_.write(name + "_truth.png",
                       encode_png(with_legend(lay_truth(
                           images[i],
-                          render(images[i], scene_.display, simulator.absorption_db_per_m(i),
+                          render(images[i], over_layers, simulator.absorption_db_per_m(i),
                                  &simulator.recorder(i)),
                           seafloor.classes, seafloor.materials))));
       for (const PingRecord& ping : images[i].pings)

@@ -26,6 +26,7 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
       {"frequency_hz", sonar.frequency_hz},
       {"range_m", sonar.range_m},
       {"bins", sonar.bins},
+      {"full_scale", (1 << sonar.receiver.bits) - 1},
       {"world_origin_x_m", origin.world_origin.x()},
       {"world_origin_y_m", origin.world_origin.y()},
       {"world_origin_z_m", origin.world_origin.z()},

@@ -28,7 +28,7 @@ std::uint32_t Recorder::sample(float amplitude) const {
       out = out > 0.0f ? std::max(0.0f, 1.0f + 20.0f * std::log10(out) / curve_range_db_) : 0.0f;
       break;
   }
-  return static_cast<std::uint32_t>(out * static_cast<float>(full_scale_) + 0.5f);
+  return static_cast<std::uint32_t>(static_cast<double>(out) * full_scale_ + 0.5);
 }
 
 double Recorder::amplitude(std::uint32_t sample) const {

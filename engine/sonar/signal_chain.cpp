@@ -13,6 +13,7 @@ namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, below full scale
 constexpr double burst_over_full_scale_db = 30.0;
+constexpr int output_noise_look = 1000;  // of no echo
 constexpr std::size_t gain_bins = 8;        // for which an automatic gain is set
 constexpr std::uint64_t of_gain_steps = 5;  // artefacts.cpp and disturbances.cpp have the others
 
@@ -69,7 +70,12 @@ void SignalChain::receive(const Hearing& hearing, std::span<EchoLine> lines, Mem
              look, channel(line));
     }
   }
-  for (EchoLine& line : lines) record(hearing, channel(line), line);
+  for (EchoLine& line : lines) {
+    Channel& its = channel(line);
+    std::copy(its.energy.begin(), its.energy.end(), line.bins.intensity.begin());
+    amplify(hearing, line, its);
+    record(hearing, its, line);
+  }
 }
 
 /// What is expected of the direct echo, and of all else that comes with it.
@@ -136,21 +142,26 @@ void SignalChain::sum_scatterers(const Hearing& hearing, const EchoLine& line, i
   }
 }
 
-void SignalChain::draw_noise(const Hearing& hearing, Side side, int look, Channel& channel) const {
-  const std::size_t bins = channel.power.size(), reach = taps_.size() - 1;
-  channel.noise_re.assign(bins, 0.0f);
-  channel.noise_im.assign(bins, 0.0f);
-  if (!options_.speckle) return;
+/// White complex noise of a look, into spread_re and spread_im.
+void SignalChain::draw_white(const Hearing& hearing, Side side, int look, std::size_t count,
+                             Channel& channel) const {
   std::array<double, 1> random;
   Stream(options_.seed, Purpose::noise,
          {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), hearing.ping,
           static_cast<std::uint64_t>(look)})
       .uniform(random);
-  const std::size_t drawn = bins + 2 * reach;
-  channel.spread_re.resize(drawn + signal_group);
-  channel.spread_im.resize(drawn + signal_group);
-  draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), drawn,
+  channel.spread_re.resize(count + signal_group);
+  channel.spread_im.resize(count + signal_group);
+  draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), count,
                       channel.spread_re.data(), channel.spread_im.data());
+}
+
+void SignalChain::draw_noise(const Hearing& hearing, Side side, int look, Channel& channel) const {
+  const std::size_t bins = channel.power.size(), reach = taps_.size() - 1;
+  channel.noise_re.assign(bins, 0.0f);
+  channel.noise_im.assign(bins, 0.0f);
+  if (!options_.speckle) return;
+  draw_white(hearing, side, look, bins + 2 * reach, channel);
   convolve(taps_.data(), reach, channel.spread_re.data(), bins, channel.noise_re.data());
   convolve(taps_.data(), reach, channel.spread_im.data(), bins, channel.noise_im.data());
   for (std::size_t n = 0; n < bins; ++n) {
@@ -186,9 +197,9 @@ void SignalChain::detect(const Channel& own, const Channel* other, int look, Cha
   }
 }
 
-void SignalChain::record(const Hearing& hearing, const Channel& channel, EchoLine& line) const {
-  const std::size_t bins = channel.energy.size();
-  std::copy(channel.energy.begin(), channel.energy.end(), line.bins.intensity.begin());
+/// The detected amplitudes behind the varied gain, over full scale, and what noise comes with it.
+void SignalChain::amplify(const Hearing& hearing, EchoLine& line, Channel& channel) const {
+  const std::size_t bins = channel.detected.size();
   const ArtefactOptions& artefacts = options_.artefacts;
   float step = 1.0f;
   if (artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0) {
@@ -201,6 +212,24 @@ void SignalChain::record(const Hearing& hearing, const Channel& channel, EchoLin
     step = static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
     if (number != 0) line.artefacts.add(Artefact::gain_step);
   }
+  for (std::size_t n = 0; n < bins; ++n) channel.detected[n] *= step * recorder_.gain(n);
+  if (!sonar_.receiver.output_noise_db) return;
+  const auto rms = static_cast<float>(std::sqrt(scatter::from_db(*sonar_.receiver.output_noise_db)));
+  if (options_.speckle) {
+    draw_white(hearing, line.side, output_noise_look, bins, channel);
+    for (std::size_t n = 0; n < bins; ++n) {
+      const float re = channel.detected[n] + rms * channel.spread_re[n], im = rms * channel.spread_im[n];
+      channel.detected[n] = std::sqrt(re * re + im * im);
+    }
+  } else {
+    for (float& amplitude : channel.detected)
+      amplitude = std::sqrt(amplitude * amplitude + rms * rms);
+  }
+}
+
+void SignalChain::record(const Hearing& hearing, const Channel& channel, EchoLine& line) const {
+  const std::size_t bins = channel.detected.size();
+  const ArtefactOptions& artefacts = options_.artefacts;
   if (artefacts.automatic_gain > 0.0) {
     // The level over the last metres, against where the nominal bed is.
     const double forget = 1.0 - std::exp(-law_.bin_m() / artefacts.automatic_gain_m);
@@ -208,7 +237,7 @@ void SignalChain::record(const Hearing& hearing, const Channel& channel, EchoLin
     double level = nominal;
     float gain = 1.0f;
     for (std::size_t n = 0; n < bins; ++n) {
-      const float amplitude = step * recorder_.gain(n) * channel.detected[n];
+      const float amplitude = channel.detected[n];
       level += forget * (std::min(1.0, double(amplitude) * amplitude) - level);
       if (n % gain_bins == 0)
         gain = static_cast<float>(std::pow(nominal / level, 0.5 * artefacts.automatic_gain));
@@ -218,7 +247,7 @@ void SignalChain::record(const Hearing& hearing, const Channel& channel, EchoLin
     return;
   }
   for (std::size_t n = 0; n < bins; ++n)
-    line.bins.sample[n] = recorder_.sample(step * recorder_.gain(n) * channel.detected[n]);
+    line.bins.sample[n] = recorder_.sample(channel.detected[n]);
 }
 
 }  // namespace ensonify::engine

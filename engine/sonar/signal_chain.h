@@ -66,7 +66,10 @@ class SignalChain {
   void sum_scatterers(const Hearing& hearing, const EchoLine& line, int look,
                       Channel& channel) const;
   void draw_noise(const Hearing& hearing, Side side, int look, Channel& channel) const;
+  void draw_white(const Hearing& hearing, Side side, int look, std::size_t count,
+                  Channel& channel) const;
   void detect(const Channel& own, const Channel* other, int look, Channel& into) const;
+  void amplify(const Hearing& hearing, EchoLine& line, Channel& channel) const;
   void record(const Hearing& hearing, const Channel& channel, EchoLine& line) const;
 
   Sonar sonar_;

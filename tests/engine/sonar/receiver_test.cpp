@@ -1,5 +1,6 @@
 #include <ensonify/engine/sonar/receiver.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -97,5 +98,29 @@ TEST_CASE("the automatic gain puts the nominal bed 16 dB below full scale at hal
                           std::pow(sonar.vertical.power(std::asin(sine), Side::starboard), 2));
     CHECK(level_db + 20.0 * std::log10(double(chain.recorder().gain(750))) ==
           Approx(-16.0).margin(0.02));
+  }
+}
+
+TEST_CASE("noise behind the gain is as loud as it says in the samples, flat in range, whatever the gain") {
+  for (const double spreading : {0.0, 40.0}) {
+    Sonar sonar = quiet_sonar();
+    sonar.receiver.output_noise_db = -30.0;
+    sonar.receiver.spreading = spreading;
+    const SignalChain chain(sonar, {});
+    SignalChain::Memory memory;
+    EchoLine line;
+    line.bins.assign(static_cast<std::size_t>(sonar.bins));
+    double near = 0.0, far = 0.0;
+    constexpr int pings = 100;
+    for (std::uint64_t ping = 0; ping < pings; ++ping) {
+      chain.receive({.ping = ping}, std::span(&line, 1), memory);
+      for (std::size_t i = 0; i < line.bins.sample.size(); ++i)
+        (i < line.bins.sample.size() / 2 ? near : far) +=
+            std::pow(chain.recorder().amplitude(line.bins.sample[i]), 2);
+    }
+    const double mean = (near + far) / pings / sonar.bins;
+    CHECK(10.0 * std::log10(mean) == Approx(-30.0).margin(0.1));
+    CHECK(near / far == Approx(1.0).epsilon(0.02));
+    CHECK(*std::ranges::max_element(line.bins.intensity) == 0.0f);  // it was never in the water
   }
 }
