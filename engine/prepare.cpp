@@ -115,7 +115,7 @@ class Preparing {
 
   void make_seafloor_of_scene() {
     tell("seafloor");
-    result_.seafloor = make_seafloor(scene_.seafloor, scene_.seed, scene_.objects);
+    result_.seafloor = make_seafloor(scene_.seafloor, scene_.bed_seed(), scene_.objects);
     result_.cached = false;
   }
 
@@ -179,14 +179,14 @@ class Preparing {
 }  // namespace
 
 PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how) {
-  return Preparing(scene, how).result();
+  return how.seafloor ? *how.seafloor : Preparing(scene, how).result();
 }
 
 std::string seafloor_key(const Scene& scene) {
   Scene copy = scene;
   std::string text =
       fmt::format("seafloor {}\nprogressive mesh {}\n{}\nseed = {}\n", seafloor_version,
-                  refine::progressive_mesh_version, library_versions(), scene.seed);
+                  refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, copy);
   for_each_list(copy, [&](const auto& section, auto& list) {

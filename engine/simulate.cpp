@@ -235,6 +235,7 @@ void Simulator::reset() { worker_->surface->reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return ready_->media.at(sonar).absorption_db_per_m;
 }
+double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

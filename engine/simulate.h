@@ -71,6 +71,7 @@ class Simulator {
   /// What the intersector's last bits depend on.
   std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
+  double sound_speed_mps() const;  ///< that ranges are counted by
   const StageTimes& times() const;
 
  private:
