@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,12 +13,16 @@
 
 namespace ensonify::engine {
 
+struct PreparedSeafloor;
+
 /// How a scene is made ready.
 struct Preparation {
   std::filesystem::path cache;  ///< the folder for analysed seafloors, made if missing; empty: none
   int threads = 0;              ///< 0: as many as the machine has
   /// Told what comes next ("seafloor", "analysis", "tree"); what it throws ends the preparation.
   std::function<void(std::string_view stage)> progress;
+  /// The scene's seafloor where it has been prepared before; none: it is now.
+  std::shared_ptr<const PreparedSeafloor> seafloor = {};
 };
 
 /// A scene's seafloor as its surface needs it.
@@ -45,5 +50,9 @@ std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path
 /// Where analysed seafloors are kept unless somebody says otherwise: $XDG_CACHE_HOME/ensonify, or
 /// ~/.cache/ensonify; empty where there is neither.
 std::filesystem::path default_cache();
+
+/// The scene's seafloor made anew. Throws what make_seafloor does; what names a layer or an object, as
+/// SceneError with its place in the scene's file.
+Seafloor seafloor_of(const Scene& scene);
 
 }  // namespace ensonify::engine

@@ -21,10 +21,24 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Some samples failed, the others are there: exit code 3.
+struct SomeFailed : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A signal came, and the same command goes on from here: exit code 75.
+struct Interrupted : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// What a subcommand does, once the command line has been read.
 using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
+void add_stream(CLI::App& app, Action& action);
+void add_generate(CLI::App& app, Action& action);
+void add_preview(CLI::App& app, Action& action);
+void add_merge(CLI::App& app, Action& action);
 void add_analyse(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_seafloor(CLI::App& app, Action& action);
@@ -56,7 +70,8 @@ void print(std::string_view text);
 /// Notes the signals that ask a program to end (SIGINT, SIGTERM) while it lives.
 class SignalWatch {
  public:
-  SignalWatch();
+  /// A read or write that waits goes on after a signal, unless it `interrupts`.
+  explicit SignalWatch(bool interrupts = false);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;

@@ -29,8 +29,9 @@ struct Layers {
   std::vector<std::uint32_t> sediment, class_id, instance;  ///< those with the most energy
   std::vector<float> fraction;                              ///< that triple's share of the energy
   std::vector<float> shadow_fraction;  ///< beam-weighted share of the planes that jump over the bin
-  std::vector<std::uint32_t> shadow_instance;  ///< what blocks it; 0 is the bed itself
-  std::vector<std::uint32_t> layover;          ///< 1 where one plane sees several places in the bin
+  std::vector<std::uint32_t>
+      shadow_instance;                 ///< what blocks it; 0: the bed, and none of its features
+  std::vector<std::uint32_t> layover;  ///< 1 where one plane sees several places in the bin
 
   /// Calls f(name in files, pointer to member) for every layer, in the files' order.
   template <class F>

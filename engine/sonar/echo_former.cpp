@@ -43,8 +43,9 @@ double arcsine(double x) {
 }  // namespace
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-                       std::span<const scatter::BackscatterTable> by_material)
-    : seafloor_(seafloor),
+                       std::span<const scatter::BackscatterTable> by_material,
+                       const std::vector<Label>* moving)
+    : labels_(seafloor, moving),
       beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       by_material_(by_material),
       absorption_db_per_m_(medium.absorption_db_per_m),
@@ -73,7 +74,7 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
   line.rays = line.hits = 0;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane)
     walk_plane(fan, hits, arrivals, plane, line);
-  bins_.tell(seafloor_.labels, line);
+  bins_.tell(labels_, line);
 
   const std::size_t margin = pulse_.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
@@ -178,10 +179,10 @@ void EchoFormer::look(const RayFan& fan, std::size_t elevation, const Eigen::Vec
     sight.normal = (triangles_.corner(hit.index, 1) - a)
                        .cross(triangles_.corner(hit.index, 2) - a)
                        .normalized();
-    sight.label = seafloor_.label_of(hit.face);
+    sight.label = labels_.label_of(hit.face);
     sight.longest_edge_m = -1.0;
   }
-  const Label& label = seafloor_.labels[sight.label];
+  const Label& label = labels_[sight.label];
   const Eigen::Vector3d& travel = arrival ? arrival->direction : direction;
   if (label.two_sided && sight.normal.dot(travel) > 0.0) sight.normal = -sight.normal;
   const double sine = std::min(-sight.normal.dot(travel), 1.0);

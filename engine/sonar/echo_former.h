@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/sonar/aperture.h>
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/plane_beam.h>
@@ -31,9 +31,11 @@ struct Medium {
 /// off each ray keeps its own half. The bins then go through the pulse.
 class EchoFormer {
  public:
-  /// The seafloor and the tables must outlive this; by_material[i] belongs to seafloor.materials[i].
+  /// The seafloor, the tables and the labels of bodies that move (see FaceLabels) must outlive this;
+  /// by_material[i] belongs to a label's sediment i.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-             std::span<const scatter::BackscatterTable> by_material);
+             std::span<const scatter::BackscatterTable> by_material,
+             const std::vector<Label>* moving = nullptr);
 
   /// hits, over these triangles, by the ray numbers of the fan, which is the aperture's. Bent rays come
   /// with their arrivals, by ray number, and their hits' t is the range that their time stands for;
@@ -52,7 +54,7 @@ class EchoFormer {
   void shade_beyond(const RayFan& fan, const Sight& blocker);
   double longest_edge_m(Sight& sight) const;
 
-  const Seafloor& seafloor_;
+  FaceLabels labels_;
   Beam beam_;
   PlaneBeam plane_beam_;
   refine::Triangles triangles_;  // of this ping

@@ -6,13 +6,13 @@ namespace ensonify::engine {
 
 Pinger::Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
                const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
-               const Refraction& refraction)
+               const Refraction& refraction, const std::vector<Label>* moving)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sound_speed_mps_(medium.sound_speed_mps),
       sonar_number_(sonar_number),
       sides_(sides_of(sonar)),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, by_material) {
+      former_(sonar, medium, seafloor, by_material, moving) {
   if (refraction.mode == RefractionMode::time_only)
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
   if (refraction.mode != RefractionMode::full) return;

@@ -28,11 +28,11 @@ struct Refraction {
 /// One sonar at work on one thread: aims its fans, then listens. Its memory is kept from ping to ping.
 class Pinger {
  public:
-  /// The seafloor and the tables must outlive this; by_material as in EchoFormer. `sonar_number` tells a scene's sonars
+  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer. `sonar_number` tells a scene's sonars
   /// apart in their random numbers.
   Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
          const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
-         const Refraction& refraction = {});
+         const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr);
 
   /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until the
   /// next call.
@@ -42,6 +42,8 @@ class Pinger {
   /// call. Refracted rays' t is the range that their time stands for at the medium's speed.
   std::span<const Hit> trace(const Intersector& intersector, refine::Triangles triangles,
                              Side side);
+  /// The aimed fan of one side.
+  const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// The expected echo of the side that was traced last, over these triangles.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
   /// How the refracted rays of the side that was traced last arrived; empty for straight rays.

@@ -114,7 +114,7 @@ void RangeBins::turn(int direction, std::size_t bin) {
   turning_bin_ = bin;
 }
 
-void RangeBins::tell(std::span<const Label> labels, EchoLine& line) const {
+void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {
   Layers& out = line.bins;
   line.first_return = -1;
   line.starved = 0;
@@ -156,7 +156,7 @@ void RangeBins::tell(std::span<const Label> labels, EchoLine& line) const {
     else if (dark > 0.5)
       region = Region::shadow;
     else if (lit)
-      region = label.instance != 0 ? Region::object : Region::seabed;
+      region = label.instance != 0 && !label.feature ? Region::object : Region::seabed;
     else
       ++line.starved;
     out.region[i] = static_cast<std::uint32_t>(region);

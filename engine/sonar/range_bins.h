@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/trace/ray.h>
 
@@ -66,7 +66,7 @@ class RangeBins {
   double bin_m() const { return bin_m_; }
   double energy(std::size_t bin) const { return bins_[bin].energy; }
   /// Writes everything but ranges and intensities, and counts first return and starved bins.
-  void tell(std::span<const Label> labels, EchoLine& line) const;
+  void tell(const FaceLabels& labels, EchoLine& line) const;
 
  private:
   struct Bin {
