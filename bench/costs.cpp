@@ -17,8 +17,8 @@
 #include <ensonify/engine/sonar/signal_chain.h>
 #include <ensonify/scatter/backscatter.h>
 
-#include "cases.h"
 #include "clock.h"
+#include "scenes.h"
 
 namespace ensonify::bench {
 namespace {

@@ -21,6 +21,7 @@ class Pings {
     all_.warnings = std::move(flight.warnings);
     reported_ = reported_poses(scene.navigation, scene.seed, poses_);
     hold_stale(scene.artefacts, scene.seed, reported_);
+    simulator.watch_objects();
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, poses_.size());
   }
 

@@ -70,4 +70,15 @@ std::vector<std::byte> encode_png(const Picture& picture) {
   return std::move(writer.bytes);
 }
 
+std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels) {
+  if (pixels.empty() || width == 0 || pixels.size() % width != 0)
+    throw std::invalid_argument("encode_png16: pixels that do not fit the width");
+  Picture picture{width, pixels.size() / width, 1, {}, 16};
+  for (const std::uint16_t pixel : pixels) {
+    picture.pixels.push_back(static_cast<std::uint8_t>(pixel >> 8));
+    picture.pixels.push_back(static_cast<std::uint8_t>(pixel & 0xff));
+  }
+  return encode_png(picture);
+}
+
 }  // namespace ensonify::engine
