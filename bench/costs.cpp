@@ -146,7 +146,8 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
       {"speckle and noise", [](Sonar&, ChainOptions&) {}},
       {"lfm over 2.5 bins", [](Sonar& s, ChainOptions&) { s.pulse.kind = PulseKind::lfm; }},
       {"4 looks", [](Sonar& s, ChainOptions&) { s.receiver.looks = 4; }},
-      {"logarithmic curve", [](Sonar& s, ChainOptions&) { s.receiver.curve = TransferCurve::logarithmic; }},
+      {"logarithmic curve",
+       [](Sonar& s, ChainOptions&) { s.receiver.curve = TransferCurve::logarithmic; }},
       {"output noise", [](Sonar& s, ChainOptions&) { s.receiver.output_noise_db = -60.0; }},
       {"surface", [](Sonar&, ChainOptions& o) { o.arrivals.surface = true; }},
       {"volume", [](Sonar&, ChainOptions& o) { o.arrivals.volume = true; }},
@@ -161,8 +162,8 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
       {"wake", [](Sonar&, ChainOptions& o) { o.artefacts.wake_db = -10.0; }},
       {"shimmer", [](Sonar&, ChainOptions& o) { o.artefacts.shimmer_db = 1.5; }},
   };
-  const auto compare = [&](const std::string& name, const Sonar& sonar, const ChainOptions& with_options,
-                           const ChainOptions& without_options) {
+  const auto compare = [&](const std::string& name, const Sonar& sonar,
+                           const ChainOptions& with_options, const ChainOptions& without_options) {
     if (name.find(filter) == std::string::npos) return;
     const SignalChain with(sonar, with_options), without(plain, without_options);
     SignalChain::Memory memory;
@@ -188,7 +189,8 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
                        .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
                       lines, memory);
     };
-    results.push_back(in_turns(name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));
+    results.push_back(in_turns(
+        name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));
   };
   Sonar all_sonar = plain;
   ChainOptions all = usual, still = usual;

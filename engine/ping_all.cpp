@@ -20,8 +20,8 @@ class Pings {
     poses_ = std::move(flight.poses);
     all_.warnings = std::move(flight.warnings);
     reported_ = reported_poses(scene.navigation, scene.seed, poses_);
-    hold_stale(scene.artefacts, scene.seed, reported_);
     simulator.watch_objects();
+    hold_stale(scene.artefacts, scene.seed, reported_);
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, poses_.size());
   }
 

@@ -160,7 +160,7 @@ class Run {
       if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
-      write_recordings(simulator, images[i], i);
+      write_recordings(simulator, images[i]);
       const Seafloor& seafloor = simulator.seafloor();
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
@@ -169,11 +169,11 @@ class Run {
       over_layers.slant_range_correction = false;
       if (scene_.output.truth)
         folder_.write(name + "_truth.png",
-                      encode_png(with_legend(lay_truth(
-                          images[i],
-                          render(images[i], over_layers, simulator.absorption_db_per_m(i),
-                                 &simulator.recorder(i)),
-                          seafloor.classes, seafloor.materials))));
+                      encode_png(with_legend(
+                          lay_truth(images[i],
+                                    render(images[i], over_layers, simulator.absorption_db_per_m(i),
+                                           &simulator.recorder(i)),
+                                    seafloor.classes, seafloor.materials))));
       for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
@@ -198,7 +198,7 @@ class Run {
     tell("files", images.size(), images.size());
   }
 
-  void write_recordings(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
+  void write_recordings(const Simulator& simulator, const Waterfall& image) {
     if (!scene_.output.xtf && !scene_.output.jsf) return;
     const TrackOptions& track = scene_.track;
     const Seafloor& seafloor = simulator.seafloor();

@@ -437,10 +437,10 @@ std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
   if (worker_->views.empty()) return {};
   return worker_->views.at(sonar).views();
 }
+double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 const Recorder& Simulator::recorder(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->chain->recorder();
 }
-double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

@@ -74,6 +74,7 @@ std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint
   if (pixels.empty() || width == 0 || pixels.size() % width != 0)
     throw std::invalid_argument("encode_png16: pixels that do not fit the width");
   Picture picture{width, pixels.size() / width, 1, {}, 16};
+  picture.pixels.reserve(2 * pixels.size());
   for (const std::uint16_t pixel : pixels) {
     picture.pixels.push_back(static_cast<std::uint8_t>(pixel >> 8));
     picture.pixels.push_back(static_cast<std::uint8_t>(pixel & 0xff));

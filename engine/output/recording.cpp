@@ -14,15 +14,14 @@ constexpr double pi = std::numbers::pi;
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
 constexpr double counts_from_1970_s = 1e8;         // a track does not take three years
-constexpr std::uint32_t most = 32767;              // some readers take signed numbers
+constexpr int most_bits = 15;                      // some readers take signed numbers
 
-/// The recorder's samples, without the lowest of more than 15 bits.
+/// The recorder's samples, of more bits than readers take without the last of them.
 std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall) {
-  const int beyond = std::max(waterfall.sonar.receiver.bits - 15, 0);
-  std::vector<std::uint16_t> samples;
-  samples.reserve(waterfall.pixels.sample.size());
-  for (const std::uint32_t sample : waterfall.pixels.sample)
-    samples.push_back(static_cast<std::uint16_t>(std::min(sample >> beyond, most)));
+  const int too_many_bits = std::max(0, waterfall.sonar.receiver.bits - most_bits);
+  std::vector<std::uint16_t> samples(waterfall.pixels.sample.size());
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i] = static_cast<std::uint16_t>(waterfall.pixels.sample[i] >> too_many_bits);
   return samples;
 }
 
@@ -84,8 +83,7 @@ Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame
       .bins = static_cast<std::size_t>(sonar.bins),
       .port = sonar.sides != Sides::starboard,
       .starboard = sonar.sides != Sides::port,
-      .samples =
-          with_both_sides(waterfall, recorded_samples(waterfall))};
+      .samples = with_both_sides(waterfall, recorded_samples(waterfall))};
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
   const std::int64_t start_s =
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);

@@ -54,9 +54,9 @@ struct OutputOptions {
   bool npz = false;        ///< the layers as NAME.npz
   bool xtf = false;        ///< the recording as NAME.xtf
   bool jsf = false;        ///< the recording as NAME.jsf
+  int png_bits = 8;        ///< of NAME.png, 8 or 16
   bool truth = false;      ///< the truth laid over the picture as NAME_truth.png
   std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
-  int png_bits = 8;        ///< of NAME.png: 8 or 16
 };
 
 /// Every option of a run. The defaults are a scene that gives a good picture.

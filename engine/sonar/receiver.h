@@ -18,8 +18,8 @@ struct ReceiverOptions {
   bool noise = true;                    ///< of the sea and its own
   std::optional<double> self_noise_db;  ///< its own, dB re 1 uPa^2/Hz behind the beam; unset: none
   std::optional<double> output_noise_db;  ///< behind the gain, dB re full scale; unset: none
-  double spreading = 40.0;              ///< time-varied gain, dB per factor of ten in range
-  bool absorption = true;               ///< and of the two-way absorption
+  double spreading = 40.0;                ///< time-varied gain, dB per factor of ten in range
+  bool absorption = true;                 ///< and of the two-way absorption
   std::optional<double>
       gain_db;    ///< full scale over the received amplitude times the varied gain at
                   ///< 1 m, dB re 1/uPa; unset: automatic

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, below full scale
 constexpr double burst_over_full_scale_db = 30.0;
-constexpr int output_noise_look = 1000;  // of no echo
+constexpr int output_noise_look = 1000;     // of no echo
 constexpr std::size_t gain_bins = 8;        // for which an automatic gain is set
 constexpr std::uint64_t of_gain_steps = 5;  // artefacts.cpp and disturbances.cpp have the others
 
@@ -74,7 +74,7 @@ void SignalChain::receive(const Hearing& hearing, std::span<EchoLine> lines, Mem
     Channel& its = channel(line);
     std::copy(its.energy.begin(), its.energy.end(), line.bins.intensity.begin());
     amplify(hearing, line, its);
-    record(hearing, its, line);
+    record(its, line);
   }
 }
 
@@ -214,11 +214,13 @@ void SignalChain::amplify(const Hearing& hearing, EchoLine& line, Channel& chann
   }
   for (std::size_t n = 0; n < bins; ++n) channel.detected[n] *= step * recorder_.gain(n);
   if (!sonar_.receiver.output_noise_db) return;
-  const auto rms = static_cast<float>(std::sqrt(scatter::from_db(*sonar_.receiver.output_noise_db)));
+  const auto rms =
+      static_cast<float>(std::sqrt(scatter::from_db(*sonar_.receiver.output_noise_db)));
   if (options_.speckle) {
     draw_white(hearing, line.side, output_noise_look, bins, channel);
     for (std::size_t n = 0; n < bins; ++n) {
-      const float re = channel.detected[n] + rms * channel.spread_re[n], im = rms * channel.spread_im[n];
+      const float re = channel.detected[n] + rms * channel.spread_re[n],
+                  im = rms * channel.spread_im[n];
       channel.detected[n] = std::sqrt(re * re + im * im);
     }
   } else {
@@ -227,7 +229,7 @@ void SignalChain::amplify(const Hearing& hearing, EchoLine& line, Channel& chann
   }
 }
 
-void SignalChain::record(const Hearing& hearing, const Channel& channel, EchoLine& line) const {
+void SignalChain::record(const Channel& channel, EchoLine& line) const {
   const std::size_t bins = channel.detected.size();
   const ArtefactOptions& artefacts = options_.artefacts;
   if (artefacts.automatic_gain > 0.0) {

@@ -70,7 +70,7 @@ class SignalChain {
                   Channel& channel) const;
   void detect(const Channel& own, const Channel* other, int look, Channel& into) const;
   void amplify(const Hearing& hearing, EchoLine& line, Channel& channel) const;
-  void record(const Hearing& hearing, const Channel& channel, EchoLine& line) const;
+  void record(const Channel& channel, EchoLine& line) const;
 
   Sonar sonar_;
   ChainOptions options_;

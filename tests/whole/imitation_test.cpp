@@ -36,7 +36,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 /// Samples of both sides, near to far, and where the bed begins.
 struct Recording {
   std::array<std::vector<float>, 2> samples{std::vector<float>(pings * bins),
-                                            std::vector<float>(pings * bins)};
+                                            std::vector<float>(pings* bins)};
   std::array<std::vector<std::size_t>, 2> first{std::vector<std::size_t>(pings),
                                                 std::vector<std::size_t>(pings)};
   float at(int side, std::size_t ping, std::size_t bin) const {
@@ -99,7 +99,8 @@ std::vector<double> level_over_depression(const Recording& image, int side, std:
   std::vector<double> sums(91), counts(91);
   for (std::size_t ping = from; ping < until; ++ping)
     for (std::size_t bin = image.first_of(side, ping) + 1; bin < bins; ++bin) {
-      const double sine = static_cast<double>(image.first_of(side, ping)) / static_cast<double>(bin);
+      const double sine =
+          static_cast<double>(image.first_of(side, ping)) / static_cast<double>(bin);
       const auto cell = static_cast<std::size_t>(std::lround(std::asin(sine) / degree));
       sums[cell] += std::pow(image.at(side, ping, bin) / full_scale, 2);
       counts[cell] += 1.0;
@@ -118,7 +119,8 @@ Texture texture(const Recording& image, std::size_t from, std::size_t until, dou
                 double far_m) {
   std::vector<double> contrasts, ranges, tracks;
   for (std::size_t ping = from; ping + 8 <= until; ping += 8)
-    for (auto bin = static_cast<std::size_t>(near_m / bin_m); (bin + 16.0) * bin_m < far_m; bin += 16) {
+    for (auto bin = static_cast<std::size_t>(near_m / bin_m); (bin + 16.0) * bin_m < far_m;
+         bin += 16) {
       if (bin < image.first_of(0, ping) * 5 / 4) continue;
       double sum = 0.0, squares = 0.0, range = 0.0, track = 0.0;
       for (std::size_t i = 0; i < 8; ++i)
@@ -156,7 +158,8 @@ double clipped(const Recording& image, std::size_t from, std::size_t until) {
   double count = 0.0;
   for (std::size_t ping = from; ping < until; ++ping)
     for (int side : {0, 1})
-      for (std::size_t bin = 20; bin < bins; ++bin) count += image.at(side, ping, bin) >= full_scale;
+      for (std::size_t bin = 20; bin < bins; ++bin)
+        count += image.at(side, ping, bin) >= full_scale;
   return count / (2.0 * static_cast<double>((until - from) * (bins - 20)));
 }
 
@@ -184,7 +187,8 @@ struct Wreck {
 
 std::string scene_text(double bed_m, bool fitted, double gain_db, double noise_db, int looks,
                        const Wreck& wreck) {
-  std::string text = fmt::format(R"(version = 1
+  std::string text =
+      fmt::format(R"(version = 1
 seed = 11
 speckle = {}
 [sea]
@@ -219,7 +223,7 @@ gain_db = {}
 looks = {}
 noise = {}
 )",
-                                 fitted, bed_m, fitted ? 0.015 : 0.0, range_m, gain_db, looks, fitted);
+                  fitted, bed_m, fitted ? 0.015 : 0.0, range_m, gain_db, looks, fitted);
   if (!fitted) return text + "vertical_beamwidth_deg = 0\n";
   text += fmt::format(R"(vertical_pattern = "pattern.csv"
 output_noise_db = {}
@@ -278,7 +282,8 @@ void write_pictures(const fs::path& folder, const Recording& real, const Recordi
       const std::size_t bin = side ? 2 * column - bins : bins - 2 - 2 * column;
       for (const auto& [image, left] : {std::pair{&real, std::size_t{0}}, {&ours, bins + gap}}) {
         const double s = std::max(image->at(side, pings - 1 - row, bin),
-                                  image->at(side, pings - 1 - row, bin + 1)) / full_scale;
+                                  image->at(side, pings - 1 - row, bin + 1)) /
+                         full_scale;
         picture.pixels[row * width + left + column] =
             static_cast<std::uint8_t>(std::lround(255.0 * std::pow(std::min(s, 1.0), 0.6)));
       }
@@ -288,7 +293,8 @@ void write_pictures(const fs::path& folder, const Recording& real, const Recordi
 
 }  // namespace
 
-TEST_CASE("a scene set up on the first half of a real recording resembles the second", "[.][soak]") {
+TEST_CASE("a scene set up on the first half of a real recording resembles the second",
+          "[.][soak]") {
   const auto file = tests::data_file("sidescan/scotsman-iver2.xtf");
   const auto navigation_file = tests::data_file("nav/scotsman_iver2_nav.csv");
   if (!file || !navigation_file || !tests::data_file("mesh_underwater/skytteren_wreck.ply")) {
@@ -305,19 +311,21 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
   // The bed's depth, from first returns in a plane that leans by the pitch.
   std::vector<double> depths;
   for (std::size_t ping = 0; ping < half; ++ping)
-    depths.push_back(navigation.depth_m[ping] + static_cast<double>(real.first_of(0, ping)) * bin_m *
-                                                    std::cos(navigation.pitch_rad[ping]));
+    depths.push_back(navigation.depth_m[ping] + static_cast<double>(real.first_of(0, ping)) *
+                                                    bin_m * std::cos(navigation.pitch_rad[ping]));
   const double bed_m = median(depths);
 
   // The vertical pattern and the gain: what is missing where every direction is heard alike.
   std::vector<Pose> poses;
-  const Recording plain = imitation(parse_scene(scene_text(bed_m, false, 0, 0, 1, {}), "plain", {}, paths), poses);
+  const Recording plain =
+      imitation(parse_scene(scene_text(bed_m, false, 0, 0, 1, {}), "plain", {}, paths), poses);
   std::array<std::vector<double>, 2> missing;
   double loudest = -1e9;
   for (int side : {0, 1}) {
     const std::vector<double> has = level_over_depression(real, side, 0, half);
     const std::vector<double> ours = level_over_depression(plain, side, 0, half);
-    for (std::size_t i = 0; i <= 90; ++i) missing[static_cast<std::size_t>(side)].push_back(has[i] - ours[i]);
+    for (std::size_t i = 0; i <= 90; ++i)
+      missing[static_cast<std::size_t>(side)].push_back(has[i] - ours[i]);
     for (const double m : missing[static_cast<std::size_t>(side)])
       if (!std::isnan(m)) loudest = std::max(loudest, m);
   }
@@ -326,7 +334,8 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
     csv << "depression_deg,port_db,starboard_db\n";
     for (std::size_t i = 0; i <= 90; ++i)
       if (!std::isnan(missing[0][i] + missing[1][i]))
-        csv << i << ',' << 0.5 * (missing[0][i] - loudest) << ',' << 0.5 * (missing[1][i] - loudest) << '\n';
+        csv << i << ',' << 0.5 * (missing[0][i] - loudest) << ',' << 0.5 * (missing[1][i] - loudest)
+            << '\n';
   }
   const double floor = floor_of(real, 0, half);
   const double noise_db = 20.0 * std::log10(floor / std::sqrt(std::log(2.0)) / full_scale);
@@ -343,7 +352,8 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
   write_pictures(folder, real, ours);
 
   std::string table = fmt::format(
-      "set up on the first half: bed {:.2f} m down, gain {:.1f} dB, floor {:.1f} dB re full scale, {} looks\n"
+      "set up on the first half: bed {:.2f} m down, gain {:.1f} dB, floor {:.1f} dB re full scale, "
+      "{} looks\n"
       "second half                 real   ours\n",
       bed_m, loudest, noise_db, looks);
   double squares = 0.0;
@@ -352,8 +362,8 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
     const std::vector<double> has = level_over_depression(real, side, half, pings);
     const std::vector<double> is = level_over_depression(ours, side, half, pings);
     for (std::size_t i = 8; i <= 88; i += 4) {
-      table += fmt::format("{} level at {:2} deg  {:7.1f} {:6.1f} dB\n", side ? "starboard" : "port     ",
-                           i, has[i], is[i]);
+      table += fmt::format("{} level at {:2} deg  {:7.1f} {:6.1f} dB\n",
+                           side ? "starboard" : "port     ", i, has[i], is[i]);
       if (side == 0 && i >= 16 && !std::isnan(has[i] + is[i])) {
         squares += std::pow(has[i] - is[i], 2);
         ++compared;
@@ -364,12 +374,14 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
     const Texture has = texture(real, half, pings, near_m, near_m + 5.0);
     const Texture is = texture(ours, half, pings, near_m, near_m + 5.0);
     table += fmt::format(
-        "{:2.0f}-{:2.0f} m  contrast {:.2f} {:.2f}, correlation in range {:.2f} {:.2f}, along track {:.2f} {:.2f}\n",
+        "{:2.0f}-{:2.0f} m  contrast {:.2f} {:.2f}, correlation in range {:.2f} {:.2f}, along "
+        "track {:.2f} {:.2f}\n",
         near_m, near_m + 5.0, has.contrast, is.contrast, has.in_range, is.in_range, has.along_track,
         is.along_track);
   }
-  table += fmt::format("floor {:8.0f} {:8.0f}\nclipped {:8.4f} {:8.4f}\n", floor_of(real, half, pings),
-                       floor_of(ours, half, pings), clipped(real, half, pings), clipped(ours, half, pings));
+  table += fmt::format("floor {:8.0f} {:8.0f}\nclipped {:8.4f} {:8.4f}\n",
+                       floor_of(real, half, pings), floor_of(ours, half, pings),
+                       clipped(real, half, pings), clipped(ours, half, pings));
   std::ofstream(folder / "table.txt") << table;
   WARN(table);
   CHECK(std::sqrt(squares / compared) < 6.0);

@@ -101,7 +101,9 @@ TEST_CASE("the automatic gain puts the nominal bed 16 dB below full scale at hal
   }
 }
 
-TEST_CASE("noise behind the gain is as loud as it says in the samples, flat in range, whatever the gain") {
+TEST_CASE(
+    "noise behind the gain is as loud as it says in the samples, flat in range, whatever the "
+    "gain") {
   for (const double spreading : {0.0, 40.0}) {
     Sonar sonar = quiet_sonar();
     sonar.receiver.output_noise_db = -30.0;
