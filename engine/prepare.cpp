@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when a seafloor's options make another mesh than they did.
-constexpr int seafloor_version = 1;
+constexpr int seafloor_version = 2;
 
 // The analysis takes about as long for so many faces as a ping does for its echoes.
 constexpr std::size_t faces_a_ping = 5000;
@@ -78,6 +78,16 @@ void trim_cache(const fs::path& folder) {
   }
 }
 
+/// A fault that begins with the key of a table in a list: the same with its place in the file.
+[[noreturn]] void throw_placed(const Scene& scene, const std::exception& error) {
+  const std::string_view what = error.what();
+  const std::string_view key = what.substr(0, what.find_first_of(": "));
+  const auto place = scene.places.lower_bound(key);
+  if (key.find('.') != key.npos && place != scene.places.end() && place->first.starts_with(key))
+    throw SceneError(fmt::format("{}: {}", place->second, what));
+  throw;
+}
+
 class Preparing {
  public:
   Preparing(const Scene& scene, const Preparation& how) : scene_(scene), how_(how) {
@@ -115,7 +125,7 @@ class Preparing {
 
   void make_seafloor_of_scene() {
     tell("seafloor");
-    result_.seafloor = make_seafloor(scene_.seafloor, scene_.bed_seed(), scene_.objects);
+    result_.seafloor = seafloor_of(scene_);
     result_.cached = false;
   }
 
@@ -180,6 +190,16 @@ class Preparing {
 
 PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how) {
   return how.seafloor ? *how.seafloor : Preparing(scene, how).result();
+}
+
+Seafloor seafloor_of(const Scene& scene) {
+  try {
+    return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects);
+  } catch (const std::invalid_argument& error) {
+    throw_placed(scene, error);
+  } catch (const refine::MeshError& error) {
+    throw_placed(scene, error);
+  }
 }
 
 std::string seafloor_key(const Scene& scene) {

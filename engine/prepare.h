@@ -51,4 +51,8 @@ std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path
 /// ~/.cache/ensonify; empty where there is neither.
 std::filesystem::path default_cache();
 
+/// The scene's seafloor made anew. Throws what make_seafloor does; what names a layer or an object, as
+/// SceneError with its place in the scene's file.
+Seafloor seafloor_of(const Scene& scene);
+
 }  // namespace ensonify::engine

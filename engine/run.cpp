@@ -1,13 +1,9 @@
 #include <ensonify/engine/run.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <mutex>
-#include <optional>
-#include <shared_mutex>
 #include <span>
 #include <string_view>
 
@@ -15,6 +11,7 @@
 
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/output/jsf.h>
@@ -25,9 +22,9 @@
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/output/xtf.h>
+#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
-#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -81,7 +78,7 @@ class OutputFolder {
   std::map<std::string, FileRecord> records_;
 };
 
-/// A scene's run while it goes on: what its threads share.
+/// A scene's run while it goes on.
 class Run {
  public:
   Run(const Scene& scene, const fs::path& folder, const RunControl& control)
@@ -93,9 +90,6 @@ class Run {
                                  .threads = control_.threads,
                                  .progress = [&](std::string_view stage) { tell(stage, 0, 1); },
                                  .seafloor = control_.seafloor});
-    Flight flight = simulator.flight();
-    poses_ = std::move(flight.poses);
-    reported_ = reported_poses(scene_.navigation, scene_.seed, poses_);
     report_.prepare_s = seconds_since(start);
     const PreparedSeafloor& prepared = simulator.prepared();
     report_.surface = prepared.surface;
@@ -107,11 +101,15 @@ class Run {
     report_.counts["faces"] = simulator.seafloor().faces;
     report_.counts["repairs"] = simulator.seafloor().repairs;
     report_.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
-    report_.warnings.insert(report_.warnings.end(), flight.warnings.begin(), flight.warnings.end());
 
     start = Clock::now();
-    for (const Sonar& sonar : simulator.sonars()) images_.emplace_back(sonar, poses_.size());
-    do_pings(simulator);
+    pings_ = ping_all(scene_, simulator, control_.threads,
+                      [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
+                        tell("pings", done, of);
+                        if (done > 0) grow_pictures(simulator, images);
+                      });
+    report_.warnings.insert(report_.warnings.end(), pings_.warnings.begin(), pings_.warnings.end());
+    report_.stages = pings_.stages;
     report_.pings_s = seconds_since(start);
 
     start = Clock::now();
@@ -132,91 +130,57 @@ class Run {
       throw Stopped("stopped on request; the files of this run were removed");
   }
 
-  void do_pings(Simulator& simulator) {
-    const auto block_pings = static_cast<std::size_t>(scene_.run.block_pings);
-    const std::size_t blocks = (poses_.size() + block_pings - 1) / block_pings;
-    const int threads = refine::thread_count(control_.threads);
-    std::vector<std::optional<Simulator>> workers(static_cast<std::size_t>(threads));
-    workers.front() = std::move(simulator);
-    Simulator& first = *workers.front();
-
-    tell("pings", 0, poses_.size());
-    refine::parallel_for(blocks, threads, [&](std::size_t block, int worker) {
-      std::optional<Simulator>& mine = workers[static_cast<std::size_t>(worker)];
-      if (!mine) mine = first.another();
-      const std::size_t begin = block * block_pings;
-      const std::size_t end = std::min(begin + block_pings, poses_.size());
-      mine->reset();
-      for (std::size_t ping = begin; ping < end; ++ping) do_ping(*mine, ping, block);
-      finish_block(*mine, end - begin);
-    });
-    for (const std::optional<Simulator>& worker : workers)
-      if (worker) report_.stages += worker->times();
-    simulator = std::move(first);
-  }
-
-  void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
-    const Pose& pose = poses_[ping];
-    std::span<const EchoLine> lines = simulator.ping(pose, ping);
-    const PingRecord record{.pose = pose,
-                            .reported = reported_[ping],
-                            .altitude_m = simulator.altitude_m(pose.position),
-                            .block = static_cast<int>(block)};
-    const std::shared_lock rows_differ(images_lock_);
-    for (Waterfall& image : images_) {
-      const std::size_t sides = sides_of(image.sonar).size();
-      image.set_row(ping, lines.first(sides), record);
-      for (const EchoLine& line : lines.first(sides)) {
-        rays_ += line.rays;
-        hits_ += line.hits;
-      }
-      lines = lines.subspan(sides);
-    }
-  }
-
   // The picture grows while the run goes on, from the first block, and takes a twentieth of the time
   // at most.
-  void finish_block(const Simulator& simulator, std::size_t pings) {
-    const std::unique_lock alone(images_lock_);
-    pings_done_ += pings;
-    tell("pings", pings_done_, poses_.size());
+  void grow_pictures(const Simulator& simulator, std::span<const Waterfall> images) {
     if (!control_.growing_picture ||
         seconds_since(picture_written_) < std::max(1.0, 20.0 * picture_s_))
       return;
     const Clock::time_point start = Clock::now();
-    for (std::size_t i = 0; i < images_.size(); ++i) write_picture(simulator, i);
+    for (std::size_t i = 0; i < images.size(); ++i) write_picture(simulator, images[i], i);
     picture_s_ = seconds_since(start);
     picture_written_ = Clock::now();
   }
 
-  void write_picture(const Simulator& simulator, std::size_t sonar) {
-    folder_.write(
-        images_[sonar].sonar.name + ".png",
-        encode_png(render(images_[sonar], scene_.display, simulator.absorption_db_per_m(sonar))));
+  void write_picture(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
+    folder_.write(image.sonar.name + ".png",
+                  encode_png(render(image, scene_.display, simulator.absorption_db_per_m(sonar),
+                                    &simulator.recorder(sonar), scene_.output.png_bits)));
   }
 
   void write_files(const Simulator& simulator) {
     const std::string scene_toml = dump_scene(scene_, false);
     const ImageOrigin origin{simulator.seafloor().mesh.world_origin, xxh128(scene_toml)};
+    const std::vector<Waterfall>& images = pings_.images;
     std::uint64_t starved = 0;
-    for (std::size_t i = 0; i < images_.size(); ++i) {
-      tell("files", i, images_.size());
-      const std::string& name = images_[i].sonar.name;
-      write_picture(simulator, i);
-      if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images_[i], origin));
-      if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images_[i], origin));
-      folder_.write(name + "_pings.csv", pings_csv(images_[i]));
-      write_recordings(simulator, i);
-      if (!simulator.seafloor().objects.empty())
-        folder_.write(name + "_targets.json",
-                      targets_json(find_targets(images_[i]), images_[i], simulator.seafloor()));
-      for (const PingRecord& ping : images_[i].pings)
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      tell("files", i, images.size());
+      const std::string& name = images[i].sonar.name;
+      write_picture(simulator, images[i], i);
+      if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images[i], origin));
+      if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
+      folder_.write(name + "_pings.csv", pings_csv(images[i]));
+      write_recordings(simulator, images[i]);
+      const Seafloor& seafloor = simulator.seafloor();
+      if (!seafloor.objects.empty() || !seafloor.features.empty())
+        folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
+                                                           seafloor, pings_.object_views[i]));
+      Display over_layers = scene_.display;
+      over_layers.slant_range_correction = false;
+      if (scene_.output.truth)
+        folder_.write(name + "_truth.png",
+                      encode_png(with_legend(
+                          lay_truth(images[i],
+                                    render(images[i], over_layers, simulator.absorption_db_per_m(i),
+                                           &simulator.recorder(i)),
+                                    seafloor.classes, seafloor.materials))));
+      for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
-    if (control_.made) control_.made(simulator, images_);
-    report_.counts["pings"] = poses_.size();
-    report_.counts["rays"] = rays_;
-    report_.counts["hits"] = hits_;
+    if (control_.made) control_.made(simulator, images);
+    report_.counts["pings"] = images.front().rows();
+    report_.counts["rays"] = pings_.rays;
+    report_.counts["hits"] = pings_.hits;
     report_.counts["starved_bins"] = starved;
     warn_of_holes();
 
@@ -231,45 +195,40 @@ class Run {
                       .warnings = report_.warnings,
                       .files = folder_.records()};
     folder_.write("manifest.json", manifest_json(manifest));
-    tell("files", images_.size(), images_.size());
+    tell("files", images.size(), images.size());
   }
 
-  void write_recordings(const Simulator& simulator, std::size_t sonar) {
+  void write_recordings(const Simulator& simulator, const Waterfall& image) {
     if (!scene_.output.xtf && !scene_.output.jsf) return;
     const TrackOptions& track = scene_.track;
     const Seafloor& seafloor = simulator.seafloor();
     RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
                          .utm_zone = seafloor.utm_zone,
                          .start_time = scene_.output.start_time,
-                         .sound_speed_mps = simulator.sound_speed_mps(),
-                         .absorption_db_per_m = simulator.absorption_db_per_m(sonar)};
+                         .sound_speed_mps = simulator.sound_speed_mps()};
     if (track.origin_latitude_rad)
       frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
-    const Recording recording = make_recording(images_[sonar], frame);
+    const Recording recording = make_recording(image, frame);
     if (scene_.output.xtf) folder_.write(recording.name + ".xtf", encode_xtf(recording));
     if (scene_.output.jsf) folder_.write(recording.name + ".jsf", encode_jsf(recording));
   }
 
   void warn_of_holes() {
     const auto over_hole =
-        std::count_if(images_.front().pings.begin(), images_.front().pings.end(),
+        std::count_if(pings_.images.front().pings.begin(), pings_.images.front().pings.end(),
                       [](const PingRecord& p) { return std::isnan(p.altitude_m); });
     if (over_hole > 0)
       report_.warnings.push_back(
           fmt::format("{} of {} pings have no bed straight below (a hole in the seafloor); their "
                       "altitude is empty",
-                      over_hole, poses_.size()));
+                      over_hole, pings_.images.front().rows()));
   }
 
   const Scene& scene_;
   const RunControl& control_;
   OutputFolder folder_;
   RunReport report_;
-  std::vector<Pose> poses_, reported_;
-  std::vector<Waterfall> images_;
-  std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
-  std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;
-  std::size_t pings_done_ = 0;
+  ScenePings pings_;
   Clock::time_point picture_written_{};  // long ago, so that the first block shows
   double picture_s_ = 0.0;
 };

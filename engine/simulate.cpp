@@ -6,19 +6,24 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/value_check.h>
 #include <ensonify/engine/scene/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/mounting.h>
 #include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/signal_chain.h>
 #include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/moving_surface.h>
 #include <ensonify/engine/trace/surface.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -38,6 +43,42 @@ class StopWatch {
   Clock::time_point since_ = Clock::now();
 };
 
+void require_finite(const Pose& pose) {
+  if (!pose.position.allFinite() ||
+      !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
+    throw std::invalid_argument("Simulator: the pose is not finite");
+}
+
+/// A mesh's place: z up and y forward, where the body has x forward, y to starboard and z down.
+Eigen::Isometry3d place_of(const Pose& pose) {
+  require_finite(pose);
+  Eigen::Matrix3d mesh_to_body;
+  mesh_to_body << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  place.linear() = body_to_world(pose) * mesh_to_body;
+  place.translation() = pose.position;
+  return place;
+}
+
+/// A name's number in a list, or where it would join it.
+std::size_t place_in(const std::vector<std::string>& names, const std::string& name) {
+  return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
+}
+
+constexpr std::size_t most_labels = 65535;
+
+/// A sonar with all that it hears by.
+struct Instrument {
+  Sonar sonar;  ///< with the bins of its digitiser
+  Medium medium;
+  std::vector<scatter::BackscatterTable> by_material;
+  std::unique_ptr<const SignalChain> chain;
+};
+
+void warn(const std::string& warning, std::vector<std::string>& warnings) {
+  if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
+}
+
 }  // namespace
 
 StageTimes& StageTimes::operator+=(const StageTimes& other) {
@@ -53,15 +94,15 @@ struct Simulator::Ready {
   Scene scene;
   PreparedSeafloor prepared;
   const Seafloor& seafloor = prepared.seafloor;
+  std::size_t instances() const { return seafloor.objects.size() + seafloor.features.size(); }
   refine::Bounds bounds;
   std::optional<BedGrid> bed;  ///< where the seafloor has its mesh
   SurfaceParts parts;
   std::string code_path;
   double sound_speed_mps;
   std::optional<scatter::SoundSpeedProfile> profile;
-  std::vector<Medium> media;                                        ///< one a sonar
-  std::vector<std::vector<scatter::BackscatterTable>> by_material;  ///< for each sonar
   std::vector<std::string> warnings;
+  std::vector<std::shared_ptr<const Instrument>> instruments;  ///< one a sonar
 
   Ready(const Scene& of, const Preparation& how)
       : scene(of),
@@ -79,45 +120,21 @@ struct Simulator::Ready {
       bed.emplace(seafloor);
     }
     code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
-    const double half_depth_m = std::max(0.0, -0.5 * seafloor.mean_bed_m);
-    const Sea& sea = scene.sea;
-    sound_speed_mps =
-        sea.sound_speed_mps.value_or(scatter::sound_speed_mps(sea.water, half_depth_m));
-    if (!sea.profile.path.empty()) take_profile();
-    for (Sonar& sonar : scene.sonars) {
-      sonar = sonar.sampled(sound_speed_mps);
-      if (!sonar.vertical.file.path.empty())
-        sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
-    }
+    sound_speed_mps = scene.sea.sound_speed_mps.value_or(
+        scatter::sound_speed_mps(scene.sea.water, half_depth_m()));
+    if (!scene.sea.profile.path.empty()) take_profile();
     for (const Sonar& sonar : scene.sonars)
-      media.push_back({sound_speed_mps, sea.absorption_db_per_km
-                                            ? *sea.absorption_db_per_km / 1000.0
-                                            : scatter::absorption_db_per_m(sea.water, half_depth_m,
-                                                                           sonar.frequency_hz)});
-    for (const Sonar& sonar : scene.sonars) {
-      std::vector<scatter::BackscatterTable>& tables = by_material.emplace_back();
-      tables.emplace_back(scatter::Lambert());  // of none: no face has it
-      for (std::size_t i = 1; i < seafloor.materials.size(); ++i)
-        tables.push_back(table_of(seafloor.materials[i], sonar));
-    }
+      instruments.push_back(instrument(instruments.size(), sonar, seafloor.materials, warnings));
   }
 
-  scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar) {
-    const Material material = material_named(name, scene.materials);
-    const bool relief = name == scene.seafloor.material &&
-                        scene.seafloor.kind == SeafloorKind::fractal &&
-                        scene.seafloor.fractal.sediments_own;
-    if (const auto warning = validity_warning(material, sonar.frequency_hz)) warn(*warning);
-    return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
-                                                     relief ? scene.seafloor.cell_m : 0.0));
-  }
+  double half_depth_m() const { return std::max(0.0, -0.5 * seafloor.mean_bed_m); }
 
   void take_profile() {
     profile = read_profile(scene.sea.profile.path);
     const double bed_m = std::max(0.0, -seafloor.mean_bed_m);
     sound_speed_mps = profile->mean_speed_mps(0.0, bed_m);
     for (const std::string& remark : profile->remarks(0.0, -double(bounds.lowest.z())))
-      warn(fmt::format("{}: {}", scene.sea.profile.name, remark));
+      warn(fmt::format("{}: {}", scene.sea.profile.name, remark), warnings);
   }
 
   Refraction refraction() const {
@@ -125,82 +142,259 @@ struct Simulator::Ready {
             -double(bounds.lowest.z())};
   }
 
-  void warn(const std::string& warning) {
-    if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
+  std::shared_ptr<const Instrument> instrument(std::size_t number, const Sonar& settings,
+                                               const std::vector<std::string>& materials,
+                                               std::vector<std::string>& its_warnings) const {
+    Instrument made{.sonar = settings.sampled(sound_speed_mps)};
+    Sonar& sonar = made.sonar;
+    if (!sonar.vertical.file.path.empty())
+      sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
+    const Sea& sea = scene.sea;
+    made.medium = {sound_speed_mps, sea.absorption_db_per_km
+                                        ? *sea.absorption_db_per_km / 1000.0
+                                        : scatter::absorption_db_per_m(sea.water, half_depth_m(),
+                                                                       sonar.frequency_hz)};
+    made.by_material.emplace_back(scatter::Lambert());  // of none: no face has it
+    for (std::size_t i = 1; i < materials.size(); ++i)
+      made.by_material.push_back(table_of(materials[i], sonar, its_warnings));
+    made.chain = std::make_unique<const SignalChain>(sonar, chain_options(number, made));
+    return std::make_shared<const Instrument>(std::move(made));
+  }
+
+  ChainOptions chain_options(std::size_t number, const Instrument& its) const {
+    // For the automatic gain: the first material is the bed's own.
+    const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
+    const double nominal_altitude_m = std::min(scene.track.altitude_m, 0.45 * its.sonar.range_m);
+    const double sine = nominal_altitude_m / (0.5 * its.sonar.range_m);
+    return {.seed = scene.seed,
+            .sonar_number = number,
+            .speckle = scene.speckle,
+            .sound_speed_mps = sound_speed_mps,
+            .absorption_db_per_m = its.medium.absorption_db_per_m,
+            .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+            .nominal_altitude_m = nominal_altitude_m,
+            .nominal_strength_db = scatter::to_db(bed_table.over_sine(sine) * sine),
+            .sea = scene.sea.state,
+            .arrivals = scene.arrivals,
+            .artefacts = scene.artefacts};
+  }
+
+  scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar,
+                                     std::vector<std::string>& its_warnings) const {
+    const Material material = material_named(name, scene.materials);
+    const bool relief = name == scene.seafloor.material &&
+                        scene.seafloor.kind == SeafloorKind::fractal &&
+                        scene.seafloor.fractal.sediments_own;
+    if (const auto warning = validity_warning(material, sonar.frequency_hz))
+      warn(*warning, its_warnings);
+    return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
+                                                     relief ? scene.seafloor.cell_m : 0.0));
   }
 };
 
 /// One thread's own.
 struct Simulator::Worker {
-  std::unique_ptr<Surface> surface;
+  MovingSurface surface;
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
+  std::vector<std::string> classes, materials, warnings;
+  std::vector<Label> moving;  // of the objects added, by body; of class 0 where there is none
+  std::vector<std::shared_ptr<const Instrument>> instruments;
+  std::vector<Sonar> sonars;  // theirs
   std::vector<Pinger> pingers;
+  std::vector<ObjectViews> views;  // one a sonar, or none
   std::vector<RayFan> fans;
+  std::vector<double> heights_m;  // a sonar, over the bed
   std::vector<EchoLine> lines;
+  SignalChain::Memory memory;
+  std::uint64_t next_ping = 0;
   StageTimes times;
 
   explicit Worker(const Ready& ready)
-      : surface(surface_kind(ready.prepared.surface).make(ready.parts)) {
+      : surface(surface_kind(ready.prepared.surface).make(ready.parts),
+                static_cast<std::uint32_t>(ready.seafloor.faces), ready.parts),
+        classes(ready.seafloor.classes),
+        materials(ready.seafloor.materials),
+        warnings(ready.warnings) {
     if (ready.seafloor.progressive) plumb_line.emplace(ready.seafloor);
-    for (std::size_t i = 0; i < ready.scene.sonars.size(); ++i) {
-      const Sonar& sonar = ready.scene.sonars[i];
-      pingers.emplace_back(sonar, i, ready.media[i], ready.seafloor, ready.by_material[i],
-                           ready.refraction());
+    hear_with(ready.instruments, ready);
+  }
+
+  void hear_with(std::vector<std::shared_ptr<const Instrument>> other, const Ready& ready) {
+    instruments = std::move(other);
+    sonars.clear();
+    pingers.clear();
+    lines.clear();
+    if (!views.empty()) watch_objects(ready);
+    for (std::size_t i = 0; i < instruments.size(); ++i) {
+      const Instrument& its = *instruments[i];
+      sonars.push_back(its.sonar);
+      pingers.emplace_back(its.sonar, its.medium, ready.seafloor, its.by_material,
+                           ready.refraction(), &moving);
+    }
+  }
+
+  void watch_objects(const Ready& ready) {
+    const bool can =
+        !ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full;
+    views.assign(can ? sonars.size() : 0, ObjectViews(ready.seafloor));
+  }
+
+  void make_lines() {
+    for (const Sonar& sonar : sonars)
       for (const Side side : sides_of(sonar)) {
         EchoLine& line = lines.emplace_back();
         line.side = side;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
       }
-    }
   }
 };
 
 Simulator::Simulator(const Scene& scene, const Preparation& how)
-    : Simulator(std::make_shared<const Ready>(scene, how)) {}
+    : Simulator([&] {
+        check_values(scene);
+        return std::make_shared<const Ready>(scene, how);
+      }()) {}
 Simulator::Simulator(std::shared_ptr<const Ready> ready)
     : ready_(std::move(ready)), worker_(std::make_unique<Worker>(*ready_)) {}
 Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
 Simulator::~Simulator() = default;
 
-Simulator Simulator::another() const { return Simulator(ready_); }
+Simulator Simulator::another() const {
+  Simulator one(ready_);
+  if (!worker_->views.empty()) one.watch_objects();
+  return one;
+}
 
 std::span<const RayFan> Simulator::aim(const Pose& pose) {
-  if (!pose.position.allFinite() ||
-      !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
-    throw std::invalid_argument("Simulator: the pose is not finite");
+  require_finite(pose);
   worker_->fans.clear();
+  worker_->heights_m.clear();
   for (std::size_t i = 0; i < worker_->pingers.size(); ++i) {
-    const Pose its_own = mounted(pose, ready_->scene.sonars[i].mounting);
+    const Pose its_own = mounted(pose, worker_->sonars[i].mounting);
     double height_m = altitude_m(its_own.position);
     if (!(height_m > 0.0))
       height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
+    worker_->heights_m.push_back(height_m);
     for (const RayFan& fan : worker_->pingers[i].aim(its_own, height_m))
       worker_->fans.push_back(fan);
   }
   return worker_->fans;
 }
 
+std::vector<std::vector<Hit>> Simulator::hits(const Pose& pose) {
+  const std::span<const RayFan> fans = aim(pose);
+  const Intersector& surface = worker_->surface.prepare(fans);
+  std::vector<std::vector<Hit>> all;
+  for (const RayFan& fan : fans) surface.intersect(fan, all.emplace_back(fan.grid->rays()));
+  return all;
+}
+
 std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {
   Worker& worker = *worker_;
   StopWatch watch;
-  const Intersector& surface = worker.surface->prepare(aim(pose));
+  const Intersector& surface = worker.surface.prepare(aim(pose));
+  const refine::Triangles triangles = worker.surface.triangles();
   watch.lap(worker.times.surface_s);
-  auto next_line = worker.lines.begin();
+  if (worker.lines.empty()) worker.make_lines();
+  std::size_t first_line = 0;
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
     Pinger& pinger = worker.pingers[i];
-    for (const Side side : sides_of(ready_->scene.sonars[i])) {
-      EchoLine& line = *next_line++;
-      pinger.trace(surface, worker.surface->triangles(), side);
+    const std::size_t sides = sides_of(worker.sonars[i]).size();
+    const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
+    for (EchoLine& line : lines) {
+      const std::span<const Hit> hits = pinger.trace(surface, triangles, line.side);
       watch.lap(worker.times.trace_s);
-      pinger.echo(worker.surface->triangles(), side, line);
+      if (!worker.views.empty())
+        worker.views[i].look(pinger.fan(line.side), triangles, hits, number);
+      pinger.echo(triangles, line.side, line);
       watch.lap(worker.times.echo_s);
-      if (ready_->scene.speckle) pinger.speckle(ready_->scene.seed, number, line);
-      watch.lap(worker.times.speckle_s);
     }
+    const RayFan& fan = worker.fans[first_line];
+    worker.instruments[i]->chain->receive({.ping = number,
+                                           .t_s = pose.t_s,
+                                           .array = {fan.origin, fan.array_axis},
+                                           .altitude_m = worker.heights_m[i]},
+                                          lines, worker.memory);
+    watch.lap(worker.times.speckle_s);
+    first_line += sides;
   }
   return worker.lines;
 }
+
+std::span<const EchoLine> Simulator::ping(double time_s, const Pose& pose) {
+  if (!std::isfinite(time_s)) throw std::invalid_argument("Simulator: the time is not finite");
+  Pose then = pose;
+  then.t_s = time_s;
+  const std::span<const EchoLine> lines = ping(then, worker_->next_ping);
+  ++worker_->next_ping;
+  return lines;
+}
+
+std::vector<EchoLine> Simulator::take_lines() { return std::exchange(worker_->lines, {}); }
+
+void Simulator::set_sonar(std::size_t number, const Sonar& settings) {
+  if (number >= worker_->sonars.size())
+    throw std::invalid_argument(
+        fmt::format("Simulator: there is no sonar {} of {}", number, worker_->sonars.size()));
+  Scene changed = ready_->scene;
+  changed.sonars = worker_->sonars;
+  changed.sonars[number] = settings;
+  check_values(changed);
+  auto instruments = worker_->instruments;
+  instruments[number] = ready_->instrument(number, settings, worker_->materials, worker_->warnings);
+  worker_->hear_with(std::move(instruments), *ready_);
+}
+
+std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
+  Worker& worker = *worker_;
+  const Eigen::Isometry3d place = place_of(pose);
+  if (object.mesh.faces.empty()) throw std::invalid_argument("Simulator: the mesh has no faces");
+  const std::size_t still = ready_->seafloor.labels.size();
+  if (still + worker.surface.bodies() >= most_labels)
+    throw std::invalid_argument(
+        fmt::format("Simulator: there are {} objects and other labels, and "
+                    "no room for more: remove one",
+                    most_labels));
+  const std::size_t material = place_in(worker.materials, object.material);
+  const std::size_t class_id = place_in(worker.classes, object.class_name);
+  std::vector<std::string> materials = worker.materials;
+  auto instruments = worker.instruments;
+  if (material == materials.size()) {
+    materials.push_back(object.material);
+    for (std::size_t i = 0; i < instruments.size(); ++i)
+      instruments[i] = ready_->instrument(i, instruments[i]->sonar, materials, worker.warnings);
+  }
+  const std::size_t body = worker.surface.add(std::move(object.mesh), place);
+  if (material == worker.materials.size()) {
+    worker.materials = std::move(materials);
+    worker.hear_with(std::move(instruments), *ready_);
+  }
+  if (class_id == worker.classes.size()) worker.classes.push_back(std::move(object.class_name));
+  if (worker.moving.size() <= body) worker.moving.resize(body + 1);
+  const std::size_t instance = ready_->instances() + 1 + body;
+  worker.moving[body] = {.sediment = static_cast<std::uint16_t>(material),
+                         .class_id = static_cast<std::uint16_t>(class_id),
+                         .instance = static_cast<std::uint16_t>(instance),
+                         .two_sided = true};
+  return static_cast<std::uint32_t>(instance);
+}
+
+std::size_t Simulator::body_of(std::uint32_t instance) const {
+  const std::size_t first = ready_->instances() + 1;
+  const std::size_t body = instance - first;
+  if (instance < first || !worker_->surface.has(body))
+    throw std::invalid_argument(
+        fmt::format("Simulator: no object that was added has instance {}", instance));
+  return body;
+}
+
+void Simulator::move(std::uint32_t instance, const Pose& pose) {
+  const std::size_t body = body_of(instance);
+  worker_->surface.move(body, place_of(pose));
+}
+
+void Simulator::remove(std::uint32_t instance) { worker_->surface.remove(body_of(instance)); }
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
   return position.z() - bed_height_m(position.x(), position.y());
@@ -226,16 +420,27 @@ Flight Simulator::flight() const {
 
 std::vector<Pose> Simulator::track() const { return flight().poses; }
 
-std::span<const std::string> Simulator::warnings() const { return ready_->warnings; }
+std::span<const std::string> Simulator::warnings() const { return worker_->warnings; }
+std::span<const std::string> Simulator::classes() const { return worker_->classes; }
+std::span<const std::string> Simulator::materials() const { return worker_->materials; }
 const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
 const PreparedSeafloor& Simulator::prepared() const { return ready_->prepared; }
-std::span<const Sonar> Simulator::sonars() const { return ready_->scene.sonars; }
+std::span<const Sonar> Simulator::sonars() const { return worker_->sonars; }
 std::string_view Simulator::code_path() const { return ready_->code_path; }
-void Simulator::reset() { worker_->surface->reset(); }
+void Simulator::reset() { worker_->surface.reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
-  return ready_->media.at(sonar).absorption_db_per_m;
+  return worker_->instruments.at(sonar)->medium.absorption_db_per_m;
+}
+void Simulator::watch_objects() { worker_->watch_objects(*ready_); }
+
+std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
+  if (worker_->views.empty()) return {};
+  return worker_->views.at(sonar).views();
 }
 double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
+const Recorder& Simulator::recorder(std::size_t sonar) const {
+  return worker_->instruments.at(sonar)->chain->recorder();
+}
 const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

@@ -66,7 +66,7 @@ void analyse_scene(const Arguments& arguments) {
 
   tell("seafloor");
   Clock::time_point start = Clock::now();
-  Seafloor seafloor = make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects);
+  Seafloor seafloor = seafloor_of(scene);
   const double seafloor_s = since(start);
   tell("analysis");
   start = Clock::now();

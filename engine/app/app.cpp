@@ -27,9 +27,11 @@ void print(std::string_view text) {
 
 volatile std::sig_atomic_t SignalWatch::caught_ = 0;
 
-SignalWatch::SignalWatch() {
-  for (const int signal : {SIGINT, SIGTERM})
-    std::signal(signal, [](int number) { caught_ = number; });
+SignalWatch::SignalWatch(bool interrupts) {
+  struct sigaction action {};
+  action.sa_handler = [](int number) { caught_ = number; };
+  action.sa_flags = interrupts ? 0 : SA_RESTART;
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
 SignalWatch::~SignalWatch() {

@@ -35,6 +35,7 @@ struct Interrupted : std::runtime_error {
 using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
+void add_stream(CLI::App& app, Action& action);
 void add_generate(CLI::App& app, Action& action);
 void add_preview(CLI::App& app, Action& action);
 void add_merge(CLI::App& app, Action& action);
@@ -69,7 +70,8 @@ void print(std::string_view text);
 /// Notes the signals that ask a program to end (SIGINT, SIGTERM) while it lives.
 class SignalWatch {
  public:
-  SignalWatch();
+  /// A read or write that waits goes on after a signal, unless it `interrupts`.
+  explicit SignalWatch(bool interrupts = false);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;

@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
       "scene or input file, 3 some samples failed, 75 interrupted and resumable, 128+n a signal.");
   app::Action action;
   app::add_run(program, action);
+  app::add_stream(program, action);
   app::add_generate(program, action);
   app::add_preview(program, action);
   app::add_merge(program, action);

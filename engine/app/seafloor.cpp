@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/prepare.h>
 
 #include <memory>
 
@@ -32,7 +32,7 @@ void write_seafloor(const Arguments& arguments) {
   const Scene scene = arguments.scene.read();
   const SignalWatch signals;  // so that no temporary file is left
   if (kind == ".ply") {
-    const refine::TriangleMesh mesh = make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects).mesh;
+    const refine::TriangleMesh mesh = seafloor_of(scene).mesh;
     stop_if_asked();
     refine::write_ply(arguments.file, mesh);
   } else {

@@ -317,8 +317,8 @@ class Generator {
                  [&](std::string_view now, std::size_t, std::size_t) {
                    if (now != running)
                      clock.enter((running = now) == "pings" ? "ping"
-                                 : now == "files"         ? "encode"
-                                                          : "tree");
+                                 : now == "files"           ? "encode"
+                                                            : "tree");
                    tell();
                    return true;
                  },

@@ -18,6 +18,7 @@
 namespace ensonify::engine {
 namespace {
 
+constexpr std::size_t line_px = letter_height_px + 1;
 constexpr std::size_t panel_width = 380, most_height = 380, least_height = 60, border = 6,
                       columns = 2;
 constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
@@ -151,8 +152,11 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
   const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
   const auto height = std::clamp(static_cast<std::size_t>(panel_width * length_m / width_m),
                                  least_height, most_height);
-  Picture left = shrunk(render(line, sample.scene.display, simulator.absorption_db_per_m(0)),
-                        panel_width, height);
+  Display display = sample.scene.display;
+  display.slant_range_correction = false;  // the labels lie over the layers
+  Picture left =
+      shrunk(render(line, display, simulator.absorption_db_per_m(0), &simulator.recorder(0)),
+             panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);
   const auto to_panel = [&](const Corner& corner) {
     return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),
@@ -161,7 +165,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
   for (const Target& target : find_targets(line)) {
     const Outline& shown = target.body.area_px > 0 ? target.body : target.shadow;
     const std::string& name =
-        seafloor.classes[seafloor.objects.at(target.instance - 1).label.class_id];
+        seafloor.classes[seafloor.label_of_instance(target.instance).class_id];
     const Rgb& colour =
         bright[static_cast<std::size_t>(std::ranges::find(classes, name) - classes.begin()) %
                bright.size()];
@@ -170,18 +174,17 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
              {low[0] - std::min<std::size_t>(low[0], 2), low[1] - std::min<std::size_t>(low[1], 2),
               high[0] + 1, high[1] + 1},
              colour);
-    draw_text(left,
-              std::min(high[0] + 4,
-                       panel_width - letter_width_px * std::min<std::size_t>(name.size(), 20)),
-              low[1] - std::min<std::size_t>(low[1], 2), name, colour);
+    write_text(left,
+               std::min(high[0] + 4,
+                        panel_width - letter_width_px * std::min<std::size_t>(name.size(), 20)),
+               low[1] - std::min<std::size_t>(low[1], 2), 1, colour, name);
   }
   const std::vector<std::string> words = caption(number, sample);
-  Picture all =
-      blank(2 * panel_width + border, height + words.size() * letter_height_px + 2, paper);
+  Picture all = blank(2 * panel_width + border, height + words.size() * line_px + 2, paper);
   paste(left, all, 0, 0);
   paste(right, all, panel_width + border, 0);
   for (std::size_t i = 0; i < words.size(); ++i)
-    draw_text(all, 0, height + 2 + i * letter_height_px, words[i], ink);
+    write_text(all, 0, height + 2 + i * line_px, 1, ink, words[i]);
   return all;
 }
 
@@ -192,7 +195,7 @@ Picture legend(const Recipe& recipe, std::size_t width) {
   const auto add = [&](const std::string& name, const Rgb& colour) {
     for (std::size_t y = 0; y < letter_height_px; ++y)
       for (std::size_t x = 0; x < letter_height_px; ++x) set(strip, column + x, y, colour);
-    draw_text(strip, column + letter_height_px + 3, 0, name, ink);
+    write_text(strip, column + letter_height_px + 3, 0, 1, ink, name);
     column += letter_height_px + 12 + letter_width_px * name.size();
   };
   const std::vector<std::string> classes = recipe.class_names(),

@@ -37,17 +37,19 @@ constexpr std::array<std::array<std::uint8_t, 5>, 95> letters{{
 
 }  // namespace
 
-void draw_text(Picture& picture, std::size_t column, std::size_t row, std::string_view text,
-               const Rgb& colour) {
+void write_text(Picture& picture, std::size_t left, std::size_t top, std::size_t size,
+                const Rgb& colour, std::string_view text) {
+  const auto dot = [&](std::size_t x, std::size_t y) {
+    for (std::size_t row = y; row < std::min(y + size, picture.height); ++row)
+      for (std::size_t column = x; column < std::min(x + size, picture.width); ++column)
+        std::copy_n(colour.begin(), 3, &picture.pixels[3 * (row * picture.width + column)]);
+  };
   for (const char c : text) {
     const auto& letter = letters[static_cast<std::size_t>((c >= ' ' && c <= '~' ? c : '?') - ' ')];
     for (std::size_t x = 0; x < letter.size(); ++x)
-      for (std::size_t y = 0; y < 8; ++y)
-        if ((letter[x] >> y & 1) != 0 && column + x < picture.width && row + y < picture.height)
-          std::copy(colour.begin(), colour.end(),
-                    picture.pixels.begin() +
-                        static_cast<std::ptrdiff_t>(3 * ((row + y) * picture.width + column + x)));
-    column += letter_width_px;
+      for (std::size_t y = 0; y < letter_height_px; ++y)
+        if ((letter[x] >> y & 1) != 0) dot(left + size * x, top + size * y);
+    left += size * letter_width_px;
   }
 }
 

@@ -10,12 +10,13 @@ namespace ensonify::engine {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-inline constexpr std::size_t letter_width_px = 6,
-                             letter_height_px = 9;  ///< with the space about them
+/// A line of lettering is so many pixels high, and a letter so many wide with the gap behind it, both
+/// times its size.
+inline constexpr std::size_t letter_height_px = 8, letter_width_px = 6;
 
-/// Writes printable ASCII into a picture of three channels, the letters' left upper corner at (column, row); what
-/// does not fit is cut off. Other characters are drawn as '?'.
-void draw_text(Picture& picture, std::size_t column, std::size_t row, std::string_view text,
-               const Rgb& colour);
+/// Writes printable ASCII into a picture of three channels, in dots of size x size pixels, from the left upper
+/// corner; what is outside is left out. Other characters are drawn as '?'.
+void write_text(Picture& picture, std::size_t left, std::size_t top, std::size_t size,
+                const Rgb& colour, std::string_view text);
 
 }  // namespace ensonify::engine

@@ -18,10 +18,10 @@ class Marks {
     const Layers& layers = image.pixels;
     marks_.resize(layers.region.size());
     for (std::size_t i = 0; i < marks_.size(); ++i) {
-      if (layers.region[i] == static_cast<std::uint32_t>(Region::object))
+      const auto region = static_cast<Region>(layers.region[i]);
+      if (region == Region::object || region == Region::seabed)
         marks_[i] = 2 * std::uint64_t{layers.instance[i]};
-      else if (layers.region[i] == static_cast<std::uint32_t>(Region::shadow) &&
-               layers.shadow_instance[i] != 0)
+      else if (region == Region::shadow && layers.shadow_instance[i] != 0)
         marks_[i] = 2 * std::uint64_t{layers.shadow_instance[i]} + 1;
     }
     parts_.assign(marks_.size(), 0);
@@ -143,7 +143,8 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
         range_m += image.pixels.range_m[i];
         ping += marks.rows() - 1 - row;
         port += column < marks.columns() / 2;
-      } else if (image.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed)) {
+      } else if (marks.mark(column, row) == 0 &&
+                 image.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed)) {
         ++bed_pixels;
         bed += image.pixels.intensity_mean[i];
       }

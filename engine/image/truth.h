@@ -22,20 +22,20 @@ struct Outline {
   std::vector<std::vector<Corner>> polygons;
 };
 
-/// What a picture shows of one object.
+/// What a picture shows of one object, or of one feature of the bed.
 struct Target {
   std::uint32_t instance = 0;
-  Outline body;            ///< where `region` is object and `instance` this
+  Outline body;            ///< where `region` is object or seabed, and `instance` this
   Outline shadow;          ///< where `region` is shadow and `shadow_instance` this
   double range_m = 0.0;    ///< mean slant range of its body, or without one of its shadow
   Side side = Side::port;  ///< that most of it lies on
   double ping = 0.0;       ///< its middle
   /// Mean expected intensity of its body over that of the seabed near it, dB: the pixels of region seabed
-  /// in its box grown by its own size (8 pixels at least) to every side. None without one or the other.
+  /// without an instance in its box grown by its own size (8 pixels at least) to every side. None without one or the other.
   std::optional<double> contrast_db;
 };
 
-/// Every object of which a waterfall holds a pixel or a shadow's, by instance.
+/// Every object and feature of which a waterfall holds a pixel or a shadow's, by instance.
 std::vector<Target> find_targets(const Waterfall& waterfall);
 
 }  // namespace ensonify::engine

@@ -161,6 +161,7 @@ class Reader {
       }
     });
     check_seabed_files(scene_, place);
+    scene_.places = std::move(places_);
     return std::move(scene_);
   }
 

@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json to_json(const Label& label) {
-  return {label.sediment, label.class_id, label.instance, label.two_sided};
+  return {label.sediment, label.class_id, label.instance, label.two_sided, label.feature};
 }
 
 Label label_of(const Json& json, const Seafloor& seafloor) {
@@ -24,10 +24,13 @@ Label label_of(const Json& json, const Seafloor& seafloor) {
   json.at(1).get_to(label.class_id);
   json.at(2).get_to(label.instance);
   json.at(3).get_to(label.two_sided);
+  json.at(4).get_to(label.feature);
   seafloor.materials.at(label.sediment);
   seafloor.classes.at(label.class_id);
   return label;
 }
+
+Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 Eigen::Vector3d vector_of(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
@@ -39,14 +42,19 @@ std::string about(const Seafloor& seafloor) {
   for (const Label& label : seafloor.labels) labels.push_back(to_json(label));
   Json objects = Json::array();
   for (const ObjectRecord& object : seafloor.objects)
-    objects.push_back(
-        {{"table", object.table},
-         {"middle_m", {object.middle_m.x(), object.middle_m.y(), object.middle_m.z()}},
-         {"size_m", {object.size_m.x(), object.size_m.y(), object.size_m.z()}},
-         {"heading_rad", object.heading_rad},
-         {"scale", object.scale},
-         {"buried", object.buried},
-         {"label", to_json(object.label)}});
+    objects.push_back({{"table", object.table},
+                       {"middle_m", to_json(object.middle_m)},
+                       {"size_m", to_json(object.size_m)},
+                       {"heading_rad", object.heading_rad},
+                       {"scale", object.scale},
+                       {"buried", object.buried},
+                       {"label", to_json(object.label)}});
+  Json features = Json::array();
+  for (const FeatureRecord& feature : seafloor.features)
+    features.push_back({{"layer", feature.layer},
+                        {"middle_m", to_json(feature.middle_m)},
+                        {"size_m", to_json(feature.size_m)},
+                        {"label", to_json(feature.label)}});
   return Json{{"vertices", seafloor.vertices},
               {"faces", seafloor.faces},
               {"bed_faces", seafloor.bed_faces},
@@ -56,6 +64,7 @@ std::string about(const Seafloor& seafloor) {
               {"classes", seafloor.classes},
               {"materials", seafloor.materials},
               {"objects", objects},
+              {"features", features},
               {"repairs", seafloor.repairs},
               {"warnings", seafloor.warnings}}
       .dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -82,6 +91,11 @@ void take(std::string_view text, Seafloor& seafloor) {
                                 .scale = entry.at("scale").get<double>(),
                                 .buried = entry.at("buried").get<double>(),
                                 .label = label_of(entry.at("label"), seafloor)});
+  for (const Json& entry : json.at("features"))
+    seafloor.features.push_back({.layer = entry.at("layer").get<std::string>(),
+                                 .middle_m = vector_of(entry.at("middle_m")),
+                                 .size_m = vector_of(entry.at("size_m")),
+                                 .label = label_of(entry.at("label"), seafloor)});
   const bool fits = !seafloor.labels.empty() && seafloor.bed_faces <= seafloor.faces &&
                     seafloor.faces <= seafloor.progressive->faces.size();
   if (!fits) throw std::out_of_range("faces");

@@ -68,13 +68,15 @@ class Boulder {
 }  // namespace
 
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
-                  const Allowed& allowed, std::span<std::uint8_t> marked) {
+                  const Allowed& allowed, std::span<std::uint32_t> marked) {
   check(boulders);
   std::vector<double> stones(field.z_m.size(), 0.0);
   const double down_x = std::sin(boulders.current_rad), down_y = std::cos(boulders.current_rad);
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
+  std::uint32_t number = 0;
   const auto set_down = [&](double x, double y, const auto& u) {
     if (!allowed(x, y)) return;
+    ++number;
     const Boulder stone(boulders, u);
     const double half_m = 0.5 * stone.diameter_m();
     const double reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
@@ -94,9 +96,9 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
                             std::clamp(2.0 - 2.0 * down / (2.0 * tail_diameters), 0.0, 1.0);
       }
       const double top = stone.top_m(dx, dy);
-      if (top > 0.0) {
-        stones[point] = std::max(stones[point], top);
-        marked[point] = 1;
+      if (top > stones[point]) {
+        stones[point] = top;
+        marked[point] = number;
       }
     });
   };

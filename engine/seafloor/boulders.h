@@ -21,9 +21,9 @@ struct BoulderField {
   double current_rad = 0.0;      ///< heading that the current goes to, and the tails point to
 };
 
-/// Adds such boulders, each where `allowed` says so of its middle. Sets `marked` to 1 on the
-/// stones. Throws std::invalid_argument for values that no boulders have.
+/// Adds such boulders, each where `allowed` says so of its middle. Sets `marked` to a stone's number,
+/// from 1, on what is highest of it. Throws std::invalid_argument for values that no boulders have.
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
-                  const Allowed& allowed, std::span<std::uint8_t> marked);
+                  const Allowed& allowed, std::span<std::uint32_t> marked);
 
 }  // namespace ensonify::engine

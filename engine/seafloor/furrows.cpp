@@ -88,7 +88,7 @@ class Tow {
 
   struct Change {
     double height_m = 0.0;
-    bool marked = false;
+    std::uint32_t door = 0;  // 1 or 2, where its mark is
   };
   Change at(double x_m, double y_m) const {
     const double dx = x_m - x_m_, dy = y_m - y_m_;
@@ -99,14 +99,15 @@ class Tow {
     const double way = dx * east_ + dy * north_;
     const double from_middle = across - marks_.wander_m * wander_.at(way);
     Change change;
-    for (const Door* door : {&port_, &starboard_}) {
-      const double from_door = from_middle - door->offset_m(way);
+    for (const std::uint32_t number : {1u, 2u}) {
+      const Door& door = number == 1 ? port_ : starboard_;
+      const double from_door = from_middle - door.offset_m(way);
       if (std::abs(from_door) > 0.5 * reach) continue;
       // The Gaussian's second derivative: its integral is zero.
       const double a2 = std::pow(from_door / (0.5 * marks_.width_m), 2);
-      const double bite = door->bite(way);
+      const double bite = door.bite(way);
       change.height_m -= depth_m_ * bite * (1.0 - a2) * std::exp(-0.5 * a2);
-      change.marked = change.marked || (bite > 0.1 && a2 < 6.0);
+      if (bite > 0.1 && a2 < 6.0) change.door = number;
     }
     return change;
   }
@@ -121,7 +122,7 @@ class Tow {
 }  // namespace
 
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
-                     std::span<std::uint8_t> marked) {
+                     std::span<std::uint32_t> marked) {
   check(marks);
   for (int i = 0; i < marks.count; ++i) {
     const Tow tow(field, marks, draws, i);
@@ -131,7 +132,7 @@ void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDra
             change.height_m != 0.0) {
           const std::size_t point = field.index(column, row);
           field.z_m[point] += change.height_m;
-          if (change.marked) marked[point] = 1;
+          if (change.door != 0) marked[point] = 2 * static_cast<std::uint32_t>(i) + change.door;
         }
   }
 }

@@ -22,9 +22,10 @@ struct TrawlMarks {
 };
 
 /// Adds such marks, of tows drawn over the grid, which take nothing away: a furrow's cross-section and its berms' are equal.
-/// Sets `marked` to 1 at the points of furrows and berms. Throws std::invalid_argument for values
+/// Sets `marked` to a mark's number, from 1, at the points of its furrow and berms: each door's is a mark.
+/// Throws std::invalid_argument for values
 /// that no marks have.
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
-                     std::span<std::uint8_t> marked);
+                     std::span<std::uint32_t> marked);
 
 }  // namespace ensonify::engine

@@ -192,6 +192,20 @@ class Table {
 
 }  // namespace
 
+refine::TriangleMesh body_of(const ObjectOptions& table, std::uint64_t seed) {
+  refine::TriangleMesh mesh;
+  if (table.shape.empty())
+    mesh = refine::repair(refine::read_mesh(table.mesh.path), table.weld_m / table.scale).mesh;
+  else
+    mesh = make_body(shape_named(table.shape), table.size,
+                     Stream(seed, Purpose::object_shape, {0, 0}));
+  const refine::Bounds box = refine::bounds(mesh);
+  const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
+  for (Eigen::Vector3f& p : mesh.positions) p = static_cast<float>(table.scale) * (p - middle);
+  mesh.world_origin = Vector3d::Zero();
+  return mesh;
+}
+
 std::size_t count_of(std::span<const ObjectOptions> tables) {
   std::size_t sum = 0;
   for (const ObjectOptions& table : tables)

@@ -24,6 +24,11 @@ struct PlacedObjects {
   std::vector<std::pair<std::filesystem::path, refine::RepairReport>> repairs;  ///< one a mesh file
 };
 
+/// The body of a table by itself, in metres about its middle: a file's mesh, repaired and scaled, or a shape's.
+/// Throws refine::MeshError for a mesh that cannot be read, std::invalid_argument for sizes that contradict
+/// one another and for what is laid along a path.
+refine::TriangleMesh body_of(const ObjectOptions& table, std::uint64_t seed);
+
 /// How many objects the tables make.
 std::size_t count_of(std::span<const ObjectOptions> tables);
 

@@ -34,7 +34,7 @@ double stairs(double v) {
 }  // namespace
 
 void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
-                  std::span<const double> weight, std::span<std::uint8_t> marked) {
+                  std::span<const double> weight, std::span<std::uint32_t> marked) {
   check(relief);
   if (relief.height_m == 0.0) return;
   Heightfield rough = field;

@@ -23,6 +23,6 @@ struct OutcropRelief {
 /// from -height_m where `weight` (0 to 1, one a point) is 0 to height_m where it is 1. Sets
 /// `marked` to 1 where rock shows. Throws std::invalid_argument for values that no rock has.
 void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
-                  std::span<const double> weight, std::span<std::uint8_t> marked);
+                  std::span<const double> weight, std::span<std::uint32_t> marked);
 
 }  // namespace ensonify::engine

@@ -33,13 +33,15 @@ void check(const PitRelief& relief) {
 }  // namespace
 
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
-              const Allowed& allowed, std::span<std::uint8_t> marked) {
+              const Allowed& allowed, std::span<std::uint32_t> marked) {
   check(relief);
   std::vector<double> change(field.z_m.size(), 0.0);
   const double stretch = std::sqrt(relief.elongation);
   const double reach = 0.75 * stretch * largest_of_median * relief.diameter_m;
+  std::uint32_t number = 0;
   const auto dig = [&](double x, double y, const auto& u) {
     if (!allowed(x, y)) return;
+    ++number;
     const double normal = std::sqrt(-2.0 * std::log(u[2])) * std::cos(2.0 * pi * u[3]);
     const double diameter_m =
         relief.diameter_m * std::min(largest_of_median, std::exp(relief.diameter_spread * normal));
@@ -64,8 +66,9 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
             // Deepest behind the middle of a long one, as a current leaves it.
             const double lean = 1.0 - 0.5 * std::min(1.0, relief.elongation - 1.0) * along;
             const double bowl = 1.0 - r * r;
-            change[point] = std::min(change[point], -depth_m * bowl * bowl * std::max(0.3, lean));
-            marked[point] = 1;
+            const double floor_m = -depth_m * bowl * bowl * std::max(0.3, lean);
+            if (floor_m < change[point] || marked[point] == 0) marked[point] = number;
+            change[point] = std::min(change[point], floor_m);
           }
           const double from_rim = (r - 1.05) / 0.16;
           if (change[point] >= 0.0)

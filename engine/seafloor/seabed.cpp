@@ -11,6 +11,8 @@
 namespace ensonify::engine {
 namespace {
 
+using Marks = std::vector<std::uint32_t>;
+
 class Layers {
  public:
   Layers(Heightfield& field, const std::string& material, std::uint64_t seed)
@@ -24,11 +26,12 @@ class Layers {
   template <class Layer, class Lay>
   void each(const std::vector<Layer>& list, const char* name, Purpose purpose, Lay lay) {
     for (std::size_t i = 0; i < list.size(); ++i) {
+      name_ = fmt::format("{}.{}", name, i);
       const Area& area = list[i].area;
       const LayerDraws draws{seed_, purpose,
                              area.number > 0 ? static_cast<std::uint64_t>(area.number) : i + 1};
       const auto blamed = [&](const std::exception& error) {
-        return fmt::format("seafloor.{}.{}: {}", name, i, error.what());
+        return fmt::format("seafloor.{}: {}", name_, error.what());
       };
       try {
         lay(list[i], area_mask(area, {base_, has_material_}, draws), draws);
@@ -50,20 +53,23 @@ class Layers {
 
   /// A layer that fades out at the area's border.
   template <class Relief, class Add>
-  void lay(const Layer<Relief>& layer, const std::vector<double>& mask, Add add) {
+  Marks lay(const Layer<Relief>& layer, const std::vector<double>& mask, Add add) {
     Heightfield relief = level();
-    std::vector<std::uint8_t> marked(relief.z_m.size(), 0);
+    Marks marked(relief.z_m.size(), 0);
     add(relief, marked);
     const std::vector<double> weight = softened(mask, field_, layer.area.border_m);
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
-    paint(layer, [&](std::size_t i) { return marked[i] != 0 && weight[i] > 0.5; });
+    for (std::size_t i = 0; i < weight.size(); ++i)
+      if (!(weight[i] > 0.5)) marked[i] = 0;
+    paint(layer, [&](std::size_t i) { return marked[i] != 0; });
+    return marked;
   }
 
   /// A layer of things that stand whole where their middle is in the area.
   template <class Relief, class Add>
-  void scatter(const Layer<Relief>& layer, const std::vector<double>& mask, Add add) {
+  Marks scatter(const Layer<Relief>& layer, const std::vector<double>& mask, Add add) {
     Heightfield relief = level();
-    std::vector<std::uint8_t> marked(relief.z_m.size(), 0);
+    Marks marked(relief.z_m.size(), 0);
     const auto nearest = [](double place, double cell, int count) {
       return static_cast<int>(
           std::clamp(std::round(place / cell + 0.5 * (count - 1)), 0.0, count - 1.0));
@@ -74,19 +80,32 @@ class Layers {
     });
     for (std::size_t i = 0; i < relief.z_m.size(); ++i) field_.z_m[i] += relief.z_m[i];
     paint(layer, [&](std::size_t i) { return marked[i] != 0; });
+    return marked;
   }
 
   void lay_outcrop(const Layer<OutcropRelief>& layer, const std::vector<double>& mask,
                    const LayerDraws& draws) {
     Heightfield rock = level();
-    std::vector<std::uint8_t> marked(rock.z_m.size(), 0);
+    Marks marked(rock.z_m.size(), 0);
     add_outcrops(rock, layer.relief, draws, softened(mask, field_, layer.area.border_m), marked);
     for (std::size_t i = 0; i < marked.size(); ++i) {
       const double top_m = base_.z_m[i] + rock.z_m[i];
       marked[i] = marked[i] != 0 && top_m > field_.z_m[i];
       if (marked[i] != 0) field_.z_m[i] = top_m;
+      if (marked[i] != 0 && !map_.point_feature.empty()) map_.point_feature[i] = 0;
     }
     paint(layer, [&](std::size_t i) { return marked[i] != 0; });
+  }
+
+  /// Tells the things of the layer apart that was laid last, each marked by its number.
+  template <class Relief>
+  void tell_apart(const Layer<Relief>& layer, const Marks& marked) {
+    if (layer.class_name.empty()) return;
+    map_.point_feature.resize(marked.size(), 0);
+    const auto before = static_cast<std::uint32_t>(map_.feature_layer.size());
+    map_.feature_layer.resize(before + std::ranges::max(marked), name_);
+    for (std::size_t i = 0; i < marked.size(); ++i)
+      if (marked[i] != 0) map_.point_feature[i] = before + marked[i];
   }
 
  private:
@@ -127,6 +146,7 @@ class Layers {
   Heightfield& field_;
   const Heightfield base_;
   std::uint64_t seed_;
+  std::string name_;  // of the layer that is being laid
   SeabedMap map_;
   std::function<bool(std::size_t, const std::string&)> has_material_ =
       [this](std::size_t point, const std::string& material) {
@@ -140,7 +160,6 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
                      std::uint64_t seed) {
   if (options.empty()) return {{{material, "seabed"}}, {}};
   Layers layers(field, material, seed);
-  using Marks = std::vector<std::uint8_t>;
   layers.each(options.patches, "patches", Purpose::seabed_patch,
               [&](const Patch& patch, const auto& mask, const LayerDraws&) {
                 layers.lay_patch(patch, mask);
@@ -149,27 +168,30 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
               [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
                 layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
                   add_fractal(relief, layer.relief, draws.of(1));
-                  std::ranges::fill(marked, std::uint8_t{1});
+                  std::ranges::fill(marked, 1u);
                 });
               });
   layers.each(options.crests, "crests", Purpose::crest_layer,
               [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
                 layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
                   add_crests(relief, layer.relief, draws);
-                  std::ranges::fill(marked, std::uint8_t{1});
+                  std::ranges::fill(marked, 1u);
                 });
               });
   layers.each(options.trawl_marks, "trawl_marks", Purpose::furrow_layer,
               [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
-                  add_trawl_marks(relief, layer.relief, draws, marked);
-                });
+                layers.tell_apart(layer,
+                                  layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
+                                    add_trawl_marks(relief, layer.relief, draws, marked);
+                                  }));
               });
   layers.each(options.pits, "pits", Purpose::pit_layer,
               [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.scatter(layer, mask, [&](Heightfield& relief, Marks& marked, auto allowed) {
-                  add_pits(relief, layer.relief, draws, allowed, marked);
-                });
+                layers.tell_apart(
+                    layer,
+                    layers.scatter(layer, mask, [&](auto& relief, auto& marked, auto allowed) {
+                      add_pits(relief, layer.relief, draws, allowed, marked);
+                    }));
               });
   layers.each(options.outcrops, "outcrops", Purpose::outcrop_layer,
               [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
@@ -177,9 +199,11 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
               });
   layers.each(options.boulders, "boulders", Purpose::boulder_layer,
               [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.scatter(layer, mask, [&](Heightfield& relief, Marks& marked, auto allowed) {
-                  add_boulders(relief, layer.relief, draws, allowed, marked);
-                });
+                layers.tell_apart(
+                    layer,
+                    layers.scatter(layer, mask, [&](auto& relief, auto& marked, auto allowed) {
+                      add_boulders(relief, layer.relief, draws, allowed, marked);
+                    }));
               });
   return std::move(layers).map();
 }

@@ -86,11 +86,17 @@ struct SeabedMap {
   };
   std::vector<Kind> kinds;                ///< the seafloor's own first
   std::vector<std::uint16_t> point_kind;  ///< into kinds, one a grid point; empty: all are kinds[0]
+  /// Trawl marks, pits and boulders one by one: the layer that each belongs to, "boulders.0" for the first
+  /// list's entry of that name. Some may be too small for the grid or covered, and have no point.
+  std::vector<std::string> feature_layer;
+  std::vector<std::uint32_t>
+      point_feature;  ///< from 1, 0: none, one a grid point; empty: none at all
 };
 
 /// Lays patches and layers on a base of one material. Rock outcrops rise from the base, so what
-/// lies on the sediment does not show on them. Throws std::invalid_argument and refine::MeshError,
-/// beginning with the scene's key of the layer at fault, for what cannot be.
+/// lies on the sediment does not show on them. Features of a layer without a class are not told apart.
+/// Throws std::invalid_argument and refine::MeshError, beginning with the scene's key of the layer at
+/// fault, for what cannot be.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed);
 

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed_below.h>
+#include <ensonify/engine/seafloor/bed_labels.h>
 #include <ensonify/engine/seafloor/objects.h>
 #include <ensonify/engine/seafloor/survey.h>
 #include <ensonify/engine/seafloor/tessellate.h>
@@ -20,16 +21,6 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double most_faces = 2147483648.0;  // 2^31
-constexpr std::size_t most_labels = 65535;   // number 65535 is what label pictures leave out
-
-/// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called
-/// "none".
-std::uint16_t number_of(const std::string& name, std::vector<std::string>& names) {
-  const auto found = std::find(names.begin() + 1, names.end(), name);
-  const auto number = static_cast<std::uint16_t>(found - names.begin());
-  if (found == names.end()) names.push_back(name);
-  return number;
-}
 
 void tell_of_repairs(const refine::RepairReport& report, const std::filesystem::path& file,
                      Seafloor& seafloor) {
@@ -121,27 +112,6 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
   return ground;
 }
 
-/// A label for each kind of the map, and for each face that of most of its corners.
-void label_bed(const Ground& ground, Seafloor& seafloor) {
-  for (const SeabedMap::Kind& kind : ground.map.kinds)
-    seafloor.labels.push_back({.sediment = number_of(kind.material, seafloor.materials),
-                               .class_id = number_of(kind.class_name, seafloor.classes)});
-  if (ground.map.kinds.size() == 1) return;
-  const Heightfield& field = ground.field;
-  const auto kind_at = [&](std::uint32_t vertex) {
-    const Eigen::Vector3f& p = seafloor.mesh.positions[vertex];
-    const double column = p.x() / field.cell_east_m + 0.5 * (field.columns - 1);
-    const double row = p.y() / field.cell_north_m + 0.5 * (field.rows - 1);
-    return ground.map.point_kind[field.index(static_cast<int>(std::lround(column)),
-                                             static_cast<int>(std::lround(row)))];
-  };
-  seafloor.face_label.reserve(seafloor.mesh.faces.size());
-  for (const refine::Face& face : seafloor.mesh.faces) {
-    const std::uint16_t a = kind_at(face[0]), b = kind_at(face[1]), c = kind_at(face[2]);
-    seafloor.face_label.push_back(b == c ? b : a);
-  }
-}
-
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor) {
   refine::RepairedMesh repaired =
       refine::repair(refine::read_mesh(options.mesh.path), options.weld_m);
@@ -174,8 +144,8 @@ void add_object(PlacedObjects::One& object, const ObjectOptions& options, Seaflo
     whole.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
 
   const auto label = static_cast<std::uint16_t>(seafloor.labels.size());
-  seafloor.labels.push_back({.sediment = number_of(options.material, seafloor.materials),
-                             .class_id = number_of(options.class_name, seafloor.classes),
+  seafloor.labels.push_back({.sediment = number_in(seafloor.materials, options.material),
+                             .class_id = number_in(seafloor.classes, options.class_name),
                              .instance = static_cast<std::uint16_t>(seafloor.objects.size() + 1),
                              .two_sided = options.shape.empty()});  // a shape's outside is known
   object.record.label = seafloor.labels.back();
@@ -188,8 +158,9 @@ void add_object(PlacedObjects::One& object, const ObjectOptions& options, Seaflo
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed, Seafloor& seafloor) {
   if (tables.empty()) return;
   if (const std::size_t count = count_of(tables); count + seafloor.labels.size() > most_labels)
-    throw std::invalid_argument(fmt::format("{} objects are more than {}; take fewer", count,
-                                            most_labels - seafloor.labels.size()));
+    throw std::invalid_argument(
+        fmt::format("{} objects are more than the {} labels that are left; take fewer", count,
+                    most_labels - seafloor.labels.size()));
   PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor));
   for (const auto& [file, report] : placed.repairs) tell_of_repairs(report, file, seafloor);
   std::size_t faces = seafloor.mesh.faces.size(), vertices = seafloor.mesh.positions.size();
@@ -239,14 +210,14 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   Seafloor seafloor;
   if (options.kind == SeafloorKind::mesh) {
     seafloor.mesh = make_mesh(options, seafloor);
-    seafloor.labels = {{.sediment = number_of(options.material, seafloor.materials),
-                        .class_id = number_of("seabed", seafloor.classes),
+    seafloor.labels = {{.sediment = number_in(seafloor.materials, options.material),
+                        .class_id = number_in(seafloor.classes, "seabed"),
                         .two_sided = true}};
   } else {
     const Ground ground = make_ground(options, seed);
     seafloor.mesh = tessellate(ground.field);
     seafloor.utm_zone = ground.field.utm_zone;
-    label_bed(ground, seafloor);
+    label_bed(ground.field, ground.map, count_of(objects), seafloor);
   }
   seafloor.bed_faces = seafloor.mesh.faces.size();
   seafloor.mean_bed_m = mean_height_m(seafloor.mesh);

@@ -49,8 +49,9 @@ struct SeafloorOptions {
 struct Label {
   std::uint16_t sediment = 0;  ///< into Seafloor::materials
   std::uint16_t class_id = 0;  ///< into Seafloor::classes
-  std::uint16_t instance = 0;  ///< which object, from 1; 0: the bed
+  std::uint16_t instance = 0;  ///< which object or feature of the bed, from 1; 0: the bed
   bool two_sided = false;      ///< its backs answer as well: nobody knows a stranger's outside
+  bool feature = false;        ///< a form of the bed that has an instance: no object on it
 };
 
 /// Where an object came to lie.
@@ -62,6 +63,14 @@ struct ObjectRecord {
   double scale = 1.0;
   double buried = 0.0;  ///< share of its height under the bed
   Label label;          ///< its instance is its number in Seafloor::objects, from 1
+};
+
+/// A thing that a layer of relief made: a trawl mark, a pit or a boulder.
+struct FeatureRecord {
+  std::string layer;                                   ///< "boulders.0": of the scene's first
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of its points' bounds, local
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< of its points' bounds: east, north, up
+  Label label;  ///< of most; its instance is its number in Seafloor::features, after all objects
 };
 
 /// The mesh, and what each face is. Local z is height above the sea surface, so it is negative.
@@ -80,13 +89,20 @@ struct Seafloor {
   std::vector<std::string> materials = {"none"};
   int utm_zone = 0;  ///< of the mesh's world, as in Heightfield
   std::vector<ObjectRecord> objects;
-  std::size_t repairs = 0;            ///< of the files' meshes, all counts summed
-  std::vector<std::string> warnings;  ///< what was repaired, a line a file
+  std::vector<FeatureRecord> features;  ///< those that have a point of the bed
+  std::size_t repairs = 0;              ///< of the files' meshes, all counts summed
+  std::vector<std::string> warnings;    ///< what was repaired, a line a file
 
   /// Throws refine::MeshError for a progressive mesh that names a label there is not.
   std::uint16_t label_of(std::uint32_t face) const {
     if (!face_label.empty()) return face_label[face];
     return progressive ? tag_of(face) : std::uint16_t{0};
+  }
+  /// Of an object or, behind those, a feature. Throws std::out_of_range for an instance there is not.
+  const Label& label_of_instance(std::uint32_t instance) const {
+    const std::size_t number = std::size_t{instance} - 1;
+    return number < objects.size() ? objects[number].label
+                                   : features.at(number - objects.size()).label;
   }
   refine::Bounds bounds() const;  ///< of all faces, local metres
 

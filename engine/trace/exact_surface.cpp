@@ -34,11 +34,6 @@ struct Walked {
   void reset() {}
 };
 
-IntersectorOptions for_one_ping(IntersectorOptions options) {
-  options.for_one_ping = true;
-  return options;
-}
-
 /// No point within range of the one volume is farther than this from the same point of the other.
 double moved_m(const ViewVolume& from, const ViewVolume& to) {
   const double turned = (from.array_axis - to.array_axis).norm() +
@@ -57,7 +52,7 @@ class ExactSurface final : public Surface {
   explicit ExactSurface(const SurfaceParts& parts)
       : progressive_(parts.progressive),
         source_(*progressive_),
-        intersector_(make_intersector(parts.intersector, {}, for_one_ping(parts.options))),
+        intersector_(make_intersector(parts.intersector, {}, parts.options.of_one_ping())),
         tree_pings_(parts.tree_pings) {}
 
   const Intersector& prepare(std::span<const RayFan> fans) override {
@@ -69,6 +64,7 @@ class ExactSurface final : public Surface {
       const refine::ExactFaces exact = source_.faces(wanted_);
       triangles_ = {exact.points, exact.faces, exact.source_faces};
       intersector_->build(triangles_);
+      ++version_;
       std::swap(built_, wanted_);
       last_ = built_;
     } else {
@@ -78,6 +74,7 @@ class ExactSurface final : public Surface {
   }
 
   refine::Triangles triangles() const override { return triangles_; }
+  std::uint64_t version() const override { return version_; }
 
   void reset() override {
     source_.reset();
@@ -112,6 +109,7 @@ class ExactSurface final : public Surface {
   Source source_;
   std::unique_ptr<Intersector> intersector_;
   refine::Triangles triangles_;
+  std::uint64_t version_ = 0;
   int tree_pings_;
   std::vector<ViewVolume> wanted_, built_, last_;
 };

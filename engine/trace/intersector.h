@@ -22,6 +22,12 @@ struct IntersectorOptions {
   /// What the last bits of a back-end in float may depend on, the name of an instruction set (see
   /// instruction_sets in embree.h); empty: the best that all machines of the last ten years have.
   std::string instruction_set;
+
+  IntersectorOptions of_one_ping() const {
+    IntersectorOptions same = *this;
+    same.for_one_ping = true;
+    return same;
+  }
 };
 
 /// No component of a ray or a vertex may be larger. (Embree's own bound is a little wider.)

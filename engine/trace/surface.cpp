@@ -16,6 +16,7 @@ class StaticSurface final : public Surface {
   explicit StaticSurface(const SurfaceParts& parts) : all_(parts.all), whole_(parts.whole) {}
   const Intersector& prepare(std::span<const RayFan>) override { return *whole_; }
   refine::Triangles triangles() const override { return all_; }
+  std::uint64_t version() const override { return 0; }
 
  private:
   refine::Triangles all_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -22,6 +23,8 @@ class Surface {
   virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
   /// What that intersector was built over: Hit::index counts in it.
   virtual refine::Triangles triangles() const = 0;
+  /// Another number whenever those are others.
+  virtual std::uint64_t version() const = 0;
   /// Forgets what earlier pings left.
   virtual void reset() {}
 };

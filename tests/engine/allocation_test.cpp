@@ -13,27 +13,34 @@
 
 namespace {
 std::atomic<std::size_t> allocations = 0;
-}
+std::atomic<std::ptrdiff_t> alive = 0;
+}  // namespace
 
 // Counts every C++ allocation of this test program.
 void* operator new(std::size_t size) {
   ++allocations;
+  ++alive;
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
   throw std::bad_alloc();
 }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++allocations;
+  ++alive;
   return std::malloc(size > 0 ? size : 1);
 }
 void* operator new(std::size_t size, std::align_val_t line) {
   ++allocations;
+  ++alive;
   const auto to = static_cast<std::size_t>(line);
   if (void* memory = std::aligned_alloc(to, (size + to) / to * to)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept {
+  alive -= memory != nullptr;
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept { operator delete(memory); }
+void operator delete(void* memory, std::size_t) noexcept { operator delete(memory); }
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -70,6 +77,40 @@ TEST_CASE("a steady ping allocates nothing") {
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
   CHECK(allocations == before);
   CHECK(before > 0);  // the count counts
+}
+
+TEST_CASE("a steady ping of an object that moves allocates nothing, and what went leaves nothing") {
+  Scene scene = small_scene();
+  scene.run.intersector = "fan_scan";
+  scene.run.surface = "footprint";
+  Simulator simulator(scene);
+  const std::vector<Pose> poses = simulator.track();
+  const refine::TriangleMesh plate{.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}},
+                                   .faces = {{0, 1, 2}}};
+  const std::uint32_t instance = simulator.add({.mesh = plate}, poses.front());
+  const auto fly = [&] {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      Pose beside = poses[i];
+      beside.position += Eigen::Vector3d(10.0, 0.0, -4.0);
+      simulator.move(instance, beside);
+      simulator.ping(poses[i], i);
+    }
+  };
+  fly();
+  simulator.reset();
+  const std::size_t before = allocations;
+  fly();
+  CHECK(allocations == before);
+
+  std::ptrdiff_t alive_before = 0;
+  for (int round = 0; round < 1001; ++round) {
+    if (round == 1) alive_before = alive;
+    const std::uint32_t other = simulator.add({.mesh = plate}, poses.front());
+    REQUIRE(other == instance + 1);
+    if (round % 100 == 0) simulator.ping(poses.front(), 0);
+    simulator.remove(other);
+  }
+  CHECK(alive == alive_before);
 }
 
 TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {

@@ -1,19 +1,18 @@
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <string>
 
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
-#include "support/data.h"
 
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/object_views.h>
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify;
@@ -57,6 +56,7 @@ struct Image {
   Waterfall waterfall;
   explicit Image(const Scene& scene)
       : simulator(scene), waterfall(scene.sonars[0], static_cast<std::size_t>(scene.track.pings)) {
+    simulator.watch_objects();
     const std::vector<Pose> poses = simulator.track();
     for (std::size_t i = 0; i < poses.size(); ++i)
       waterfall.set_row(i, simulator.ping(poses[i], i), {.pose = poses[i]});
@@ -230,53 +230,133 @@ TEST_CASE("A target's box lies where its object is, as large as object and beam"
   }
 }
 
-TEST_CASE("Labels cost a ping over the wreck a quarter at most", "[slow]") {
-  const auto file = tests::data_file("mesh_underwater/skytteren_wreck.ply");
-  if (!file) {
-    WARN("no data folder: skipped");
-    return;
+TEST_CASE("The reference tracer's line to a labelled pixel meets its object first") {
+  Image image(level_scene(four_things()));
+  const Seafloor& seafloor = image.simulator.seafloor();
+  const auto reference = make_intersector("pluecker", seafloor.mesh);
+  const Layers& pixels = image.waterfall.pixels;
+  const std::size_t columns = image.waterfall.columns();
+  int asked = 0, met = 0;
+  for (std::size_t i = 0; i < pixels.region.size(); ++i) {
+    if (pixels.region[i] != static_cast<std::uint32_t>(Region::object) || pixels.fraction[i] < 0.9f)
+      continue;
+    const Vector3d from = image.waterfall.pings[i / columns].pose.position;
+    const Vector3d place(pixels.x_m[i], pixels.y_m[i], pixels.z_m[i]);
+    const Ray ray{from, (place - from).normalized(), 0.0, 100.0};
+    Hit hit;
+    reference->intersect({&ray, 1}, {&hit, 1});
+    ++asked;
+    // The bin's own range, but for the beam's width over a surface that is not square to it, and for the
+    // tenth that the bed may have in it.
+    met += hit && seafloor.labels[seafloor.label_of(hit.face)].instance == pixels.instance[i] &&
+           std::abs(hit.t - pixels.range_m[i]) < 0.2;
   }
-  Scene scene;
-  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 300.0;
-  scene.seafloor.cell_m = 0.5;
-  scene.seafloor.depth_m = 90.0;
-  scene.objects.push_back({.mesh = {"wreck.ply", *file}, .north_m = 60.0});
-  Seafloor labelled = make_seafloor(scene.seafloor, 1, scene.objects);
-  Seafloor bare = labelled;  // one label, which answers from both sides as the wreck does
-  bare.face_label.clear();
-  bare.labels.resize(1);
-  bare.labels[0].two_sided = true;
-  Sonar sonar;
-  sonar.range_m = 180.0;
-  sonar.bins = 1800;
-  const auto tracer = make_intersector("embree", labelled.mesh);
-  const std::vector<scatter::BackscatterTable> lambert(
-      3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  Pinger with(sonar, 0, {}, labelled, lambert), without(sonar, 0, {}, bare, lambert);
-  Pose pose{.position = {0.0, -20.0, -45.0}};
-  pose.heading_rad = 0.5 * std::numbers::pi;
-  EchoLine line;
-  line.bins.assign(1800);
-  const auto cpu_s = [] {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-  };
-  const auto one = [&](Pinger& pinger) {
-    const double start_s = cpu_s();
-    pinger.aim(pose, 45.0);
-    for (const Side side : {Side::port, Side::starboard}) {
-      pinger.trace(*tracer, labelled.mesh, side);
-      pinger.echo(labelled.mesh, side, line);
-    }
-    return cpu_s() - start_s;
-  };
-  double best_with_s = 1e9, best_without_s = 1e9;
-  for (int round = 0; round < 30; ++round) {
-    best_with_s = std::min(best_with_s, one(with));
-    best_without_s = std::min(best_without_s, one(without));
+  CAPTURE(asked, met);
+  CHECK(asked > 50);
+  CHECK(met >= 0.9 * asked);  // a mean of places over an edge may lie beside it
+}
+
+TEST_CASE("The bed is in shadow where the reference's line to it is cut, and nowhere else") {
+  Scene scene = level_scene(four_things());
+  scene.track.pings = 60;
+  Image image(scene);
+  const auto reference = make_intersector("pluecker", image.simulator.seafloor().mesh);
+  const Layers& pixels = image.waterfall.pixels;
+  const std::size_t columns = image.waterfall.columns(), bins = columns / 2;
+  int dark = 0, wrongly_dark = 0, lit = 0, wrongly_lit = 0;
+  for (std::size_t i = 0; i < pixels.region.size(); ++i) {
+    const auto region = static_cast<Region>(pixels.region[i]);
+    const double range_m = pixels.range_m[i];
+    if (range_m < altitude_m + 0.3 || pixels.instance[i] != 0) continue;
+    const bool shadow = region == Region::shadow;
+    // Not the penumbra of a beam some decimetres wide.
+    if (shadow ? pixels.shadow_fraction[i] < 0.999f : pixels.shadow_fraction[i] > 0.001f) continue;
+    const Vector3d from = image.waterfall.pings[i / columns].pose.position;
+    const double ground_m = std::sqrt(range_m * range_m - altitude_m * altitude_m);
+    const double east_m = i % columns < bins ? -ground_m : ground_m;
+    const Ray ray{from, Vector3d(east_m, 0.0, -altitude_m).normalized(), 0.0, 100.0};
+    Hit hit;
+    reference->intersect({&ray, 1}, {&hit, 1});
+    const bool cut = hit && hit.t < range_m - 0.1;
+    shadow ? ++dark : ++lit;
+    wrongly_dark += shadow && !cut;
+    wrongly_lit += !shadow && cut;
+    // Nothing is starved over a level bed, and what is would be no shadow.
+    REQUIRE((region == Region::shadow || region == Region::seabed));
   }
-  WARN("a ping takes " << 1e3 * best_with_s << " ms with labels, " << 1e3 * best_without_s
-                       << " ms without");
-  CHECK(best_with_s <= 1.25 * best_without_s);
+  CAPTURE(dark, wrongly_dark, lit, wrongly_lit);
+  CHECK(dark > 100);
+  CHECK(lit > 20000);
+  CHECK(wrongly_dark <= dark / 200);  // within a ping of an edge that runs along the beam
+  CHECK(wrongly_lit <= lit / 2000);
+}
+
+TEST_CASE("The visible share is that of the object's own picture: half buried, hidden, whole") {
+  std::vector<ObjectOptions> objects = {thing("box", 16.0, 0.0), thing("box", -16.0, 0.0),
+                                        thing("sphere", -19.0, 0.0), thing("cone", 24.0, 4.0)};
+  for (const std::size_t tall : {0, 1}) objects[tall].size.tall_m = 2.0;
+  objects[0].burial = 0.5;
+  objects[1].size.length_m = 3.0;  // hides the sphere
+  objects[2].size.diameter_m = 0.8;
+  for (const char* surface : {"static", "refined"}) {
+    Scene scene = level_scene(objects);
+    scene.run.surface = surface;
+    const Image image(scene);
+    const std::span<const ObjectView> views = image.simulator.object_views(0);
+    REQUIRE(views.size() == 4);
+    CAPTURE(surface);
+    CHECK(views[1].share() == Approx(1.0).margin(0.01));
+    CHECK(views[2].share() < 0.02);
+    CHECK(views[3].share() == Approx(1.0).margin(0.01));
+    // From 15.5 m and 8 m up, of a cube's front and top: the line of sight sinks by 8 / 15.5 at the foot.
+    // Alone, the box reaches from a metre under the bed to a metre over it.
+    const double foot = std::atan2(altitude_m + 1.0, 15.5), bed = std::atan2(altitude_m, 15.5),
+                 back = std::atan2(altitude_m - 1.0, 16.5);
+    CHECK(views[0].share() == Approx((bed - back) / (foot - back)).margin(0.02));
+  }
+}
+
+TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixels lie on it") {
+  Scene scene = level_scene({thing("box", 12.0, 0.0)});
+  scene.seafloor.cell_m = 0.15;
+  scene.seafloor.extent_east_m = 50.0;
+  scene.seafloor.extent_north_m = 20.0;
+  scene.sonars[0].range_m = 26.0;
+  scene.sonars[0].bins = 520;
+  scene.sonars[0].elevations = 1500;
+  scene.seafloor.seabed.boulders.resize(1);
+  scene.seafloor.seabed.boulders[0].relief = {
+      .per_hectare = 300.0, .diameter_m = 1.2, .diameter_spread = 0.2, .height_ratio = 0.7};
+  scene.seafloor.seabed.pits.resize(1);
+  scene.seafloor.seabed.pits[0].relief = {.per_hectare = 150.0, .diameter_m = 3.0};
+  scene.seafloor.seabed.trawl_marks.resize(1);
+  scene.seafloor.seabed.trawl_marks[0].relief = {.count = 1, .door_spacing_m = 10.0};
+  const Image image(scene);
+  const Seafloor& seafloor = image.simulator.seafloor();
+  std::map<std::string, int> of_class;
+  for (std::size_t i = 0; i < seafloor.features.size(); ++i) {
+    CHECK(seafloor.features[i].label.instance == i + 2);  // behind the box
+    ++of_class[seafloor.classes[seafloor.features[i].label.class_id]];
+  }
+  CHECK(of_class["boulder"] > 10);
+  CHECK(of_class["pockmark"] > 5);
+  CHECK(of_class["trawl_mark"] <= 2);
+  const Layers& pixels = image.waterfall.pixels;
+  int looked = 0;
+  for (std::size_t i = 0; i < pixels.region.size(); ++i) {
+    if (pixels.instance[i] == 1)
+      CHECK(pixels.region[i] != static_cast<std::uint32_t>(Region::seabed));
+    if (pixels.instance[i] < 2 || pixels.fraction[i] < 0.99f) continue;
+    CHECK(pixels.region[i] != static_cast<std::uint32_t>(Region::object));  // forms of the bed
+    const FeatureRecord& feature = seafloor.features.at(pixels.instance[i] - 2);
+    REQUIRE(feature.label.class_id == pixels.class_id[i]);
+    const Vector3d off = Vector3d(pixels.x_m[i], pixels.y_m[i], pixels.z_m[i]) - feature.middle_m;
+    REQUIRE((off.cwiseAbs().array() <= 0.5 * feature.size_m.array() + 0.35).all());
+    ++looked;
+  }
+  CHECK(looked > 50);
+  int boulders = 0;
+  for (const Target& target : find_targets(image.waterfall))
+    boulders += target.instance > 1 && target.body.area_px > 0 && target.shadow.area_px > 0;
+  CHECK(boulders > 1);
 }

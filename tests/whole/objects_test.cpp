@@ -56,6 +56,8 @@ TEST_CASE("A run tells its targets' boxes and outlines, in the manifest like its
   CHECK(crate["body"]["box"][0].get<int>() >= 100);
   CHECK(crate["body"]["polygons"][0].size() % 2 == 0);
   CHECK(crate["shadow"]["area_px"].get<int>() > 0);
+  CHECK(crate["visible_fraction"].get<double>() > 0.9);
+  CHECK(crate["visible_fraction"].get<double>() <= 1.0);
   const json manifest = json::parse(read_text(folder / "out/manifest.json"));
   CHECK(std::ranges::any_of(manifest["files"], [](const json& file) {
     return file["name"] == "left-right_targets.json";
@@ -63,6 +65,49 @@ TEST_CASE("A run tells its targets' boxes and outlines, in the manifest like its
   const std::string once = read_text(folder / "out/left-right_targets.json");
   REQUIRE(run(folder, objects, {"--threads", "1"}).code == 0);
   CHECK(read_text(folder / "out/left-right_targets.json") == once);
+}
+
+TEST_CASE("The truth comes as a picture with a legend, and features of the bed as targets") {
+  const TemporaryFolder folder;
+  const std::string boulders =
+      "[[seafloor.boulders]]\nper_hectare = 400\ndiameter_m = 2\nheight_ratio = 0.8\n";
+  REQUIRE(run(folder, objects + boulders, {"-D", "output.truth=true"}).code == 0);
+  const std::string png = read_text(folder / "out/left-right_truth.png");
+  REQUIRE(png.size() > 24);
+  const auto number = [&](std::size_t at) {  // IHDR, big-endian
+    return static_cast<unsigned char>(png[at + 2]) * 256 + static_cast<unsigned char>(png[at + 3]);
+  };
+  CHECK(number(16) == 200);
+  CHECK(number(20) > 9);  // the legend's lines are below
+  const json targets = json::parse(read_text(folder / "out/left-right_targets.json"));
+  CHECK(targets["objects"] == 4);
+  CHECK(targets["features"].get<int>() > 5);
+  int features = 0;
+  for (const json& target : targets["targets"]) {
+    if (target["instance"].get<int>() <= 4) continue;
+    ++features;
+    CHECK(target["layer"] == "boulders.0");
+    CHECK(target["class"] == "boulder");
+    CHECK_FALSE(target.contains("buried"));
+  }
+  CHECK(features > 0);
+}
+
+TEST_CASE("An area that a survey does not have is named by its line in the scene") {
+  const TemporaryFolder folder;
+  write_text(folder / "bed.asc",
+             "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n"
+             "-20 -20 -20 -20\n-20 -21 -21 -20\n-20 -20 -20 -20\n");
+  write_text(folder / "scene.toml",
+             "version = 1\n[seafloor]\nkind = \"survey\"\nsurvey = \"bed.asc\"\n"
+             "[[seafloor.patches]]\nmaterial = \"rock\"\n"
+             "polygon_m = [[900, 0], [910, 0], [910, 9]]\n");
+  const Outcome outcome = run_program(folder.path(), {"run", "scene.toml", "-o", "out"});
+  CAPTURE(outcome.err);
+  CHECK(outcome.code == 2);
+  CHECK(outcome.err.find("scene.toml:5:") != std::string::npos);
+  CHECK(outcome.err.find("seafloor.patches.0: an area lies outside the seabed") !=
+        std::string::npos);
 }
 
 TEST_CASE("Objects that cannot be set down end a run with one message, and nothing stays behind") {

@@ -28,10 +28,11 @@ bool anywhere(double, double) { return true; }
 
 struct Laid {
   Heightfield field;
-  std::vector<std::uint8_t> marked;
+  std::vector<std::uint32_t> marked;  // which thing, from 1
   explicit Laid(Heightfield grid) : field(std::move(grid)), marked(field.z_m.size(), 0) {}
   double marked_share() const {
-    return std::accumulate(marked.begin(), marked.end(), 0.0) / static_cast<double>(marked.size());
+    return 1.0 -
+           static_cast<double>(std::ranges::count(marked, 0u)) / static_cast<double>(marked.size());
   }
 };
 

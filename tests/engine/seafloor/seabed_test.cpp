@@ -235,6 +235,41 @@ TEST_CASE("The map's materials and classes reach the faces, and relief follows `
   CHECK(field.at(180, 80) + 15.0 == Approx(0.3));  // the canopy, 15 m to the east
 }
 
+TEST_CASE("Boulders are told apart by instances, which a layer of too many does without") {
+  SeafloorOptions bed = options();
+  bed.seabed.boulders.resize(2);
+  bed.seabed.boulders[0].relief.per_hectare = 200.0;
+  bed.seabed.boulders[1].relief.per_hectare = 100.0;
+  bed.seabed.boulders[1].class_name = "stone";
+  const Seafloor floor = make_seafloor(bed, 2);
+  CHECK(floor.warnings.empty());
+  REQUIRE(floor.features.size() > 30);  // 0.24 ha; the smallest fall between the grid's points
+  CHECK(floor.features.size() < 110);
+  std::set<std::uint16_t> instances;
+  for (const std::uint16_t label : floor.face_label) instances.insert(floor.labels[label].instance);
+  instances.erase(0);
+  for (std::size_t i = 0; i < floor.features.size(); ++i) {
+    const FeatureRecord& feature = floor.features[i];
+    CHECK(feature.label.instance == i + 1);
+    CHECK(feature.layer ==
+          (floor.classes[feature.label.class_id] == "stone" ? "boulders.1" : "boulders.0"));
+    CHECK(feature.size_m.head<2>().maxCoeff() < 12.0);
+  }
+  CHECK(instances.size() <= floor.features.size());
+  CHECK(static_cast<double>(instances.size()) > 0.9 * static_cast<double>(floor.features.size()));
+
+  bed.cell_m = 0.05;
+  bed.seabed.boulders[0].relief = {
+      .per_hectare = 90000.0, .diameter_m = 0.2, .scour_ratio = 0.0, .tail_ratio = 0.0};
+  bed.extent_east_m = 240.0;
+  bed.extent_north_m = 40.0;
+  const Seafloor many = make_seafloor(bed, 2);
+  REQUIRE(many.warnings.size() == 1);
+  CHECK(many.warnings[0].starts_with("seafloor.boulders.0: its "));
+  REQUIRE(!many.features.empty());
+  CHECK(many.features[0].layer == "boulders.1");
+}
+
 TEST_CASE("Ripples lie on the sediment and not on the rock") {
   SeafloorOptions bed = options();
   bed.seabed.outcrops.resize(1);

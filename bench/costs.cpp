@@ -1,0 +1,222 @@
+#include "costs.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/object_views.h>
+#include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/signal_chain.h>
+#include <ensonify/scatter/backscatter.h>
+
+#include "clock.h"
+#include "scenes.h"
+
+namespace ensonify::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace engine;
+
+CostMeasurement in_turns(std::string name, std::size_t faces, int rounds,
+                         const std::function<void()>& without, const std::function<void()>& with,
+                         int pings) {
+  const auto timed_ms = [&](const std::function<void()>& turn) {
+    const double start_s = thread_s();
+    turn();
+    return 1e3 * (thread_s() - start_s) / pings;
+  };
+  without(), with();  // warm
+  std::vector<double> off, on, ratios;
+  for (int round = 0; round < rounds; ++round) {
+    off.push_back(timed_ms(without));
+    on.push_back(timed_ms(with));
+    ratios.push_back(on.back() / off.back());
+  }
+  return {std::move(name), faces, spread_of(off), spread_of(on), spread_of(ratios).median};
+}
+
+/// The same mesh with its labels, and as if it were all one thing.
+void measure_labels(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
+                    int pings) {
+  const std::string name = "labels/wreck/2M";
+  const char* data = std::getenv("ENSONIFY_DATA");
+  const fs::path wreck = fs::path(data ? data : "") / "mesh_underwater/skytteren_wreck.ply";
+  if (name.find(filter) == std::string::npos || !data || !fs::exists(wreck)) return;
+  SeafloorOptions bed;
+  bed.extent_east_m = bed.extent_north_m = 300.0;
+  bed.cell_m = 0.31;
+  bed.depth_m = 90.0;
+  bed.seabed.patches.resize(2);
+  bed.seabed.patches[0].area.share = 0.4;
+  bed.seabed.patches[1] = {.material = "sandy gravel"};
+  bed.seabed.patches[1].area.share = 0.2;
+  bed.seabed.boulders.resize(1);
+  const std::vector<ObjectOptions> objects{{.mesh = {"wreck.ply", wreck}, .north_m = 60.0}};
+  const Seafloor labelled = make_seafloor(bed, 1, objects);
+  Seafloor bare = labelled;  // which answers from both sides, as the wreck does
+  bare.face_label.clear();
+  bare.labels.resize(1);
+  bare.labels[0].two_sided = true;
+
+  Sonar sonar;
+  sonar.range_m = 180.0;
+  sonar.bins = 1800;
+  const auto tracer = make_intersector("embree", labelled.mesh);
+  const std::vector<scatter::BackscatterTable> lambert(
+      labelled.materials.size(), scatter::BackscatterTable(scatter::Lambert(-27.0)));
+  Pinger with(sonar, {}, labelled, lambert), without(sonar, {}, bare, lambert);
+  ObjectViews views(labelled);
+  EchoLine line;
+  line.bins.assign(static_cast<std::size_t>(sonar.bins));
+  const auto turn = [&](Pinger& pinger, ObjectViews* looking) {
+    for (int i = 0; i < pings; ++i) {
+      const Pose pose{.position = {-30.0 + 60.0 * i / pings, -20.0, -45.0},
+                      .heading_rad = 1.5707963};
+      pinger.aim(pose, 45.0);
+      for (const Side side : {Side::port, Side::starboard}) {
+        const std::span<const Hit> hits = pinger.trace(*tracer, labelled.mesh, side);
+        if (looking)
+          looking->look(pinger.fan(side), labelled.mesh, hits, static_cast<std::uint64_t>(i));
+        pinger.echo(labelled.mesh, side, line);
+      }
+    }
+  };
+  results.push_back(in_turns(
+      name, labelled.faces, rounds, [&] { turn(without, nullptr); }, [&] { turn(with, &views); },
+      pings));
+}
+
+void measure_refraction(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
+                        int pings) {
+  const fs::path cast =
+      fs::temp_directory_path() / fmt::format("ensonify-bench-{}.csv", ::getpid());
+  for (const auto& [bed, faces] : {std::pair{"ripples", 2e6}, std::pair{"fractal", 2e6}})
+    for (const char* surface : {"static", "footprint"}) {
+      std::vector<std::pair<const char*, RefractionMode>> modes{
+          {"time-only", RefractionMode::time_only}, {"full", RefractionMode::full}};
+      std::erase_if(modes, [&](const auto& mode) {
+        return fmt::format("refraction/{}/2M/{}/{}", bed, surface, mode.first).find(filter) ==
+               std::string::npos;
+      });
+      if (modes.empty()) continue;
+      // 30 m/s over 4 m, half-way to the bed's depth.
+      std::ofstream(cast) << "depth_m,soundspeed_mps\n0,1520\n12,1520\n16,1490\n60,1490.5\n";
+      Scene scene = bed == std::string_view("ripples") ? ripples(faces) : fractal(faces);
+      scene.run.surface = surface;
+      scene.track.pings = pings;
+      scene.sea.profile = {"cast.csv", cast};
+      Simulator plain(scene);
+      const std::vector<Pose> poses = plain.track();
+      const auto turn = [&](Simulator& simulator) {
+        for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
+      };
+      for (const auto& [name, mode] : modes) {
+        scene.sea.refraction = mode;
+        Simulator bent(scene);
+        results.push_back(in_turns(
+            fmt::format("refraction/{}/2M/{}/{}", bed, surface, name), plain.seafloor().faces,
+            rounds, [&] { turn(plain); }, [&] { turn(bent); }, pings));
+      }
+    }
+  std::error_code ignored;
+  fs::remove(cast, ignored);
+}
+
+/// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then each effect with it and
+/// without.
+void measure_signal(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
+                    int pings) {
+  Sonar plain;
+  plain.bins = 7500;
+  const ChainOptions usual;
+  struct Effect {
+    const char* name;
+    std::function<void(Sonar&, ChainOptions&)> apply;
+  };
+  const Effect effects[] = {
+      {"speckle and noise", [](Sonar&, ChainOptions&) {}},
+      {"lfm over 2.5 bins", [](Sonar& s, ChainOptions&) { s.pulse.kind = PulseKind::lfm; }},
+      {"4 looks", [](Sonar& s, ChainOptions&) { s.receiver.looks = 4; }},
+      {"logarithmic curve",
+       [](Sonar& s, ChainOptions&) { s.receiver.curve = TransferCurve::logarithmic; }},
+      {"output noise", [](Sonar& s, ChainOptions&) { s.receiver.output_noise_db = -60.0; }},
+      {"surface", [](Sonar&, ChainOptions& o) { o.arrivals.surface = true; }},
+      {"volume", [](Sonar&, ChainOptions& o) { o.arrivals.volume = true; }},
+      {"multiples", [](Sonar&, ChainOptions& o) { o.arrivals.multiples = true; }},
+      {"double bounce", [](Sonar&, ChainOptions& o) { o.arrivals.double_bounce = true; }},
+      {"burst", [](Sonar&, ChainOptions& o) { o.arrivals.burst_m = 0.3; }},
+      {"cross-talk", [](Sonar&, ChainOptions& o) { o.arrivals.crosstalk_db = -40.0; }},
+      {"interference", [](Sonar&, ChainOptions& o) { o.artefacts.interference_db = 30.0; }},
+      {"gain steps", [](Sonar&, ChainOptions& o) { o.artefacts.gain_step_db = 3.0; }},
+      {"automatic gain", [](Sonar&, ChainOptions& o) { o.artefacts.automatic_gain = 0.5; }},
+      {"fish", [](Sonar&, ChainOptions& o) { o.artefacts.fish_per_hectare = 200.0; }},
+      {"wake", [](Sonar&, ChainOptions& o) { o.artefacts.wake_db = -10.0; }},
+      {"shimmer", [](Sonar&, ChainOptions& o) { o.artefacts.shimmer_db = 1.5; }},
+  };
+  const auto compare = [&](const std::string& name, const Sonar& sonar,
+                           const ChainOptions& with_options, const ChainOptions& without_options) {
+    if (name.find(filter) == std::string::npos) return;
+    const SignalChain with(sonar, with_options), without(plain, without_options);
+    SignalChain::Memory memory;
+    EchoLine lines[2];
+    for (const Side side : {Side::port, Side::starboard}) {
+      EchoLine& line = lines[static_cast<std::size_t>(side)];
+      line.side = side;
+      line.bins.assign(7500);
+      for (std::size_t i = 1000; i < 7500; ++i) {  // a level bed 10 m down
+        const double r = (static_cast<double>(i) + 0.5) * plain.bin_m();
+        const double over_m = std::sqrt(r * r - 100.0);
+        line.bins.intensity_mean[i] = 1e8f;
+        line.bins.range_m[i] = static_cast<float>(r);
+        line.bins.x_m[i] = static_cast<float>(side == Side::port ? -over_m : over_m);
+        line.bins.z_m[i] = -20.0f;
+        line.bins.region[i] = static_cast<std::uint32_t>(Region::seabed);
+      }
+    }
+    const auto turn = [&](const SignalChain& chain) {
+      for (int i = 0; i < pings; ++i)
+        chain.receive({.ping = static_cast<std::uint64_t>(i),
+                       .t_s = 0.1 * i,
+                       .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
+                      lines, memory);
+    };
+    results.push_back(in_turns(
+        name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));
+  };
+  Sonar all_sonar = plain;
+  ChainOptions all = usual, still = usual;
+  still.speckle = false;
+  for (const Effect& effect : effects) {
+    Sonar sonar = plain;
+    ChainOptions options = usual;
+    effect.apply(sonar, options);
+    const bool first = &effect == &effects[0];
+    compare(std::string("signal/") + effect.name, sonar, options, first ? still : usual);
+    effect.apply(all_sonar, all);
+  }
+  all_sonar.receiver = plain.receiver;
+  all_sonar.pulse = plain.pulse;
+  compare("signal/all arrivals and artefacts", all_sonar, all, usual);
+  compare("signal/all, and speckle", all_sonar, all, still);
+}
+
+}  // namespace
+
+std::vector<CostMeasurement> measure_costs(std::string_view filter, int rounds, int pings) {
+  std::vector<CostMeasurement> results;
+  measure_labels(results, filter, rounds, pings);
+  measure_refraction(results, filter, rounds, pings);
+  measure_signal(results, filter, rounds, pings);
+  return results;
+}
+
+}  // namespace ensonify::bench

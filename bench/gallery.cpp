@@ -1,0 +1,172 @@
+// Runs scenes and writes a small picture of each: as the display shows it, and beside it the truth, to one
+// scale both ways. ./dev gallery calls it.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <png.h>
+
+#include <ensonify/engine/image/truth_picture.h>
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/refine/atomic_file.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace ensonify;
+using namespace ensonify::engine;
+
+constexpr double side_px = 290.0;  // of a square picture; others have as many pixels
+constexpr std::size_t most_colours = 32;
+
+/// Each pixel the mean of what it covers.
+Picture resampled(const Picture& from, std::size_t width, std::size_t height) {
+  Picture to{width, height, 3, std::vector<std::uint8_t>(3 * width * height)};
+  const auto channels = static_cast<std::size_t>(from.channels);
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t left = x * from.width / width, top = y * from.height / height;
+      const std::size_t right = std::max(left + 1, (x + 1) * from.width / width);
+      const std::size_t bottom = std::max(top + 1, (y + 1) * from.height / height);
+      std::array<double, 3> sum{};
+      for (std::size_t row = top; row < bottom; ++row)
+        for (std::size_t column = left; column < right; ++column)
+          for (std::size_t k = 0; k < 3; ++k)
+            sum[k] += from.pixels[channels * (row * from.width + column) + (channels == 3 ? k : 0)];
+      for (std::size_t k = 0; k < 3; ++k)
+        to.pixels[3 * (y * width + x) + k] = static_cast<std::uint8_t>(
+            std::lround(sum[k] / static_cast<double>((right - left) * (bottom - top))));
+    }
+  return to;
+}
+
+Picture side_by_side(const Picture& a, const Picture& b) {
+  constexpr std::size_t gap = 4;
+  Picture both{a.width + gap + b.width, a.height, 3, {}};
+  both.pixels.resize(3 * both.width * both.height, 255);
+  for (std::size_t y = 0; y < a.height; ++y) {
+    std::uint8_t* row = &both.pixels[3 * y * both.width];
+    std::copy_n(&a.pixels[3 * y * a.width], 3 * a.width, row);
+    std::copy_n(&b.pixels[3 * y * b.width], 3 * b.width, row + 3 * (a.width + gap));
+  }
+  return both;
+}
+
+/// In the few colours that most of its pixels have, more or less, and the legend's over darker and brighter
+/// greys.
+std::vector<std::byte> palette_png(const Picture& picture, std::span<const LegendEntry> legend) {
+  struct Sum {
+    std::array<std::size_t, 3> rgb{};
+    std::size_t count = 0;
+  };
+  std::map<int, Sum> sums;  // by the upper four bits of each channel
+  const std::size_t pixels = picture.width * picture.height;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const std::uint8_t* p = &picture.pixels[3 * i];
+    Sum& sum = sums[(p[0] >> 4) << 8 | (p[1] >> 4) << 4 | p[2] >> 4];
+    for (std::size_t k = 0; k < 3; ++k) sum.rgb[k] += p[k];
+    ++sum.count;
+  }
+  std::vector<Sum> most;
+  for (const auto& [key, sum] : sums) most.push_back(sum);
+  std::ranges::stable_sort(most, [](const Sum& a, const Sum& b) { return a.count > b.count; });
+  if (most.size() > most_colours) most.resize(most_colours);
+  std::vector<std::uint8_t> palette, indices;
+  for (const Sum& sum : most)
+    for (const std::size_t channel : sum.rgb)
+      palette.push_back(static_cast<std::uint8_t>(channel / sum.count));
+  for (const LegendEntry& entry : legend)
+    for (const auto& [part, grey] : {std::pair{4, 0}, {3, 50}, {2, 0}, {2, 70}, {2, 150}})
+      for (const int channel : entry.colour)
+        palette.push_back(static_cast<std::uint8_t>((part * channel + (4 - part) * grey) / 4));
+  palette.insert(palette.end(), 3, 255);
+  const std::size_t colours = palette.size() / 3;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    std::size_t nearest = 0;
+    int least = 1 << 30;
+    for (std::size_t c = 0; c < colours; ++c) {
+      int distance = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int apart = picture.pixels[3 * i + k] - palette[3 * c + k];
+        distance += apart * apart;
+      }
+      if (distance < least) {
+        least = distance;
+        nearest = c;
+      }
+    }
+    indices.push_back(static_cast<std::uint8_t>(nearest));
+  }
+  png_image image = {};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(picture.width);
+  image.height = static_cast<png_uint_32>(picture.height);
+  image.format = PNG_FORMAT_RGB_COLORMAP;
+  image.colormap_entries = static_cast<png_uint_32>(colours);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> bytes(size);
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, indices.data(), 0, palette.data()))
+    throw std::runtime_error(image.message);
+  bytes.resize(size);
+  return bytes;
+}
+
+/// Metres from ping to ping.
+double ping_step_m(const Waterfall& image) {
+  double way_m = 0.0;
+  for (std::size_t i = 1; i < image.pings.size(); ++i)
+    way_m += (image.pings[i].pose.position - image.pings[i - 1].pose.position).head<2>().norm();
+  return way_m / static_cast<double>(image.pings.size() - 1);
+}
+
+void picture_scene(const fs::path& file, const fs::path& folder) {
+  const char* data = std::getenv("ENSONIFY_DATA");
+  const Scene scene = read_scene(file, {}, data ? data : "");
+  Simulator simulator(scene, {.cache = default_cache()});
+  const ScenePings pings = ping_all(scene, simulator, 0);
+  const Waterfall& image = pings.images.front();
+  const double ratio = ping_step_m(image) * static_cast<double>(image.rows()) /
+                       (image.sonar.bin_m() * static_cast<double>(image.columns()));
+  const auto width = static_cast<std::size_t>(std::lround(side_px / std::sqrt(ratio)));
+  const auto height = static_cast<std::size_t>(std::lround(side_px * std::sqrt(ratio)));
+  const Picture picture =
+      render(image, scene.display, simulator.absorption_db_per_m(0), &simulator.recorder(0));
+  TruthPicture truth = lay_truth(image, picture, simulator.classes(), simulator.materials());
+  truth.picture =
+      side_by_side(resampled(picture, width, height), resampled(truth.picture, width, height));
+  const fs::path to = folder / (file.stem().string() + ".png");
+  const std::vector<std::byte> bytes = palette_png(with_legend(truth), truth.legend);
+  refine::write_file(to, bytes);
+  fmt::print("{} ({} kB)\n", to.string(), bytes.size() / 1000);
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count < 3) {
+    fmt::print(stderr, "usage: ensonify-gallery FOLDER SCENE.toml...\n");
+    return 2;
+  }
+  try {
+    fs::create_directories(arguments[1]);
+    for (int i = 2; i < count; ++i) picture_scene(arguments[i], arguments[1]);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ensonify-gallery: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,317 @@
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/simulate.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t longest_line = 1 << 20;
+
+struct Arguments {
+  SceneArguments scene;
+  fs::path cache;
+  std::vector<std::string> layers = {"intensity"};
+  bool json = false;
+  bool quiet = false;
+};
+
+/// A request's fields, each taken once: what is left over is an error.
+class Fields {
+ public:
+  explicit Fields(Json fields) : fields_(std::move(fields)) {
+    if (!fields_.is_object()) throw UsageError(fmt::format("expected an object, as {}", example));
+  }
+
+  std::optional<Json> take(const std::string& key) {
+    const auto found = fields_.find(key);
+    if (found == fields_.end()) return std::nullopt;
+    Json value = std::move(*found);
+    fields_.erase(found);
+    return value;
+  }
+
+  double number(const std::string& key, std::optional<double> otherwise = std::nullopt) {
+    const std::optional<Json> value = take(key);
+    if (!value && otherwise) return *otherwise;
+    if (!value) throw UsageError(fmt::format("there is no '{}', expected as in {}", key, example));
+    if (!value->is_number())
+      throw UsageError(fmt::format("'{}' is {}, expected a number", key, value->dump()));
+    return value->get<double>();
+  }
+
+  Pose pose() {
+    const auto degrees = [&](const std::string& key) {
+      return number(key, 0.0) * std::numbers::pi / 180.0;
+    };
+    Pose pose;
+    pose.t_s = number("t_s", 0.0);
+    pose.position = {number("x_m"), number("y_m"), number("z_m")};
+    pose.roll_rad = degrees("roll_deg");
+    pose.pitch_rad = degrees("pitch_deg");
+    pose.heading_rad = degrees("heading_deg");
+    pose.velocity_mps = {number("vx_mps", 0.0), number("vy_mps", 0.0), number("vz_mps", 0.0)};
+    pose.roll_rate_radps = degrees("roll_rate_degps");
+    pose.pitch_rate_radps = degrees("pitch_rate_degps");
+    pose.heading_rate_radps = degrees("heading_rate_degps");
+    return pose;
+  }
+
+  const Json& rest() const { return fields_; }
+  void finish() const {
+    if (!fields_.empty())
+      throw UsageError(fmt::format("nobody knows the key '{}', expected keys as in {}",
+                                   fields_.begin().key(), example));
+  }
+
+ private:
+  static constexpr std::string_view example =
+      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, "heading_deg": 0})";
+  Json fields_;
+};
+
+/// A session of poses in and echo lines out.
+class Stream {
+ public:
+  explicit Stream(const Arguments& arguments)
+      : arguments_(arguments), simulator_(make_simulator(arguments)) {
+    Layers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
+    for (const std::string& name : arguments.layers)
+      if (std::ranges::find(known_layers_, name) == known_layers_.end())
+        throw UsageError(fmt::format("--layers: there is no layer '{}'; there are: {}", name,
+                                     fmt::join(known_layers_, ", ")));
+    tell_scene();
+  }
+
+  void answer(const std::string& line) {
+    Json request;
+    try {
+      request = Json::parse(line);
+    } catch (const Json::exception&) {
+      throw UsageError("is not JSON, expected an object a line");
+    }
+    Fields fields(std::move(request));
+    if (const auto keys = fields.take("set")) {
+      fields.finish();
+      set(*keys);
+    } else if (const auto object = fields.take("add")) {
+      const Pose pose = fields.pose();
+      fields.finish();
+      add(*object, pose);
+    } else if (const auto moved = fields.take("move")) {
+      const Pose pose = fields.pose();
+      fields.finish();
+      simulator_.move(instance(*moved), pose);
+    } else if (const auto removed = fields.take("remove")) {
+      fields.finish();
+      simulator_.remove(instance(*removed));
+    } else {
+      const Pose pose = fields.pose();
+      fields.finish();
+      ping(pose);
+    }
+  }
+
+ private:
+  static Simulator make_simulator(const Arguments& arguments) {
+    Progress progress(arguments.quiet);
+    return Simulator(arguments.scene.read(),
+                     {.cache = arguments.cache.empty() ? default_cache() : arguments.cache,
+                      .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); }});
+  }
+
+  static std::uint32_t instance(const Json& value) {
+    if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffff)
+      throw UsageError(fmt::format(
+          "{} is no instance, expected a number that \"add\" was answered with", value.dump()));
+    return value.get<std::uint32_t>();
+  }
+
+  /// A key and its value as TOML, of which JSON's strings, numbers, truths and lists are a part.
+  static std::string as_override(const std::string& key, const Json& value) {
+    return fmt::format("{}={}", key, value.dump());
+  }
+
+  void set(const Json& keys) {
+    if (!keys.is_object() || keys.empty())
+      throw UsageError(R"('set' names no key, expected as in {"set": {"sonar.NAME.range_m": 40}})");
+    SceneArguments changed = arguments_.scene;
+    for (const auto& [key, value] : keys.items()) {
+      if (!key.starts_with("sonar."))
+        throw UsageError(
+            fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
+                        "sonar.NAME.range_m",
+                        key));
+      changed.overrides.push_back(as_override(key, value));
+    }
+    const Scene scene = changed.read();
+    for (std::size_t i = 0; i < scene.sonars.size(); ++i) {
+      const std::string prefix = "sonar." + scene.sonars[i].name + ".";
+      for (const auto& [key, value] : keys.items())
+        if (key.starts_with(prefix)) {
+          simulator_.set_sonar(i, scene.sonars[i]);
+          break;
+        }
+    }
+    arguments_.scene.overrides = std::move(changed.overrides);
+    tell_scene();
+  }
+
+  void add(const Json& object, const Pose& pose) {
+    if (!object.is_object())
+      throw UsageError(
+          R"('add' is no object, expected as in {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
+    std::string text = "version = 1\n[[objects]]\n";
+    for (const auto& [key, value] : object.items()) text += as_override(key, value) + "\n";
+    const fs::path& file = arguments_.scene.file;
+    const Scene scene = parse_scene(text, "'add'", {},
+                                    {file.has_parent_path() ? file.parent_path() : fs::path("."),
+                                     arguments_.scene.data_folder});
+    const ObjectOptions& options = scene.objects.front();
+    const std::uint32_t number = simulator_.add({.mesh = body_of(options, scene.seed),
+                                                 .material = options.material,
+                                                 .class_name = options.class_name},
+                                                pose);
+    say({{"added", number},
+         {"classes", strings(simulator_.classes())},
+         {"materials", strings(simulator_.materials())}});
+  }
+
+  void ping(const Pose& pose) {
+    std::span<const EchoLine> lines = simulator_.ping(pose.t_s, pose);
+    const double altitude_m = simulator_.altitude_m(pose.position);
+    for (const Sonar& sonar : simulator_.sonars()) {
+      for (const EchoLine& line : lines.first(sides_of(sonar).size())) {
+        Json header = {{"ping", pings_},
+                       {"t_s", pose.t_s},
+                       {"sonar", sonar.name},
+                       {"side", line.side == Side::port ? "port" : "starboard"},
+                       {"bins", sonar.bins},
+                       {"bin_m", sonar.bin_m()},
+                       {"first_return", line.first_return},
+                       {"altitude_m", std::isnan(altitude_m) ? Json() : Json(altitude_m)}};
+        block_.clear();
+        for (const std::string& wanted : arguments_.layers)
+          Layers::for_each([&](std::string_view name, auto layer) {
+            if (name != wanted) return;
+            if (arguments_.json)
+              header[wanted] = line.bins.*layer;
+            else
+              block_.insert(block_.end(), (line.bins.*layer).begin(), (line.bins.*layer).end());
+          });
+        if (!arguments_.json) {
+          header["layers"] = arguments_.layers;
+          header["bytes"] = block_.size() * sizeof(float);
+        }
+        say(header);
+        static_assert(std::endian::native == std::endian::little);
+        print({reinterpret_cast<const char*>(block_.data()), block_.size() * sizeof(float)});
+      }
+      lines = lines.subspan(sides_of(sonar).size());
+    }
+    ++pings_;
+  }
+
+  void tell_scene() {
+    Json sonars = Json::array();
+    for (const Sonar& sonar : simulator_.sonars()) {
+      Json sides = Json::array();
+      for (const Side side : sides_of(sonar))
+        sides.push_back(side == Side::port ? "port" : "starboard");
+      sonars.push_back({{"name", sonar.name},
+                        {"sides", sides},
+                        {"range_m", sonar.range_m},
+                        {"bins", sonar.bins},
+                        {"bin_m", sonar.bin_m()}});
+    }
+    say({{"sonars", sonars},
+         {"classes", strings(simulator_.classes())},
+         {"materials", strings(simulator_.materials())}});
+    for (; warned_ < simulator_.warnings().size(); ++warned_)
+      fmt::print(stderr, "ensonify: warning: {}\n", simulator_.warnings()[warned_]);
+  }
+
+  static std::vector<std::string> strings(std::span<const std::string> all) {
+    return {all.begin(), all.end()};
+  }
+
+  static void say(const Json& json) {
+    print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
+  }
+
+  Arguments arguments_;
+  Simulator simulator_;
+  std::vector<std::string> known_layers_;
+  std::vector<float> block_;
+  std::uint64_t pings_ = 0;
+  std::size_t warned_ = 0;
+};
+
+void stream(const Arguments& arguments) {
+  const SignalWatch signals(true);
+  Stream stream(arguments);
+  std::string line;
+  for (std::size_t number = 1; std::getline(std::cin, line); ++number) {
+    if (SignalWatch::caught() != 0) break;
+    if (line.empty()) continue;
+    const auto at_line = [&](const std::exception& error) {
+      return UsageError(fmt::format("stdin:{}: {}", number, error.what()));
+    };
+    try {
+      if (line.size() > longest_line) throw UsageError("a line is longer than 1 MiB");
+      stream.answer(line);
+    } catch (const UsageError& error) {
+      throw at_line(error);
+    } catch (const SceneError& error) {
+      throw at_line(error);
+    } catch (const refine::MeshError& error) {
+      throw at_line(error);
+    } catch (const std::invalid_argument& error) {
+      throw at_line(error);
+    }
+  }
+  if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
+}
+
+}  // namespace
+
+void add_stream(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "stream", "Ping from poses that come in as JSON lines, and send the echo lines out");
+  arguments->scene.add_to(command);
+  command
+      .add_option("--layers", arguments->layers,
+                  "What to send of each bin, by the layers' names (default: intensity)")
+      ->delimiter(',')
+      ->type_name("NAME,NAME");
+  command.add_flag("--json", arguments->json,
+                   "Send the values in the JSON as well, rather than as a block of float32");
+  command
+      .add_option("--cache", arguments->cache,
+                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_CACHE");
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
+  command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

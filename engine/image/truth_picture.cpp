@@ -1,0 +1,175 @@
+#include <ensonify/engine/image/truth_picture.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr Rgb white{255, 255, 255};
+constexpr Rgb no_data_colour{110, 110, 110}, water_colour{20, 60, 120},
+    bed_shadow_colour{75, 40, 110}, thing_shadow_colour{170, 60, 230};
+/// Of classes, strong; of sediments, pale.
+constexpr std::array<Rgb, 10> class_colours{{{255, 60, 50},
+                                             {255, 215, 0},
+                                             {0, 225, 235},
+                                             {90, 230, 60},
+                                             {255, 130, 0},
+                                             {255, 90, 190},
+                                             {70, 130, 255},
+                                             {185, 255, 150},
+                                             {200, 150, 90},
+                                             {230, 230, 255}}};
+constexpr std::array<Rgb, 6> sediment_colours{{{200, 180, 110},
+                                               {90, 150, 110},
+                                               {120, 130, 190},
+                                               {190, 120, 110},
+                                               {110, 180, 190},
+                                               {180, 130, 180}}};
+
+/// What a pixel is painted as; ordered as the legend is.
+struct Paint {
+  enum class Kind { untouched, class_name, sediment, thing_shadow, bed_shadow, water, no_data };
+  Kind kind = Kind::untouched;
+  std::uint32_t number = 0;  // of the class or sediment
+  friend auto operator<=>(const Paint&, const Paint&) = default;
+};
+
+class Painter {
+ public:
+  Painter(const Waterfall& waterfall, std::span<const std::string> classes,
+          std::span<const std::string> materials)
+      : layers_(waterfall.pixels), classes_(classes), materials_(materials) {
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < layers_.region.size(); ++i) {
+      if (!is(i, Region::seabed) || !plain(layers_.class_id[i])) continue;
+      if (first == 0) first = layers_.sediment[i];
+      several_ = several_ || layers_.sediment[i] != first;
+    }
+  }
+
+  Paint paint(std::size_t i) const {
+    using enum Paint::Kind;
+    switch (static_cast<Region>(layers_.region[i])) {
+      case Region::no_data: return {no_data, 0};
+      case Region::water_column: return {water, 0};
+      case Region::shadow: return {layers_.shadow_instance[i] != 0 ? thing_shadow : bed_shadow, 0};
+      case Region::seabed:
+      case Region::object: break;
+    }
+    if (!plain(layers_.class_id[i])) return {class_name, layers_.class_id[i]};
+    return several_ ? Paint{sediment, layers_.sediment[i]} : Paint{};
+  }
+
+  /// Which thing a pixel belongs to, its shadow apart; 0: none.
+  std::uint64_t thing(std::size_t i) const {
+    if (is(i, Region::shadow)) return 2 * std::uint64_t{layers_.shadow_instance[i]};
+    const bool lit = is(i, Region::seabed) || is(i, Region::object);
+    return lit && layers_.instance[i] != 0 ? 2 * std::uint64_t{layers_.instance[i]} + 1 : 0;
+  }
+
+  LegendEntry entry(const Paint& paint) const {
+    const auto name = [&](std::span<const std::string> names) {
+      return paint.number < names.size() ? names[paint.number] : std::to_string(paint.number);
+    };
+    // The first class is the seabed's own as a rule, and has no colour.
+    switch (paint.kind) {
+      case Paint::Kind::class_name:
+        return {class_colours[(paint.number + class_colours.size() - 2) % class_colours.size()],
+                name(classes_)};
+      case Paint::Kind::sediment:
+        return {sediment_colours[(paint.number + sediment_colours.size() - 1) %
+                                 sediment_colours.size()],
+                name(materials_)};
+      case Paint::Kind::thing_shadow: return {thing_shadow_colour, "shadow"};
+      case Paint::Kind::bed_shadow: return {bed_shadow_colour, "shadow of the bed"};
+      case Paint::Kind::water: return {water_colour, "water column"};
+      case Paint::Kind::no_data: return {no_data_colour, "no data"};
+      case Paint::Kind::untouched: break;
+    }
+    return {};
+  }
+
+ private:
+  bool is(std::size_t i, Region region) const {
+    return layers_.region[i] == static_cast<std::uint32_t>(region);
+  }
+  bool plain(std::uint32_t class_id) const {
+    return class_id == 0 || (class_id < classes_.size() && classes_[class_id] == "seabed");
+  }
+
+  const Layers& layers_;
+  std::span<const std::string> classes_, materials_;
+  bool several_ = false;  // sediments of plain seabed
+};
+
+}  // namespace
+
+TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
+                       std::span<const std::string> classes,
+                       std::span<const std::string> materials) {
+  const std::size_t columns = waterfall.columns(), rows = waterfall.rows();
+  if (picture.width != columns || picture.height != rows)
+    throw std::invalid_argument("lay_truth: the picture is not the waterfall's");
+  const Painter painter(waterfall, classes, materials);
+  const auto channels = static_cast<std::size_t>(picture.channels);
+  TruthPicture truth{{columns, rows, 3, std::vector<std::uint8_t>(3 * columns * rows)}, {}};
+  std::map<Paint, LegendEntry> legend;
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column) {
+      const std::size_t i = (rows - 1 - row) * columns + column;  // the layers' oldest comes first
+      const std::uint8_t* from = &picture.pixels[channels * (row * columns + column)];
+      std::uint8_t* to = &truth.picture.pixels[3 * (row * columns + column)];
+      const Paint paint = painter.paint(i);
+      const std::uint64_t thing = painter.thing(i);
+      const bool border = thing != 0 && ((column > 0 && painter.thing(i - 1) != thing) ||
+                                         (column + 1 < columns && painter.thing(i + 1) != thing) ||
+                                         (row > 0 && painter.thing(i + columns) != thing) ||
+                                         (row + 1 < rows && painter.thing(i - columns) != thing));
+      if (paint.kind != Paint::Kind::untouched && !legend.contains(paint))
+        legend[paint] = painter.entry(paint);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int grey = from[channels == 3 ? k : 0];
+        const int tint = paint.kind == Paint::Kind::untouched ? grey : legend[paint].colour[k];
+        // Tints lighten what is dark: a shadow or the water has no echo to be seen by.
+        to[k] = static_cast<std::uint8_t>(border ? (grey + 3 * tint) / 4 : (grey + tint) / 2);
+      }
+    }
+  for (const auto& [paint, entry] : legend) truth.legend.push_back(entry);
+  return truth;
+}
+
+Picture with_legend(const TruthPicture& truth) {
+  const Picture& above = truth.picture;
+  const std::size_t size = std::max<std::size_t>(1, above.width / 600);
+  const std::size_t line = size * (letter_height_px + 4), swatch = size * letter_height_px;
+  struct Place {
+    std::size_t left, top;
+  };
+  std::vector<Place> places;
+  std::size_t left = 0, top = 0;
+  for (const LegendEntry& entry : truth.legend) {
+    const std::size_t width = swatch + size * letter_width_px * (entry.name.size() + 2);
+    if (left > 0 && left + width > above.width) {
+      left = 0;
+      top += line;
+    }
+    places.push_back({left + 2 * size, above.height + top + 2 * size});
+    left += width;
+  }
+  Picture whole = above;
+  whole.height += truth.legend.empty() ? 0 : top + line;
+  whole.pixels.resize(3 * whole.width * whole.height, 0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto [x, y] = places[i];
+    for (std::size_t row = y; row < y + swatch - size; ++row)
+      for (std::size_t column = x; column < std::min(x + swatch, whole.width); ++column)
+        std::copy_n(truth.legend[i].colour.begin(), 3,
+                    &whole.pixels[3 * (row * whole.width + column)]);
+    write_text(whole, x + swatch + 3 * size, y, size, white, truth.legend[i].name);
+  }
+  return whole;
+}
+
+}  // namespace ensonify::engine

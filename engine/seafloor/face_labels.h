@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <ensonify/engine/seafloor/seafloor.h>
+
+namespace ensonify::engine {
+
+/// What faces are: a seafloor's, and beside it those of bodies that move, whose faces are all called by
+/// the seafloor's number of faces plus their body's number. A view; both must outlive it.
+class FaceLabels {
+ public:
+  FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)
+      : seafloor_(&seafloor), moving_(moving) {}
+
+  /// Throws as Seafloor::label_of.
+  std::uint16_t label_of(std::uint32_t face) const {
+    if (!moving_ || face < seafloor_->faces) return seafloor_->label_of(face);
+    return static_cast<std::uint16_t>(seafloor_->labels.size() + (face - seafloor_->faces));
+  }
+  const Label& operator[](std::uint16_t label) const {
+    const std::size_t still = seafloor_->labels.size();
+    return label < still ? seafloor_->labels[label] : (*moving_)[label - still];
+  }
+
+ private:
+  const Seafloor* seafloor_;
+  const std::vector<Label>* moving_;  // by body
+};
+
+}  // namespace ensonify::engine

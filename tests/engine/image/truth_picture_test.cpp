@@ -1,0 +1,80 @@
+#include <ensonify/engine/image/truth_picture.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+
+/// Two pings of one side, four bins: water, seabed of two sediments, a thing and its shadow.
+Waterfall small_image() {
+  Sonar sonar;
+  sonar.sides = Sides::starboard;
+  sonar.bins = 4;
+  Waterfall image(sonar, 2);
+  image.pixels.region = {1, 2, 2, 0, 1, 2, 3, 4};
+  image.pixels.class_id = {0, 1, 1, 0, 0, 1, 2, 0};
+  image.pixels.sediment = {0, 1, 2, 0, 0, 1, 3, 0};
+  image.pixels.instance = {0, 0, 0, 0, 0, 0, 1, 0};
+  image.pixels.shadow_instance = {0, 0, 0, 0, 0, 0, 0, 1};
+  return image;
+}
+const std::vector<std::string> classes = {"none", "seabed", "mine"};
+const std::vector<std::string> materials = {"none", "mud", "sand", "steel"};
+
+std::vector<std::string> names(const TruthPicture& truth) {
+  std::vector<std::string> all;
+  for (const LegendEntry& entry : truth.legend) all.push_back(entry.name);
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("The truth's legend lists what is in the picture, things first, and colours differ") {
+  const Picture grey{4, 2, 1, std::vector<std::uint8_t>(8, 100)};
+  const TruthPicture truth = lay_truth(small_image(), grey, classes, materials);
+  CHECK(names(truth) ==
+        std::vector<std::string>{"mine", "mud", "sand", "shadow", "water column", "no data"});
+  for (std::size_t a = 0; a < truth.legend.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) CHECK(truth.legend[a].colour != truth.legend[b].colour);
+  // The newest ping is on top, and a tint is half of the picture's own grey.
+  const auto pixel = [&](std::size_t column, std::size_t row, std::size_t channel) {
+    return int(truth.picture.pixels[3 * (row * 4 + column) + channel]);
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    CHECK(pixel(0, 0, k) == (100 + truth.legend[4].colour[k]) / 2);
+    CHECK(pixel(1, 0, k) == (100 + truth.legend[1].colour[k]) / 2);
+    CHECK(pixel(2, 1, k) == (100 + truth.legend[2].colour[k]) / 2);
+    CHECK(pixel(2, 0, k) == (100 + 3 * truth.legend[0].colour[k]) / 4);  // an instance's border
+  }
+}
+
+TEST_CASE("A seabed of one sediment keeps its own greys") {
+  Waterfall image = small_image();
+  image.pixels.sediment = {0, 1, 1, 0, 0, 1, 3, 0};
+  const Picture grey{4, 2, 1, {10, 20, 30, 40, 50, 60, 70, 80}};
+  const TruthPicture truth = lay_truth(image, grey, classes, materials);
+  CHECK(names(truth) == std::vector<std::string>{"mine", "shadow", "water column", "no data"});
+  CHECK(truth.picture.pixels[3 * 1] == 20);
+  CHECK(truth.picture.pixels[3 * 5] == 60);
+}
+
+TEST_CASE("A legend stands below its picture, in as many lines as it needs") {
+  TruthPicture truth{{120, 5, 3, std::vector<std::uint8_t>(3 * 120 * 5, 7)}, {}};
+  CHECK(with_legend(truth).height == 5);
+  truth.legend = {{{255, 0, 0}, "mine"}};
+  const Picture one = with_legend(truth);
+  CHECK(one.width == 120);
+  CHECK(one.height > 12);
+  CHECK(std::ranges::equal(truth.picture.pixels, std::span(one.pixels).first(3 * 120 * 5)));
+  CHECK(std::ranges::count(one.pixels, 255) > 50);
+  truth.legend.push_back({{0, 255, 0}, "a long name of something"});
+  CHECK(with_legend(truth).height > one.height);
+  const Picture other{3, 2, 1, std::vector<std::uint8_t>(6)};
+  CHECK_THROWS_AS(lay_truth(small_image(), other, classes, materials), std::invalid_argument);
+}

@@ -1,0 +1,225 @@
+// A simulator that somebody drives: pings at his times, other settings, objects that come, move and go.
+
+#include <ensonify/engine/simulate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "support/beds.h"
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/refine/mesh_reader.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+Scene bare_scene() {
+  Scene scene;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 50.0;
+  scene.seafloor.cell_m = 0.5;
+  scene.seafloor.depth_m = 15.0;
+  scene.sonars.front().range_m = 25.0;
+  scene.sonars.front().bins = 200;
+  scene.sonars.front().elevations = 400;
+  scene.run.surface = "static";
+  return scene;
+}
+
+Scene with_box(Scene scene, const tests::TemporaryFolder& folder) {
+  Seafloor holder;
+  tests::add_box(holder, {0, 0, 0}, {4, 2, 3});
+  refine::write_ply(folder / "box.ply", holder.mesh);
+  scene.objects.push_back({.mesh = {"box.ply", folder / "box.ply"},
+                           .class_name = "box",
+                           .material = "wood",
+                           .east_m = 12.0,
+                           .north_m = 0.0,
+                           .heading_rad = 0.4});
+  return scene;
+}
+
+/// The one object of a scene, in local metres.
+refine::TriangleMesh object_of(const Simulator& simulator) {
+  const refine::TriangleMesh& all = simulator.seafloor().mesh;
+  refine::TriangleMesh mesh{.positions = all.positions};
+  mesh.faces.assign(all.faces.begin() + static_cast<std::ptrdiff_t>(simulator.seafloor().bed_faces),
+                    all.faces.end());
+  return mesh;
+}
+
+const Pose beside{.position = {0.0, 0.0, -7.0}, .roll_rad = 0.02, .heading_rad = 0.1};
+
+/// Every number of every line.
+std::vector<double> numbers(std::span<const EchoLine> lines) {
+  std::vector<double> all;
+  for (const EchoLine& line : lines)
+    Layers::for_each([&](std::string_view, auto layer) {
+      all.insert(all.end(), (line.bins.*layer).begin(), (line.bins.*layer).end());
+    });
+  return all;
+}
+
+std::size_t bins_of(std::span<const EchoLine> lines, std::uint32_t instance) {
+  std::size_t count = 0;
+  for (const EchoLine& line : lines) count += std::ranges::count(line.bins.instance, instance);
+  return count;
+}
+
+refine::TriangleMesh cube(float half_m) {
+  Seafloor holder;
+  tests::add_box(holder, {-half_m, -half_m, -half_m}, {half_m, half_m, half_m});
+  return holder.mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a session's pings are numbered in turn") {
+  Simulator session(bare_scene()), other(bare_scene());
+  for (const std::uint64_t number : {0u, 1u, 2u}) {
+    Pose pose = beside;
+    pose.position.y() += static_cast<double>(number);
+    const std::vector<double> of_session = numbers(session.ping(0.1 * double(number), pose));
+    pose.t_s = 0.1 * static_cast<double>(number);
+    CHECK(of_session == numbers(other.ping(pose, number)));
+  }
+}
+
+TEST_CASE("an object that is added gives the same numbers as one of the scene") {
+  const tests::TemporaryFolder folder;
+  Scene scene = bare_scene();
+  for (const auto& [surface, intersector] :
+       {std::pair{"static", "embree"}, {"refined", "embree"}, {"footprint", "fan_scan"}}) {
+    CAPTURE(surface, intersector);
+    scene.run.intersector = intersector;
+    scene.run.surface = "static";
+    Simulator of_scene(with_box(scene, folder));
+    scene.run.surface = surface;
+    Simulator session(scene);
+    const std::vector<double> empty = numbers(session.ping(beside, 0));
+    const std::vector<double> expected = numbers(of_scene.ping(beside, 0));
+    REQUIRE(empty != expected);
+
+    const std::uint32_t instance =
+        session.add({.mesh = object_of(of_scene), .material = "wood", .class_name = "box"}, {});
+    CHECK(instance == 1);
+    CHECK(session.classes().back() == "box");
+    CHECK(session.materials().back() == "wood");
+    CHECK(numbers(session.ping(beside, 0)) == expected);
+    CHECK(numbers(session.ping(beside, 0)) == expected);  // its tree still stands
+
+    session.remove(instance);
+    CHECK(numbers(session.ping(beside, 0)) == empty);
+  }
+}
+
+TEST_CASE("an object is seen where it was moved to") {
+  Simulator session(bare_scene());
+  const std::uint32_t cube_of_2m = session.add({.mesh = cube(1.0f)}, {.position = {10, 0, -13}});
+  const std::uint32_t far_away = session.add({.mesh = cube(1.0f)}, {.position = {10, 500, -13}});
+  REQUIRE(far_away == cube_of_2m + 1);
+  const Pose level{.position = {0, 0, -7}};
+  for (const double east_m : {10.0, -12.0, 15.0}) {
+    session.move(cube_of_2m, {.position = {east_m, 0, -13}, .heading_rad = 0.7});
+    const std::span<const EchoLine> lines = session.ping(level, 0);
+    CHECK(bins_of(lines, cube_of_2m) > 0);
+    CHECK(bins_of(lines, far_away) == 0);
+    for (const EchoLine& line : lines)
+      for (std::size_t bin = 0; bin < line.bins.instance.size(); ++bin)
+        if (line.bins.instance[bin] == cube_of_2m && line.bins.fraction[bin] > 0.99f) {
+          CHECK(line.side == (east_m > 0 ? Side::starboard : Side::port));
+          CHECK(std::abs(line.bins.x_m[bin] - east_m) < 1.5);
+          CHECK(std::abs(line.bins.y_m[bin]) < 1.5);
+        }
+  }
+  session.move(cube_of_2m, {.position = {0, 30, -13}});
+  CHECK(bins_of(session.ping(level, 0), cube_of_2m) == 0);
+}
+
+TEST_CASE("an object's y goes ahead and its z up") {
+  // A box 4 m ahead of the place, 3 m over it, nearer than the bed.
+  Seafloor holder;
+  tests::add_box(holder, {-0.5f, 3.5f, 2.5f}, {0.5f, 4.5f, 3.5f});
+  Simulator session(bare_scene());
+  session.add({.mesh = holder.mesh},
+              {.position = {2, 0, -11.5}, .heading_rad = 1.5707963267948966});
+  const std::span<const EchoLine> lines = session.ping({.position = {0, 0, -7}}, 0);
+  std::size_t seen = 0;
+  for (std::size_t bin = 0; bin < lines[1].bins.instance.size(); ++bin)
+    if (lines[1].bins.instance[bin] == 1 && lines[1].bins.fraction[bin] > 0.99f) {
+      ++seen;
+      CHECK(std::abs(lines[1].bins.x_m[bin] - 6.0f) <= 0.51f);
+      CHECK(std::abs(lines[1].bins.z_m[bin] + 8.5f) <= 0.51f);
+    }
+  CHECK(seen > 0);
+}
+
+TEST_CASE("a sonar that was set hears what one of the scene would") {
+  Scene scene = bare_scene();
+  Simulator session(scene);
+  session.ping(beside, 0);
+  Sonar& sonar = scene.sonars.front();
+  sonar.range_m = 18.0;
+  sonar.frequency_hz = 300e3;
+  sonar.bins = 90;
+  sonar.sides = Sides::starboard;
+  session.set_sonar(0, sonar);
+  Simulator other(scene);
+  CHECK(numbers(session.ping(beside, 3)) == numbers(other.ping(beside, 3)));
+  CHECK(session.sonars().front().bins == 90);
+}
+
+TEST_CASE("what cannot be is refused, and changes nothing") {
+  Simulator session(bare_scene());
+  const std::vector<double> before = numbers(session.ping(beside, 0));
+  const auto nowhere = Pose{.position = {0.0, infinity, 0.0}};
+  CHECK_THROWS_AS(session.ping(nowhere, 0), std::invalid_argument);
+  CHECK_THROWS_AS(session.ping(infinity, beside), std::invalid_argument);
+  CHECK_THROWS_AS(session.add({.mesh = cube(1.0f)}, nowhere), std::invalid_argument);
+  CHECK_THROWS_AS(session.add({}, beside), std::invalid_argument);
+  CHECK_THROWS_AS(session.add({.mesh = cube(1.0f), .material = "cheese"}, beside),
+                  std::invalid_argument);
+  refine::TriangleMesh broken = cube(1.0f);
+  broken.faces.front()[1] = 99;
+  CHECK_THROWS_AS(session.add({.mesh = broken, .material = "wood"}, beside), refine::MeshError);
+  CHECK_THROWS_AS(session.move(1, beside), std::invalid_argument);
+  CHECK_THROWS_AS(session.remove(0), std::invalid_argument);
+  Sonar deaf = session.sonars().front();
+  for (const double range_m : {std::nan(""), -1.0, infinity}) {
+    deaf.range_m = range_m;
+    CHECK_THROWS_AS(session.set_sonar(0, deaf), SceneError);
+  }
+  CHECK_THROWS_AS(session.set_sonar(1, Sonar{}), std::invalid_argument);
+  CHECK(session.materials().size() == 2);
+  CHECK(numbers(session.ping(beside, 0)) == before);
+}
+
+TEST_CASE("eight threads with a simulator each hear the same as one") {
+  const Scene scene = bare_scene();
+  const auto session = [&] {
+    Simulator simulator(scene);
+    std::vector<double> all;
+    const std::uint32_t instance = simulator.add({.mesh = cube(1.0f)}, beside);
+    for (int ping = 0; ping < 6; ++ping) {
+      simulator.move(instance, {.position = {8.0 + ping, 0.0, -12.0}});
+      const std::vector<double> line = numbers(simulator.ping(0.2 * ping, beside));
+      all.insert(all.end(), line.begin(), line.end());
+    }
+    return all;
+  };
+  const std::vector<double> expected = session();
+  std::vector<std::vector<double>> heard(8);
+  std::vector<std::thread> threads;
+  for (std::vector<double>& mine : heard) threads.emplace_back([&] { mine = session(); });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<double>& mine : heard) CHECK(mine == expected);
+}
