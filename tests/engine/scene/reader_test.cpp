@@ -30,6 +30,10 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
         using T = std::remove_cvref_t<decltype(*value)>;
         if constexpr (std::is_same_v<T, std::optional<double>>)
           return *value ? fmt::format("{:x}", std::bit_cast<std::uint64_t>(**value)) : "unset";
+        else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>)
+          return *value ? fmt::format("{}", **value) : "unset";
+        else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+          return fmt::format("{}", fmt::join(*value, "|"));
         else if constexpr (std::is_same_v<T, double>)
           return fmt::format("{:x}", std::bit_cast<std::uint64_t>(*value));
         else if constexpr (std::is_enum_v<T>)
