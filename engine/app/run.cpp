@@ -104,7 +104,7 @@ void run_scene(Arguments arguments) {
                         progress.tell(stage, done, of);
                         return SignalWatch::caught() == 0;
                       },
-                  .cache = arguments.cache.empty() ? default_cache() : arguments.cache});
+                  .cache = arguments.cache});
   }
   for (const std::string& warning : report.warnings)
     fmt::print(stderr, "ensonify: warning: {}\n", warning);
@@ -130,11 +130,7 @@ void add_run(CLI::App& app, Action& action) {
       .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
-  command
-      .add_option("--cache", arguments->cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_CACHE");
+  add_cache(command, arguments->cache);
   command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
