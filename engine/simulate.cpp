@@ -385,6 +385,11 @@ std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
   if (worker_->views.empty()) return {};
   return worker_->views.at(sonar).views();
 }
+RefractionCounts Simulator::refraction_counts() const {
+  RefractionCounts sum;
+  for (const Pinger& pinger : worker_->pingers) sum += pinger.refraction_counts();
+  return sum;
+}
 const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

@@ -15,6 +15,7 @@
 #include <ensonify/engine/sonar/object_views.h>
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refracted_path.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -110,6 +111,8 @@ class Simulator {
   double absorption_db_per_m(std::size_t sonar) const;
   /// What this Simulator's pings of a sonar saw of each object; nothing under sea.refraction = "full".
   std::span<const ObjectView> object_views(std::size_t sonar) const;
+  /// What became of this Simulator's refracted rays.
+  RefractionCounts refraction_counts() const;
   const StageTimes& times() const;
 
  private:

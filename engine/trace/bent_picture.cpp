@@ -1,0 +1,298 @@
+#include <ensonify/engine/trace/bent_picture.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/fan_scan.h>
+#include <ensonify/engine/trace/refracted_path.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using scatter::SoundSpeedLayer;
+using scatter::SoundSpeedProfile;
+
+constexpr double clearance_m = 0.1;  // of all faces below the sonar
+constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr double least_spreading = 0.01;  // of the path squared, as SoundRay has it at caustics
+
+double largest_curvature_per_m(const SoundSpeedProfile& profile, double shallowest_m,
+                               double deepest_m) {
+  double largest = 0.0;
+  for (const SoundSpeedLayer& layer : profile.layers())
+    if (layer.bottom_m > shallowest_m && layer.top_m < deepest_m)
+      largest = std::max(
+          largest, std::abs(layer.gradient_per_s) / std::min(layer.top_mps, layer.bottom_mps));
+  return largest;
+}
+
+/// The fastest speed at depths from one to another.
+double fastest_mps(const SoundSpeedProfile& profile, double from_m, double to_m) {
+  double fastest = std::max(profile.speed_mps(from_m), profile.speed_mps(to_m));
+  for (const SoundSpeedLayer& layer : profile.layers())
+    if (layer.top_m > from_m && layer.top_m < to_m) fastest = std::max(fastest, layer.top_mps);
+  return fastest;
+}
+
+/// A fan's beam as a wedge about its broadside plane, for boxes.
+struct Wedge {
+  Vector3f apex, axis, abs_axis;
+  float sine, range_m;
+  explicit Wedge(const refine::ViewVolume& volume)
+      : apex(volume.apex.cast<float>()),
+        axis(volume.array_axis.cast<float>()),
+        abs_axis(axis.cwiseAbs()),
+        sine(static_cast<float>(std::sin(volume.truncation_rad)) + 1e-5f),
+        range_m(static_cast<float>(volume.range_m + volume.margin_m) + 1e-2f) {}
+  bool touches(const Vector3f& middle, const Vector3f& half) const {
+    const Vector3f away = middle - apex;
+    const float distance = away.norm(), radius = half.norm();
+    return distance <= range_m + radius &&
+           std::abs(axis.dot(away)) <= abs_axis.dot(half) + sine * (distance + radius) + 1e-2f;
+  }
+};
+
+}  // namespace
+
+BentPicture::BentPicture(const SoundSpeedProfile& profile, double shallowest_m, double deepest_m,
+                         double reference_mps, double tolerance_m)
+    : profile_(&profile),
+      shallowest_m_(shallowest_m),
+      deepest_m_(deepest_m),
+      reference_mps_(reference_mps),
+      longest_edge2_m2_(8.0 * tolerance_m /
+                        largest_curvature_per_m(profile, shallowest_m, deepest_m)),
+      rays_(profile, shallowest_m, deepest_m),
+      scan_(make_fan_scan({})) {}
+
+void BentPicture::group(refine::Triangles triangles) {
+  const auto take = [](auto& groups, const Vector3f& low, const Vector3f& high) {
+    groups.push_back({0.5f * (low + high), 0.5f * (high - low) * 1.0001f});
+  };
+  groups_.clear();
+  larger_.clear();
+  const Vector3f far = Vector3f::Constant(std::numeric_limits<float>::infinity());
+  Vector3f all_low = far, all_high = -far;
+  for (std::size_t first = 0; first < triangles.faces.size(); first += group_faces) {
+    Vector3f low = far, high = -far;
+    const std::size_t end = std::min(first + group_faces, triangles.faces.size());
+    for (std::size_t face = first; face < end; ++face)
+      for (const std::uint32_t corner : triangles.faces[face]) {
+        low = low.cwiseMin(triangles.positions[corner]);
+        high = high.cwiseMax(triangles.positions[corner]);
+      }
+    take(groups_, low, high);
+    all_low = all_low.cwiseMin(low);
+    all_high = all_high.cwiseMax(high);
+    if (groups_.size() % groups_together == 0 || end == triangles.faces.size()) {
+      take(larger_, all_low, all_high);
+      all_low = far, all_high = -far;
+    }
+  }
+  grouped_ = triangles;
+}
+
+/// Which faces the fan can touch, and some more.
+void BentPicture::gather(const RayFan& fan, refine::Triangles triangles) {
+  places_.clear();
+  if (!triangles.numbers.empty()) {  // gathered for this fan already
+    for (std::uint32_t place = 0; place < triangles.faces.size(); ++place) places_.push_back(place);
+    return;
+  }
+  if (grouped_.faces.data() != triangles.faces.data() ||
+      grouped_.faces.size() != triangles.faces.size())
+    group(triangles);
+  const Wedge wedge(view_volume(fan));
+  for (std::size_t i = 0; i < larger_.size(); ++i) {
+    if (!wedge.touches(larger_[i].middle, larger_[i].half)) continue;
+    const std::size_t end = std::min((i + 1) * groups_together, groups_.size());
+    for (std::size_t k = i * groups_together; k < end; ++k) {
+      if (!wedge.touches(groups_[k].middle, groups_[k].half)) continue;
+      const std::size_t last = std::min((k + 1) * group_faces, triangles.faces.size());
+      for (std::size_t face = k * group_faces; face < last; ++face)
+        places_.push_back(static_cast<std::uint32_t>(face));
+    }
+  }
+}
+
+/// Puts a point into the picture. What its ray is does not depend on what was asked before.
+std::uint32_t BentPicture::see(const RayFan& fan, const Vector3d& point) {
+  const Vector2d out = (point - fan.origin).head<2>();
+  const double range_m = out.norm(), below_m = fan.origin.z() - point.z();
+  points_.push_back(point);
+  Seen& seen = seen_.emplace_back();
+  Vector3f& to = mesh_.positions.emplace_back(Vector3f::Zero());
+  scatter::DirectRays::Way way{.cotangent = range_m / below_m};
+  stands_high_ = stands_high_ || !(below_m > clearance_m);
+  if (!stands_high_ && rays_.find(range_m, -point.z(), way)) {
+    const double sine = 1.0 / std::sqrt(1.0 + way.cotangent * way.cotangent);
+    const double t = reference_mps_ * way.time_s;
+    const double level = range_m > 0.0 ? t * way.cotangent * sine / range_m : 0.0;
+    to = Vector3d(level * out.x(), level * out.y(), -t * sine).cast<float>();
+    seen = {way.cotangent, way.range_per_cotangent_m, way.path_m};
+  }
+  return static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+/// A vertex's number in the picture.
+std::uint32_t BentPicture::vertex_of(const RayFan& fan, refine::Triangles triangles,
+                                     std::uint32_t vertex) {
+  const std::size_t mask = slots_.size() - 1;
+  for (std::size_t slot = (vertex * 2654435769u) & mask;; slot = (slot + 1) & mask) {
+    auto& [number, place] = slots_[slot];
+    if (number == vertex) return place;
+    if (number != none) continue;
+    number = vertex;
+    return place = see(fan, triangles.positions[vertex].cast<double>());
+  }
+}
+
+/// Puts a face into the picture, cut along its longest edges until all are short enough: faces that share
+/// an edge cut it in the same places.
+void BentPicture::lay(const RayFan& fan, const refine::Face& whole, std::uint32_t place) {
+  open_.assign(1, whole);
+  while (!open_.empty()) {
+    const refine::Face face = open_.back();
+    open_.pop_back();
+    std::size_t longest = 0;
+    double longest2 = 0.0, most = 0.0, least = inf;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double length2 = (points_[face[(k + 1) % 3]] - points_[face[k]]).squaredNorm();
+      if (length2 > longest2) {
+        longest2 = length2;
+        longest = k;
+      }
+      most = std::max(most, seen_[face[k]].cotangent);
+      least = std::min(least, seen_[face[k]].cotangent);
+    }
+    if (longest2 > longest_edge2_m2_) {
+      const std::uint32_t a = face[longest], b = face[(longest + 1) % 3],
+                          c = face[(longest + 2) % 3];
+      const std::uint32_t middle = see(fan, 0.5 * (points_[a] + points_[b]));
+      open_.push_back({a, middle, c});
+      open_.push_back({middle, b, c});
+    } else if (most ==
+               inf) {  // no known ray comes to all of it: those to what it is part of are left
+      flattest_ = std::min(flattest_, least);
+    } else {
+      mesh_.faces.push_back(face);
+      picture_place_.push_back(place);
+    }
+  }
+}
+
+/// The picture of the gathered faces; false where it would not hold.
+bool BentPicture::picture(const RayFan& fan, refine::Triangles triangles) {
+  slots_.assign(std::bit_ceil(4 * places_.size() + 16), {none, none});
+  points_.clear();
+  seen_.clear();
+  mesh_.positions.clear();
+  mesh_.faces.clear();
+  picture_place_.clear();
+  stands_high_ = false;
+  rays_.start_at(-fan.origin.z());
+  flattest_ = rays_.flattest();
+  for (const std::uint32_t place : places_) {
+    refine::Face face;
+    for (std::size_t k = 0; k < 3; ++k)
+      face[k] = vertex_of(fan, triangles, triangles.faces[place][k]);
+    if (stands_high_) return false;
+    lay(fan, face, place);
+  }
+  return true;
+}
+
+/// Whether a ray that the picture does not hold may come to a face within range.
+bool BentPicture::may_hit(double level, double down, double farthest_m) const {
+  // One that goes up comes back only from where the water is fast enough to turn it; and then, as one
+  // that goes down, it is farther out at every depth than the flattest that is known, unless it is
+  // steeper than that.
+  if (down <= 0.0 && fastest_above_mps_ * level <= source_mps_) return false;
+  return std::abs(down) * rays_.flattest() > level || least_range_m_ <= farthest_m;
+}
+
+bool BentPicture::trace(const RayFan& fan, refine::Triangles triangles, std::span<Hit> hits,
+                        std::span<Arrival> arrivals, std::vector<std::uint32_t>& left) {
+  gather(fan, triangles);
+  if (!picture(fan, triangles)) return false;
+  const double source_m = -fan.origin.z();
+  source_mps_ = profile_->speed_mps(source_m);
+  fastest_above_mps_ = fastest_mps(*profile_, std::min(0.0, source_m), source_m);
+  {
+    // Where the flattest known ray comes to the depth of the highest face. Flatter ones that go down are
+    // farther out there if none of them turns first.
+    const double depth_m = std::max(shallowest_m_, source_m + clearance_m);
+    const bool none_turns = fastest_mps(*profile_, source_m, depth_m) <= source_mps_;
+    least_range_m_ = none_turns ? rays_.farthest_m(depth_m) : 0.0;
+  }
+  RayFan straight = fan;
+  straight.origin.setZero();
+  scan_->build({mesh_.positions, mesh_.faces});
+  scan_->intersect(straight, hits);
+
+  const double farthest_m = fan.range_m * fan.bend.lengthening;
+  left.clear();
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    const Vector3d in_plane = fan.plane_direction(plane);
+    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
+      if (!fan.grid->within_beam(plane, elevation)) continue;
+      const std::size_t number = plane * fan.elevations() + elevation;
+      const Vector3d direction = fan.direction(in_plane, elevation);
+      const double level = direction.head<2>().norm(), down = -direction.z();
+      if (level < flattest_ * down) {
+        if (hits[number]) tell(fan, triangles, direction, hits[number], arrivals[number]);
+        continue;
+      }
+      hits[number] = Hit{};
+      if (may_hit(level, down, farthest_m)) left.push_back(static_cast<std::uint32_t>(number));
+    }
+  }
+  return true;
+}
+
+/// A hit on the picture, told of the sea.
+void BentPicture::tell(const RayFan& fan, refine::Triangles triangles, const Vector3d& direction,
+                       Hit& hit, Arrival& arrival) const {
+  const refine::Face& face = mesh_.faces[hit.index];
+  hit.index = picture_place_[hit.index];
+  hit.face = triangles.number(hit.index);
+  const double w[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
+  Vector3d point = Vector3d::Zero();
+  double range_per_cotangent_m = 0.0, path_m = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    point += w[k] * points_[face[k]];
+    range_per_cotangent_m += w[k] * seen_[face[k]].range_per_cotangent_m;
+    path_m += w[k] * seen_[face[k]].path_m;
+  }
+  const Vector3d a = triangles.corner(hit.index, 0);
+  if (points_[face[0]] != a) {  // of a piece: back to the face's own corners
+    const Vector3d ab = triangles.corner(hit.index, 1) - a;
+    const Vector3d ac = triangles.corner(hit.index, 2) - a, normal = ab.cross(ac);
+    hit.u = (point - a).cross(ac).dot(normal) / normal.squaredNorm();
+    hit.v = ab.cross(point - a).dot(normal) / normal.squaredNorm();
+  }
+  const double level = direction.head<2>().norm(), sine = -direction.z();
+  const double mps = profile_->speed_mps(-point.z());
+  const double along = level * mps / source_mps_;  // Snell
+  const double down = std::sqrt(std::max(0.0, 1.0 - along * along));
+  const double turn = level > 0.0 ? along / level : 0.0;
+  const double range_m = (point - fan.origin).head<2>().norm();
+  const double spread_m = range_per_cotangent_m / (sine * sine) * down;
+  const double sideways_m = level > 1e-6 ? range_m / level : range_per_cotangent_m;
+  arrival = {.place = point,
+             .direction = {turn * direction.x(), turn * direction.y(), -down},
+             .spreading_m2 = std::max(spread_m * sideways_m, least_spreading * path_m * path_m),
+             .path_m = path_m,
+             .along = mps / reference_mps_,
+             .upwards = std::max(spread_m / hit.t, 0.01),
+             .sideways = sideways_m / hit.t};
+}
+
+}  // namespace ensonify::engine
