@@ -105,7 +105,7 @@ class Stream {
     Json request;
     try {
       request = Json::parse(line);
-    } catch (const Json::parse_error&) {
+    } catch (const Json::exception&) {
       throw UsageError("is not JSON, expected an object a line");
     }
     Fields fields(std::move(request));

@@ -90,7 +90,12 @@ HWY_INLINE V promoted(const float* from) { return hn::PromoteTo(d, hn::LoadU(df,
 // How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
 // which side of the plane a place is.
 HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
-  return fma(cos_azimuth, x, hn::Neg(hn::Mul(sin_azimuth, y)));
+  const V back = hn::Mul(sin_azimuth, y);
+#if HWY_TARGET == HWY_SCALAR
+  return fma(cos_azimuth, x, hn::Neg(back));
+#else
+  return hn::MulSub(cos_azimuth, x, back);
+#endif
 }
 HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
   return fma(cos_azimuth, y, hn::Mul(sin_azimuth, x));
@@ -160,17 +165,17 @@ HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t
   const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
   const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
   const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
-  double* forms = pass.forms + 4 * slot;
-  const std::int64_t step = 4 * pass.slots;
-  hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
-  hn::StoreInterleaved4(u.y, v.y, normal.y, distance, d, forms + step);
-  hn::StoreInterleaved4(u.z, v.z, normal.z, distance, d, forms + 2 * step);
-
   const V size = hn::Add(hn::Add(hn::Abs(normal.x), hn::Abs(normal.y)), hn::Abs(normal.z));
   const M apart = hn::Gt(distance, hn::Mul(hn::Set(d, in_the_plane), size));
   const V inverse =
       hn::IfThenElse(apart, hn::Div(hn::Set(d, 1.0), hn::IfThenElse(apart, distance, size)), zero);
+  double* forms = pass.forms + 4 * slot;
+  const std::int64_t step = 4 * pass.slots;
+  hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
+  hn::StoreInterleaved4(u.y, v.y, normal.y, inverse, d, forms + step);
+  hn::StoreInterleaved4(u.z, v.z, normal.z, zero, d, forms + 2 * step);
   hn::StoreU(hn::IfThenElse(apart, zero, hn::Set(d, 1.0)), d, &batch.sees_origin[0] + place);
+  batch.through_origin |= !hn::AllTrue(d, apart);
   const V3 scaled = inverse * normal;
   float* planes = &batch.planes[0] + place;
   hn::StoreU(hn::DemoteTo(df, scaled.x), df, planes);
@@ -192,46 +197,6 @@ HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t
              df, planes + 4 * batch_faces);
 }
 
-// Brings one block into the fan's frame and notes which of its faces cross which planes: slot, and the
-// plane in the upper half. Returns how many there are now.
-HWY_INLINE std::int64_t cross_block(const FanPass& pass, const Frame& frame, FanBatch& batch,
-                                    std::int64_t met, std::int64_t place, std::int64_t crossings) {
-  const float* rows =
-      pass.block_rows + static_cast<std::int64_t>(pass.met_blocks[met]) * 10 * block_faces;
-  const V zero = hn::Zero(d);
-  for (std::int64_t i = 0; i < block_faces; i += lanes, rows += lanes, place += lanes) {
-    const auto corner = [&](std::int64_t k) HWY_ATTR {
-      const float* at = rows + 3 * k * block_faces;
-      return into(frame,
-                  {promoted(at), promoted(at + block_faces), promoted(at + 2 * block_faces)});
-    };
-    const V3 a = corner(0), b = corner(1), c = corner(2);
-    const std::int64_t before = crossings;
-    const auto slots = hn::Iota(di, place);
-    for (std::int64_t k = 0; k < pass.planes; ++k) {
-      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
-      const M side_a = hn::Ge(off_plane(sine, cosine, a.x, a.y), zero);
-      const M side_b = hn::Ge(off_plane(sine, cosine, b.x, b.y), zero);
-      const M side_c = hn::Ge(off_plane(sine, cosine, c.x, c.y), zero);
-      const M crosses = hn::Or(hn::Xor(side_a, side_b), hn::Xor(side_b, side_c));
-      crossings += static_cast<std::int64_t>(hn::CompressStore(hn::Or(slots, hn::Set(di, k << 32)),
-                                                               hn::RebindMask(di, crosses), di,
-                                                               batch.crossings + crossings));
-    }
-    if (crossings == before) continue;
-    double* to = &batch.corners[0] + place;
-    const V3 corners[3] = {a, b, c};
-    for (int k = 0; k < 3; ++k, to += 3 * batch_faces) {
-      hn::StoreU(corners[k].x, d, to);
-      hn::StoreU(corners[k].y, d, to + batch_faces);
-      hn::StoreU(corners[k].z, d, to + 2 * batch_faces);
-    }
-    prepare_faces(pass, batch, met * block_faces + i, place, promoted(rows + 9 * block_faces), a, b,
-                  c);
-  }
-  return crossings;
-}
-
 // A place where an edge crosses a plane: along the plane and along the pole, times a positive number.
 // The edge's ends may come in either order.
 struct Crossing {
@@ -250,6 +215,58 @@ HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
           hn::Add(hn::Mul(weight_p, p.y), hn::Mul(weight_q, q.y))};
 }
 
+// The rows of a batch's list of one plane.
+HWY_INLINE double* crossings_of(const FanBatch& batch, std::int64_t plane) {
+  return batch.crossings + plane * FanBatch::list_rows * FanBatch::list_room;
+}
+
+// Brings one block into the fan's frame and lists where its faces cross which planes.
+HWY_INLINE void cross_block(const FanPass& pass, const Frame& frame, FanBatch& batch,
+                            std::int64_t met, std::int64_t place) {
+  const float* rows =
+      pass.block_rows + static_cast<std::int64_t>(pass.met_blocks[met]) * 10 * block_faces;
+  const V zero = hn::Zero(d);
+  const auto in_row = hn::Iota(di, 0);
+  for (std::int64_t i = 0; i < block_faces; i += lanes, rows += lanes, place += lanes) {
+    const auto corner = [&](std::int64_t k) HWY_ATTR {
+      const float* at = rows + 3 * k * block_faces;
+      return into(frame,
+                  {promoted(at), promoted(at + block_faces), promoted(at + 2 * block_faces)});
+    };
+    const V3 a = corner(0), b = corner(1), c = corner(2);
+    const V places = hn::BitCast(d, hn::Add(in_row, hn::Set(di, place)));
+    bool any = false;
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+      const V off_a = off_plane(sine, cosine, a.x, a.y), off_b = off_plane(sine, cosine, b.x, b.y),
+              off_c = off_plane(sine, cosine, c.x, c.y);
+      const M side_a = hn::Ge(off_a, zero), side_b = hn::Ge(off_b, zero),
+              side_c = hn::Ge(off_c, zero);
+      const M a_from_b = hn::Xor(side_a, side_b), a_from_c = hn::Xor(side_a, side_c);
+      const M crosses = hn::Or(a_from_b, a_from_c);
+      if (hn::AllFalse(d, crosses)) continue;
+      any = true;
+      const InPlane in_a{off_a, along_plane(sine, cosine, a.x, a.y), a.z},
+          in_b{off_b, along_plane(sine, cosine, b.x, b.y), b.z},
+          in_c{off_c, along_plane(sine, cosine, c.x, c.y), c.z};
+      const M lone_b = hn::Not(a_from_c), lone_c = hn::Not(a_from_b);
+      const InPlane lone = choose(lone_b, in_b, choose(lone_c, in_c, in_a));
+      const Crossing p = between(lone, choose(lone_b, in_a, in_b));
+      const Crossing q = between(lone, choose(lone_c, in_a, in_c));
+      std::int64_t& count = batch.counts[k];
+      double* const list = crossings_of(batch, k) + count;
+      const auto note = [&](std::int64_t row, V values) HWY_ATTR {
+        hn::CompressStore(values, crosses, d, list + row * FanBatch::list_room);
+      };
+      note(0, p.x), note(1, p.y), note(2, q.x), note(3, q.y), note(4, places);
+      count += static_cast<std::int64_t>(hn::CountTrue(d, crosses));
+    }
+    if (any)
+      prepare_faces(pass, batch, met * block_faces + i, place, promoted(rows + 9 * block_faces), a,
+                    b, c);
+  }
+}
+
 // A crossing's place among the elevations (fan_tables.h), if it is in front.
 HWY_INLINE V order_of(M in_front, const Crossing& at) {
   const V across = hn::IfThenElse(in_front, hn::Add(at.x, hn::Abs(at.y)), hn::Set(d, 1.0));
@@ -257,29 +274,39 @@ HWY_INLINE V order_of(M in_front, const Crossing& at) {
 }
 
 // How many of the plane's rays are below a crossing: a function of the crossing alone, so that faces
-// that share it share the answer. First a guess, which is seldom off by more than one.
+// that share it share the answer. First a guess: one ray decides whether it or one more is right, but
+// where it says that it may be far off.
 HWY_INLINE V guess_below(const FanPass& pass, V order) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
   const V stepped = hn::Max(
       hn::Mul(hn::Sub(order, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q)), zero);
   const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, pass.steps - 1.0)));
   const V fraction = hn::Min(hn::Sub(stepped, hn::ConvertTo(d, step)), one);
-  const V from = hn::GatherIndex(d, pass.below, step);
-  const V until = hn::GatherIndex(d, pass.below + 1, step);
-  return fma(fraction, hn::Sub(until, from), from);
+  return fma(fraction, hn::GatherIndex(d, pass.rise, step), hn::GatherIndex(d, pass.below, step));
 }
 HWY_INLINE void find_below(const FanPass& pass, V p_order, V q_order, hn::Vec<I>& p,
                            hn::Vec<I>& q) {
-  p = hn::ConvertTo(di, guess_below(pass, p_order));
-  q = hn::ConvertTo(di, guess_below(pass, q_order));
+  V p_guess = guess_below(pass, p_order), q_guess = guess_below(pass, q_order);
+  const V far_off = hn::Set(d, FanPass::far_off), none = hn::Zero(d);
+  const M p_far = hn::Ge(p_guess, far_off), q_far = hn::Ge(q_guess, far_off);
+  const bool all_near = hn::AllFalse(d, hn::Or(p_far, q_far));
+  // A mask's lanes are -1 as integers.
+  const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
+  if (HWY_LIKELY(all_near)) {
+    p = hn::ConvertTo(di, p_guess);
+    q = hn::ConvertTo(di, q_guess);
+    p = hn::Sub(p, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order)));
+    q = hn::Sub(q, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order)));
+    return;
+  }
+  p = hn::ConvertTo(di, hn::Sub(p_guess, hn::IfThenElse(p_far, far_off, none)));
+  q = hn::ConvertTo(di, hn::Sub(q_guess, hn::IfThenElse(q_far, far_off, none)));
   for (;;) {
     const M p_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, p), p_order);
     const M q_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, q), q_order);
     const M p_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order);
     const M q_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order);
     if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
-    // A mask's lanes are -1 as integers.
-    const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
     p = hn::Add(p, hn::Sub(number(p_fewer), number(p_more)));
     q = hn::Add(q, hn::Sub(number(q_fewer), number(q_more)));
   }
@@ -334,79 +361,97 @@ HWY_INLINE void take_at_origin(const FanPass& pass, std::int64_t plane, double o
   take_rays(pass, plane, above, pass.elevations, face);
 }
 
-HWY_INLINE void take_crossings(const FanPass& pass, const FanBatch& batch, std::int64_t first_slot,
-                               std::int64_t count) {
+// What a face of the batch lays over a plane's rays.
+HWY_INLINE Taker taker_of(const FanPass& pass, const FanBatch& batch, std::int64_t plane,
+                          std::int64_t place, std::int64_t first_slot) {
+  const float* face = &batch.planes[0] + place;
+  const float sine = static_cast<float>(pass.sin_azimuth[plane]);
+  const float cosine = static_cast<float>(pass.cos_azimuth[plane]);
+  return {std::fma(face[0], sine, face[batch_faces] * cosine), face[2 * batch_faces],
+          face[3 * batch_faces], face[4 * batch_faces],
+          static_cast<std::uint32_t>(first_slot + place)};
+}
+
+// Turns a plane's list of crossings into one of the rays between them: in its first row the first ray,
+// and in the upper half the one behind the last; in its second the face. Those without rays drop out.
+HWY_INLINE void find_intervals(const FanPass& pass, FanBatch& batch, std::int64_t plane,
+                               std::int64_t first_slot) {
   const V zero = hn::Zero(d);
   const auto all = hn::Set(di, pass.elevations);
+  const std::int64_t count = batch.counts[plane];
+  double* const rows = crossings_of(batch, plane);
+  constexpr std::int64_t room = FanBatch::list_room;
+  for (std::int64_t row = 0; row < FanBatch::list_rows; ++row)  // fills the last vector
+    hn::StoreU(hn::Set(d, rows[row * room]), d, rows + row * room + count);
+  std::int64_t intervals = 0;
   for (std::int64_t first = 0; first < count; first += lanes) {
-    const auto crossing = hn::LoadU(di, batch.crossings + first);
-    const auto place = hn::And(crossing, hn::Set(di, 0xffffffff));
-    const auto plane = hn::ShiftRight<32>(crossing);
-    const V sine = hn::GatherIndex(d, pass.sin_azimuth, plane);
-    const V cosine = hn::GatherIndex(d, pass.cos_azimuth, plane);
-    const auto corner = [&](std::int64_t k) HWY_ATTR {
-      const double* at = &batch.corners[0] + 3 * k * batch_faces;
-      const V x = hn::GatherIndex(d, at, place), y = hn::GatherIndex(d, at + batch_faces, place);
-      return InPlane{off_plane(sine, cosine, x, y), along_plane(sine, cosine, x, y),
-                     hn::GatherIndex(d, at + 2 * batch_faces, place)};
-    };
-    const InPlane a = corner(0), b = corner(1), c = corner(2);
-    const M side_a = hn::Ge(a.off, zero), side_b = hn::Ge(b.off, zero),
-            side_c = hn::Ge(c.off, zero);
-    const M lone_b = hn::Not(hn::Xor(side_a, side_c)), lone_c = hn::Not(hn::Xor(side_a, side_b));
-    const InPlane lone = choose(lone_b, b, choose(lone_c, c, a));
-    const Crossing p = between(lone, choose(lone_b, a, b));
-    const Crossing q = between(lone, choose(lone_c, a, c));
+    const double* at = rows + first;
+    const Crossing p{hn::LoadU(d, at), hn::LoadU(d, at + room)};
+    const Crossing q{hn::LoadU(d, at + 2 * room), hn::LoadU(d, at + 3 * room)};
+    const V places = hn::LoadU(d, at + 4 * room);
 
     // Behind the pole there are no rays. A face that goes there passes over all rays above the crossing
     // in front, or over all below it.
     const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
-    const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
-    const auto p_end =
-        hn::IfThenElseZero(hn::RebindMask(di, hn::And(q_front, hn::Lt(turn, zero))), all);
-    const auto q_end =
-        hn::IfThenElseZero(hn::RebindMask(di, hn::And(p_front, hn::Gt(turn, zero))), all);
     const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
-    hn::Vec<I> p_below, q_below;
-    find_below(pass, p_order, q_order, p_below, q_below);
-    const auto p_rays = hn::IfThenElse(hn::RebindMask(di, p_front), p_below, p_end);
-    const auto q_rays = hn::IfThenElse(hn::RebindMask(di, q_front), q_below, q_end);
-    const V size =
-        hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
-    const M at_origin =
-        hn::And(hn::Gt(hn::GatherIndex(d, &batch.sees_origin[0], place), zero),
-                hn::And(hn::Le(fma(p.x, q.x, hn::Mul(p.y, q.y)), zero), hn::Gt(size, zero)));
+    hn::Vec<I> p_rays, q_rays;
+    find_below(pass, p_order, q_order, p_rays, q_rays);
+    if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p_front, q_front)))) {
+      const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
+      const auto p_end =
+          hn::IfThenElseZero(hn::RebindMask(di, hn::And(q_front, hn::Lt(turn, zero))), all);
+      const auto q_end =
+          hn::IfThenElseZero(hn::RebindMask(di, hn::And(p_front, hn::Gt(turn, zero))), all);
+      p_rays = hn::IfThenElse(hn::RebindMask(di, p_front), p_rays, p_end);
+      q_rays = hn::IfThenElse(hn::RebindMask(di, q_front), q_rays, q_end);
+    }
+    const auto from = hn::Min(p_rays, q_rays), until = hn::Max(p_rays, q_rays);
+    M some = hn::And(hn::RebindMask(d, hn::Lt(from, until)),
+                     hn::FirstN(d, static_cast<std::size_t>(count - first)));
 
-    alignas(64) std::int64_t from[lanes], until[lanes];
-    alignas(64) double own[lanes];
-    hn::Store(hn::Min(p_rays, q_rays), di, from);
-    hn::Store(hn::Max(p_rays, q_rays), di, until);
-    std::uint8_t through[8] = {};
-    if (HWY_UNLIKELY(!hn::AllFalse(d, at_origin))) {
+    if (HWY_UNLIKELY(batch.through_origin)) {
+      const V size =
+          hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
+      const V sees = hn::GatherIndex(d, &batch.sees_origin[0], hn::BitCast(di, places));
+      const M at_origin =
+          hn::And(hn::Gt(sees, zero),
+                  hn::And(hn::Le(fma(p.x, q.x, hn::Mul(p.y, q.y)), zero), hn::Gt(size, zero)));
       const M take_p = hn::Ne(p.x, zero);
       const V x = hn::IfThenElse(take_p, p.x, q.x), y = hn::IfThenElse(take_p, p.y, q.y);
       const M behind = hn::Lt(x, zero), along_pole = hn::Eq(x, zero);
       const V order =
           order_of(hn::Not(along_pole), {hn::Abs(x), hn::IfThenElse(behind, hn::Neg(y), y)});
+      alignas(64) double own[lanes];
+      alignas(64) std::int64_t place[lanes];
+      std::uint8_t through[8] = {};
       hn::Store(hn::IfThenElse(along_pole, hn::Set(d, 3.0), order), d, own);
+      hn::Store(hn::BitCast(di, places), di, place);
       hn::StoreMaskBits(d, at_origin, through);
+      for (std::int64_t i = 0; i < lanes && first + i < count; ++i)
+        if (through[0] >> i & 1)
+          take_at_origin(pass, plane, own[i], taker_of(pass, batch, plane, place[i], first_slot));
+      some = hn::AndNot(at_origin, some);
     }
-    const std::int64_t here = count - first < lanes ? count - first : lanes;
-    for (std::int64_t i = 0; i < here; ++i) {
-      const bool meets_origin = through[0] >> i & 1;
-      if (from[i] >= until[i] && !meets_origin) continue;
-      const std::int64_t entry = batch.crossings[first + i];
-      const std::int64_t at = entry & 0xffffffff, k = entry >> 32;
-      const float* face = &batch.planes[0] + at;
-      const float sin_azimuth = static_cast<float>(pass.sin_azimuth[k]);
-      const float cos_azimuth = static_cast<float>(pass.cos_azimuth[k]);
-      const Taker taker{std::fma(face[0], sin_azimuth, face[batch_faces] * cos_azimuth),
-                        face[2 * batch_faces], face[3 * batch_faces], face[4 * batch_faces],
-                        static_cast<std::uint32_t>(first_slot + at)};
-      if (HWY_UNLIKELY(meets_origin))
-        take_at_origin(pass, k, own[i], taker);
-      else
-        take_rays(pass, k, from[i], until[i], taker);
+    const V interval = hn::BitCast(d, hn::Or(from, hn::ShiftLeft<32>(until)));
+    hn::CompressStore(interval, some, d, rows + intervals);
+    hn::CompressStore(places, some, d, rows + room + intervals);
+    intervals += static_cast<std::int64_t>(hn::CountTrue(d, some));
+  }
+  batch.counts[plane] = intervals;
+}
+
+// Plane after plane by turns: a row's next face comes when what the last wrote there can be read again.
+HWY_INLINE void take_intervals(const FanPass& pass, FanBatch& batch, std::int64_t first_slot) {
+  for (std::int64_t i = 0, left = 1; left > 0; ++i) {
+    left = 0;
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      if (i >= batch.counts[k]) continue;
+      left += batch.counts[k] - i - 1;
+      const double* at = crossings_of(batch, k) + i;
+      const auto interval = __builtin_bit_cast(std::int64_t, at[0]);
+      const auto place = __builtin_bit_cast(std::int64_t, at[FanBatch::list_room]);
+      take_rays(pass, k, interval & 0xffffffff, interval >> 32,
+                taker_of(pass, batch, k, place, first_slot));
     }
   }
 }
@@ -415,12 +460,13 @@ void scan_faces_here(const FanPass& pass, FanBatch& batch) {
   const Frame frame = frame_of(pass);
   for (std::int64_t first = 0; first < pass.met; first += batch_blocks) {
     const std::int64_t end = first + batch_blocks < pass.met ? first + batch_blocks : pass.met;
-    std::int64_t crossings = 0;
+    for (std::int64_t k = 0; k < pass.planes; ++k) batch.counts[k] = 0;
+    batch.through_origin = false;
     for (std::int64_t met = first; met < end; ++met)
-      crossings = cross_block(pass, frame, batch, met, (met - first) * block_faces, crossings);
-    for (std::int64_t i = 0; crossings > 0 && i < lanes; ++i)  // fills the last vector
-      batch.crossings[crossings + i] = batch.crossings[0];
-    take_crossings(pass, batch, first * block_faces, crossings);
+      cross_block(pass, frame, batch, met, (met - first) * block_faces);
+    for (std::int64_t k = 0; k < pass.planes; ++k)
+      if (batch.counts[k] > 0) find_intervals(pass, batch, k, first * block_faces);
+    take_intervals(pass, batch, first * block_faces);
   }
 }
 
@@ -470,19 +516,28 @@ HWY_INLINE std::int64_t finish_run(const FanPass& pass, std::int64_t plane, std:
   };
   const V u_level = level(0), v_level = level(1), level_sum = level(2);
   const V u_pole = hn::Set(d, z[0]), v_pole = hn::Set(d, z[1]), pole_sum = hn::Set(d, z[2]);
-  const V distance = hn::Set(d, x[3]), range = hn::Set(d, pass.range_m);
-  const V one = hn::Set(d, 1.0), agreement = hn::Set(d, 0x1p-10);  // of double with float
+  const V distance = hn::Set(d, x[3]), per_distance = hn::Set(d, y[3]);
+  const V one = hn::Set(d, 1.0), range = hn::Set(d, pass.range_m);
+  const V agreement = hn::Set(d, 0x1p-10);  // of double with float
   std::int64_t doubts = 0;
   for (std::int64_t j = from; j < until; j += lanes) {
     const V cosine = hn::LoadU(d, pass.cos_elevation + j),
             sine = hn::LoadU(d, pass.sin_elevation + j);
-    const V inverse = hn::Div(one, fma(level_sum, cosine, hn::Mul(pole_sum, sine)));
+    // 1 / sum is t / distance, of which float knows t: better by Newton's step, then by Halley's.
+    const auto less = [&](V a, V b) HWY_ATTR { return fma(hn::Neg(a), b, one); };
+    const V sum = fma(level_sum, cosine, hn::Mul(pole_sum, sine));
+    const auto near_t = hn::Div(hn::Set(df, 1.0f), hn::LoadU(df, nearness + j));
+    const V guess = hn::Mul(hn::PromoteTo(d, near_t), per_distance);
+    const V off = less(sum, guess);
+    const V better = fma(guess, off, guess);
+    const V lack = less(sum, better);
+    const V inverse = fma(better, fma(lack, lack, lack), better);
     const V t = hn::Mul(distance, inverse);
     const V u = hn::Mul(fma(u_level, cosine, hn::Mul(u_pole, sine)), inverse);
     const V v = hn::Mul(fma(v_level, cosine, hn::Mul(v_pole, sine)), inverse);
     hn::StoreInterleaved4(names, t, u, v, d, reinterpret_cast<double*>(hits + (j - from)));
 
-    const M agrees = hn::Lt(hn::Abs(hn::Sub(hn::Mul(t, promoted(nearness + j)), one)), agreement);
+    const M agrees = hn::Lt(hn::Abs(off), agreement);
     const M sound = hn::And(agrees, hn::Le(t, range));
     const M within = hn::FirstN(d, static_cast<std::size_t>(until - j));
     if (HWY_LIKELY(hn::AllFalse(d, hn::AndNot(sound, within)))) continue;

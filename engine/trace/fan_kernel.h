@@ -34,7 +34,9 @@ struct FanPass {
   // Its tables (fan_tables.h).
   const double* ascending;
   const double* below;
+  const double* rise;
   double first_q, steps_per_q, steps;
+  static constexpr double far_off = 0x1p+30;  ///< is added to guesses that may be more than one off
 
   // The faces (face_blocks.h).
   const float* block_rows;
@@ -45,7 +47,8 @@ struct FanPass {
   // What is found. Blocks that may be met; per slot, and per ray in rows of `stride`.
   std::uint32_t* met_blocks;
   std::int64_t met;
-  double* forms;  ///< [x y z][slot][u, v, direction . normal, distance of the plane], see finish
+  /// [x y z][slot][u, v, direction . normal, and behind x the distance of the plane, behind y 1 over it]
+  double* forms;
   std::int64_t slots;
   float* nearness;         ///< 1 / t of the nearest face so far, 0 for none
   std::uint32_t* nearest;  ///< its slot, or no_slot
@@ -56,13 +59,17 @@ struct FanPass {
 inline constexpr std::size_t widest_vector = 64;  // floats
 
 /// How many faces go through the first steps together, and room for what they leave.
-inline constexpr std::int64_t batch_blocks = 8;
+inline constexpr std::int64_t batch_blocks = 16;
 inline constexpr std::int64_t batch_faces = batch_blocks * 16;
 struct FanBatch {
-  std::array<double, 9 * batch_faces> corners;  // in the fan's frame
   std::array<float, 5 * batch_faces> planes;    // normal over distance, least and greatest 1 / t
   std::array<double, batch_faces> sees_origin;  // 1 where the face's plane goes through the origin
-  std::int64_t* crossings;  ///< planes * batch_faces of them, and room for a vector more
+  bool through_origin;                          // any of them
+  /// By plane, rows of a list: where its faces' edges cross the plane (along the plane and the pole, for
+  /// two edges) and which face; later which rays, and which face.
+  static constexpr std::int64_t list_rows = 5, list_room = batch_faces + 8;
+  double* crossings;
+  std::int64_t* counts;  ///< by plane
 };
 
 /// Which blocks may be met: fills met_blocks and met.

@@ -22,7 +22,8 @@ using Eigen::Vector3d;
 struct Scratch {
   FanTables tables;
   FanBatch batch;
-  CacheLines<std::int64_t> crossings;
+  CacheLines<double> crossings;
+  CacheLines<std::int64_t> counts;
   CacheLines<std::uint32_t> met_blocks, nearest, doubtful;
   CacheLines<float> nearness;  // 0 between queries, as nearest is no_slot
   CacheLines<double> forms;
@@ -125,7 +126,9 @@ class FanScan final : public Intersector {
     }
     pass.nearness = scratch.nearness.data();
     pass.nearest = scratch.nearest.data();
-    scratch.batch.crossings = at_least(scratch.crossings, planes * batch_faces + widest_vector);
+    scratch.batch.counts = at_least(scratch.counts, planes);
+    scratch.batch.crossings =
+        at_least(scratch.crossings, planes * FanBatch::list_rows * FanBatch::list_room);
     scan_faces(pass, scratch.batch);
 
     for (std::size_t plane = 0; plane < planes; ++plane)
@@ -188,6 +191,7 @@ class FanScan final : public Intersector {
     pass.cos_elevation_rounded = tables.cos_elevation.data();
     pass.ascending = tables.ascending.data();
     pass.below = tables.below.data();
+    pass.rise = tables.rise.data();
     pass.first_q = tables.first;
     pass.steps_per_q = tables.steps_per_q;
     pass.steps = static_cast<double>(FanTables::steps);

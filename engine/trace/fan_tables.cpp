@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include <ensonify/engine/trace/fan_kernel.h>
 
@@ -34,13 +35,7 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
   first = ascending[1];
   const double span = ascending[elevations] - first;
   steps_per_q = span > 0.0 ? static_cast<double>(steps) / span : 0.0;
-  below.resize(steps + 1);
-  std::size_t j = 0;
-  for (std::size_t step = 0; step <= steps; ++step) {
-    const double q = first + span * static_cast<double>(step) / static_cast<double>(steps);
-    while (j < elevations && ascending[j + 1] < q) ++j;
-    below[step] = static_cast<double>(j);
-  }
+  lay_lines(span);
 
   sin_azimuth.clear(), cos_azimuth.clear();
   left_out_from.clear(), left_out_until.clear(), uneven.clear();
@@ -59,6 +54,43 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
     uneven.push_back(!even);
   }
   grid_ = std::move(grid);
+}
+
+// Over each step the straight line between the numbers of rays at its ends, fractions included.
+void FanTables::lay_lines(double span) {
+  const auto rays = static_cast<std::int64_t>(sin_elevation.size() - widest_vector);
+  const auto q_of = [&](std::int64_t ray) { return ascending[static_cast<std::size_t>(ray) + 1]; };
+  below.resize(steps), rise.resize(steps);
+  double number = 0.0;
+  std::int64_t last = 0;  // the last ray at or below q
+  for (std::size_t step = 0; step < steps; ++step) {
+    const double q = first + span * static_cast<double>(step + 1) / static_cast<double>(steps);
+    while (last + 1 < rays && q_of(last + 1) <= q) ++last;
+    const double gap = last + 1 < rays ? q_of(last + 1) - q_of(last) : 0.0;
+    const double onwards = gap > 0.0 ? std::clamp((q - q_of(last)) / gap, 0.0, 1.0) : 0.0;
+    const double next = static_cast<double>(last) + onwards;
+    below[step] = number + 0.5;
+    rise[step] = next - number;
+    number = next;
+  }
+  // A ray's own number must come out within half of itself; else the guess is bad up to its neighbours.
+  const auto step_of = [&](std::int64_t ray) {
+    const double stepped = (q_of(std::clamp<std::int64_t>(ray, 0, rays - 1)) - first) * steps_per_q;
+    return std::clamp<std::int64_t>(static_cast<std::int64_t>(stepped), 0, steps - 1);
+  };
+  std::vector<bool> bad(steps, false);
+  for (std::int64_t ray = 0; ray < rays; ++ray) {
+    const std::int64_t step = step_of(ray);
+    const auto at = static_cast<std::size_t>(step);
+    const double fraction = (q_of(ray) - first) * steps_per_q - static_cast<double>(step);
+    const double guess = below[at] - 0.5 + std::min(fraction, 1.0) * rise[at];
+    if (std::abs(guess - static_cast<double>(ray)) <= 0.49) continue;
+    const std::int64_t from = std::max<std::int64_t>(step_of(ray - 1) - 1, 0);
+    const std::int64_t until = std::min(step_of(ray + 1) + 2, steps);
+    for (std::int64_t i = from; i < until; ++i) bad[static_cast<std::size_t>(i)] = true;
+  }
+  for (std::size_t step = 0; step < steps; ++step)
+    if (bad[step]) below[step] += FanPass::far_off;
 }
 
 }  // namespace ensonify::engine

@@ -12,7 +12,7 @@ namespace ensonify::engine {
 ///
 /// Directions of one plane, x along it and y towards the pole, are ordered by q = y / (x + |y|), which
 /// grows with their elevation from -1 at -90 degrees to 1 at 90. How many of a grid's elevations are
-/// below a q is guessed from counts at even steps of q, and then found by looking at q itself.
+/// below a q is guessed by lines over even steps of q, and then found by looking at q itself.
 class FanTables {
  public:
   /// Keeps the grid. Throws std::invalid_argument for elevations that do not ascend, or beyond 90
@@ -28,11 +28,15 @@ class FanTables {
   CacheLines<std::uint8_t> uneven;
   CacheLines<float> sin_elevation, cos_elevation;  ///< with room behind them for a vector's width
   CacheLines<double> ascending;                    ///< -2, q of each elevation, 2
-  CacheLines<double> below;  ///< how many elevations are below a step of q: steps + 1 of them
-  double first = 0.0;        ///< q of step 0
+  /// By step of q: how many elevations are below its start, plus a half to round by, and how many more
+  /// below its end. Rounded down it is at most one too few; where it may not be, far_off is added.
+  CacheLines<double> below, rise;
+  double first = 0.0;  ///< q of step 0
   double steps_per_q = 0.0;
 
  private:
+  void lay_lines(double span);
+
   std::shared_ptr<const FanGrid> grid_;
 };
 

@@ -36,16 +36,19 @@ struct Outcome {
 };
 
 /// Runs the program in a folder and waits for it. `environment` is added to this one's, and a cache of
-/// its own unless it has one; `meanwhile` is called with its process id once it runs; stdout may go elsewhere.
+/// its own unless it has one; `meanwhile` is called with its process id once it runs; stdout may go
+/// elsewhere, and stdin come from a file (from nowhere otherwise).
 inline Outcome run_program(const std::filesystem::path& folder, std::vector<std::string> arguments,
                            const std::vector<std::string>& environment = {},
                            const std::function<void(pid_t)>& meanwhile = {},
-                           std::filesystem::path stdout_file = {}) {
+                           std::filesystem::path stdout_file = {},
+                           const std::filesystem::path& stdin_file = "/dev/null") {
   const TemporaryFolder streams;
   const std::filesystem::path err = streams / "err";
   if (stdout_file.empty()) stdout_file = streams / "out";
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, stdin_file.c_str(), O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 1, stdout_file.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());

@@ -66,10 +66,10 @@ TEST_CASE("a run writes the same bytes on one, two and four threads, and a secon
 TEST_CASE("a surface or an intersector that is not there is refused by the library, too") {
   Scene scene = small_scene();
   scene.run.surface = "refind";
-  CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("there are: static"));
+  CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("expected one of auto, static"));
   scene = small_scene();
   scene.run.intersector = "embre";
-  CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("there are: embree"));
+  CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("expected one of embree"));
 }
 
 TEST_CASE("another seed gives another image") {

@@ -1,0 +1,173 @@
+// `ensonify stream`: poses in, echo lines out.
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/tiny_scene.h"
+
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/simulate.h>
+
+using namespace ensonify;
+using Json = nlohmann::json;
+
+namespace {
+
+struct Folder : tests::TemporaryFolder {
+  Folder() { tests::write_text(*this / "tiny.toml", tests::tiny_scene); }
+  tests::Outcome stream(const std::string& lines, std::vector<std::string> more = {}) const {
+    tests::write_text(*this / "in", lines);
+    std::vector<std::string> arguments = {"stream", "tiny.toml", "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return tests::run_program(path(), arguments, {}, {}, {}, path() / "in");
+  }
+};
+
+std::vector<Json> json_lines(const std::string& text) {
+  std::vector<Json> all;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    all.push_back(Json::parse(text.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return all;
+}
+
+const std::string pose =
+    R"({"t_s": 0.5, "x_m": 0, "y_m": 1, "z_m": -12, "roll_deg": 2, "heading_deg": 10})"
+    "\n";
+
+}  // namespace
+
+TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON") {
+  const Folder folder;
+  engine::Simulator simulator(engine::read_scene(folder / "tiny.toml"));
+  constexpr double degree = engine::radians_per_degree;
+  engine::Pose same{.position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
+  const tests::Outcome blocks = folder.stream(pose + pose, {"--layers", "intensity,region"});
+  REQUIRE(blocks.code == 0);
+  const std::vector<Json> json =
+      json_lines(folder.stream(pose + pose, {"--layers", "intensity,region", "--json"}).out);
+  REQUIRE(json.size() == 5);
+  CHECK(json[0]["sonars"][0]["name"] == "left-right");
+  CHECK(json[0]["sonars"][0]["bins"] == 100);
+
+  std::size_t at = blocks.out.find('\n') + 1;
+  for (const int ping : {0, 1}) {
+    const std::span<const engine::EchoLine> lines = simulator.ping(0.5, same);
+    for (const std::size_t side : {0u, 1u}) {
+      const std::size_t end = blocks.out.find('\n', at);
+      const Json header = Json::parse(blocks.out.substr(at, end - at));
+      CHECK(header["ping"] == ping);
+      CHECK(header["t_s"] == 0.5);
+      CHECK(header["side"] == (side == 0 ? "port" : "starboard"));
+      CHECK(header["first_return"] == lines[side].first_return);
+      REQUIRE(header["bytes"] == 2 * 100 * sizeof(float));
+      std::vector<float> values(200);
+      std::memcpy(values.data(), &blocks.out[end + 1], 800);
+      at = end + 1 + 800;
+      const Json& text = json[static_cast<std::size_t>(1 + 2 * ping) + side];
+      for (std::size_t bin = 0; bin < 100; ++bin) {
+        CHECK(values[bin] == lines[side].bins.intensity[bin]);
+        CHECK(values[100 + bin] == static_cast<float>(lines[side].bins.region[bin]));
+        CHECK(text["intensity"][bin].get<float>() == values[bin]);
+        CHECK(text["region"][bin] == lines[side].bins.region[bin]);
+      }
+    }
+  }
+  CHECK(at == blocks.out.size());
+}
+
+TEST_CASE("a stream's sonar can be set, and objects added, moved and removed") {
+  const Folder folder;
+  const tests::Outcome outcome = folder.stream(
+      R"({"set": {"sonar.left-right.range_m": 10, "sonar.left-right.bins": 50}})"
+      "\n" +
+          pose +
+          R"({"add": {"shape": "cylinder", "length_m": 2}, "x_m": 5, "y_m": 0, "z_m": -18})"
+          "\n" +
+          R"({"x_m": 0, "y_m": 0, "z_m": -12})"
+          "\n" +
+          R"({"move": 1, "x_m": -5, "y_m": 0, "z_m": -18})"
+          "\n" +
+          R"({"x_m": 0, "y_m": 0, "z_m": -12})"
+          "\n" +
+          R"({"remove": 1})"
+          "\n" +
+          R"({"x_m": 0, "y_m": 0, "z_m": -12})"
+          "\n",
+      {"--json", "--layers", "instance"});
+  CHECK(outcome.err == "");
+  const std::vector<Json> answers = json_lines(outcome.out);
+  REQUIRE(answers.size() == 3 + 4 * 2);
+  CHECK(answers[1]["sonars"][0]["bins"] == 50);
+  CHECK(answers[2]["bin_m"] == 0.2);
+  CHECK(answers[4]["added"] == 1);
+  const auto seen = [&](std::size_t i) {
+    const std::vector<int> instances = answers[i]["instance"];
+    return std::count(instances.begin(), instances.end(), 1) > 0;
+  };
+  CHECK_FALSE(seen(5));
+  CHECK(seen(6));
+  CHECK(seen(7));
+  CHECK_FALSE(seen(8));
+  CHECK_FALSE(seen(9));
+  CHECK_FALSE(seen(10));
+}
+
+TEST_CASE("a wrong line ends a stream with its place and what to do") {
+  const Folder folder;
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"pose", "is not JSON"},
+      {"[1]", "expected an object"},
+      {R"({"x_m": 1, "y_m": 2})", "there is no 'z_m'"},
+      {R"({"x_m": 1, "y_m": 2, "z_m": "deep"})", "expected a number"},
+      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "nobody knows the key 'yaw_deg'"},
+      {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
+      {R"({"set": {"track.pings": 4}})", "cannot be set"},
+      {R"({"set": {"sonar.left-right.range_m": -4}})", "expected a number from"},
+      {R"({"set": {}})", "names no key"},
+      {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
+      {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
+      {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
+      {R"({"remove": -1})", "no instance"},
+      {std::string(2 << 20, ' '), "longer than 1 MiB"},
+  };
+  for (const auto& [line, message] : cases) {
+    CAPTURE(line.substr(0, 100), message);
+    const tests::Outcome outcome = folder.stream(pose + "\n" + line + "\n" + pose);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find("ensonify: stdin:3: ") == 0);
+    CHECK(outcome.err.find(message) != std::string::npos);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+  }
+  CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
+}
+
+TEST_CASE("a stream ends with its input, and at a signal while it waits") {
+  const Folder folder;
+  CHECK(folder.stream("").code == 0);
+  CHECK(folder.stream(pose.substr(0, pose.size() - 1)).code == 0);
+  REQUIRE(mkfifo((folder / "poses").c_str(), 0600) == 0);
+  const int keeps_it_open = open((folder / "poses").c_str(), O_RDWR);
+  const tests::Outcome outcome = tests::run_program(
+      folder.path(), {"stream", "tiny.toml", "--quiet"}, {},
+      [](pid_t process) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        kill(process, SIGTERM);
+      },
+      {}, folder / "poses");
+  close(keeps_it_open);
+  CHECK(outcome.code == 128 + SIGTERM);
+}
