@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
+
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/engine/trace/fan_scan.h>
 #include <ensonify/engine/trace/refracted_path.h>
@@ -18,20 +20,11 @@ using Eigen::Vector3f;
 using scatter::SoundSpeedLayer;
 using scatter::SoundSpeedProfile;
 
-constexpr double clearance_m = 0.1;  // of all faces below the sonar
+constexpr double longest_edge_m = 2.0;  // in the picture
+constexpr double clearance_m = 0.1;     // of all faces below the sonar
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 constexpr double least_spreading = 0.01;  // of the path squared, as SoundRay has it at caustics
-
-double largest_curvature_per_m(const SoundSpeedProfile& profile, double shallowest_m,
-                               double deepest_m) {
-  double largest = 0.0;
-  for (const SoundSpeedLayer& layer : profile.layers())
-    if (layer.bottom_m > shallowest_m && layer.top_m < deepest_m)
-      largest = std::max(
-          largest, std::abs(layer.gradient_per_s) / std::min(layer.top_mps, layer.bottom_mps));
-  return largest;
-}
 
 /// The fastest speed at depths from one to another.
 double fastest_mps(const SoundSpeedProfile& profile, double from_m, double to_m) {
@@ -67,8 +60,7 @@ BentPicture::BentPicture(const SoundSpeedProfile& profile, double shallowest_m, 
       shallowest_m_(shallowest_m),
       deepest_m_(deepest_m),
       reference_mps_(reference_mps),
-      longest_edge2_m2_(8.0 * tolerance_m /
-                        largest_curvature_per_m(profile, shallowest_m, deepest_m)),
+      tolerance_m_(tolerance_m),
       rays_(profile, shallowest_m, deepest_m),
       scan_(make_fan_scan({})) {}
 
@@ -136,7 +128,11 @@ std::uint32_t BentPicture::see(const RayFan& fan, const Vector3d& point) {
     const double t = reference_mps_ * way.time_s;
     const double level = range_m > 0.0 ? t * way.cotangent * sine / range_m : 0.0;
     to = Vector3d(level * out.x(), level * out.y(), -t * sine).cast<float>();
-    seen = {way.cotangent, way.range_per_cotangent_m, way.path_m};
+    const double mps = profile_->speed_mps(-point.z());
+    const double along = way.cotangent * sine * mps / source_mps_;  // Snell
+    const double spread_m =
+        way.range_per_cotangent_m / (sine * sine) * std::sqrt(1.0 - along * along);
+    seen = {way.cotangent, way.range_per_cotangent_m, way.path_m, mps, t / spread_m};
   }
   return static_cast<std::uint32_t>(points_.size() - 1);
 }
@@ -154,8 +150,18 @@ std::uint32_t BentPicture::vertex_of(const RayFan& fan, refine::Triangles triang
   }
 }
 
-/// Puts a face into the picture, cut along its longest edges until all are short enough: faces that share
-/// an edge cut it in the same places.
+/// Whether an edge is not straight enough in the picture. Between two points whose scales differ by ds the
+/// middle of a smooth edge lies ds / 8 of its length from its chord's.
+bool BentPicture::bends(const Seen& a, const Seen& b, double length2) const {
+  if (length2 > longest_edge_m * longest_edge_m) return true;
+  if (a.cotangent == inf || b.cotangent == inf) return false;
+  const double change =
+      std::abs(a.scale - b.scale) + reference_mps_ * std::abs(1.0 / a.mps - 1.0 / b.mps);
+  return length2 * change * change > 64.0 * tolerance_m_ * tolerance_m_;
+}
+
+/// Puts a face into the picture, cut along its edges until all are straight enough: faces that share an
+/// edge cut it in the same places.
 void BentPicture::lay(const RayFan& fan, const refine::Face& whole, std::uint32_t place) {
   open_.assign(1, whole);
   while (!open_.empty()) {
@@ -164,15 +170,16 @@ void BentPicture::lay(const RayFan& fan, const refine::Face& whole, std::uint32_
     std::size_t longest = 0;
     double longest2 = 0.0, most = 0.0, least = inf;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double length2 = (points_[face[(k + 1) % 3]] - points_[face[k]]).squaredNorm();
-      if (length2 > longest2) {
+      const std::uint32_t from = face[k], to = face[(k + 1) % 3];
+      const double length2 = (points_[to] - points_[from]).squaredNorm();
+      if (length2 > longest2 && bends(seen_[from], seen_[to], length2)) {
         longest2 = length2;
         longest = k;
       }
-      most = std::max(most, seen_[face[k]].cotangent);
-      least = std::min(least, seen_[face[k]].cotangent);
+      most = std::max(most, seen_[from].cotangent);
+      least = std::min(least, seen_[from].cotangent);
     }
-    if (longest2 > longest_edge2_m2_) {
+    if (longest2 > 0.0) {
       const std::uint32_t a = face[longest], b = face[(longest + 1) % 3],
                           c = face[(longest + 2) % 3];
       const std::uint32_t middle = see(fan, 0.5 * (points_[a] + points_[b]));
@@ -197,6 +204,7 @@ bool BentPicture::picture(const RayFan& fan, refine::Triangles triangles) {
   mesh_.faces.clear();
   picture_place_.clear();
   stands_high_ = false;
+  source_mps_ = profile_->speed_mps(-fan.origin.z());
   rays_.start_at(-fan.origin.z());
   flattest_ = rays_.flattest();
   for (const std::uint32_t place : places_) {
@@ -223,7 +231,6 @@ bool BentPicture::trace(const RayFan& fan, refine::Triangles triangles, std::spa
   gather(fan, triangles);
   if (!picture(fan, triangles)) return false;
   const double source_m = -fan.origin.z();
-  source_mps_ = profile_->speed_mps(source_m);
   fastest_above_mps_ = fastest_mps(*profile_, std::min(0.0, source_m), source_m);
   {
     // Where the flattest known ray comes to the depth of the highest face. Flatter ones that go down are
@@ -265,11 +272,12 @@ void BentPicture::tell(const RayFan& fan, refine::Triangles triangles, const Vec
   hit.face = triangles.number(hit.index);
   const double w[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
   Vector3d point = Vector3d::Zero();
-  double range_per_cotangent_m = 0.0, path_m = 0.0;
+  double range_per_cotangent_m = 0.0, path_m = 0.0, mps = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     point += w[k] * points_[face[k]];
     range_per_cotangent_m += w[k] * seen_[face[k]].range_per_cotangent_m;
     path_m += w[k] * seen_[face[k]].path_m;
+    mps += w[k] * seen_[face[k]].mps;
   }
   const Vector3d a = triangles.corner(hit.index, 0);
   if (points_[face[0]] != a) {  // of a piece: back to the face's own corners
@@ -279,7 +287,6 @@ void BentPicture::tell(const RayFan& fan, refine::Triangles triangles, const Vec
     hit.v = ab.cross(point - a).dot(normal) / normal.squaredNorm();
   }
   const double level = direction.head<2>().norm(), sine = -direction.z();
-  const double mps = profile_->speed_mps(-point.z());
   const double along = level * mps / source_mps_;  // Snell
   const double down = std::sqrt(std::max(0.0, 1.0 - along * along));
   const double turn = level > 0.0 ? along / level : 0.0;

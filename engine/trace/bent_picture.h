@@ -20,8 +20,8 @@ struct Arrival;
 
 /// The fan's bent rays, all at once: each vertex that the fan can touch is put where its own bent ray would
 /// have it, were that straight and as long as its time; there all rays are straight, and a scan of the fan
-/// finds their faces. A face is flat in that picture but for the turn of the rays across it: its edge
-/// squared times the rays' curvature over eight. Larger ones are cut until that is within a tolerance.
+/// finds their faces. The picture of a face is not quite flat: faces are cut until theirs are, within a
+/// tolerance.
 ///
 /// It holds for rays that go down to what lies below the sonar without turning. What others may hit, it
 /// leaves to be asked.
@@ -43,7 +43,9 @@ class BentPicture {
   };
   struct Seen {                                                  // a point as its ray sees it
     double cotangent = std::numeric_limits<double>::infinity();  // none comes there
-    double range_per_cotangent_m = 0.0, path_m = 0.0;
+    double range_per_cotangent_m = 0.0, path_m = 0.0, mps = 0.0;
+    double scale =
+        0.0;  // metres in the picture for one there, across the ray in its vertical plane
   };
   static constexpr std::size_t group_faces = 16, groups_together = 16;
 
@@ -51,6 +53,7 @@ class BentPicture {
   void gather(const RayFan& fan, refine::Triangles triangles);
   std::uint32_t see(const RayFan& fan, const Eigen::Vector3d& point);
   std::uint32_t vertex_of(const RayFan& fan, refine::Triangles triangles, std::uint32_t vertex);
+  bool bends(const Seen& a, const Seen& b, double length2) const;
   void lay(const RayFan& fan, const refine::Face& whole, std::uint32_t place);
   bool picture(const RayFan& fan, refine::Triangles triangles);
   bool may_hit(double level, double down, double farthest_m) const;
@@ -59,7 +62,7 @@ class BentPicture {
 
   const scatter::SoundSpeedProfile* profile_;
   double shallowest_m_, deepest_m_, reference_mps_;
-  double longest_edge2_m2_;
+  double tolerance_m_;
   scatter::DirectRays rays_;
   std::unique_ptr<Intersector> scan_;
 

@@ -92,7 +92,7 @@ RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highes
       reference_mps_(reference_mps),
       sagitta_m_(sagitta_m),
       fastest_mps_(fastest(profile)),
-      picture_(profile, -highest_m, deepest_m, reference_mps, sagitta_m) {}
+      picture_(profile, -highest_m, deepest_m, reference_mps, 0.5 * sagitta_m) {}
 
 Eigen::Vector3d RefractedTracer::place(const Course& course, const Eigen::Vector3d& origin,
                                        const SoundRay& at) {
