@@ -9,8 +9,10 @@
 #include <exception>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -28,8 +30,8 @@ namespace fs = std::filesystem;
 using namespace ensonify;
 using namespace ensonify::engine;
 
-constexpr double side_px = 330.0;  // of a square picture; others have as many pixels
-constexpr std::size_t most_colours = 48;
+constexpr double side_px = 290.0;  // of a square picture; others have as many pixels
+constexpr std::size_t most_colours = 32;
 
 /// Each pixel the mean of what it covers.
 Picture resampled(const Picture& from, std::size_t width, std::size_t height) {
@@ -64,8 +66,9 @@ Picture side_by_side(const Picture& a, const Picture& b) {
   return both;
 }
 
-/// In the few colours that most of its pixels have, more or less.
-std::vector<std::byte> palette_png(const Picture& picture) {
+/// In the few colours that most of its pixels have, more or less, and the legend's over darker and brighter
+/// greys.
+std::vector<std::byte> palette_png(const Picture& picture, std::span<const LegendEntry> legend) {
   struct Sum {
     std::array<std::size_t, 3> rgb{};
     std::size_t count = 0;
@@ -86,10 +89,16 @@ std::vector<std::byte> palette_png(const Picture& picture) {
   for (const Sum& sum : most)
     for (const std::size_t channel : sum.rgb)
       palette.push_back(static_cast<std::uint8_t>(channel / sum.count));
+  for (const LegendEntry& entry : legend)
+    for (const auto& [part, grey] : {std::pair{4, 0}, {3, 50}, {2, 0}, {2, 70}, {2, 150}})
+      for (const int channel : entry.colour)
+        palette.push_back(static_cast<std::uint8_t>((part * channel + (4 - part) * grey) / 4));
+  palette.insert(palette.end(), 3, 255);
+  const std::size_t colours = palette.size() / 3;
   for (std::size_t i = 0; i < pixels; ++i) {
     std::size_t nearest = 0;
     int least = 1 << 30;
-    for (std::size_t c = 0; c < most.size(); ++c) {
+    for (std::size_t c = 0; c < colours; ++c) {
       int distance = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const int apart = picture.pixels[3 * i + k] - palette[3 * c + k];
@@ -107,7 +116,7 @@ std::vector<std::byte> palette_png(const Picture& picture) {
   image.width = static_cast<png_uint_32>(picture.width);
   image.height = static_cast<png_uint_32>(picture.height);
   image.format = PNG_FORMAT_RGB_COLORMAP;
-  image.colormap_entries = static_cast<png_uint_32>(most.size());
+  image.colormap_entries = static_cast<png_uint_32>(colours);
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::vector<std::byte> bytes(size);
   if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, indices.data(), 0, palette.data()))
@@ -139,7 +148,7 @@ void picture_scene(const fs::path& file, const fs::path& folder) {
   truth.picture =
       side_by_side(resampled(picture, width, height), resampled(truth.picture, width, height));
   const fs::path to = folder / (file.stem().string() + ".png");
-  const std::vector<std::byte> bytes = palette_png(with_legend(truth));
+  const std::vector<std::byte> bytes = palette_png(with_legend(truth), truth.legend);
   refine::write_file(to, bytes);
   fmt::print("{} ({} kB)\n", to.string(), bytes.size() / 1000);
 }

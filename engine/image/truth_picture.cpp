@@ -123,15 +123,17 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
       std::uint8_t* to = &truth.picture.pixels[3 * (row * columns + column)];
       const Paint paint = painter.paint(i);
       const std::uint64_t thing = painter.thing(i);
-      const bool border = (column > 0 && painter.thing(i - 1) != thing) ||
-                          (row > 0 && painter.thing(i + columns) != thing);
+      const bool border = thing != 0 && ((column > 0 && painter.thing(i - 1) != thing) ||
+                                         (column + 1 < columns && painter.thing(i + 1) != thing) ||
+                                         (row > 0 && painter.thing(i + columns) != thing) ||
+                                         (row + 1 < rows && painter.thing(i - columns) != thing));
       if (paint.kind != Paint::Kind::untouched && !legend.contains(paint))
         legend[paint] = painter.entry(paint);
       for (std::size_t k = 0; k < 3; ++k) {
         const int grey = from[channels == 3 ? k : 0];
         const int tint = paint.kind == Paint::Kind::untouched ? grey : legend[paint].colour[k];
         // Tints lighten what is dark: a shadow or the water has no echo to be seen by.
-        to[k] = static_cast<std::uint8_t>(border ? (grey + 3 * white[k]) / 4 : (grey + tint) / 2);
+        to[k] = static_cast<std::uint8_t>(border ? (grey + 3 * tint) / 4 : (grey + tint) / 2);
       }
     }
   for (const auto& [paint, entry] : legend) truth.legend.push_back(entry);
