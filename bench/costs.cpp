@@ -15,8 +15,8 @@
 #include <ensonify/engine/sonar/ping.h>
 #include <ensonify/scatter/backscatter.h>
 
-#include "cases.h"
 #include "clock.h"
+#include "scenes.h"
 
 namespace ensonify::bench {
 namespace {

@@ -1,45 +1,118 @@
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include "cases.h"
-#include "costs.h"
-#include "measure.h"
-#include "refinement.h"
+#include <ensonify/engine/prepare.h>
+#include <ensonify/refine/atomic_file.h>
+
+#include "compare.h"
+#include "html.h"
 #include "report.h"
-#include "traces.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace ensonify;
+using namespace ensonify::bench;
+
+struct Arguments {
+  GridOptions grid;
+  int rounds = 5, pings = 40;
+  fs::path json, csv, html, compare;
+  bool print_json = false;
+};
+
+void write(const fs::path& file, const std::string& text) {
+  if (!file.empty()) refine::write_file(file, std::as_bytes(std::span(text)));
+}
+
+nlohmann::ordered_json read(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error(fmt::format("{}: cannot be opened for reading", file.string()));
+  try {
+    return nlohmann::ordered_json::parse(in);
+  } catch (const nlohmann::ordered_json::exception& error) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
+int measure_all(const Arguments& arguments) {
+  const std::string& pattern = arguments.grid.pattern;
+  const int rounds = arguments.grid.quick ? 2 : arguments.rounds;
+  const int pings = arguments.grid.quick ? 10 : arguments.pings;
+  Results results{.cells = measure_grid(arguments.grid),
+                  .runs = measure_pipeline(pattern, arguments.grid.quick, arguments.grid.progress)};
+  if (!arguments.grid.quick) {
+    results.traces = measure_traces(pattern, arguments.grid.data, rounds, pings);
+    results.refinements = measure_refinement(pattern);
+    results.costs = measure_costs(pattern, rounds, pings);
+  }
+  if (results.empty()) {
+    fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", pattern);
+    return 2;
+  }
+  const nlohmann::ordered_json report = to_json(results);
+  const std::string text = report.dump(2) + "\n";
+  write(arguments.json, text);
+  write(arguments.csv, csv(results));
+  write(arguments.html, html(report));
+  fmt::print("{}", arguments.print_json ? text : table(results));
+  int code = 0;
+  for (const Cell& cell : results.cells)
+    if (!cell.agrees()) {
+      fmt::print(stderr, "ensonify-bench: {} disagrees with the reference\n", cell.name);
+      code = 1;
+    }
+  if (!arguments.compare.empty()) {
+    const std::vector<Change> changes = compare(read(arguments.compare), report);
+    fmt::print(stderr, "{}", table(changes));
+    for (const Change& change : changes)
+      if (change.fell()) code = 1;
+  }
+  return code;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) try {
-  using namespace ensonify::bench;
-  CLI::App app("Times pings of ensonify on one thread, case by case");
-  std::string filter;
-  int rounds = 5, pings = 40;
-  bool as_json = false;
-  app.add_option("--filter", filter, "only cases whose name holds this");
-  app.add_option("--rounds", rounds, "turns through the cases")->check(CLI::Range(1, 1000));
-  app.add_option("--pings", pings, "pings a turn")->check(CLI::Range(1, 1000));
-  app.add_flag("--json", as_json, "print JSON instead of a table");
+  CLI::App app("Times pings of ensonify, case by case: surfaces x intersectors x beds x sizes");
+  Arguments arguments;
+  bool quiet = false;
+  app.add_option("--filter", arguments.grid.pattern,
+                 "Only cases whose name holds this, as in ping/smooth/2M, trace/ or run/");
+  app.add_flag("--quick", arguments.grid.quick, "Small beds and few turns: about a minute");
+  app.add_option("--data", arguments.grid.data, "The folder with the wreck and the survey")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_DATA");
+  arguments.grid.cache = engine::default_cache();
+  app.add_option("--cache", arguments.grid.cache, "The folder for analysed seafloors")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_CACHE");
+  app.add_option("--rounds", arguments.rounds, "Turns through the traces and costs")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--pings", arguments.pings, "Pings of such a turn")->check(CLI::Range(1, 1000));
+  app.add_option("--json-file", arguments.json, "Where the report goes as JSON")->type_name("FILE");
+  app.add_option("--csv", arguments.csv, "Where the grid's cells go as CSV")->type_name("FILE");
+  app.add_option("--html", arguments.html, "Where the report goes as a page")->type_name("FILE");
+  app.add_option("--compare", arguments.compare,
+                 "An older report as JSON: exit code 1 if a speedup fell by more than the noise")
+      ->type_name("FILE");
+  app.add_flag("--json", arguments.print_json, "Print JSON instead of a table");
+  app.add_flag("--quiet", quiet, "No progress");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  std::vector<Case> cases;
-  for (Case& one : all_cases())
-    if (one.name.find(filter) != std::string::npos) cases.push_back(std::move(one));
-  Results results{.traces = measure_traces(filter, rounds, pings),
-                  .refinements = measure_refinement(filter),
-                  .costs = measure_costs(filter, rounds, pings)};
-  if (cases.empty() && results.traces.empty() && results.refinements.empty() &&
-      results.costs.empty()) {
-    fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", filter);
-    return 2;
-  }
-  results.pings = measure(cases, rounds, pings);
-  fmt::print("{}", as_json ? json(results) : table(results));
-  return 0;
+  if (!arguments.compare.empty()) read(arguments.compare);  // before the hour is spent
+  if (!quiet)
+    arguments.grid.progress = [](std::string_view what) { fmt::print(stderr, "{}\n", what); };
+  return measure_all(arguments);
 } catch (const std::exception& error) {
   fmt::print(stderr, "ensonify-bench: {}\n", error.what());
   return 1;

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "measure.h"
+#include "spread.h"
 
 namespace ensonify::bench {
 

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/trace/embree.h>
+
 namespace ensonify::bench {
 namespace {
 
@@ -20,18 +22,26 @@ std::string processor() {
 
 std::string table(const Results& results) {
   std::string text;
-  if (!results.pings.empty())
-    text +=
-        fmt::format("{:<28} {:>9} {:>9} {:>8} {:>17} {:>6}   {}\n", "case", "faces", "rays/ping",
-                    "pings/s", "ms/ping (spread)", "ratio", "ms: surface trace echo speckle");
-  for (const Measurement& m : results.pings)
-    text += fmt::format(
-        "{:<28} {:>9} {:>9.0f} {:>8.1f} {:>6.2f} ({:.2f}-{:.2f}) {:>6.2f}   {:.3f} {:.3f} "
-        "{:.3f} {:.3f}\n",
-        m.name, m.faces, m.rays_per_ping, 1e3 / m.ping_ms.median, m.ping_ms.median,
-        m.ping_ms.lowest, m.ping_ms.highest,
-        m.ping_ms.median / results.pings.front().ping_ms.median, m.surface_ms, m.trace_ms,
-        m.echo_ms, m.speckle_ms);
+  if (!results.cells.empty())
+    text += fmt::format("{:<46} {:>9} {:>8} {:>22} {:>20} {:>8}   {}\n", "whole pings", "faces",
+                        "pings/s", "ms/ping (4/5 within)", "faster x (within)", "agrees",
+                        "ms: surface trace echo");
+  for (const Cell& c : results.cells)
+    text += c.agrees()
+                ? fmt::format(
+                      "{:<46} {:>9} {:>8.0f} {:>8.3f} ({:.3f}-{:.3f}) {:>6.2f} ({:.2f}-{:.2f}) "
+                      "{:>8}   {:.3f} {:.3f} {:.3f}\n",
+                      c.name, c.faces, 1e3 / c.ping_ms.median, c.ping_ms.median, c.ping_ms.low,
+                      c.ping_ms.high, c.speedup.median, c.speedup.low, c.speedup.high, "yes",
+                      c.surface_ms, c.trace_ms, c.echo_ms)
+                : fmt::format("{:<46} {:>9} not timed: it disagrees with the reference\n", c.name,
+                              c.faces);
+  if (!results.runs.empty())
+    text += fmt::format("{:<28} {:>8} {:>7} {:>10} {:>10} {:>9} {:>9}\n", "whole runs", "threads",
+                        "pings", "prepare s", "pings s", "files s", "pings/s");
+  for (const PipelineMeasurement& m : results.runs)
+    text += fmt::format("{:<28} {:>8} {:>7} {:>10.2f} {:>10.2f} {:>9.2f} {:>9.1f}\n", m.name,
+                        m.threads, m.pings, m.prepare_s, m.pings_s, m.files_s, m.pings_per_s);
   if (!results.traces.empty())
     text += fmt::format("{:<38} {:>9} {:>9} {:>9} {:>20} {:>6} {:>14}   {}\n", "trace", "faces",
                         "rays/pair", "build ms", "us/pair (spread)", "ratio", "us: query take",
@@ -39,7 +49,7 @@ std::string table(const Results& results) {
   for (const TraceMeasurement& m : results.traces)
     text += fmt::format(
         "{:<38} {:>9} {:>9.0f} {:>9.1f} {:>8.0f} ({:.0f}-{:.0f}) {:>6.3f} {:>8.0f} {:>5.0f}   {}\n",
-        m.name, m.faces, m.rays, m.build_ms, m.pair_us.median, m.pair_us.lowest, m.pair_us.highest,
+        m.name, m.faces, m.rays, m.build_ms, m.pair_us.median, m.pair_us.low, m.pair_us.high,
         m.ratio, m.query_us.median, m.take_us.median, m.code_path);
   if (!results.refinements.empty())
     text += fmt::format(
@@ -51,8 +61,8 @@ std::string table(const Results& results) {
         "{:<28} {:>8} {:>7.1f} {:>8.2f} {:>7.3f} ({:.3f}-{:.3f}) {:>7.3f} ({:.3f}-{:.3f})   "
         "{:>7.0f} "
         "({:.1f}) / {:>6.0f} ({:.1f}) {:>7} / {:>6} {:>8} {:>7.3f} {:>6.1f}\n",
-        m.name, m.faces, m.build_s, m.first_ms, m.refine_ms.median, m.refine_ms.lowest,
-        m.refine_ms.highest, m.query_ms.median, m.query_ms.lowest, m.query_ms.highest, m.splits,
+        m.name, m.faces, m.build_s, m.first_ms, m.refine_ms.median, m.refine_ms.low,
+        m.refine_ms.high, m.query_ms.median, m.query_ms.low, m.query_ms.high, m.splits,
         m.forced_splits, m.collapses, m.blocked_collapses, m.active_vertices, m.active_faces,
         m.exact_faces, m.growth, m.bytes_per_vertex);
   if (!results.costs.empty())
@@ -61,32 +71,87 @@ std::string table(const Results& results) {
   for (const CostMeasurement& m : results.costs)
     text +=
         fmt::format("{:<36} {:>9} {:>10.2f} ({:.2f}-{:.2f}) {:>10.2f} ({:.2f}-{:.2f}) {:>6.2f}\n",
-                    m.name, m.faces, m.without_ms.median, m.without_ms.lowest, m.without_ms.highest,
-                    m.with_ms.median, m.with_ms.lowest, m.with_ms.highest, m.ratio);
+                    m.name, m.faces, m.without_ms.median, m.without_ms.low, m.without_ms.high,
+                    m.with_ms.median, m.with_ms.low, m.with_ms.high, m.ratio);
   return text;
 }
 
-std::string json(const Results& results) {
+std::string csv(const Results& results) {
+  std::string text =
+      "cell,bed,size,faces,surface,intersector,query_pings,instruction_set,rays,pings_per_s,ping_"
+      "ms,"
+      "ping_ms_low,ping_ms_high,speedup,speedup_low,speedup_high,surface_ms,trace_ms,echo_ms,"
+      "prepare_s,first_ping_ms,mesh_mb,progressive_mb,tree_mb,checked_rays";
+  for (const std::string_view verdict : engine::verdict_names) text += fmt::format(",{}", verdict);
+  text += "\n";
+  for (const Cell& c : results.cells) {
+    text += fmt::format("{},{},{},{},{},{},{},{},{:.0f},", c.name, c.bed, c.size, c.faces,
+                        c.surface, c.intersector, c.query_pings, c.code_path, c.rays);
+    if (c.agrees())
+      text += fmt::format("{:.1f},{:.4f},{:.4f},{:.4f},{:.3f},{:.3f},{:.3f},{:.4f},{:.4f},{:.4f},",
+                          1e3 / c.ping_ms.median, c.ping_ms.median, c.ping_ms.low, c.ping_ms.high,
+                          c.speedup.median, c.speedup.low, c.speedup.high, c.surface_ms, c.trace_ms,
+                          c.echo_ms);
+    else
+      text += ",,,,,,,,,,";
+    text += fmt::format("{:.2f},{:.3f},{:.1f},{:.1f},{:.1f},{}", c.prepare_s, c.first_ping_ms,
+                        c.mesh_mb, c.progressive_mb, c.tree_mb, c.checked_rays);
+    for (const std::uint64_t count : c.verdicts) text += fmt::format(",{}", count);
+    text += "\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const Results& results) {
   nlohmann::ordered_json report{{"version", ENSONIFY_VERSION},
+                                {"commit", ENSONIFY_COMMIT},
                                 {"compiler", ENSONIFY_COMPILER},
+                                {"libraries", ENSONIFY_LIBRARIES},
                                 {"processor", processor()},
-                                {"cores", std::thread::hardware_concurrency()},
-                                {"threads", 1}};
-  for (const Measurement& m : results.pings)
-    report["cases"].push_back({{"name", m.name},
-                               {"faces", m.faces},
-                               {"rays_per_ping", m.rays_per_ping},
-                               {"instruction_set", m.code_path},
-                               {"prepare_s", m.prepare_s},
-                               {"pings_per_s", 1e3 / m.ping_ms.median},
-                               {"ping_ms", m.ping_ms.median},
-                               {"ping_ms_lowest", m.ping_ms.lowest},
-                               {"ping_ms_highest", m.ping_ms.highest},
-                               {"ratio", m.ping_ms.median / results.pings.front().ping_ms.median},
-                               {"surface_ms", m.surface_ms},
-                               {"trace_ms", m.trace_ms},
-                               {"echo_ms", m.echo_ms},
-                               {"speckle_ms", m.speckle_ms}});
+                                {"instruction_sets", engine::instruction_sets()},
+                                {"cores", std::thread::hardware_concurrency()}};
+  for (const Cell& c : results.cells) {
+    nlohmann::ordered_json verdicts;
+    for (std::size_t i = 0; i < c.verdicts.size(); ++i)
+      verdicts[engine::verdict_names[i]] = c.verdicts[i];
+    nlohmann::ordered_json cell{{"name", c.name},
+                                {"bed", c.bed},
+                                {"size", c.size},
+                                {"surface", c.surface},
+                                {"intersector", c.intersector},
+                                {"query_pings", c.query_pings},
+                                {"instruction_set", c.code_path},
+                                {"faces", c.faces},
+                                {"rays", c.rays},
+                                {"agrees", c.agrees()},
+                                {"verdicts", verdicts},
+                                {"prepare_s", c.prepare_s},
+                                {"first_ping_ms", c.first_ping_ms},
+                                {"mesh_mb", c.mesh_mb},
+                                {"progressive_mb", c.progressive_mb},
+                                {"tree_mb", c.tree_mb}};
+    if (c.agrees())
+      cell.update({{"pings_per_s", 1e3 / c.ping_ms.median},
+                   {"rays_per_s", 1e3 * c.rays / c.ping_ms.median},
+                   {"ping_ms", c.ping_ms.median},
+                   {"ping_ms_low", c.ping_ms.low},
+                   {"ping_ms_high", c.ping_ms.high},
+                   {"speedup", c.speedup.median},
+                   {"speedup_low", c.speedup.low},
+                   {"speedup_high", c.speedup.high},
+                   {"surface_ms", c.surface_ms},
+                   {"trace_ms", c.trace_ms},
+                   {"echo_ms", c.echo_ms}});
+    report["cells"].push_back(std::move(cell));
+  }
+  for (const PipelineMeasurement& m : results.runs)
+    report["runs"].push_back({{"name", m.name},
+                              {"threads", m.threads},
+                              {"pings", m.pings},
+                              {"prepare_s", m.prepare_s},
+                              {"pings_s", m.pings_s},
+                              {"files_s", m.files_s},
+                              {"pings_per_s", m.pings_per_s}});
   for (const TraceMeasurement& m : results.traces)
     report["traces"].push_back({{"name", m.name},
                                 {"faces", m.faces},
@@ -96,8 +161,8 @@ std::string json(const Results& results) {
                                 {"query_us", m.query_us.median},
                                 {"take_us", m.take_us.median},
                                 {"pair_us", m.pair_us.median},
-                                {"pair_us_lowest", m.pair_us.lowest},
-                                {"pair_us_highest", m.pair_us.highest},
+                                {"pair_us_low", m.pair_us.low},
+                                {"pair_us_high", m.pair_us.high},
                                 {"ratio", m.ratio}});
   for (const RefinementMeasurement& m : results.refinements)
     report["refinements"].push_back({{"name", m.name},
@@ -121,7 +186,7 @@ std::string json(const Results& results) {
                                {"without_ms", m.without_ms.median},
                                {"with_ms", m.with_ms.median},
                                {"ratio", m.ratio}});
-  return report.dump(2) + "\n";
+  return report;
 }
 
 }  // namespace ensonify::bench

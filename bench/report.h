@@ -1,26 +1,37 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "costs.h"
-#include "measure.h"
+#include "grid.h"
+#include "pipeline.h"
 #include "refinement.h"
 #include "traces.h"
 
 namespace ensonify::bench {
 
 struct Results {
-  std::vector<Measurement> pings;
+  std::vector<Cell> cells;
+  std::vector<PipelineMeasurement> runs;
   std::vector<TraceMeasurement> traces;
   std::vector<RefinementMeasurement> refinements;
   std::vector<CostMeasurement> costs;
+  bool empty() const {
+    return cells.empty() && runs.empty() && traces.empty() && refinements.empty() && costs.empty();
+  }
 };
 
-/// Tables to read, pings' ratios against the first row.
+/// Tables to read.
 std::string table(const Results& results);
 
-/// The same for programs, with the machine and the build.
-std::string json(const Results& results);
+/// The grid's cells, a line each.
+std::string csv(const Results& results);
+
+/// All of it for programs, with the machine and the build.
+nlohmann::ordered_json to_json(const Results& results);
 
 }  // namespace ensonify::bench

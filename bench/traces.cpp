@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
+
+#include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/trace/embree.h>
@@ -11,8 +14,8 @@
 #include <ensonify/refine/footprint.h>
 
 #include "bare_embree.h"
-#include "cases.h"
 #include "clock.h"
+#include "scenes.h"
 
 namespace ensonify::bench {
 namespace {
@@ -113,23 +116,18 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
 
 }  // namespace
 
-std::vector<TraceMeasurement> measure_traces(std::string_view filter, int rounds, int pings) {
-  struct Bed {
-    const char* size;
-    double faces;
-    bool large;  // measured only if the filter asks for it: minutes, and gigabytes
-  };
-  struct Kind {
-    const char* name;
-    engine::Scene (*scene)(double faces);
-  };
+std::vector<TraceMeasurement> measure_traces(std::string_view filter,
+                                             const std::filesystem::path& data, int rounds,
+                                             int pings) {
   std::vector<TraceMeasurement> all;
-  for (const Kind& kind : {Kind{"ripples", ripples}, Kind{"fractal", fractal}})
-    for (const Bed& bed : {Bed{"0.5M", 0.5e6, false}, Bed{"2M", 2e6, false}, Bed{"8M", 8e6, true},
-                           Bed{"33M", 33e6, true}}) {
-      const std::string name = std::string("trace/") + kind.name + "/" + bed.size + "/";
-      if (bed.large && filter.find(bed.size) == std::string_view::npos) continue;
-      for (TraceMeasurement& one : measure_over(name, kind.scene(bed.faces), filter, rounds, pings))
+  for (const Bed& bed : beds())
+    for (const Size& size : sizes) {
+      const std::string name = fmt::format("trace/{}/{}/", bed.name, size.name);
+      const bool large = size.faces > 4e6;  // measured only if the filter asks for it
+      if (large && filter.find(size.name) == std::string_view::npos) continue;
+      const std::optional<engine::Scene> scene = bed.scene(size.faces, data);
+      if (!scene) continue;
+      for (TraceMeasurement& one : measure_over(name, *scene, filter, rounds, pings))
         all.push_back(std::move(one));
     }
   return all;

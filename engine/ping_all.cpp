@@ -20,6 +20,7 @@ class Pings {
     poses_ = std::move(flight.poses);
     all_.warnings = std::move(flight.warnings);
     reported_ = reported_poses(scene.navigation, scene.seed, poses_);
+    simulator.watch_objects();
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, poses_.size());
   }
 

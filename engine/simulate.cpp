@@ -199,16 +199,20 @@ struct Simulator::Worker {
     instruments = std::move(other);
     sonars.clear();
     pingers.clear();
-    views.clear();
     lines.clear();
+    if (!views.empty()) watch_objects(ready);
     for (std::size_t i = 0; i < instruments.size(); ++i) {
       const Instrument& its = *instruments[i];
       sonars.push_back(its.sonar);
       pingers.emplace_back(its.sonar, i, its.medium, ready.seafloor, its.by_material,
                            ready.refraction(), &moving);
-      if (!ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full)
-        views.emplace_back(ready.seafloor);
     }
+  }
+
+  void watch_objects(const Ready& ready) {
+    const bool can =
+        !ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full;
+    views.assign(can ? sonars.size() : 0, ObjectViews(ready.seafloor));
   }
 
   void make_lines() {
@@ -232,7 +236,11 @@ Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
 Simulator::~Simulator() = default;
 
-Simulator Simulator::another() const { return Simulator(ready_); }
+Simulator Simulator::another() const {
+  Simulator one(ready_);
+  if (!worker_->views.empty()) one.watch_objects();
+  return one;
+}
 
 std::span<const RayFan> Simulator::aim(const Pose& pose) {
   require_finite(pose);
@@ -246,6 +254,14 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
       worker_->fans.push_back(fan);
   }
   return worker_->fans;
+}
+
+std::vector<std::vector<Hit>> Simulator::hits(const Pose& pose) {
+  const std::span<const RayFan> fans = aim(pose);
+  const Intersector& surface = worker_->surface.prepare(fans);
+  std::vector<std::vector<Hit>> all;
+  for (const RayFan& fan : fans) surface.intersect(fan, all.emplace_back(fan.grid->rays()));
+  return all;
 }
 
 std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {
@@ -381,6 +397,8 @@ void Simulator::reset() { worker_->surface.reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->medium.absorption_db_per_m;
 }
+void Simulator::watch_objects() { worker_->watch_objects(*ready_); }
+
 std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
   if (worker_->views.empty()) return {};
   return worker_->views.at(sonar).views();

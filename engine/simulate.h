@@ -84,6 +84,10 @@ class Simulator {
   /// The fans of a ping, in the order of its lines; good until the next call. Throws as ping().
   std::span<const RayFan> aim(const Pose& pose);
 
+  /// What the fans of a ping meet, along straight rays: of each fan, in that order, a hit a ray. For who
+  /// wants to compare intersectors. Throws as ping().
+  std::vector<std::vector<Hit>> hits(const Pose& pose);
+
   /// Forgets what earlier pings left in the surface. Pings do not depend on it; a block of them starts
   /// with it, so that memory and speed do not either.
   void reset();
@@ -109,7 +113,10 @@ class Simulator {
   /// What the intersector's last bits depend on.
   std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
-  /// What this Simulator's pings of a sonar saw of each object; nothing under sea.refraction = "full".
+  /// From now on pings count what they see of each object, and so do those of another(): it takes some of
+  /// their time where many objects are in view. Bent rays (sea.refraction = "full") are not counted.
+  void watch_objects();
+  /// What was counted of a sonar's pings, one an object; nothing if nothing was.
   std::span<const ObjectView> object_views(std::size_t sonar) const;
   /// What became of this Simulator's refracted rays.
   RefractionCounts refraction_counts() const;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ensonify::engine {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double faces_a_ping = 1e5;
@@ -81,62 +81,72 @@ void ObjectViews::look(const RayFan& fan, refine::Triangles triangles, std::span
       wanted_.push_back(i);
   if (wanted_.empty()) return;
   find_faces(triangles);
-  covered_.resize(fan.elevations());
+  const std::size_t planes = fan.planes(), elevations = fan.elevations();
+  covered_.resize(planes * elevations);
+  spans_.resize(planes);
   const auto all = std::span<const std::pair<std::uint32_t, std::uint32_t>>(their_faces_);
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
     const std::uint32_t number = all[begin].first;
-    for (end = begin; end < all.size() && all[end].first == number;) ++end;
+    std::ranges::fill(spans_, Span{elevations, 0});
+    for (end = begin; end < all.size() && all[end].first == number; ++end)
+      cover(fan, triangles, all[end].second);
     const Object& object = objects_[number];
-    for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
-      const FanGrid::Plane& p = fan.grid->planes[plane];
-      const Vector3d across = p.cos_azimuth * fan.array_axis - p.sin_azimuth * fan.middle;
-      if (std::abs(across.dot(object.middle - fan.origin)) > object.radius_m) continue;
-      from_ = covered_.size();
-      until_ = 0;
-      for (std::size_t i = begin; i < end; ++i) {
-        Eigen::Matrix3d corners;  // across the plane, along it, along the pole
-        for (int k = 0; k < 3; ++k) {
-          const Vector3d to = triangles.corner(all[i].second, k) - fan.origin;
-          corners.col(k) =
-              Vector3d(across.dot(to), fan.plane_direction(plane).dot(to), fan.pole.dot(to));
-        }
-        cover(fan, corners);
-      }
-      for (std::size_t j = from_; j < until_; ++j) {
-        if (covered_[j] == 0) continue;
-        covered_[j] = 0;
-        if (!fan.grid->within_beam(plane, j)) continue;
+    for (std::size_t plane = 0; plane < planes; ++plane)
+      for (std::size_t j = spans_[plane].from; j < spans_[plane].until; ++j) {
+        const std::size_t ray = plane * elevations + j;
+        if (std::exchange(covered_[ray], std::uint8_t{0}) == 0 || !fan.grid->within_beam(plane, j))
+          continue;
         const auto part = static_cast<std::uint64_t>(
             std::llround(parts_per_sr * solid_angle_sr(*fan.grid, plane, j)));
-        const Hit& hit = hits[plane * fan.elevations() + j];
+        const Hit& hit = hits[ray];
         views_[number].alone += part;
         if (hit && hit.face >= object.first_face && hit.face - object.first_face < object.faces)
           views_[number].seen += part;
       }
-    }
   }
 }
 
-/// Marks the rays of a plane that go through a face.
-void ObjectViews::cover(const RayFan& fan, const Eigen::Matrix3d& corners) {
-  double low = 2.0, high = -2.0, nearest_m = fan.range_m + 1.0;  // elevations of its cut
+/// Marks the rays that go through a face, plane by plane.
+void ObjectViews::cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face) {
+  Eigen::Matrix3d corners;  // along the array, towards the middle, along the pole
   for (int k = 0; k < 3; ++k) {
-    const Vector3d a = corners.col(k), b = corners.col((k + 1) % 3);
-    if ((a.x() >= 0.0) == (b.x() >= 0.0)) continue;
-    const Vector2d at = (a - a.x() / (a.x() - b.x()) * (a - b)).tail<2>();
-    if (at.x() <= 0.0) return;  // behind the sonar
-    low = std::min(low, std::atan2(at.y(), at.x()));
-    high = std::max(high, std::atan2(at.y(), at.x()));
-    nearest_m = std::min(nearest_m, at.norm());
+    const Vector3d to = triangles.corner(face, k) - fan.origin;
+    corners.col(k) << fan.array_axis.dot(to), fan.middle.dot(to), fan.pole.dot(to);
+  }
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    const FanGrid::Plane& p = fan.grid->planes[plane];
+    const Eigen::RowVector3d beside =
+        p.cos_azimuth * corners.row(0) - p.sin_azimuth * corners.row(1);
+    if (beside.minCoeff() >= 0.0 || beside.maxCoeff() < 0.0) continue;  // most planes
+    const Eigen::RowVector3d ahead =
+        p.sin_azimuth * corners.row(0) + p.cos_azimuth * corners.row(1);
+    cover_plane(fan, plane, beside, ahead, corners.row(2));
+  }
+}
+
+void ObjectViews::cover_plane(const RayFan& fan, std::size_t plane,
+                              const Eigen::RowVector3d& beside, const Eigen::RowVector3d& ahead,
+                              const Eigen::RowVector3d& up) {
+  double low = 2.0, high = -2.0, nearest_m = fan.range_m + 1.0;  // elevations of the cut
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3;
+    if ((beside[a] >= 0.0) == (beside[b] >= 0.0)) continue;
+    const double share = beside[a] / (beside[a] - beside[b]);
+    const double x = ahead[a] + share * (ahead[b] - ahead[a]), y = up[a] + share * (up[b] - up[a]);
+    if (x <= 0.0) return;  // behind the sonar
+    low = std::min(low, std::atan2(y, x));
+    high = std::max(high, std::atan2(y, x));
+    nearest_m = std::min(nearest_m, std::hypot(x, y));
   }
   if (!(nearest_m <= fan.range_m)) return;
   const std::vector<double>& elevations = fan.grid->elevation_rad;
   const auto first =
       static_cast<std::size_t>(std::ranges::lower_bound(elevations, low) - elevations.begin());
+  Span& span = spans_[plane];
   for (std::size_t j = first; j < elevations.size() && elevations[j] <= high; ++j) {
-    covered_[j] = 1;
-    from_ = std::min(from_, j);
-    until_ = std::max(until_, j + 1);
+    covered_[plane * elevations.size() + j] = 1;
+    span.from = std::min(span.from, j);
+    span.until = std::max(span.until, j + 1);
   }
 }
 

@@ -48,14 +48,19 @@ class ObjectViews {
   };
   bool in_view(const Object& object, const RayFan& fan) const;
   void find_faces(refine::Triangles triangles);
-  void cover(const RayFan& fan, const Eigen::Matrix3d& corners);
+  void cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face);
+  void cover_plane(const RayFan& fan, std::size_t plane, const Eigen::RowVector3d& beside,
+                   const Eigen::RowVector3d& ahead, const Eigen::RowVector3d& up);
 
   std::vector<Object> objects_;
   std::vector<ObjectView> views_;
   std::vector<std::uint32_t> wanted_;                                 // objects of this ping
   std::vector<std::pair<std::uint32_t, std::uint32_t>> their_faces_;  // object, place; sorted
-  std::vector<std::uint8_t> covered_;                                 // rays of a plane
-  std::size_t from_ = 0, until_ = 0;                                  // of those, where any may be
+  struct Span {
+    std::size_t from, until;
+  };
+  std::vector<std::uint8_t> covered_;  // rays of an object
+  std::vector<Span> spans_;            // between which they are, by plane
 };
 
 }  // namespace ensonify::engine

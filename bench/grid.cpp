@@ -1,0 +1,255 @@
+#include "grid.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/trace/embree.h>
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/footprint.h>
+
+#include "clock.h"
+#include "scenes.h"
+
+namespace ensonify::bench {
+namespace {
+
+using namespace engine;
+
+constexpr int turn_pings = 8;      // as many as a query may do for
+constexpr double cell_s = 2.5;     // a slow cell gets fewer turns
+constexpr int turns_of_grid = 24;  // and a fast one no more
+constexpr int turns_of_quick = 8;
+
+struct Scheme {
+  const char *surface, *intersector;
+  int query_pings = 1;
+  bool best_instructions =
+      false;                // of Embree's, rather than those pinned for the same bits anywhere
+  double most_faces = 1e9;  // a cell of more takes too long
+};
+
+/// The one that the others are compared with comes first.
+std::vector<Scheme> schemes() {
+  std::vector<Scheme> all{{"static", "embree", 1, true},
+                          {"static", "embree"},
+                          {"static", "embree-single"},
+                          {"static", "pluecker", 1, false, 3e6},
+                          {"static", "fan_scan", 1, false, 3e6}};
+  for (const char* surface : {"refined", "footprint"})
+    for (const char* intersector : {"embree", "fan_scan"})
+      for (const int query_pings : {1, turn_pings})
+        all.push_back({surface, intersector, query_pings});
+  return all;
+}
+
+std::string best_instruction_set() {
+  const std::span<const std::string_view> sets = instruction_sets();
+  const bool wide = std::ranges::find(sets, "avx512") != sets.end();
+  return wide ? "avx512" : "";
+}
+
+double resident_mb() {
+  std::ifstream pages("/proc/self/statm");
+  double all = 0.0, resident = 0.0;
+  pages >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+/// One cell's simulator while its bed is measured.
+struct Running {
+  Cell cell;
+  std::unique_ptr<Simulator> simulator;
+  std::vector<double> ping_ms, speedup;
+  double spent_s = 0.0;
+};
+
+void judge(Cell& cell, Simulator& simulator, const Pose& pose, const Judge& judge,
+           std::span<const std::vector<Hit>> expected) {
+  const std::vector<std::vector<Hit>> found = simulator.hits(pose);
+  const std::span<const RayFan> fans = simulator.aim(pose);
+  for (std::size_t i = 0; i < fans.size(); ++i)
+    for (std::size_t plane = 0; plane < fans[i].planes(); ++plane)
+      for (std::size_t j = 0; j < fans[i].elevations(); ++j) {
+        if (!fans[i].grid->within_beam(plane, j)) continue;
+        const std::size_t number = plane * fans[i].elevations() + j;
+        const Verdict verdict =
+            judge.judge(fans[i].ray(plane, j), expected[i][number], found[i][number]);
+        ++cell.verdicts[static_cast<std::size_t>(verdict)];
+        ++cell.checked_rays;
+      }
+}
+
+class BedMeasurement {
+ public:
+  BedMeasurement(const Bed& bed, const Size& size, Scene scene, const GridOptions& options)
+      : bed_(bed), size_(size), scene_(std::move(scene)), options_(options) {}
+
+  std::vector<Cell> cells() {
+    const std::vector<Scheme> all = schemes();
+    for (const Scheme& scheme : all) {
+      const std::string name = name_of(scheme);
+      if (name.find(options_.pattern) != std::string::npos && size_.faces <= scheme.most_faces)
+        wanted_.push_back(scheme);
+    }
+    if (wanted_.empty()) return {};
+    if (name_of(wanted_.front()) != name_of(all.front()))
+      wanted_.insert(wanted_.begin(), all.front());
+    for (const Scheme& scheme : wanted_) prepare(scheme);
+    check();
+    time();
+    std::vector<Cell> cells;
+    for (Running& one : running_) {
+      finish(one);
+      cells.push_back(std::move(one.cell));
+    }
+    return cells;
+  }
+
+ private:
+  std::string name_of(const Scheme& scheme) const {
+    return fmt::format("ping/{}/{}/{}/{}{}{}", bed_.name, size_.name, scheme.surface,
+                       scheme.intersector, scheme.best_instructions ? "-best" : "",
+                       scheme.query_pings > 1 ? fmt::format("/{}", scheme.query_pings) : "");
+  }
+
+  void prepare(const Scheme& scheme) {
+    Running& one = running_.emplace_back();
+    Cell& cell = one.cell;
+    cell.name = name_of(scheme);
+    if (options_.progress) options_.progress(cell.name);
+    cell.bed = bed_.name;
+    cell.size = size_.name;
+    cell.surface = scheme.surface;
+    cell.intersector = std::string(scheme.intersector) + (scheme.best_instructions ? "-best" : "");
+    cell.query_pings = scheme.query_pings;
+    Scene scene = scene_;
+    scene.run.surface = scheme.surface;
+    scene.run.intersector = scheme.intersector;
+    scene.run.tree_pings = scheme.query_pings;
+    if (scheme.best_instructions) scene.run.intersection.instruction_set = best_instruction_set();
+    const double before_mb = resident_mb(), start_s = wall_s();
+    one.simulator = std::make_unique<Simulator>(scene, Preparation{.cache = options_.cache});
+    cell.prepare_s = wall_s() - start_s;
+    const Seafloor& seafloor = one.simulator->seafloor();
+    cell.faces = seafloor.faces;
+    cell.code_path = one.simulator->code_path();
+    if (seafloor.progressive) {
+      const std::filesystem::path& file = one.simulator->prepared().cache_file;
+      if (!file.empty()) cell.progressive_mb = 1e-6 * static_cast<double>(file_size(file));
+    } else {
+      constexpr double mb_each = 12e-6;  // three floats, or three numbers
+      cell.mesh_mb = mb_each * static_cast<double>(seafloor.vertices + seafloor.faces);
+      cell.tree_mb = std::max(0.0, resident_mb() - before_mb - cell.mesh_mb);
+    }
+    if (poses_.empty()) poses_ = one.simulator->track();
+    const double first_s = thread_s();
+    for (const EchoLine& line : one.simulator->ping(poses_.front(), 0))
+      cell.rays += static_cast<double>(line.rays);
+    cell.first_ping_ms = 1e3 * (thread_s() - first_s);
+  }
+
+  /// Against exact answers over the faces that one ping's fans can touch.
+  void check() {
+    const Pose& pose = poses_[poses_.size() / 2];
+    Scene scene = scene_;
+    scene.run.surface = "footprint";
+    Simulator exact(scene, {.cache = options_.cache});
+    refine::Footprint footprint(*exact.seafloor().progressive);
+    std::vector<refine::ViewVolume> volumes;
+    for (const RayFan& fan : exact.aim(pose)) volumes.push_back(view_volume(fan));
+    const refine::ExactFaces near = footprint.query(volumes);
+    const auto reference =
+        make_intersector("pluecker", {near.points, near.faces, near.source_faces});
+    std::vector<std::vector<Hit>> expected;
+    for (const RayFan& fan : exact.aim(pose))
+      reference->intersect(fan, expected.emplace_back(fan.grid->rays()));
+    const Judge judge_of(running_.front().simulator->seafloor().mesh, *reference);
+    for (Running& one : running_) judge(one.cell, *one.simulator, pose, judge_of, expected);
+  }
+
+  void time() {
+    const int turns = options_.quick ? turns_of_quick : turns_of_grid;
+    if (options_.progress)
+      options_.progress(fmt::format("ping/{}/{}: {} turns", bed_.name, size_.name, turns));
+    for (Running& one : running_) before_.push_back(one.simulator->times());
+    for (int turn = 0; turn < turns; ++turn) {
+      const std::size_t last = poses_.size() - turn_pings - 1;
+      const std::size_t begin =
+          last * static_cast<std::size_t>(turn) / static_cast<std::size_t>(turns);
+      double reference_ms = 0.0;
+      for (Running& one : running_) {
+        if (!one.cell.agrees() || one.spent_s > cell_s * (options_.quick ? 0.3 : 1.0)) continue;
+        const double ms = take_turn(one, begin);
+        if (&one == &running_.front()) reference_ms = ms;
+        one.ping_ms.push_back(ms);
+        one.speedup.push_back(reference_ms / ms);
+      }
+    }
+  }
+
+  /// The first ping after the leap is not counted: what it leaves is what a track's next finds.
+  double take_turn(Running& one, std::size_t begin) {
+    one.simulator->reset();
+    one.simulator->ping(poses_[begin], begin);
+    const double start_s = thread_s();
+    for (std::size_t ping = begin + 1; ping <= begin + turn_pings; ++ping)
+      one.simulator->ping(poses_[ping], ping);
+    const double took_s = thread_s() - start_s;
+    if (&one != &running_.front()) one.spent_s += took_s;
+    return 1e3 * took_s / turn_pings;
+  }
+
+  void finish(Running& one) {
+    Cell& cell = one.cell;
+    cell.ping_ms = spread_of(one.ping_ms);
+    cell.speedup = spread_of(one.speedup);
+    if (one.ping_ms.empty()) return;
+    const StageTimes& before = before_[static_cast<std::size_t>(&one - running_.data())];
+    const StageTimes& after = one.simulator->times();
+    const double to_ms = 1e3 / (static_cast<double>(one.ping_ms.size()) * (turn_pings + 1));
+    cell.surface_ms = (after.surface_s - before.surface_s) * to_ms;
+    cell.trace_ms = (after.trace_s - before.trace_s) * to_ms;
+    cell.echo_ms = (after.echo_s - before.echo_s) * to_ms;
+  }
+
+  const Bed& bed_;
+  const Size& size_;
+  Scene scene_;
+  const GridOptions& options_;
+  std::vector<Scheme> wanted_;
+  std::vector<Running> running_;
+  std::vector<StageTimes> before_;
+  std::vector<Pose> poses_;
+};
+
+}  // namespace
+
+bool Cell::agrees() const {
+  return verdicts[static_cast<std::size_t>(Verdict::unexplained)] == 0 &&
+         verdicts[static_cast<std::size_t>(Verdict::leak)] == 0;
+}
+
+std::vector<Cell> measure_grid(const GridOptions& options) {
+  std::vector<Cell> all;
+  for (const Size& size : sizes)
+    for (const Bed& bed : beds()) {
+      if (options.quick && size.faces > 1e6) continue;
+      std::optional<Scene> scene = bed.scene(size.faces, options.data);
+      if (!scene) continue;
+      scene->track.pings = 200;
+      for (Cell& cell : BedMeasurement(bed, size, std::move(*scene), options).cells())
+        all.push_back(std::move(cell));
+    }
+  return all;
+}
+
+}  // namespace ensonify::bench

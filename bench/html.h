@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace ensonify::bench {
+
+/// A report as one page that needs nothing else: charts as SVG, light and dark, and in words where each
+/// scheme wins and loses.
+std::string html(const nlohmann::ordered_json& report);
+
+}  // namespace ensonify::bench

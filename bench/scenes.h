@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::bench {
+
+/// A square of rippled sand of 200 m, 10 m under the sonar, cut into more or fewer faces.
+engine::Scene ripples(double faces);
+
+/// A square of 500 m with the heights of a rough bed, 15 m under the sonar.
+engine::Scene fractal(double faces);
+
+/// A bed to time pings over: its name, and the scene of about so many faces, without speckle and
+/// noise, under two fans of 8 planes and 4096 elevations. None where its data are not in the folder.
+struct Bed {
+  std::string_view name;
+  std::string_view help;
+  std::optional<engine::Scene> (*scene)(double faces, const std::filesystem::path& data);
+};
+std::span<const Bed> beds();
+
+/// How many faces a bed is cut into.
+struct Size {
+  std::string_view name;
+  double faces;
+};
+inline constexpr Size sizes[] = {{"0.5M", 0.5e6}, {"2M", 2e6}, {"8M", 8e6}, {"33M", 33e6}};
+
+}  // namespace ensonify::bench
