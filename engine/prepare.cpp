@@ -189,12 +189,12 @@ class Preparing {
 }  // namespace
 
 PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how) {
-  return Preparing(scene, how).result();
+  return how.seafloor ? *how.seafloor : Preparing(scene, how).result();
 }
 
 Seafloor seafloor_of(const Scene& scene) {
   try {
-    return make_seafloor(scene.seafloor, scene.seed, scene.objects);
+    return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects);
   } catch (const std::invalid_argument& error) {
     throw_placed(scene, error);
   } catch (const refine::MeshError& error) {
@@ -206,7 +206,7 @@ std::string seafloor_key(const Scene& scene) {
   Scene copy = scene;
   std::string text =
       fmt::format("seafloor {}\nprogressive mesh {}\n{}\nseed = {}\n", seafloor_version,
-                  refine::progressive_mesh_version, library_versions(), scene.seed);
+                  refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, copy);
   for_each_list(copy, [&](const auto& section, auto& list) {

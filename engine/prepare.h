@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,12 +13,16 @@
 
 namespace ensonify::engine {
 
+struct PreparedSeafloor;
+
 /// How a scene is made ready.
 struct Preparation {
   std::filesystem::path cache;  ///< the folder for analysed seafloors, made if missing; empty: none
   int threads = 0;              ///< 0: as many as the machine has
   /// Told what comes next ("seafloor", "analysis", "tree"); what it throws ends the preparation.
   std::function<void(std::string_view stage)> progress;
+  /// The scene's seafloor where it has been prepared before; none: it is now.
+  std::shared_ptr<const PreparedSeafloor> seafloor = {};
 };
 
 /// A scene's seafloor as its surface needs it.

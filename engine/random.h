@@ -26,6 +26,9 @@ enum class Purpose : std::uint64_t {
   boulder_layer = 35,
   seabed_patch = 36,
   survey_detail = 37,
+  recipe = 60,
+  dataset_split = 61,
+  background_chip = 62,
 };
 
 /// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,

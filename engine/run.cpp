@@ -14,11 +14,14 @@
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/exr.h>
+#include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/output/pings_csv.h>
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/targets_json.h>
+#include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
@@ -49,7 +52,9 @@ class OutputFolder {
   OutputFolder& operator=(const OutputFolder&) = delete;
 
   void write(const std::string& name, std::span<const std::byte> content) {
+    const Clock::time_point start = Clock::now();
     refine::write_file(folder_ / name, content);
+    disk_s_ += seconds_since(start);
     records_[name] = {name, content.size(), xxh128(content)};
   }
   void write(const std::string& name, std::string_view text) {
@@ -63,11 +68,13 @@ class OutputFolder {
     return all;
   }
   const fs::path& path() const { return folder_; }
+  double disk_s() const { return disk_s_; }
 
  private:
   fs::path folder_;
   bool made_ = false;
   bool kept_ = false;
+  double disk_s_ = 0.0;
   std::map<std::string, FileRecord> records_;
 };
 
@@ -81,7 +88,8 @@ class Run {
     Clock::time_point start = Clock::now();
     Simulator simulator(scene_, {.cache = control_.cache,
                                  .threads = control_.threads,
-                                 .progress = [&](std::string_view stage) { tell(stage, 0, 1); }});
+                                 .progress = [&](std::string_view stage) { tell(stage, 0, 1); },
+                                 .seafloor = control_.seafloor});
     report_.prepare_s = seconds_since(start);
     const PreparedSeafloor& prepared = simulator.prepared();
     report_.surface = prepared.surface;
@@ -107,6 +115,7 @@ class Run {
     start = Clock::now();
     write_files(simulator);
     report_.files_s = seconds_since(start);
+    report_.disk_s = folder_.disk_s();
     folder_.keep();
     // Not in the manifest: the files do not depend on the cache.
     report_.warnings.insert(report_.warnings.end(), cache_warnings.begin(), cache_warnings.end());
@@ -124,7 +133,9 @@ class Run {
   // The picture grows while the run goes on, from the first block, and takes a twentieth of the time
   // at most.
   void grow_pictures(const Simulator& simulator, std::span<const Waterfall> images) {
-    if (seconds_since(picture_written_) < std::max(1.0, 20.0 * picture_s_)) return;
+    if (!control_.growing_picture ||
+        seconds_since(picture_written_) < std::max(1.0, 20.0 * picture_s_))
+      return;
     const Clock::time_point start = Clock::now();
     for (std::size_t i = 0; i < images.size(); ++i) write_picture(simulator, images[i], i);
     picture_s_ = seconds_since(start);
@@ -145,9 +156,10 @@ class Run {
       tell("files", i, images.size());
       const std::string& name = images[i].sonar.name;
       write_picture(simulator, images[i], i);
-      folder_.write(name + ".exr", encode_exr(images[i], origin));
+      if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
+      write_recordings(simulator, images[i], i);
       const Seafloor& seafloor = simulator.seafloor();
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
@@ -161,6 +173,7 @@ class Run {
       for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
+    if (control_.made) control_.made(simulator, images);
     report_.counts["pings"] = images.front().rows();
     report_.counts["rays"] = pings_.rays;
     if (const RefractionCounts& bent = pings_.refraction; bent.rays > 0) {
@@ -184,6 +197,22 @@ class Run {
                       .files = folder_.records()};
     folder_.write("manifest.json", manifest_json(manifest));
     tell("files", images.size(), images.size());
+  }
+
+  void write_recordings(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
+    if (!scene_.output.xtf && !scene_.output.jsf) return;
+    const TrackOptions& track = scene_.track;
+    const Seafloor& seafloor = simulator.seafloor();
+    RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
+                         .utm_zone = seafloor.utm_zone,
+                         .start_time = scene_.output.start_time,
+                         .sound_speed_mps = simulator.sound_speed_mps(),
+                         .absorption_db_per_m = simulator.absorption_db_per_m(sonar)};
+    if (track.origin_latitude_rad)
+      frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
+    const Recording recording = make_recording(image, frame);
+    if (scene_.output.xtf) folder_.write(recording.name + ".xtf", encode_xtf(recording));
+    if (scene_.output.jsf) folder_.write(recording.name + ".jsf", encode_jsf(recording));
   }
 
   void warn_of_holes() {
@@ -217,7 +246,9 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
     if (scene.seafloor.kind == SeafloorKind::progressive) throw;
     std::error_code ignored;
     fs::remove(cache_file(scene, control.cache), ignored);
-    RunReport report = Run(scene, folder, control).report();
+    RunControl anew = control;
+    anew.seafloor = nullptr;
+    RunReport report = Run(scene, folder, anew).report();
     report.warnings.push_back(fmt::format("{}; it was made anew", damage.what()));
     return report;
   }

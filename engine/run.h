@@ -4,11 +4,14 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 
@@ -26,6 +29,10 @@ struct RunControl {
   /// the run. Called from one thread at a time, at least after every block.
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
   std::filesystem::path cache = {};  ///< for analysed seafloors, as in Preparation
+  std::shared_ptr<const PreparedSeafloor> seafloor = {};  ///< the same
+  bool growing_picture = true;  ///< whether the pictures are written while the run goes on
+  /// Told what the run made, once all its files but the manifest are written.
+  std::function<void(const Simulator&, std::span<const Waterfall>)> made = {};
 };
 
 /// What a run did. Times are of this machine and go into no file.
@@ -39,7 +46,8 @@ struct RunReport {
   StageTimes stages;                         ///< summed over threads
   double prepare_s = 0.0;                    ///< seafloor and surface
   double pings_s = 0.0;                      ///< wall time of all pings
-  double files_s = 0.0;
+  double files_s = 0.0;                      ///< encoding and writing
+  double disk_s = 0.0;                       ///< of all of it, writing alone
 };
 
 /// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the threads,

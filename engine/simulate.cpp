@@ -408,6 +408,7 @@ RefractionCounts Simulator::refraction_counts() const {
   for (const Pinger& pinger : worker_->pingers) sum += pinger.refraction_counts();
   return sum;
 }
+double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

@@ -113,6 +113,7 @@ class Simulator {
   /// What the intersector's last bits depend on.
   std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
+  double sound_speed_mps() const;  ///< that ranges are counted by
   /// From now on pings count what they see of each object, and so do those of another(): it takes some of
   /// their time where many objects are in view. Bent rays (sea.refraction = "full") are not counted.
   void watch_objects();

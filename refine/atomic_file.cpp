@@ -1,6 +1,7 @@
 #include <ensonify/refine/atomic_file.h>
 
 #include <cerrno>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -64,10 +65,29 @@ struct Temporary {
   }
 };
 
+void write_all(const std::filesystem::path& file, int descriptor,
+               std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR) fail(file, "write it", errno);
+    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+}
+
+void sync_folder(const std::filesystem::path& file, int folder) {
+  // EINVAL: a file system that cannot do this for folders.
+  if (::fsync(folder) != 0 && errno != EINVAL)
+    fail(file, "bring its folder to the disk (fsync)", errno);
+}
+
 }  // namespace
 
-void write_file(const std::filesystem::path& file,
-                std::span<const std::span<const std::byte>> parts) {
+struct NewFile::Open {
+  Descriptor folder;
+  std::optional<Temporary> temporary;
+};
+
+NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::make_unique<Open>()) {
   // A rename would replace a device such as /dev/null.
   std::error_code unknown;
   const auto status = std::filesystem::status(file, unknown);
@@ -75,27 +95,34 @@ void write_file(const std::filesystem::path& file,
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     fail(file, "replace what is not a regular file", EINVAL);
 
-  Descriptor folder;
   const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
-  folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder.number < 0) fail(file, "open its folder", errno);
+  open_->folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (open_->folder.number < 0) fail(file, "open its folder", errno);
+  open_->temporary.emplace(file, open_->folder.number);
+}
 
-  Temporary temporary(file, folder.number);
-  for (std::span<const std::byte> bytes : parts)
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(temporary.descriptor.number, bytes.data(), bytes.size());
-      if (written < 0 && errno != EINTR) fail(file, "write it", errno);
-      if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-  if (::fsync(temporary.descriptor.number) != 0) fail(file, "bring it to the disk (fsync)", errno);
-  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file, "close it", errno);
-  if (::renameat(folder.number, temporary.name.c_str(), folder.number, file.filename().c_str()) !=
-      0)
-    fail(file, "put it in place (rename)", errno);
+NewFile::~NewFile() = default;
+
+void NewFile::write(std::span<const std::byte> bytes) {
+  write_all(file_, open_->temporary->descriptor.number, bytes);
+}
+
+void NewFile::commit() {
+  const int folder = open_->folder.number;
+  Temporary& temporary = *open_->temporary;
+  if (::fsync(temporary.descriptor.number) != 0) fail(file_, "bring it to the disk (fsync)", errno);
+  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file_, "close it", errno);
+  if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0)
+    fail(file_, "put it in place (rename)", errno);
   temporary.renamed = true;
-  // EINVAL: a file system that cannot do this for folders.
-  if (::fsync(folder.number) != 0 && errno != EINVAL)
-    fail(file, "bring its folder to the disk (fsync)", errno);
+  sync_folder(file_, folder);
+}
+
+void write_file(const std::filesystem::path& file,
+                std::span<const std::span<const std::byte>> parts) {
+  NewFile whole(file);
+  for (const std::span<const std::byte> bytes : parts) whole.write(bytes);
+  whole.commit();
 }
 
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
@@ -104,6 +131,30 @@ void write_file(const std::filesystem::path& file, std::span<const std::byte> by
 
 void write_file(const std::filesystem::path& file, std::string_view text) {
   write_file(file, std::as_bytes(std::span(text)));
+}
+
+void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  Descriptor descriptor;
+  descriptor.number = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor.number < 0) fail(file, "make it", errno);
+  write_all(file, descriptor.number, bytes);
+  if (::close(std::exchange(descriptor.number, -1)) != 0) fail(file, "close it", errno);
+}
+
+bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place) {
+  const std::filesystem::path above = place.has_parent_path() ? place.parent_path() : ".";
+  Descriptor parent, itself;
+  itself.number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (itself.number < 0) fail(folder, "open it", errno);
+  if (::syncfs(itself.number) != 0) fail(folder, "bring it to the disk (syncfs)", errno);
+  parent.number = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (parent.number < 0) fail(above, "open it", errno);
+  if (::rename(folder.c_str(), place.c_str()) != 0) {
+    if (errno == EEXIST || errno == ENOTEMPTY) return false;
+    fail(place, "put it in place (rename)", errno);
+  }
+  sync_folder(place, parent.number);
+  return true;
 }
 
 }  // namespace ensonify::refine

@@ -21,11 +21,24 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Some samples failed, the others are there: exit code 3.
+struct SomeFailed : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A signal came, and the same command goes on from here: exit code 75.
+struct Interrupted : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// What a subcommand does, once the command line has been read.
 using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
 void add_stream(CLI::App& app, Action& action);
+void add_generate(CLI::App& app, Action& action);
+void add_preview(CLI::App& app, Action& action);
+void add_merge(CLI::App& app, Action& action);
 void add_analyse(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_seafloor(CLI::App& app, Action& action);

@@ -1,3 +1,4 @@
+#include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include <memory>
@@ -9,8 +10,12 @@ namespace ensonify::engine::app {
 void add_dump_default(CLI::App& app, Action& action) {
   const auto what = std::make_shared<std::string>();
   CLI::App& command = *app.add_subcommand("dump-default", "Print a commented file with every key");
-  command.add_option("WHAT", *what, "run: a scene")->required()->check(CLI::IsMember({"run"}));
-  command.callback([&action, what] { action = [] { print(dump_scene(Scene{})); }; });
+  command.add_option("WHAT", *what, "run: a scene; generate: a dataset's recipe")
+      ->required()
+      ->check(CLI::IsMember({"run", "generate"}));
+  command.callback([&action, what] {
+    action = [what] { print(*what == "run" ? dump_scene(Scene{}) : dump_recipe()); };
+  });
 }
 
 }  // namespace ensonify::engine::app

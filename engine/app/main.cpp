@@ -14,6 +14,8 @@ namespace {
 
 constexpr int run_failed = 1;
 constexpr int wrong_input = 2;  // usage, scene, or a file that the user gave
+constexpr int some_failed = 3;
+constexpr int interrupted = 75;  // and resumable
 constexpr int by_signal = 128;
 
 int failed(int code, std::string_view message) {
@@ -27,6 +29,10 @@ int perform(const app::Action& action) {
     return 0;
   } catch (const ensonify::engine::Stopped& stopped) {
     return failed(by_signal + app::SignalWatch::caught(), stopped.what());
+  } catch (const app::Interrupted& error) {
+    return failed(interrupted, error.what());
+  } catch (const app::SomeFailed& error) {
+    return failed(some_failed, error.what());
   } catch (const app::UsageError& error) {
     return failed(wrong_input, error.what());
   } catch (const ensonify::engine::SceneError& error) {
@@ -52,10 +58,13 @@ int main(int argc, char** argv) {
   program.footer(
       "Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 the run failed, 2 "
       "usage, "
-      "scene or input file, 128+n a signal.");
+      "scene or input file, 3 some samples failed, 75 interrupted and resumable, 128+n a signal.");
   app::Action action;
   app::add_run(program, action);
   app::add_stream(program, action);
+  app::add_generate(program, action);
+  app::add_preview(program, action);
+  app::add_merge(program, action);
   app::add_analyse(program, action);
   app::add_check(program, action);
   app::add_seafloor(program, action);

@@ -36,7 +36,7 @@ void write_seafloor(const Arguments& arguments) {
     stop_if_asked();
     refine::write_ply(arguments.file, mesh);
   } else {
-    const Heightfield field = make_heightfield(scene.seafloor, scene.seed);
+    const Heightfield field = make_heightfield(scene.seafloor, scene.bed_seed());
     stop_if_asked();
     refine::write_file(arguments.file,
                        kind == ".tif" ? encode_geotiff(field)

@@ -7,26 +7,26 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr Colour white{255, 255, 255};
-constexpr Colour no_data_colour{110, 110, 110}, water_colour{20, 60, 120},
+constexpr Rgb white{255, 255, 255};
+constexpr Rgb no_data_colour{110, 110, 110}, water_colour{20, 60, 120},
     bed_shadow_colour{75, 40, 110}, thing_shadow_colour{170, 60, 230};
 /// Of classes, strong; of sediments, pale.
-constexpr std::array<Colour, 10> class_colours{{{255, 60, 50},
-                                                {255, 215, 0},
-                                                {0, 225, 235},
-                                                {90, 230, 60},
-                                                {255, 130, 0},
-                                                {255, 90, 190},
-                                                {70, 130, 255},
-                                                {185, 255, 150},
-                                                {200, 150, 90},
-                                                {230, 230, 255}}};
-constexpr std::array<Colour, 6> sediment_colours{{{200, 180, 110},
-                                                  {90, 150, 110},
-                                                  {120, 130, 190},
-                                                  {190, 120, 110},
-                                                  {110, 180, 190},
-                                                  {180, 130, 180}}};
+constexpr std::array<Rgb, 10> class_colours{{{255, 60, 50},
+                                             {255, 215, 0},
+                                             {0, 225, 235},
+                                             {90, 230, 60},
+                                             {255, 130, 0},
+                                             {255, 90, 190},
+                                             {70, 130, 255},
+                                             {185, 255, 150},
+                                             {200, 150, 90},
+                                             {230, 230, 255}}};
+constexpr std::array<Rgb, 6> sediment_colours{{{200, 180, 110},
+                                               {90, 150, 110},
+                                               {120, 130, 190},
+                                               {190, 120, 110},
+                                               {110, 180, 190},
+                                               {180, 130, 180}}};
 
 /// What a pixel is painted as; ordered as the legend is.
 struct Paint {

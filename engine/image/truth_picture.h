@@ -12,7 +12,7 @@ namespace ensonify::engine {
 
 /// What a colour of a truth picture stands for.
 struct LegendEntry {
-  Colour colour;
+  Rgb colour;
   std::string name;
 };
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
@@ -10,5 +12,8 @@ namespace ensonify::engine {
 /// An 8-bit grey or RGB PNG, with nothing in it of when or where it was made. Throws
 /// std::invalid_argument for a picture without pixels, or whose pixels do not fit its size.
 std::vector<std::byte> encode_png(const Picture& picture);
+
+/// Numbers row by row from the top as a grey PNG of 16 bits. Throws as above.
+std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels);
 
 }  // namespace ensonify::engine

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/scene/object_check.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
@@ -193,6 +194,12 @@ void check_scene(const Scene& scene,
     });
   }
   check_track(scene, require);
+  require(scene.output.start_time.empty() || unix_time(scene.output.start_time),
+          "output.start_time", [&] {
+            return fmt::format(
+                "'output.start_time' is {}, expected a time as \"2025-06-01T12:00:00Z\"",
+                toml_string(scene.output.start_time));
+          });
   if (scene.track.kind == TrackKind::line)
     check_pings(scene, scene.track.pings, place("track.pings"));
 }

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/schema.h>
 
@@ -90,6 +91,50 @@ std::string dump_scene(const Scene& scene, bool with_comments) {
       for (Sonar& sonar : copy.sonars)
         dump(out, sonar_section(), fmt::format("[sonar.{}]", sonar.name), sonar, with_comments);
   }
+  return out;
+}
+
+std::string dump_recipe() {
+  std::string out =
+      R"(# A recipe of ensonify's: a scene, [dataset], and distributions in place of values.
+#
+# Any key of a scene (`ensonify dump-default run` prints them all) may be drawn for each sample:
+#
+#   altitude_m = { uniform = [3, 12] }                   evenly between
+#   altitude_m = { log_uniform = [3, 12] }               its logarithm evenly
+#   altitude_m = { normal = [7, 2], between = [3, 12] }  mean and deviation, cut off
+#   legs = { int = [2, 5] }                              a whole number, the ends among them
+#   material = { choice = ["steel", "wood"], weights = [3, 1] }
+#   height_m = { unset = true }                          left out; of use in tables
+#
+# stratified = true   spreads the samples evenly, over all keys that say so at once (not for normal)
+# times = "KEY"       multiplies by another key's value, or by several: times = ["KEY", "KEY"]
+# plus = "KEY"        then adds
+# by = "KEY", table = { VALUE = ..., ... }   a value or a distribution for each value of another key
+# present = ...       in a table of a list, [[objects]] or [[seafloor.crests]] ..., whether it is there
+#
+# [draw] has keys of your own for others to go by. Of [dataset], all keys:
+
+version = 1
+seed = 1                 # of all draws; each sample's scene has its own
+
+[draw]
+side = { choice = [-1, 1] }
+
+[[objects]]
+shape = "cylinder"
+east_m = { times = ["sonar.sidescan.range_m", "draw.side"], uniform = [0.3, 0.8], stratified = true }
+heading_deg = { uniform = [0, 360], stratified = true }
+
+[track]
+altitude_m = { times = "sonar.sidescan.range_m", uniform = [0.08, 0.15] }
+
+[sonar.sidescan]
+range_m = { log_uniform = [30, 75] }
+)";
+  DatasetOptions options;
+  for (const auto& section : dataset_sections())
+    dump(out, section, fmt::format("[{}]", section.name), options, true);
   return out;
 }
 

@@ -13,6 +13,7 @@
 #include <toml++/toml.h>
 
 #include <ensonify/engine/scene/check.h>
+#include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
 #include <ensonify/engine/sonar/presets.h>
@@ -40,24 +41,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::swap(last, row);
   }
   return last[b.size()];
-}
-
-/// "; did you mean 'x'?" for the nearest word, if any is near.
-std::string suggestion(std::string_view word, std::span<const std::string> known) {
-  if (word.size() > 100) return "";
-  const std::string* nearest = nullptr;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const std::string& candidate : known) {
-    const std::string_view last = std::string_view(candidate).substr(candidate.rfind('.') + 1);
-    const bool begins = word.size() > 2 && last.starts_with(word);  // a unit or a word is missing
-    const std::size_t distance =
-        begins ? 1 : std::min(edit_distance(word, candidate), edit_distance(word, last));
-    if (distance < least) {
-      least = distance;
-      nearest = &candidate;
-    }
-  }
-  return nearest ? fmt::format("; did you mean '{}'?", *nearest) : "";
 }
 
 std::string printable(std::string_view text) {
@@ -113,7 +96,8 @@ fs::path resolve(std::string_view key, const std::string& text, const ScenePaths
 /// Fills a scene from TOML tables, and remembers where each key stood.
 class Reader {
  public:
-  explicit Reader(std::string name) : source_(std::move(name)), name_(source_) {}
+  explicit Reader(std::string name, const DrawnValues* drawn = nullptr)
+      : source_(std::move(name)), name_(source_), drawn_(drawn) {}
 
   void read_file(std::string_view text) {
     const toml::table table = parse(text);
@@ -149,6 +133,17 @@ class Reader {
       throw SceneError(
           fmt::format("{}: expected key=value, as in -D sea.temperature_c=12", source_));
     read_table(table, "");
+  }
+
+  DatasetOptions read_dataset(std::string_view text) {
+    const toml::table file = parse(text);
+    const toml::node* node = file.get("dataset");
+    if (!node)
+      throw SceneError(fmt::format(
+          "{}:1:1: no [dataset], expected a recipe: a scene with a [dataset] table", name_));
+    DatasetOptions options;
+    read_dataset(expect_table(*node, "dataset"), "dataset", options);
+    return options;
   }
 
   Scene finish(const ScenePaths& paths) {
@@ -195,6 +190,10 @@ class Reader {
         throw unknown(key, section_name, known_names(section_name));
       } else if (path == "version") {
         read_version(node);
+      } else if (path == "dataset" || path == "draw") {
+        if (!drawn_)
+          throw fault(key,
+                      "this is a dataset's recipe, expected a scene: `ensonify generate` takes it");
       } else if (path == "sonar") {
         read_named(node, "sonar", sonar_section(), scene_.sonars);
       } else if (path == "material") {
@@ -207,6 +206,28 @@ class Reader {
         read_table(expect_table(node, path), path);
       } else {
         throw unknown(key, section_name, known_names(section_name));
+      }
+    }
+  }
+
+  void read_dataset(const toml::table& table, const std::string& name, DatasetOptions& options) {
+    const auto section = [&](std::string_view wanted) {
+      return std::ranges::find(dataset_sections(), wanted, &Section<DatasetOptions>::name);
+    };
+    const auto& keys = section(name)->keys;
+    for (const auto& [key, node] : table) {
+      const std::string path = joined(name, key.str());
+      const auto row = std::ranges::find(keys, key.str(), &Key<DatasetOptions>::name);
+      if (row != keys.end()) {
+        set(*row, options, node, path);
+      } else if (section(path) != dataset_sections().end()) {
+        read_dataset(expect_table(node, path), path, options);
+      } else {
+        std::vector<std::string> known;
+        for (const auto& s : dataset_sections())
+          for (const auto& k : s.keys) known.push_back(joined(s.name, k.name));
+        throw fault(key, fmt::format("unknown key {} in [{}]{}", printable(key.str()), name,
+                                     suggestion(key.str(), known)));
       }
     }
   }
@@ -276,12 +297,12 @@ class Reader {
   template <class Owner>
   void read_list(const toml::node& node, const Section<Owner>& section, std::vector<Owner>& list) {
     if (const toml::array* array = node.as_array(); array && in_file_) {
-      list.resize(array->size());
       for (std::size_t i = 0; i < array->size(); ++i) {
-        const std::string path = fmt::format("{}.{}", section.name, i);
+        if (drawn_ && drawn_->absent.contains(fmt::format("{}.{}", section.name, i))) continue;
+        const std::string path = fmt::format("{}.{}", section.name, list.size());
         places_.insert_or_assign(path, place((*array)[i].source()));
-        read_keys(section, list[i], expect_table((*array)[i], fmt::format("[{}]", section.name)),
-                  path);
+        read_keys(section, list.emplace_back(),
+                  expect_table((*array)[i], fmt::format("[{}]", section.name)), path);
       }
       return;
     }
@@ -308,6 +329,7 @@ class Reader {
   void read_keys(const Section<Owner>& section, Owner& owner, const toml::table& table,
                  const std::string& path) {
     for (const auto& [key, value] : table) {
+      if (drawn_ && key.str() == "present") continue;
       const auto row = std::ranges::find(section.keys, key.str(), &Key<Owner>::name);
       if (row == section.keys.end()) {
         std::vector<std::string> known;
@@ -382,11 +404,22 @@ class Reader {
   }
 
   template <class Owner>
-  void set(const Key<Owner>& key, Owner& owner, const toml::node& node, const std::string& path) {
-    places_.insert_or_assign(path, place(node.source()));
+  void set(const Key<Owner>& key, Owner& owner, const toml::node& written,
+           const std::string& path) {
+    places_.insert_or_assign(path, place(written.source()));
+    toml::table drawn;
+    if (const std::string* value = drawn_value(path)) {
+      if (value->empty()) return;
+      drawn = parse("value = " + *value);
+    }
+    const toml::node& node = drawn.empty() ? written : *drawn.get("value");
     const auto refuse = [&](const std::string& hint = "") {
-      return fault(node, fmt::format("'{}' is {}, expected {}{}", path, description(node),
-                                     expectation(key), hint));
+      return fault(
+          written,
+          fmt::format(
+              "'{}' is {}, expected {}{}{}", path, description(node), expectation(key),
+              drawn_ && node.is_table() ? ", or a distribution of it, as { uniform = [1, 2] }" : "",
+              hint));
     };
     const auto whole = [&]() -> std::int64_t {
       const auto* value = node.as_integer();
@@ -421,10 +454,14 @@ class Reader {
             *option = node.as_boolean()->get();
           } else if constexpr (std::is_integral_v<T>) {
             *option = static_cast<T>(whole());
+          } else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>) {
+            *option = static_cast<std::uint64_t>(whole());
           } else if constexpr (std::is_enum_v<T>) {
             *option = static_cast<T>(choice());
           } else if constexpr (std::is_same_v<T, InputFile>) {
             option->name = word();
+          } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+            *option = strings(node, refuse);
           } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>) {
             *option = points(key.range, node, refuse);
           } else if constexpr (std::is_same_v<T, std::string>) {
@@ -434,6 +471,23 @@ class Reader {
           }
         },
         key.option(owner));
+  }
+
+  static std::vector<std::string> strings(const toml::node& node, const auto& refuse) {
+    const toml::array* array = node.as_array();
+    if (!array) throw refuse();
+    std::vector<std::string> strings;
+    for (const toml::node& element : *array) {
+      if (!element.is_string()) throw refuse();
+      strings.push_back(element.as_string()->get());
+    }
+    return strings;
+  }
+
+  const std::string* drawn_value(const std::string& path) const {
+    if (!drawn_ || !in_file_) return nullptr;
+    const auto found = drawn_->values.find(path);
+    return found == drawn_->values.end() ? nullptr : &found->second;
   }
 
   /// An array of pairs. `refuse` makes the error.
@@ -460,10 +514,13 @@ class Reader {
   std::map<std::string, std::string, std::less<>> places_;  // of keys that were given
   std::string source_;                                      // what is being read
   const std::string name_;                                  // the file
+  const DrawnValues* drawn_;                                // of a recipe
   bool in_file_ = true;
 };
 
-std::string read_text(const fs::path& file) {
+}  // namespace
+
+std::string read_scene_text(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   const auto refuse = [&](std::string_view why) {
@@ -483,7 +540,22 @@ std::string read_text(const fs::path& file) {
   return text;
 }
 
-}  // namespace
+std::string suggestion(std::string_view word, std::span<const std::string> known) {
+  if (word.size() > 100) return "";
+  const std::string* nearest = nullptr;
+  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const std::string& candidate : known) {
+    const std::string_view last = std::string_view(candidate).substr(candidate.rfind('.') + 1);
+    const bool begins = word.size() > 2 && last.starts_with(word);  // a unit or a word is missing
+    const std::size_t distance =
+        begins ? 1 : std::min(edit_distance(word, candidate), edit_distance(word, last));
+    if (distance < least) {
+      least = distance;
+      nearest = &candidate;
+    }
+  }
+  return nearest ? fmt::format("; did you mean '{}'?", *nearest) : "";
+}
 
 Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides, const ScenePaths& paths) {
@@ -493,10 +565,21 @@ Scene parse_scene(std::string_view text, std::string_view name,
   return reader.finish(paths);
 }
 
+Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
+                   const ScenePaths& paths) {
+  Reader reader(std::string(name), &drawn);
+  reader.read_file(text);
+  return reader.finish(paths);
+}
+
+DatasetOptions parse_dataset_options(std::string_view text, std::string_view name) {
+  return Reader(std::string(name)).read_dataset(text);
+}
+
 Scene read_scene(const fs::path& file, std::span<const std::string> overrides,
                  const fs::path& data_folder) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  return parse_scene(read_text(file), file.string(), overrides, {folder, data_folder});
+  return parse_scene(read_scene_text(file), file.string(), overrides, {folder, data_folder});
 }
 
 }  // namespace ensonify::engine

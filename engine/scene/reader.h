@@ -1,6 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +30,23 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
 /// The same from text; `name` stands for the file in messages.
 Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides = {}, const ScenePaths& paths = {});
+
+/// What was drawn for one scene of a dataset's recipe.
+struct DrawnValues {
+  /// By the key's whole name: a value as in TOML, or nothing, which leaves the key out.
+  std::map<std::string, std::string, std::less<>> values;
+  /// Tables of lists that the scene has not, as in `objects.1`: numbers of the recipe. Those that follow
+  /// are called in `values` by the numbers they have without them.
+  std::set<std::string, std::less<>> absent;
+};
+
+/// A scene from a recipe's text, with drawn values in place of the recipe's distributions. Its tables
+/// [dataset] and [draw] and the keys `present` of lists are passed over.
+Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
+                   const ScenePaths& paths);
+
+/// The text of a scene or recipe file, of 1 MiB at most. Throws SceneError.
+std::string read_scene_text(const std::filesystem::path& file);
 
 /// A commented TOML file with every key, its unit, range and value, that reads back to the same
 /// scene; it names files as the scene did.

@@ -47,13 +47,18 @@ struct RunOptions {
 };
 
 struct OutputOptions {
-  bool npz = false;    ///< the layers as NAME.npz beside NAME.exr
-  bool truth = false;  ///< the truth laid over the picture as NAME_truth.png
+  bool exr = true;         ///< the layers as NAME.exr
+  bool npz = false;        ///< the layers as NAME.npz
+  bool xtf = false;        ///< the recording as NAME.xtf
+  bool jsf = false;        ///< the recording as NAME.jsf
+  bool truth = false;      ///< the truth laid over the picture as NAME_truth.png
+  std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
 };
 
 /// Every option of a run. The defaults are a scene that gives a good picture.
 struct Scene {
   std::uint64_t seed = 1;
+  std::optional<std::uint64_t> seafloor_seed;  ///< of the seafloor and its objects; unset: `seed`
   bool speckle = true;
   Sea sea;
   SeafloorOptions seafloor;
@@ -68,6 +73,8 @@ struct Scene {
   OutputOptions output;
   /// Where the file's keys stand, "file:line:column", for messages of faults that show later. No option.
   std::map<std::string, std::string, std::less<>> places;
+
+  std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }
 };
 
 }  // namespace ensonify::engine

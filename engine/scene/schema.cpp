@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/option_at.h>
 #include <ensonify/engine/sonar/presets.h>
 #include <ensonify/engine/trace/intersector.h>
@@ -46,6 +47,13 @@ std::string points_text(const std::vector<Eigen::Vector2d>& points) {
   for (const Eigen::Vector2d& p : points)
     text +=
         fmt::format("{}[{}, {}]", text.empty() ? "" : ", ", number_text(p.x()), number_text(p.y()));
+  return fmt::format("[{}]", text);
+}
+
+std::string strings_text(const std::vector<std::string>& strings) {
+  std::string text;
+  for (const std::string& string : strings)
+    text += (text.empty() ? "" : ", ") + toml_string(string);
   return fmt::format("[{}]", text);
 }
 
@@ -136,6 +144,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             "A generated seabed, a survey's grid, a mesh, or what `ensonify analyse` made of any of them.",
             at(&Scene::seafloor, &SeafloorOptions::kind),
             {"fractal", "survey", "mesh", "progressive"}},
+           {"seed", "", {0, largest_seed},
+            "What is random about the seabed and the objects on it follows from this one; unset: from the "
+            "seed of all.",
+            at(&Scene::seafloor_seed)},
            {"extent_east_m", "m", {0.01, 100e3}, "Size of a generated seabed from west to east.",
             at(&Scene::seafloor, &SeafloorOptions::extent_east_m)},
            {"extent_north_m", "m", {0.01, 100e3}, "Size of a generated seabed from south to north.",
@@ -272,7 +284,8 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::track, &TrackOptions::smooth_s)},
            {"origin_lat_deg", "degrees", {-90, 90},
             "Latitude of the seabed's middle, for a file with lat_deg and lon_deg; unset: by the survey's "
-            "UTM zone, or such that a generated seabed has the track in its middle.",
+            "UTM zone, or such that a generated seabed has the track in its middle. NAME.xtf and NAME.jsf "
+            "are placed by it; unset, by the survey's zone, or in the North Sea.",
             at(&Scene::track, &TrackOptions::origin_latitude_rad)},
            {"origin_lon_deg", "degrees", {-360, 360}, "Longitude of the same.",
             at(&Scene::track, &TrackOptions::origin_longitude_rad)},
@@ -370,11 +383,19 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::palette), {"grey", "copper"}},
        }},
       {"output",
-       "Which files there are beside NAME.png, NAME.exr, NAME_pings.csv and manifest.json.",
+       "Which files there are beside NAME.png, NAME_pings.csv and manifest.json.",
        {
-           {"npz", "", {}, "The layers as NAME.npz too.", at(&Scene::output, &OutputOptions::npz)},
+           {"exr", "", {}, "The layers as NAME.exr.", at(&Scene::output, &OutputOptions::exr)},
+           {"npz", "", {}, "The layers as NAME.npz.", at(&Scene::output, &OutputOptions::npz)},
+           {"xtf", "", {}, "The recording as NAME.xtf.", at(&Scene::output, &OutputOptions::xtf)},
+           {"jsf", "", {}, "The recording as NAME.jsf (EdgeTech).",
+            at(&Scene::output, &OutputOptions::jsf)},
            {"truth", "", {}, "The truth laid over the picture, with a legend, as NAME_truth.png.",
             at(&Scene::output, &OutputOptions::truth)},
+           {"start_time", "", {},
+            "When the recordings have t_s = 0, as 2025-06-01T12:00:00Z; unset: 2000-01-01, or the track's "
+            "own time where that counts from 1970.",
+            at(&Scene::output, &OutputOptions::start_time)},
        }},
   };
   return sections;
@@ -603,12 +624,14 @@ std::string expectation(const Key<Owner>& key) {
   const Option option = key.option(owner);
   if (std::holds_alternative<bool*>(option)) return "true or false";
   if (std::holds_alternative<InputFile*>(option)) return "a path";
+  if (std::holds_alternative<std::vector<std::string>*>(option)) return "strings [\"...\", ...]";
   if (std::holds_alternative<std::string*>(option)) return "a name";
   const std::string_view space = key.unit.empty() ? "" : " ";
   if (std::holds_alternative<std::vector<Eigen::Vector2d>*>(option))
     return fmt::format("points [[east, north], ...], each number from {} to {}{}{}", key.range.low,
                        key.range.high, space, key.unit);
-  if (std::holds_alternative<std::uint64_t*>(option) || std::holds_alternative<int*>(option))
+  if (std::holds_alternative<std::uint64_t*>(option) || std::holds_alternative<int*>(option) ||
+      std::holds_alternative<std::optional<std::uint64_t>*>(option))
     return fmt::format("a whole number from {:.0f} to {}", key.range.low,
                        key.range.high == largest_seed
                            ? std::to_string(std::numeric_limits<std::int64_t>::max())
@@ -628,11 +651,15 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
           return number(*value);
         else if constexpr (std::is_same_v<T, std::optional<double>>)
           return *value ? std::optional(number(**value)) : std::nullopt;
+        else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>)
+          return *value ? std::optional(fmt::format("{}", **value)) : std::nullopt;
         else if constexpr (std::is_same_v<T, std::string>)
           return value->empty() && !has_text_by_default(key) ? std::nullopt
                                                              : std::optional(toml_string(*value));
         else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
           return value->empty() ? std::nullopt : std::optional(points_text(*value));
+        else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+          return value->empty() ? std::nullopt : std::optional(strings_text(*value));
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name.empty() ? std::nullopt : std::optional(toml_string(value->name));
         else if constexpr (std::is_enum_v<T>)
@@ -654,6 +681,7 @@ template std::string expectation(const Key<Layer<OutcropRelief>>&);
 template std::string expectation(const Key<Layer<BoulderField>>&);
 template std::string expectation(const Key<Material>&);
 template std::string expectation(const Key<Sonar>&);
+template std::string expectation(const Key<DatasetOptions>&);
 template std::optional<std::string> option_text(const Key<Scene>&, Scene&);
 template std::optional<std::string> option_text(const Key<ObjectOptions>&, ObjectOptions&);
 template std::optional<std::string> option_text(const Key<Patch>&, Patch&);
@@ -669,6 +697,7 @@ template std::optional<std::string> option_text(const Key<Layer<BoulderField>>&,
                                                 Layer<BoulderField>&);
 template std::optional<std::string> option_text(const Key<Material>&, Material&);
 template std::optional<std::string> option_text(const Key<Sonar>&, Sonar&);
+template std::optional<std::string> option_text(const Key<DatasetOptions>&, DatasetOptions&);
 
 void for_each_file(Scene& scene, const std::function<void(std::string_view, InputFile&)>& f) {
   const auto visit = [&](const auto& section, std::string_view name, auto& owner) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -13,10 +14,11 @@
 namespace ensonify::engine {
 
 /// The option behind a key.
-using Option = std::variant<bool*, int*, std::uint64_t*, double*, std::optional<double>*,
-                            std::string*, InputFile*, std::vector<Eigen::Vector2d>*,
-                            RefractionMode*, SeafloorKind*, FractalSpectrum*, MaterialModel*,
-                            TrackKind*, Vertical*, Sides*, Palette*, PulseKind*, PulseWindow*>;
+using Option =
+    std::variant<bool*, int*, std::uint64_t*, std::optional<std::uint64_t>*, double*,
+                 std::optional<double>*, std::string*, std::vector<std::string>*, InputFile*,
+                 std::vector<Eigen::Vector2d>*, RefractionMode*, SeafloorKind*, FractalSpectrum*,
+                 MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*, PulseKind*, PulseWindow*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {
@@ -86,6 +88,9 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner);
 
 /// Calls f(dotted name of the key, file) for every file that a scene can name.
 void for_each_file(Scene& scene, const std::function<void(std::string_view, InputFile&)>& f);
+
+/// "; did you mean 'x'?" for the known word nearest to this one, if any is near.
+std::string suggestion(std::string_view word, std::span<const std::string> known);
 
 /// A string as TOML.
 std::string toml_string(std::string_view text);

@@ -14,7 +14,7 @@ namespace {
 /// Whether a key may have a value. Degrees were turned into radians and back.
 template <class Owner, class T>
 bool may_be(const Key<Owner>& key, const T& value) {
-  if constexpr (std::is_same_v<T, std::optional<double>>) {
+  if constexpr (requires { value.has_value(); }) {
     return !value || may_be(key, *value);
   } else if constexpr (std::is_same_v<T, double>) {
     const double own = key.in_degrees() ? value / radians_per_degree : value;
@@ -29,10 +29,10 @@ bool may_be(const Key<Owner>& key, const T& value) {
            std::ranges::find(key.choices, value) != key.choices.end();
   } else if constexpr (std::is_enum_v<T>) {
     return static_cast<std::size_t>(value) < key.choices.size();
-  } else if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, InputFile>) {
-    return true;
-  } else {
+  } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
     return double(value) >= key.range.low && double(value) <= key.range.high;
+  } else {
+    return true;  // truths, files, lists of words
   }
 }
 

@@ -57,6 +57,26 @@ MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& orig
   return map;
 }
 
+PlaceOnEarth place_of_utm(const Eigen::Vector2d& place, int zone) {
+  try {
+    double latitude_deg = 0.0, longitude_deg = 0.0, convergence_deg = 0.0, scale = 1.0;
+    GeographicLib::UTMUPS::Reverse(zone < 0 ? -zone : zone, zone > 0, place.x(), place.y(),
+                                   latitude_deg, longitude_deg, convergence_deg, scale);
+    return {{latitude_deg * degree, longitude_deg * degree}, convergence_deg * degree};
+  } catch (const GeographicLib::GeographicErr& error) {
+    throw std::invalid_argument(error.what());
+  }
+}
+
+PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlace& origin) {
+  check(origin);
+  const GeographicLib::LocalCartesian plane(origin.latitude_rad / degree,
+                                            origin.longitude_rad / degree);
+  double latitude_deg = 0.0, longitude_deg = 0.0, up_m = 0.0;
+  plane.Reverse(place.x(), place.y(), 0.0, latitude_deg, longitude_deg, up_m);
+  return {{latitude_deg * degree, longitude_deg * degree}, 0.0};
+}
+
 #else
 
 namespace {
@@ -70,6 +90,8 @@ namespace {
 
 MapPlace utm_place(const GeographicPlace&, int) { refuse(); }
 MapPlace tangent_place(const GeographicPlace&, const GeographicPlace&) { refuse(); }
+PlaceOnEarth place_of_utm(const Eigen::Vector2d&, int) { refuse(); }
+PlaceOnEarth place_of_tangent(const Eigen::Vector2d&, const GeographicPlace&) { refuse(); }
 
 #endif
 

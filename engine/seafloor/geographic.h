@@ -23,4 +23,15 @@ MapPlace utm_place(const GeographicPlace& where, int zone);
 /// On the plane that touches the ellipsoid at an origin. By GeographicLib; throws as utm_place does.
 MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& origin);
 
+/// A place on a map, back on the ellipsoid.
+struct PlaceOnEarth {
+  GeographicPlace where;
+  double convergence_rad = 0.0;  ///< of the map's north, clockwise from true north
+};
+
+/// The other way from utm_place. Throws as it does.
+PlaceOnEarth place_of_utm(const Eigen::Vector2d& place, int zone);
+/// The other way from tangent_place, at the ellipsoid. Throws as it does.
+PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlace& origin);
+
 }  // namespace ensonify::engine

@@ -98,6 +98,12 @@ struct Seafloor {
     if (!face_label.empty()) return face_label[face];
     return progressive ? tag_of(face) : std::uint16_t{0};
   }
+  /// Of an object or, behind those, a feature. Throws std::out_of_range for an instance there is not.
+  const Label& label_of_instance(std::uint32_t instance) const {
+    const std::size_t number = std::size_t{instance} - 1;
+    return number < objects.size() ? objects[number].label
+                                   : features.at(number - objects.size()).label;
+  }
   refine::Bounds bounds() const;  ///< of all faces, local metres
 
  private:

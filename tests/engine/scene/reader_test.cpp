@@ -9,6 +9,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "support/catch.h"
 #include "support/temporary_folder.h"
@@ -40,8 +41,13 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
           for (const Eigen::Vector2d& p : *value)
             for (const double v : p) all += fmt::format("{:x} ", std::bit_cast<std::uint64_t>(v));
           return all;
-        } else
+        } else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>) {
+          return *value ? fmt::format("{}", **value) : "unset";
+        } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+          return fmt::format("{}", fmt::join(*value, "|"));
+        } else {
           return fmt::format("{}", *value);
+        }
       },
       key.option(owner));
 }

@@ -1,0 +1,176 @@
+#include <ensonify/engine/dataset/generate.h>
+#include <ensonify/engine/prepare.h>
+#include <ensonify/refine/parallel_for.h>
+
+#include <charconv>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path recipe, folder, data_folder, cache;
+  std::string shard = "0/1";
+  int threads = 0;
+  bool dry_run = false, json = false, quiet = false;
+};
+
+/// I/N, counted from 0.
+Shard parse_shard(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const auto number = [&](std::string_view digits) {
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(value)
+                                                                        : std::nullopt;
+  };
+  if (slash != std::string::npos) {
+    const auto index = number(std::string_view(text).substr(0, slash));
+    const auto count = number(std::string_view(text).substr(slash + 1));
+    if (index && count && *index < *count) return {*index, *count};
+  }
+  throw UsageError(
+      fmt::format("--shard {}: expected I/N with I from 0 to N-1, as in --shard 0/4", text));
+}
+
+double samples_per_hour(const GenerateReport& report) {
+  return report.wall_s > 0.0 ? 3600.0 * static_cast<double>(report.made) / report.wall_s : 0.0;
+}
+
+void print_report(const GenerateReport& report, const fs::path& folder, int threads) {
+  fmt::print(stderr, "{}: {} of {} samples; {} made, {} were there, {} failed\n", folder.string(),
+             report.found + report.made, report.samples, report.made, report.found,
+             report.failed.size());
+  if (report.made == 0) return;
+  double sum_s = 0.0;
+  for (const auto& [stage, seconds] : report.stages_s) sum_s += seconds;
+  fmt::print(stderr, "{:.4g} samples/hour on {} thread{}; by stage, summed over threads:",
+             samples_per_hour(report), threads, threads == 1 ? "" : "s");
+  for (const auto& [stage, seconds] : report.stages_s)
+    fmt::print(stderr, " {} {:.2f} s ({:.1f} %)", stage, seconds, 100.0 * seconds / sum_s);
+  fmt::print(stderr, "\n");
+}
+
+void print_json(const GenerateReport& report, const fs::path& folder, int threads) {
+  nlohmann::ordered_json failed = nlohmann::ordered_json::array();
+  for (const auto& [sample, why] : report.failed)
+    failed.push_back({{"sample", sample}, {"why", why}});
+  const nlohmann::ordered_json json = {{"folder", folder.string()},
+                                       {"samples", report.samples},
+                                       {"found", report.found},
+                                       {"made", report.made},
+                                       {"failed", failed},
+                                       {"stopped", report.stopped},
+                                       {"warnings", report.warnings},
+                                       {"samples_per_hour", samples_per_hour(report)},
+                                       {"stages_s", report.stages_s},
+                                       {"wall_s", report.wall_s},
+                                       {"threads", threads}};
+  print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+/// Draws every sample of the shard without making any.
+void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& shard) {
+  std::map<std::string, std::size_t> splits;
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) try {
+      ++splits[recipe.sample(i).split];
+    } catch (const SceneError& error) {
+      if (++failed <= 10) fmt::print(stderr, "ensonify: {}\n", error.what());
+    }
+  const ShardState state = shard_state(recipe, arguments.folder, shard);
+  const nlohmann::ordered_json json = {
+      {"samples", recipe.samples()},
+      {"seafloors", recipe.seafloors()},
+      {"splits", splits},
+      {"classes", recipe.class_names()},
+      {"sediments", recipe.material_names()},
+      {"refused", failed},
+      {"shard", {{"samples", state.samples}, {"finished", state.finished}}}};
+  print(json.dump(2) + "\n");
+  if (failed > 0)
+    throw UsageError(
+        fmt::format("{} of {} samples draw what no scene can have", failed, recipe.samples()));
+}
+
+void generate_dataset(const Arguments& arguments) {
+  const Shard shard = parse_shard(arguments.shard);
+  const Recipe recipe(arguments.recipe, arguments.data_folder);
+  if (arguments.dry_run) return rehearse(recipe, arguments, shard);
+  const int threads = refine::thread_count(arguments.threads);
+  GenerateReport report;
+  {
+    const SignalWatch signals;
+    Progress progress(arguments.quiet);
+    report = generate(recipe, arguments.folder,
+                      {.threads = threads,
+                       .shard = shard,
+                       .cache = arguments.cache.empty() ? default_cache() : arguments.cache,
+                       .progress =
+                           [&](std::size_t done, std::size_t of) {
+                             progress.tell("samples", done, of);
+                             return SignalWatch::caught() == 0;
+                           },
+                       .failed =
+                           [](std::size_t sample, std::string_view why) {
+                             fmt::print(stderr, "ensonify: sample {} failed: {}\n", sample, why);
+                           }});
+  }
+  for (const std::string& warning : report.warnings)
+    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  if (!arguments.quiet) print_report(report, arguments.folder, threads);
+  if (arguments.json) print_json(report, arguments.folder, threads);
+  if (report.stopped)
+    throw Interrupted(fmt::format(
+        "interrupted; what is finished stays, and the same command goes on from there"));
+  if (!report.failed.empty())
+    throw SomeFailed(fmt::format("{} of {} samples failed; the same command tries these again",
+                                 report.failed.size(), report.samples));
+}
+
+}  // namespace
+
+void add_generate(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command =
+      *app.add_subcommand("generate", "Make a dataset from its recipe, or go on making it");
+  command
+      .add_option("DATASET", arguments->recipe,
+                  "A recipe (`ensonify dump-default generate` prints one)")
+      ->required();
+  command.add_option("-o,--output", arguments->folder, "The dataset's folder, made if missing")
+      ->required()
+      ->type_name("DIR");
+  command
+      .add_option("--shard", arguments->shard,
+                  "Only part I of N, counted from 0, for many machines at once")
+      ->type_name("I/N");
+  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.add_option("--data", arguments->data_folder, "The folder of a recipe's data:path")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_DATA");
+  command
+      .add_option("--cache", arguments->cache,
+                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_CACHE");
+  command.add_flag("--dry-run", arguments->dry_run,
+                   "Draw every sample, tell what would be made and what is there, make nothing");
+  command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");
+  command.add_flag("--quiet", arguments->quiet,
+                   "No progress and no summary; warnings and errors stay");
+  command.callback(
+      [&action, arguments] { action = [arguments] { generate_dataset(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,80 @@
+#include <ensonify/engine/dataset/merge.h>
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+constexpr std::size_t most_lines = 10;
+
+struct Arguments {
+  std::filesystem::path folder;
+  bool json = false, quiet = false;
+};
+
+/// "3, 5 to 9, 12"
+std::string intervals(const std::vector<std::size_t>& numbers) {
+  std::string text;
+  for (std::size_t i = 0, j; i < numbers.size(); i = j + 1) {
+    for (j = i; j + 1 < numbers.size() && numbers[j + 1] == numbers[j] + 1;) ++j;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", numbers[i]);
+    if (j > i) text += fmt::format(" to {}", numbers[j]);
+  }
+  return text;
+}
+
+void merge_dataset(const Arguments& arguments) {
+  MergeReport report;
+  {
+    const SignalWatch signals;
+    Progress progress(arguments.quiet);
+    report = merge(arguments.folder, [&](std::size_t done, std::size_t of) {
+      progress.tell("samples", done, of);
+      return SignalWatch::caught() == 0;
+    });
+  }
+  for (std::size_t i = 0; i < std::min(most_lines, report.damaged.size()); ++i)
+    fmt::print(stderr, "ensonify: {}\n", report.damaged[i]);
+  if (arguments.json)
+    print(nlohmann::ordered_json{{"samples", report.samples},
+                                 {"missing", report.missing},
+                                 {"damaged", report.damaged},
+                                 {"splits", report.samples_by_split},
+                                 {"images", report.images}}
+              .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+          "\n");
+  if (!report.missing.empty() || !report.damaged.empty())
+    throw std::runtime_error(fmt::format(
+        "{}: {}{}{}nothing was written; remove what is damaged and generate again",
+        arguments.folder.string(),
+        report.missing.empty() ? ""
+                               : fmt::format("samples {} are missing; ", intervals(report.missing)),
+        report.damaged.empty() ? "" : fmt::format("{} samples are damaged", report.damaged.size()),
+        report.damaged.empty() ? "" : "; "));
+  if (arguments.quiet) return;
+  fmt::print(stderr, "{}: {} samples are whole\n", arguments.folder.string(), report.samples);
+  for (const auto& [group, count] : report.images)
+    fmt::print(stderr, "{}: {} images\n", group, count);
+  fmt::print(stderr, "card: {}\n", (arguments.folder / "README.md").string());
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "merge", "Check every file of a dataset, write its indexes, splits and card");
+  command.add_option("DIR", arguments->folder, "What `ensonify generate` made")->required();
+  command.add_flag("--json", arguments->json, "Print what was found on stdout");
+  command.add_flag("--quiet", arguments->quiet, "No progress and no summary; errors stay");
+  command.callback([&action, arguments] { action = [arguments] { merge_dataset(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

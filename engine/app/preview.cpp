@@ -1,0 +1,84 @@
+#include <ensonify/engine/dataset/preview.h>
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/prepare.h>
+#include <ensonify/refine/atomic_file.h>
+
+#include <memory>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path recipe, file, data_folder, cache;
+  int samples = 16, threads = 0;
+  bool quiet = false;
+};
+
+/// A folder that goes with what is in it.
+struct Scratch {
+  fs::path folder;
+  explicit Scratch(const fs::path& beside) {
+    for (int n = 0; folder.empty(); ++n) {
+      const fs::path wanted = beside.string() + "." + std::to_string(n) + ".tmp";
+      if (fs::create_directory(wanted)) folder = wanted;
+    }
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
+};
+
+void make_preview(const Arguments& arguments) {
+  const Recipe recipe(arguments.recipe, arguments.data_folder);
+  const Scratch scratch(arguments.file);
+  Picture sheet;
+  {
+    const SignalWatch signals;
+    Progress progress(arguments.quiet);
+    sheet = preview(recipe, static_cast<std::size_t>(arguments.samples),
+                    {.threads = arguments.threads,
+                     .cache = arguments.cache.empty() ? default_cache() : arguments.cache,
+                     .scratch = scratch.folder,
+                     .progress = [&](std::size_t done, std::size_t of) {
+                       progress.tell("samples", done, of);
+                       return SignalWatch::caught() == 0;
+                     }});
+  }
+  refine::write_file(arguments.file, encode_png(sheet));
+}
+
+}  // namespace
+
+void add_preview(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command =
+      *app.add_subcommand("preview", "A contact sheet of a recipe's samples with their labels");
+  command.add_option("DATASET", arguments->recipe, "A recipe, as for generate")->required();
+  command.add_option("-o,--output", arguments->file, "The picture")
+      ->required()
+      ->type_name("FILE.png");
+  command.add_option("-n", arguments->samples, "How many samples (16)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command.add_option("--data", arguments->data_folder, "The folder of a recipe's data:path")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_DATA");
+  command
+      .add_option("--cache", arguments->cache,
+                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_CACHE");
+  command.add_flag("--quiet", arguments->quiet, "No progress; errors stay");
+  command.callback([&action, arguments] { action = [arguments] { make_preview(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,84 @@
+#include <ensonify/engine/dataset/card.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t bins = 10, longest_bar = 40;
+
+std::string bar(std::size_t count, std::size_t most) {
+  return std::string(most > 0 ? (count * longest_bar + most - 1) / most : 0, '#');
+}
+
+}  // namespace
+
+std::string Realised::text() const {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  if (!numbers_.empty()) {
+    const auto [least, most] = std::minmax_element(numbers_.begin(), numbers_.end());
+    const double low = *least, width = (*most - *least) / bins;
+    std::array<std::size_t, bins> counts{};
+    for (const double number : numbers_)
+      ++counts[width > 0.0 ? std::min(bins - 1, static_cast<std::size_t>((number - low) / width))
+                           : 0];
+    const std::size_t largest = *std::ranges::max_element(counts);
+    for (std::size_t i = 0; i < (width > 0.0 ? bins : 1); ++i)
+      fmt::format_to(out, "{:>10.4g} {:>6} {}\n", low + static_cast<double>(i) * width, counts[i],
+                     bar(counts[i], largest));
+    fmt::format_to(out, "{:>10.4g}\n", *most);
+  }
+  std::size_t largest = 0;
+  for (const auto& [word, count] : words_) largest = std::max(largest, count);
+  for (const auto& [word, count] : words_)
+    fmt::format_to(out, "{:>24} {:>6} {}\n", word, count, bar(count, largest));
+  return text;
+}
+
+std::string Card::markdown() const {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out,
+                 "# {}\n\nSimulated sidescan sonar: {} samples over {} seafloors, made by ensonify "
+                 "{} from the recipe below.\n",
+                 title.empty() ? "A dataset of simulated sidescan sonar" : title, samples,
+                 seafloors, version);
+  text += "\n## Splits\n\n| split | samples |\n|---|---|\n";
+  for (const auto& [split, count] : samples_by_split)
+    fmt::format_to(out, "| {} | {} |\n", split, count);
+  text += "\n## Images\n\n| geometry, kind, split | images |\n|---|---|\n";
+  for (const auto& [group, count] : images) fmt::format_to(out, "| {} | {} |\n", group, count);
+  text += "\n## Targets in whole lines\n\n| class | split | targets |\n|---|---|---|\n";
+  for (const auto& [name, by_split] : targets)
+    for (const auto& [split, count] : by_split)
+      fmt::format_to(out, "| {} | {} | {} |\n", name, split, count);
+  text +=
+      "\n## Labels\n\n0 is none; 255 (65535 for instances) is to be ignored.\n\n| number | class | "
+      "sediment |\n|---|---|---|\n";
+  for (std::size_t i = 0; i < std::max(classes.size(), sediments.size()); ++i)
+    fmt::format_to(out, "| {} | {} | {} |\n", i + 1, i < classes.size() ? classes[i] : "",
+                   i < sediments.size() ? sediments[i] : "");
+  text += "\n## Assets and licences\n\n";
+  if (assets.empty()) text += "No files of others: all is generated.\n";
+  for (const std::string& asset : assets) fmt::format_to(out, "- {}\n", asset);
+  for (const std::string& licence : licences) fmt::format_to(out, "- {}\n", licence);
+  const auto histograms = [&](std::string_view heading,
+                              const std::map<std::string, Realised>& all) {
+    if (all.empty()) return;
+    fmt::format_to(out, "\n## {}\n", heading);
+    for (const auto& [name, realised] : all)
+      fmt::format_to(out, "\n`{}`\n\n```\n{}```\n", name, realised.text());
+  };
+  histograms("What the targets came to", measured);
+  histograms("What was drawn", drawn);
+  fmt::format_to(out, "\n## Recipe\n\n```toml\n{}```\n", recipe);
+  return text;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,69 @@
+#include <ensonify/engine/dataset/dataset_json.h>
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/masks.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json) {
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string dataset_json(const Recipe& recipe, const fs::path& data_folder) {
+  const DatasetOptions& options = recipe.options();
+  Json assets = Json::array();
+  for (const std::string& asset : recipe.assets())
+    assets.push_back(
+        {{"name", asset},
+         {"xxh128", xxh128_of_file(data_folder / asset.substr(std::string("data:").size()))}});
+  return text_of({{"program", "ensonify"},
+                  {"version", ENSONIFY_VERSION},
+                  {"libraries", Json::parse(library_versions())},
+                  {"title", options.title},
+                  {"samples", options.samples},
+                  {"seafloors", recipe.seafloors()},
+                  {"samples_per_tar", options.samples_per_tar},
+                  {"classes", recipe.class_names()},
+                  {"target_classes", recipe.target_classes()},
+                  {"sediments", recipe.material_names()},
+                  {"first_number", 1},
+                  {"ignore", ignored_class},
+                  {"ignore_instance", ignored_instance},
+                  {"assets", assets},
+                  {"licences", options.licences},
+                  {"recipe", recipe.text()},
+                  {"recipe_hash", xxh128(recipe.text())}});
+}
+
+std::string sample_json(std::size_t number, const SampleScene& sample, const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) names.push_back(entry.path().lexically_relative(folder).string());
+  std::ranges::sort(names);
+  Json files = Json::array();
+  for (const std::string& name : names)
+    files.push_back({{"name", name},
+                     {"size_bytes", fs::file_size(folder / name)},
+                     {"xxh128", xxh128_of_file(folder / name)}});
+  Json drawn = Json::object();
+  for (const auto& [key, value] : sample.drawn)
+    drawn[key] = value.empty()         ? Json(nullptr)
+                 : Json::accept(value) ? Json::parse(value)
+                                       : Json(value);
+  Json json = {{"sample", number},          {"split", sample.split}, {"seafloor", sample.seafloor},
+               {"seed", sample.scene.seed}, {"drawn", drawn},        {"files", files}};
+  json["xxh128"] = xxh128(json.dump());  // of all before
+  return text_of(json);
+}
+
+}  // namespace ensonify::engine

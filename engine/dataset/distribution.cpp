@@ -1,0 +1,70 @@
+#include <ensonify/engine/dataset/distribution.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+
+std::vector<std::string> Distribution::needs() const {
+  std::vector<std::string> keys = times;
+  keys.insert(keys.end(), plus.begin(), plus.end());
+  if (!by.empty()) keys.push_back(by);
+  for (const auto& [value, entry] : table)
+    for (std::string& key : entry.needs()) keys.push_back(std::move(key));
+  return keys;
+}
+
+void Distribution::collect_values(std::vector<std::string>& values) const {
+  values.insert(values.end(), choices.begin(), choices.end());
+  for (const auto& [value, entry] : table) entry.collect_values(values);
+}
+
+std::string Distribution::value(double u, double v) const {
+  switch (kind) {
+    case Kind::constant: return times.empty() && !plus.empty() ? "0" : "1";
+    case Kind::uniform: return value_text(a + (b - a) * u);
+    case Kind::log_uniform: return value_text(std::clamp(a * std::pow(b / a, u), a, b));
+    case Kind::normal:  // Box-Muller
+      return value_text(a +
+                        b * std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v));
+    case Kind::whole: return value_text(std::min(b, std::ceil(a - 1.0 + (b - a + 1.0) * u)));
+    case Kind::choice: {
+      const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+      double left = u * (weights.empty() ? static_cast<double>(choices.size()) : sum);
+      std::size_t last = 0;
+      for (std::size_t i = 0; i < choices.size(); ++i) {
+        const double weight = weights.empty() ? 1.0 : weights[i];
+        if (weight == 0.0) continue;
+        last = i;
+        if ((left -= weight) <= 0.0) break;
+      }
+      return choices[last];
+    }
+    case Kind::table:
+    case Kind::unset: break;
+  }
+  return "";
+}
+
+double radical_inverse(std::size_t number, unsigned prime) {
+  double inverse = 0.0, digit_weight = 1.0 / prime;
+  for (; number > 0; number /= prime, digit_weight /= prime)
+    inverse += static_cast<double>(number % prime) * digit_weight;
+  return inverse;
+}
+
+unsigned prime_number(std::size_t k) {
+  for (unsigned n = 2;; ++n) {
+    bool prime = true;
+    for (unsigned d = 2; d * d <= n && prime; ++d) prime = n % d != 0;
+    if (prime && k-- == 0) return n;
+  }
+}
+
+std::string value_text(double number) { return fmt::format("{}", number == 0.0 ? 0.0 : number); }
+
+}  // namespace ensonify::engine

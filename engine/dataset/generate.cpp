@@ -1,0 +1,418 @@
+#include <ensonify/engine/dataset/generate.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/dataset/dataset_json.h>
+#include <ensonify/engine/dataset/products.h>
+#include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/output/tar.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/parallel_for.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Interval {
+  std::size_t begin = 0, end = 0;
+};
+
+std::size_t tar_size(const Recipe& recipe) {
+  return static_cast<std::size_t>(std::max(1, recipe.options().samples_per_tar));
+}
+
+/// The tars (or samples) of a shard.
+Interval units_of(const Recipe& recipe, const Shard& shard) {
+  const std::size_t units = (recipe.samples() + tar_size(recipe) - 1) / tar_size(recipe);
+  return {units * shard.index / shard.count, units * (shard.index + 1) / shard.count};
+}
+Interval samples_of(const Recipe& recipe, const Interval& units) {
+  return {units.begin * tar_size(recipe), std::min(recipe.samples(), units.end * tar_size(recipe))};
+}
+
+std::vector<std::byte> read_file(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<char> content((std::istreambuf_iterator<char>(stream)), {});
+  if (!stream && !stream.eof())
+    throw std::system_error(std::make_error_code(std::errc::io_error), file.string());
+  const auto bytes = std::as_bytes(std::span(content));
+  return {bytes.begin(), bytes.end()};
+}
+
+void stage(const fs::path& file, const std::string& text) {
+  refine::write_staged(file, std::as_bytes(std::span(text)));
+}
+
+/// Hands out samples so that workers seldom want one seafloor at the same time: a worker keeps to its seafloor,
+/// then takes one that nobody has, and only then helps another.
+class Schedule {
+ public:
+  explicit Schedule(const std::map<std::size_t, std::vector<std::size_t>>& samples_by_seafloor) {
+    for (const auto& [seafloor, samples] : samples_by_seafloor)
+      open_[seafloor] = {samples.rbegin(), samples.rend()};
+  }
+  std::optional<std::size_t> next(std::optional<std::size_t>& seafloor) {
+    const std::lock_guard lock(mutex_);
+    if (!seafloor || !open_.contains(*seafloor)) {
+      const auto untouched =
+          std::ranges::find_if(open_, [&](const auto& s) { return !begun_.contains(s.first); });
+      const auto chosen = untouched != open_.end() ? untouched : open_.begin();
+      if (chosen == open_.end()) return std::nullopt;
+      seafloor = chosen->first;
+      begun_.insert(*seafloor);
+    }
+    std::vector<std::size_t>& left = open_[*seafloor];
+    const std::size_t sample = left.back();
+    left.pop_back();
+    if (left.empty()) open_.erase(*seafloor);
+    return sample;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::size_t, std::vector<std::size_t>> open_;  // the last is the next
+  std::set<std::size_t> begun_;
+};
+
+/// Prepared seafloors, each as long as a worker is at it.
+class Seafloors {
+ public:
+  using Pointer = std::shared_ptr<const PreparedSeafloor>;
+
+  /// Waits while another worker prepares it.
+  Pointer get(std::size_t number, const Scene& scene, const Preparation& how) {
+    const std::shared_ptr<Place> place = place_of(number);
+    const std::lock_guard lock(place->mutex);
+    // What `auto` comes to depends on these; nothing else that a sample draws of its own matters.
+    std::string key = fmt::format("{} {} {}", scene.run.surface, static_cast<int>(scene.track.kind),
+                                  scene.track.pings);
+    std::weak_ptr<const PreparedSeafloor>& known = place->prepared[std::move(key)];
+    Pointer prepared = known.lock();
+    if (!prepared)
+      known = prepared = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
+    return prepared;
+  }
+
+ private:
+  struct Place {
+    std::mutex mutex;
+    std::map<std::string, std::weak_ptr<const PreparedSeafloor>> prepared;
+  };
+  std::shared_ptr<Place> place_of(std::size_t number) {
+    const std::lock_guard lock(mutex_);
+    std::shared_ptr<Place>& place = places_[number];
+    if (!place) place = std::make_shared<Place>();
+    return place;
+  }
+  std::mutex mutex_;
+  std::map<std::size_t, std::shared_ptr<Place>> places_;
+};
+
+/// Adds up the time between what a run tells of its stages.
+class StageClock {
+ public:
+  explicit StageClock(std::map<std::string, double>& stages_s) : stages_s_(stages_s) {}
+  void enter(std::string_view stage) {
+    leave();
+    stage_ = stage;
+  }
+  void leave() {
+    if (!stage_.empty()) stages_s_[stage_] += seconds_since(since_);
+    since_ = Clock::now();
+    stage_.clear();
+  }
+
+ private:
+  std::map<std::string, double>& stages_s_;
+  std::string stage_;
+  Clock::time_point since_ = Clock::now();
+};
+
+class Generator {
+ public:
+  Generator(const Recipe& recipe, const fs::path& folder, const GenerateControl& control)
+      : recipe_(recipe),
+        control_(control),
+        folders_(folder, static_cast<std::size_t>(recipe.options().samples_per_tar)),
+        units_(units_of(recipe, control.shard)),
+        samples_(samples_of(recipe, units_)),
+        names_{recipe.class_names(), recipe.material_names()} {}
+
+  GenerateReport report() {
+    const Clock::time_point start = Clock::now();
+    begin();
+    try {
+      work();
+      wait_for_others();
+      make_tars();
+    } catch (const Stopped&) {
+      report_.stopped = true;
+    }
+    report_.wall_s = seconds_since(start);
+    return std::move(report_);
+  }
+
+ private:
+  bool in_tars() const { return recipe_.options().samples_per_tar > 0; }
+
+  void begin() {
+    fs::create_directories(folders_.dataset() / "samples");
+    if (in_tars()) fs::create_directories(folders_.dataset() / "tars");
+    const fs::path file = folders_.dataset() / "dataset.json";
+    const std::string text = dataset_json(recipe_, recipe_.data_folder());
+    {
+      const Claim claim = wait_for(file);
+      if (!fs::exists(file)) refine::write_file(file, text);
+    }
+    if (const auto there = read_file(file);
+        !std::ranges::equal(there, std::as_bytes(std::span(text)))) {
+      throw SceneError(
+          fmt::format("{}: the folder holds a dataset of another recipe, of other data files or by "
+                      "another version; name another folder with -o",
+                      file.string()));
+    }
+    report_.samples = samples_.end - samples_.begin;
+    for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
+      if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
+        try_claim(folders_.sample(sample));
+      if (folders_.finished(sample))
+        ++report_.found;
+      else
+        todo_[recipe_.seafloor_of(sample)].push_back(sample);
+    }
+    done_ = report_.found;
+    tell();
+  }
+
+  /// The claim to a place, and nothing there of what killed processes left; none while another has it.
+  static std::optional<Claim> try_claim(const fs::path& place) {
+    std::optional<Claim> claim = Claim::try_take(StagingFolder::lock_of(place));
+    if (claim && claim->exclusive()) StagingFolder::clear(place);
+    return claim;
+  }
+  Claim wait_for(const fs::path& place) {
+    while (true) {
+      if (std::optional<Claim> claim = try_claim(place)) return std::move(*claim);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      tell();
+    }
+  }
+
+  void tell() {
+    const std::lock_guard lock(mutex_);
+    if (!stop_ && control_.progress && !control_.progress(done_, report_.samples)) stop_ = true;
+    if (stop_) throw Stopped("stopped on request");
+  }
+
+  void work() {
+    std::size_t todo = 0;
+    for (const auto& [seafloor, samples] : todo_) todo += samples.size();
+    if (todo == 0) return;
+    const auto threads = static_cast<std::size_t>(refine::thread_count(control_.threads));
+    const std::size_t workers = std::min(threads, todo);
+    threads_each_ = static_cast<int>(threads / workers);
+    Schedule schedule(todo_);
+    refine::parallel_for(workers, static_cast<int>(workers), [&](std::size_t, int) {
+      std::optional<std::size_t> seafloor;
+      Seafloors::Pointer kept;  // from one sample to the next
+      while (const auto sample = schedule.next(seafloor)) do_sample(*sample, kept);
+    });
+  }
+
+  /// Samples that another process had when their turn came.
+  void wait_for_others() {
+    using namespace std::chrono_literals;
+    while (!others_.empty()) {
+      const Clock::time_point start = Clock::now();
+      std::this_thread::sleep_for(100ms);
+      const std::vector<std::size_t> waiting = std::exchange(others_, {});
+      report_.stages_s["wait"] += seconds_since(start);
+      Seafloors::Pointer kept;
+      for (const std::size_t sample : waiting) do_sample(sample, kept);
+      tell();
+    }
+  }
+
+  void do_sample(std::size_t sample, Seafloors::Pointer& kept) {
+    tell();
+    std::map<std::string, double> stages_s;
+    std::string failure;
+    bool somebodys = false;
+    try {
+      const fs::path place = folders_.sample(sample);
+      const std::optional<Claim> claim = try_claim(place);
+      if (!claim) {
+        somebodys = true;
+      } else if (!folders_.finished(sample)) {
+        make_sample(sample, place, kept, stages_s);
+      }
+    } catch (const Stopped&) {
+      throw;
+    } catch (const std::system_error&) {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;  // the disk refuses: the others would fare no better
+      throw;
+    } catch (const std::bad_alloc&) {
+      failure = "out of memory";
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+    const std::lock_guard lock(mutex_);
+    for (const auto& [stage, seconds] : stages_s) report_.stages_s[stage] += seconds;
+    if (somebodys) {
+      others_.push_back(sample);
+    } else if (!failure.empty()) {
+      report_.failed[sample] = failure;
+      if (control_.failed) control_.failed(sample, failure);
+    } else {
+      ++done_;
+      ++(stages_s.empty() ? report_.found
+                          : report_.made);  // found: another process made it meanwhile
+    }
+  }
+
+  void make_sample(std::size_t number, const fs::path& place, Seafloors::Pointer& kept,
+                   std::map<std::string, double>& stages_s) {
+    StageClock clock(stages_s);
+    clock.enter("recipe");
+    const SampleScene sample = recipe_.sample(number);
+    StagingFolder staging(place);
+    const auto told = [&](std::string_view stage) {
+      clock.enter(stage == "pings" ? "ping" : stage == "files" ? "encode" : stage);
+      tell();
+    };
+    clock.enter("wait");
+    Seafloors::Pointer before = std::exchange(kept, nullptr);
+    kept = seafloors_.get(sample.seafloor, sample.scene,
+                          {.cache = control_.cache, .threads = threads_each_, .progress = told});
+    before.reset();
+    clock.enter("tree");
+
+    ProductTimes products;
+    std::string_view running;
+    const RunReport run_report =
+        run(sample.scene, staging.path(),
+            {.threads = threads_each_,
+             .progress =
+                 [&](std::string_view now, std::size_t, std::size_t) {
+                   if (now != running)
+                     clock.enter((running = now) == "pings" ? "ping"
+                                 : now == "files"           ? "encode"
+                                                            : "tree");
+                   tell();
+                   return true;
+                 },
+             .cache = control_.cache,
+             .seafloor = kept,
+             .growing_picture = false,
+             .made =
+                 [&](const Simulator& simulator, std::span<const Waterfall> lines) {
+                   products = write_products(recipe_.options(), sample, names_, simulator, lines,
+                                             staging.path());
+                 }});
+    clock.enter("disk");
+    stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
+    stage(staging.path() / "sample.json", sample_json(number, sample, staging.path()));
+    staging.put_in_place();
+    clock.leave();
+    const double disk_s = run_report.disk_s + products.disk_s;
+    stages_s["encode"] -= disk_s;
+    stages_s["disk"] += disk_s;
+    const std::lock_guard lock(mutex_);
+    for (const std::string& warning : run_report.warnings)
+      if (std::ranges::count(report_.warnings, warning) == 0) report_.warnings.push_back(warning);
+  }
+
+  /// Each tar whose samples are all there takes their place.
+  void make_tars() {
+    if (!in_tars()) return;
+    const Clock::time_point start = Clock::now();
+    for (std::size_t unit = units_.begin; unit < units_.end; ++unit) {
+      tell();
+      const Interval samples = samples_of(recipe_, {unit, unit + 1});
+      const fs::path place = folders_.tar(unit);
+      const Claim claim = wait_for(place);
+      if (!fs::exists(place)) make_tar(samples, place);
+      if (fs::exists(place)) remove_samples(samples);
+    }
+    report_.stages_s["disk"] += seconds_since(start);
+  }
+
+  void make_tar(const Interval& samples, const fs::path& place) {
+    for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
+      if (!fs::exists(folders_.sample(sample))) return;  // one failed
+    TarFile tar(place);
+    for (std::size_t sample = samples.begin; sample < samples.end; ++sample) {
+      const fs::path folder = folders_.sample(sample);
+      std::map<std::string, fs::path> files;
+      for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file())
+          files[SampleFolders::name_in_tar(
+              sample, entry.path().lexically_relative(folder).string())] = entry.path();
+      for (const auto& [name, file] : files) tar.add(name, read_file(file));
+      tell();
+    }
+    tar.finish();
+  }
+
+  void remove_samples(const Interval& samples) {
+    for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
+      fs::remove_all(folders_.sample(sample));
+  }
+
+  const Recipe& recipe_;
+  const GenerateControl& control_;
+  SampleFolders folders_;
+  Interval units_, samples_;
+  LabelNames names_;
+  GenerateReport report_;
+  std::map<std::size_t, std::vector<std::size_t>> todo_;  // by seafloor
+  Seafloors seafloors_;
+  int threads_each_ = 1;
+  std::mutex mutex_;  // of what follows, and the report
+  std::vector<std::size_t> others_;
+  std::size_t done_ = 0;
+  bool stop_ = false;
+};
+
+}  // namespace
+
+GenerateReport generate(const Recipe& recipe, const fs::path& folder,
+                        const GenerateControl& control) {
+  if (control.shard.count == 0 || control.shard.index >= control.shard.count)
+    throw std::invalid_argument(fmt::format("generate: shard {}/{} is none; they count from 0/{}",
+                                            control.shard.index, control.shard.count,
+                                            control.shard.count));
+  return Generator(recipe, folder, control).report();
+}
+
+ShardState shard_state(const Recipe& recipe, const fs::path& folder, const Shard& shard) {
+  const SampleFolders folders(folder, static_cast<std::size_t>(recipe.options().samples_per_tar));
+  const Interval samples = samples_of(recipe, units_of(recipe, shard));
+  ShardState state{.samples = samples.end - samples.begin};
+  for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
+    state.finished += folders.finished(sample);
+  return state;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,311 @@
+#include <ensonify/engine/dataset/merge.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <set>
+#include <span>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/dataset/card.h>
+#include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/tar.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/refine/atomic_file.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// A sample's small files as read: sample.json and those of its images.
+struct SampleRecord {
+  Json sample;
+  std::map<std::string, Json> images;
+};
+
+std::string text_of_file(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+/// What there is to know of a file: the text only of JSON.
+struct FileSeen {
+  std::pair<std::uint64_t, std::string> size_and_hash;
+  std::string text;
+
+  FileSeen(const std::string& name, std::span<const std::byte> content)
+      : size_and_hash(content.size(), xxh128(content)) {
+    if (name.ends_with(".json"))
+      text.assign(reinterpret_cast<const char*>(content.data()), content.size());
+  }
+};
+
+/// The COCO file and the YOLO lists of one geometry and kind.
+struct Index {
+  Json images = Json::array(), annotations = Json::array();
+  std::string yolo;
+};
+
+class Merge {
+ public:
+  Merge(const fs::path& folder, const std::function<bool(std::size_t, std::size_t)>& progress)
+      : folder_(folder), progress_(progress) {
+    try {
+      dataset_ = Json::parse(text_of_file(folder / "dataset.json"));
+      samples_ = dataset_.at("samples").get<std::size_t>();
+      per_tar_ = dataset_.at("samples_per_tar").get<std::size_t>();
+      targets_ = dataset_.at("target_classes").get<std::size_t>();
+      card_.title = dataset_.at("title").get<std::string>();
+      card_.recipe = dataset_.at("recipe").get<std::string>();
+      card_.version = dataset_.at("version").get<std::string>();
+      card_.samples = samples_;
+      card_.seafloors = dataset_.at("seafloors").get<std::size_t>();
+      card_.classes = dataset_.at("classes").get<std::vector<std::string>>();
+      card_.sediments = dataset_.at("sediments").get<std::vector<std::string>>();
+      card_.licences = dataset_.at("licences").get<std::vector<std::string>>();
+      for (const Json& asset : dataset_.at("assets"))
+        card_.assets.push_back(asset.at("name").get<std::string>());
+    } catch (const Json::exception& error) {
+      throw SceneError(fmt::format(
+          "{}: is no dataset's description, expected a folder that `ensonify generate` made ({})",
+          (folder / "dataset.json").string(), error.what()));
+    }
+    folders_.emplace(folder, per_tar_);
+  }
+
+  MergeReport report() {
+    for (std::size_t i = 0; i < samples_; ++i) {
+      if (progress_ && !progress_(i, samples_))
+        throw Stopped("stopped on request; nothing was written");
+      if (!folders_->finished(i)) {
+        report_.missing.push_back(i);
+      } else if (std::optional<SampleRecord> record = read(i)) {
+        ++report_.samples;
+        try {
+          add(i, *record);
+        } catch (const Json::exception& error) {
+          report_.damaged.push_back(fmt::format("{}: {}", place(i).string(), error.what()));
+        }
+      }
+    }
+    if (report_.missing.empty() && report_.damaged.empty()) write();
+    return std::move(report_);
+  }
+
+ private:
+  bool in_tar(std::size_t sample) const {
+    return per_tar_ > 0 && fs::exists(folders_->tar(sample / per_tar_));
+  }
+  fs::path place(std::size_t sample) const {
+    return in_tar(sample) ? folders_->tar(sample / per_tar_) : folders_->sample(sample);
+  }
+
+  /// Reads and checks every file; none, and a line of what is damaged, if one is not as it was.
+  std::optional<SampleRecord> read(std::size_t number) {
+    const auto damaged = [&](const std::string& file, std::string_view what) {
+      report_.damaged.push_back(fmt::format("{}: {}", (place(number) / file).string(), what));
+      return std::nullopt;
+    };
+    const bool tar = in_tar(number);
+    const auto name_of = [&](const std::string& file) {
+      return tar ? SampleFolders::name_in_tar(number, file) : file;
+    };
+    try {
+      if (tar) {
+        // One pass over a tar serves its samples, which come one after another.
+        if (tar_of_ != number / per_tar_) read_whole_tar(number / per_tar_);
+      } else {
+        seen_.clear();
+        tar_of_ = none;
+        for (const fs::directory_entry& entry : fs::recursive_directory_iterator(place(number)))
+          if (entry.is_regular_file()) {
+            const std::string text = text_of_file(entry.path());
+            see(entry.path().lexically_relative(place(number)).string(),
+                std::as_bytes(std::span(text)));
+          }
+      }
+      SampleRecord record;
+      const auto own = seen_.find(name_of("sample.json"));
+      if (own == seen_.end()) return damaged("sample.json", "is missing");
+      record.sample = Json::parse(own->second.text);
+      Json signed_part = record.sample;
+      signed_part.erase("xxh128");
+      if (record.sample.at("xxh128") != xxh128(signed_part.dump()))
+        return damaged("sample.json", "its hash is another than it says");
+      for (const Json& file : record.sample.at("files")) {
+        const auto name = file.at("name").get<std::string>();
+        const auto there = seen_.find(name_of(name));
+        if (there == seen_.end()) return damaged(name, "is missing");
+        if (there->second.size_and_hash != std::pair(file.at("size_bytes").get<std::uint64_t>(),
+                                                     file.at("xxh128").get<std::string>()))
+          return damaged(name, "its bytes are not those that were written");
+        if (name.ends_with(".json") && name != "manifest.json")
+          if (Json image = Json::parse(there->second.text); image.contains("pictures"))
+            record.images[name] = std::move(image);
+      }
+      return record;
+    } catch (const std::exception& error) {
+      return damaged("", error.what());
+    }
+  }
+
+  void read_whole_tar(std::size_t number) {
+    seen_.clear();
+    tar_of_ = number;
+    read_tar(folders_->tar(number),
+             [&](const std::string& name, std::vector<std::byte> content) { see(name, content); });
+  }
+  void see(const std::string& name, std::span<const std::byte> content) {
+    seen_.emplace(name, FileSeen(name, content));
+  }
+
+  void add(std::size_t number, const SampleRecord& record) {
+    const auto split = record.sample.at("split").get<std::string>();
+    manifest_ += record.sample.dump() + "\n";
+    splits_[split] += fmt::format("{:06}\n", number);
+    ++report_.samples_by_split[split];
+    for (const auto& [key, value] : record.sample.at("drawn").items())
+      add_to(card_.drawn[key], value);
+    for (const auto& [name, image] : record.images) add_image(number, image, split);
+  }
+
+  static void add_to(Realised& realised, const Json& value) {
+    if (value.is_number())
+      realised.add(value.get<double>());
+    else if (value.is_null())
+      realised.add(std::string("(left out)"));
+    else
+      realised.add(value.is_string() ? value.get<std::string>() : value.dump());
+  }
+
+  void add_image(std::size_t number, const Json& image, const std::string& split) {
+    auto kind = image.at("kind").get<std::string>();
+    const auto geometry = image.at("geometry").get<std::string>();
+    if (kind == "line" && geometry == "slant") add_line(image, split);
+    if (kind == "background") kind = "chip";
+    const std::string group = fmt::format("{}_{}", geometry, kind);
+    groups_.insert(group);
+    Index& index = indexes_[{group, split}];
+    for (const Json& picture : image.at("pictures")) {
+      const auto name = picture.get<std::string>();
+      ++report_.images[fmt::format("{}, {}", group, split)];
+      const std::string file =
+          in_tar(number)
+              ? fmt::format("tars/{}/{}", folders_->tar(number / per_tar_).filename().string(),
+                            SampleFolders::name_in_tar(number, name))
+              : fmt::format("samples/{:06}/{}", number, name);
+      const std::size_t id = index.images.size() + 1;
+      index.images.push_back({{"id", id},
+                              {"file_name", file},
+                              {"width", image.at("width")},
+                              {"height", image.at("height")},
+                              {"sample", number},
+                              {"sonar", image.at("sonar")},
+                              {"pixel_across_m", image.at("pixel_across_m")},
+                              {"pixel_along_m", image.at("pixel_along_m")}});
+      index.yolo += "../" + file + "\n";
+      for (const Json& target : image.at("targets"))
+        if (!target.at("ignored").get<bool>() && !target.at("body").is_null())
+          add_annotation(index, id, target);
+    }
+  }
+
+  static void add_annotation(Index& index, std::size_t image, const Json& target) {
+    const Json& body = target.at("body");
+    Json annotation = {{"id", index.annotations.size() + 1},
+                       {"image_id", image},
+                       {"category_id", target.at("category_id")},
+                       {"bbox", body.at("box")},
+                       {"area", body.at("area_px")},
+                       {"segmentation", body.at("polygons")},
+                       {"iscrowd", 0}};
+    for (const auto& [key, value] : target.items())
+      if (key != "body" && key != "shadow" && key != "category_id" && key != "ignored")
+        annotation[key] = value;
+    const Json& shadow = target.at("shadow");
+    annotation["shadow_bbox"] = shadow.is_null() ? Json(nullptr) : shadow.at("box");
+    annotation["shadow_area"] = shadow.is_null() ? Json(0) : shadow.at("area_px");
+    annotation["shadow_segmentation"] = shadow.is_null() ? Json::array() : shadow.at("polygons");
+    index.annotations.push_back(std::move(annotation));
+  }
+
+  void add_line(const Json& image, const std::string& split) {
+    for (const Json& target : image.at("targets")) {
+      ++card_.targets[target.at("class").get<std::string>()][split];
+      for (const char* key : {"range_m", "aspect_deg", "buried", "contrast_db"})
+        if (const Json& value = target.at(key); value.is_number())
+          card_.measured[key].add(value.get<double>());
+    }
+  }
+
+  void write(const std::string& name, const std::string& text) {
+    fs::create_directories((folder_ / name).parent_path());
+    refine::write_file(folder_ / name, text);
+    report_.files.push_back(folder_ / name);
+  }
+
+  void write() {
+    write("manifest.jsonl", manifest_);
+    for (const char* split : {"train", "val", "test"})
+      write(fmt::format("splits/{}.txt", split), splits_[split]);
+    Json categories = Json::array();
+    std::string names;
+    for (std::size_t i = 0; i < targets_; ++i) {
+      categories.push_back(
+          {{"id", i + 1}, {"name", card_.classes[i]}, {"supercategory", "object"}});
+      names += fmt::format("  {}: {}\n", i, Json(card_.classes[i]).dump());
+    }
+    for (const std::string& group : groups_) {
+      for (const char* split : {"train", "val", "test"}) {
+        const Index& index = indexes_[{group, split}];
+        const Json coco = {{"info", {{"description", card_.title}, {"version", card_.version}}},
+                           {"categories", categories},
+                           {"images", index.images},
+                           {"annotations", index.annotations}};
+        write(fmt::format("coco/{}_{}.json", group, split),
+              coco.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
+        write(fmt::format("yolo/{}_{}.txt", group, split), index.yolo);
+      }
+      write(fmt::format("yolo/{}.yaml", group),
+            fmt::format(
+                "path: .\ntrain: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
+                group, names));
+    }
+    card_.samples_by_split = report_.samples_by_split;
+    card_.images = report_.images;
+    write("README.md", card_.markdown());
+  }
+
+  fs::path folder_;
+  const std::function<bool(std::size_t, std::size_t)>& progress_;
+  Json dataset_;
+  std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
+  std::optional<SampleFolders> folders_;
+  MergeReport report_;
+  Card card_;
+  std::string manifest_;
+  std::map<std::string, std::string> splits_;
+  std::set<std::string> groups_;
+  std::map<std::pair<std::string, std::string>, Index> indexes_;
+  static constexpr std::size_t none = ~std::size_t{0};
+  std::size_t tar_of_ = none;
+  std::map<std::string, FileSeen> seen_;  // of a tar, or of a sample's folder
+};
+
+}  // namespace
+
+MergeReport merge(const fs::path& folder,
+                  const std::function<bool(std::size_t, std::size_t)>& progress) {
+  return Merge(folder, progress).report();
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,263 @@
+#include <ensonify/engine/dataset/preview.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <mutex>
+#include <set>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/image/lettering.h>
+#include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/refine/parallel_for.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t line_px = letter_height_px + 1;
+constexpr std::size_t panel_width = 380, most_height = 380, least_height = 60, border = 6,
+                      columns = 2;
+constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
+    no_data{90, 90, 90};
+// Okabe & Ito's colours (Color Universal Design, 2008), which the colour-blind tell apart.
+constexpr std::array<Rgb, 7> bright{{{230, 159, 0},
+                                     {86, 180, 233},
+                                     {0, 158, 115},
+                                     {240, 228, 66},
+                                     {213, 94, 0},
+                                     {204, 121, 167},
+                                     {0, 114, 178}}};
+constexpr std::array<Rgb, 6> muted{{{196, 178, 138},
+                                    {150, 141, 116},
+                                    {118, 134, 128},
+                                    {168, 150, 160},
+                                    {134, 120, 96},
+                                    {176, 186, 172}}};
+
+Picture blank(std::size_t width, std::size_t height, const Rgb& colour) {
+  Picture picture{width, height, 3, {}};
+  picture.pixels.reserve(3 * width * height);
+  for (std::size_t i = 0; i < width * height; ++i)
+    picture.pixels.insert(picture.pixels.end(), colour.begin(), colour.end());
+  return picture;
+}
+
+void set(Picture& picture, std::size_t column, std::size_t row, const Rgb& colour) {
+  if (column >= picture.width || row >= picture.height) return;
+  std::copy(
+      colour.begin(), colour.end(),
+      picture.pixels.begin() + static_cast<std::ptrdiff_t>(3 * (row * picture.width + column)));
+}
+
+void paste(const Picture& from, Picture& to, std::size_t column, std::size_t row) {
+  for (std::size_t y = 0; y < from.height; ++y)
+    std::copy_n(
+        from.pixels.begin() + static_cast<std::ptrdiff_t>(3 * y * from.width), 3 * from.width,
+        to.pixels.begin() + static_cast<std::ptrdiff_t>(3 * ((row + y) * to.width + column)));
+}
+
+/// Mean over the pixels that fall into each new one.
+Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
+  Picture to{width, height, 3, {}};
+  to.pixels.resize(3 * width * height);
+  const auto channels = static_cast<std::size_t>(from.channels);
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t x0 = x * from.width / width,
+                        x1 = std::max(x0 + 1, (x + 1) * from.width / width);
+      const std::size_t y0 = y * from.height / height,
+                        y1 = std::max(y0 + 1, (y + 1) * from.height / height);
+      for (std::size_t c = 0; c < 3; ++c) {
+        std::size_t sum = 0;
+        for (std::size_t v = y0; v < y1; ++v)
+          for (std::size_t u = x0; u < x1; ++u)
+            sum += from.pixels[(v * from.width + u) * channels + (channels == 3 ? c : 0)];
+        to.pixels[3 * (y * width + x) + c] =
+            static_cast<std::uint8_t>(sum / ((x1 - x0) * (y1 - y0)));
+      }
+    }
+  return to;
+}
+
+/// The labels as colours: objects by class, the bed by sediment, or by class where that is not just seabed.
+Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Recipe& recipe) {
+  const std::vector<std::string> classes = recipe.class_names(),
+                                 materials = recipe.material_names();
+  const auto place = [](const std::vector<std::string>& names, const std::string& name) {
+    return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+  };
+  Picture picture = blank(line.columns(), line.rows(), no_data);
+  for (std::size_t i = 0; i < line.pixels.region.size(); ++i) {
+    const std::size_t row = line.rows() - 1 - i / line.columns(), column = i % line.columns();
+    const std::string& name = seafloor.classes[line.pixels.class_id[i]];
+    switch (static_cast<Region>(line.pixels.region[i])) {
+      case Region::no_data: break;
+      case Region::water_column: set(picture, column, row, water); break;
+      case Region::shadow: set(picture, column, row, dark); break;
+      case Region::object:
+        set(picture, column, row, bright[place(classes, name) % bright.size()]);
+        break;
+      case Region::seabed:
+        set(picture, column, row,
+            name == "seabed" ? muted[place(materials, seafloor.materials[line.pixels.sediment[i]]) %
+                                     muted.size()]
+                             : bright[place(classes, name) % bright.size()]);
+        break;
+    }
+  }
+  return picture;
+}
+
+void draw_box(Picture& picture, std::array<std::size_t, 4> box, const Rgb& colour) {
+  for (std::size_t x = box[0]; x <= box[2]; ++x)
+    set(picture, x, box[1], colour), set(picture, x, box[3], colour);
+  for (std::size_t y = box[1]; y <= box[3]; ++y)
+    set(picture, box[0], y, colour), set(picture, box[2], y, colour);
+}
+
+/// A number in four digits, a word as it is.
+std::string short_text(const std::string& value) {
+  if (value.find('.') == std::string::npos || value.front() == '"') return value;
+  return fmt::format("{:.4g}", std::stod(value));
+}
+
+std::vector<std::string> caption(std::size_t number, const SampleScene& sample) {
+  constexpr std::size_t width = (2 * panel_width + border) / letter_width_px;
+  std::vector<std::string> lines{
+      fmt::format("sample {}, {}, seafloor {}:", number, sample.split, sample.seafloor)};
+  for (const auto& [key, value] : sample.drawn) {
+    if (key.ends_with(".present")) continue;
+    const std::string word = fmt::format(" {}={}", key, short_text(value));
+    if (lines.size() == 3 && lines.back().size() + word.size() + 4 > width) {
+      lines.back() += " ...";
+      break;
+    }
+    if (lines.back().size() + word.size() > width) lines.emplace_back();
+    lines.back() += word;
+  }
+  return lines;
+}
+
+Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample,
+             const Simulator& simulator, const Waterfall& line) {
+  const Seafloor& seafloor = simulator.seafloor();
+  const std::vector<std::string> classes = recipe.class_names();
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < line.rows(); ++i)
+    length_m += (line.pings[i].pose.position - line.pings[i - 1].pose.position).head<2>().norm();
+  const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
+  const auto height = std::clamp(static_cast<std::size_t>(panel_width * length_m / width_m),
+                                 least_height, most_height);
+  Picture left = shrunk(render(line, sample.scene.display, simulator.absorption_db_per_m(0)),
+                        panel_width, height);
+  Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);
+  const auto to_panel = [&](const Corner& corner) {
+    return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),
+                      static_cast<std::size_t>(corner[1]) * height / line.rows()};
+  };
+  for (const Target& target : find_targets(line)) {
+    const Outline& shown = target.body.area_px > 0 ? target.body : target.shadow;
+    const std::string& name =
+        seafloor.classes[seafloor.label_of_instance(target.instance).class_id];
+    const Rgb& colour =
+        bright[static_cast<std::size_t>(std::ranges::find(classes, name) - classes.begin()) %
+               bright.size()];
+    const auto low = to_panel(shown.low), high = to_panel(shown.high);
+    draw_box(left,
+             {low[0] - std::min<std::size_t>(low[0], 2), low[1] - std::min<std::size_t>(low[1], 2),
+              high[0] + 1, high[1] + 1},
+             colour);
+    write_text(left,
+               std::min(high[0] + 4,
+                        panel_width - letter_width_px * std::min<std::size_t>(name.size(), 20)),
+               low[1] - std::min<std::size_t>(low[1], 2), 1, colour, name);
+  }
+  const std::vector<std::string> words = caption(number, sample);
+  Picture all = blank(2 * panel_width + border, height + words.size() * line_px + 2, paper);
+  paste(left, all, 0, 0);
+  paste(right, all, panel_width + border, 0);
+  for (std::size_t i = 0; i < words.size(); ++i)
+    write_text(all, 0, height + 2 + i * line_px, 1, ink, words[i]);
+  return all;
+}
+
+/// Names and their colours in a strip.
+Picture legend(const Recipe& recipe, std::size_t width) {
+  Picture strip = blank(width, letter_height_px + 2, paper);
+  std::size_t column = 0;
+  const auto add = [&](const std::string& name, const Rgb& colour) {
+    for (std::size_t y = 0; y < letter_height_px; ++y)
+      for (std::size_t x = 0; x < letter_height_px; ++x) set(strip, column + x, y, colour);
+    write_text(strip, column + letter_height_px + 3, 0, 1, ink, name);
+    column += letter_height_px + 12 + letter_width_px * name.size();
+  };
+  const std::vector<std::string> classes = recipe.class_names(),
+                                 materials = recipe.material_names();
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    if (classes[i] != "seabed") add(classes[i], bright[i % bright.size()]);
+  for (std::size_t i = 0; i < materials.size(); ++i) add(materials[i], muted[i % muted.size()]);
+  add("water", water);
+  add("shadow", dark);
+  return strip;
+}
+
+}  // namespace
+
+Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control) {
+  samples = std::min(samples, recipe.samples());
+  std::vector<Picture> cells(samples);
+  std::mutex mutex;
+  std::size_t done = 0;
+  const int threads = refine::thread_count(control.threads);
+  refine::parallel_for(samples, threads, [&](std::size_t k, int) {
+    const std::size_t number = k * recipe.samples() / samples;
+    SampleScene sample = recipe.sample(number);
+    sample.scene.output = {.exr = false};
+    const std::filesystem::path folder = control.scratch / fmt::format("{:06}", number);
+    run(sample.scene, folder,
+        {.threads = 1,
+         .progress =
+             [&](std::string_view, std::size_t, std::size_t) {
+               const std::lock_guard lock(mutex);
+               return !control.progress || control.progress(done, samples);
+             },
+         .cache = control.cache,
+         .growing_picture = false,
+         .made =
+             [&](const Simulator& simulator, std::span<const Waterfall> lines) {
+               cells[k] = cell(recipe, number, sample, simulator, lines.front());
+             }});
+    std::filesystem::remove_all(folder);
+    const std::lock_guard lock(mutex);
+    ++done;
+  });
+  const std::size_t cell_width = cells.front().width;
+  const std::size_t width = columns * cell_width + (columns + 1) * border;
+  std::size_t height = border;
+  for (std::size_t k = 0; k < samples; k += columns) {
+    std::size_t tallest = 0;
+    for (std::size_t j = k; j < std::min(samples, k + columns); ++j)
+      tallest = std::max(tallest, cells[j].height);
+    height += tallest + border;
+  }
+  const Picture names = legend(recipe, width - 2 * border);
+  Picture sheet = blank(width, height + names.height + border, paper);
+  std::size_t row = border;
+  paste(names, sheet, border, row);
+  row += names.height + border;
+  for (std::size_t k = 0; k < samples; k += columns) {
+    std::size_t tallest = 0;
+    for (std::size_t j = k; j < std::min(samples, k + columns); ++j) {
+      paste(cells[j], sheet, border + (j - k) * (cell_width + border), row);
+      tallest = std::max(tallest, cells[j].height);
+    }
+    row += tallest + border;
+  }
+  return sheet;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/simulate.h>
+
+namespace ensonify::engine {
+
+/// The names that a dataset's labels have, whose numbers are 1 more than their places here.
+struct LabelNames {
+  std::vector<std::string> classes, materials;
+};
+
+/// What writing a sample's products took.
+struct ProductTimes {
+  double encode_s = 0.0, disk_s = 0.0;
+};
+
+/// Writes into a sample's folder what the dataset has beside the run's own files: labels of the whole lines, more
+/// displays, ground range, tiles, chips. An image STEM.png has STEM.class.png, .sediment.png, .instance.png,
+/// .region.png, STEM.json and STEM.txt (YOLO); further displays are STEM.r1.png with STEM.r1.txt and so on. Throws
+/// std::invalid_argument for tiles or chips larger than a line, and for labels without a name;
+/// std::system_error.
+ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
+                            const LabelNames& names, const Simulator& simulator,
+                            std::span<const Waterfall> lines, const std::filesystem::path& folder);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,369 @@
+#include <ensonify/engine/dataset/recipe.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/dataset/distribution.h>
+#include <ensonify/engine/dataset/recipe_reader.h>
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/scene/reader.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr int most_redraws = 1000;  // of a normal one that is cut off
+
+std::uint64_t key_number(std::string_view key) {
+  const std::string digits = xxh128(key);
+  std::uint64_t number = 0;
+  std::from_chars(digits.data(), digits.data() + 16, number, 16);
+  return number;
+}
+
+/// A string without its quotes; other values as they are. (Names that need escapes are nobody's.)
+std::string bare(const std::string& value) {
+  return value.size() >= 2 && value.front() == '"' ? value.substr(1, value.size() - 2) : value;
+}
+
+bool under(std::string_view path, std::string_view table) {
+  return path.starts_with(table) && (path.size() == table.size() || path[table.size()] == '.');
+}
+
+}  // namespace
+
+struct Recipe::Distributions : RecipeText {
+  std::set<std::string, std::less<>> of_seafloor;       ///< keys that are drawn once a seafloor
+  std::map<std::string, unsigned, std::less<>> primes;  ///< of the stratified
+};
+
+namespace {
+
+/// The values of one sample. `Text` is the recipe's.
+template <class Text>
+class Draws {
+ public:
+  Draws(const Text& text, std::size_t sample, std::size_t seafloor, std::size_t render)
+      : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
+
+  /// A key's value as in TOML; empty: left out. `asked_by` stands in messages.
+  const std::string& value(const std::string& key, const std::string& asked_by) {
+    if (const auto known = known_.find(key); known != known_.end()) {
+      if (!known->second)
+        throw SceneError(
+            fmt::format("{}: '{}' goes round in a circle of keys that need one another",
+                        text_.distributions.find(key)->second.place, key));
+      return *known->second;
+    }
+    if (const auto plain = text_.values.find(key); plain != text_.values.end())
+      return plain->second;
+    const auto found = text_.distributions.find(key);
+    if (found == text_.distributions.end())
+      throw SceneError(fmt::format(
+          "{}: the recipe gives no value to '{}', which is asked for here: add it", asked_by, key));
+    known_[key] = std::nullopt;
+    std::string drawn = draw(key, found->second);
+    return *(known_[key] = std::move(drawn));
+  }
+
+ private:
+  double number(const std::string& key, const Distribution& d) {
+    const std::string& text = value(key, d.place);
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size())
+      throw SceneError(fmt::format("{}: '{}' is {}, expected a number to reckon with", d.place, key,
+                                   text.empty() ? "left out" : text));
+    return number;
+  }
+
+  std::string draw(const std::string& key, const Distribution& d) {
+    using Kind = Distribution::Kind;
+    if (d.kind == Kind::table) {
+      const std::string by = bare(value(d.by, d.place));
+      const auto entry = d.table.find(by);
+      if (entry == d.table.end())
+        throw SceneError(fmt::format("{}: the table has no entry for {} = {}", d.place, d.by, by));
+      return adjusted(draw(key + "." + by, entry->second, key), d);
+    }
+    return draw(key, d, key);
+  }
+
+  std::string draw(const std::string& stream_name, const Distribution& d, const std::string& key) {
+    if (d.kind == Distribution::Kind::table) return draw(stream_name, d);
+    const bool bed = text_.of_seafloor.contains(key);
+    const std::size_t number = bed ? seafloor_ : sample_;
+    const std::size_t render = under(key, "display") ? render_ : 0;
+    const Stream stream(text_.seed, Purpose::recipe, {key_number(stream_name), number, render});
+    std::array<double, 2> u{};
+    stream.uniform(u);
+    if (d.stratified) {
+      // A shift, the same for all samples, modulo 1 (Cranley & Patterson, SIAM J. Numer. Anal. 13, 904, 1976).
+      std::array<double, 1> shift{};
+      Stream(text_.seed, Purpose::recipe, {key_number(stream_name), ~std::uint64_t{0}, 0})
+          .uniform(shift);
+      const unsigned prime = text_.primes.find(key)->second;
+      u[0] = shift[0] + radical_inverse(number + 1, prime);
+      u[0] -= std::ceil(u[0]) - 1.0;  // into (0, 1]
+    }
+    std::string drawn = d.value(u[0], u[1]);
+    for (int again = 1; d.between && !within(drawn, *d.between); ++again) {
+      if (again == most_redraws)
+        throw SceneError(fmt::format("{}: '{}': hardly a draw lies between {} and {}; widen them",
+                                     d.place, key, d.between->first, d.between->second));
+      stream.uniform(u, 2 * static_cast<std::uint64_t>(again));
+      drawn = d.value(u[0], u[1]);
+    }
+    return adjusted(std::move(drawn), d);
+  }
+
+  static bool within(const std::string& text, const std::pair<double, double>& between) {
+    const double number = std::stod(text);
+    return number >= between.first && number <= between.second;
+  }
+
+  /// Times some keys, plus others.
+  std::string adjusted(std::string drawn, const Distribution& d) {
+    if ((d.times.empty() && d.plus.empty()) || drawn.empty()) return drawn;
+    double result = 0.0;
+    const auto [end, error] = std::from_chars(drawn.data(), drawn.data() + drawn.size(), result);
+    if (error != std::errc() || end != drawn.data() + drawn.size())
+      throw SceneError(
+          fmt::format("{}: {} is drawn, expected a number to reckon with", d.place, drawn));
+    for (const std::string& key : d.times) result *= number(key, d);
+    for (const std::string& key : d.plus) result += number(key, d);
+    return value_text(d.kind == Distribution::Kind::whole ? std::round(result) : result);
+  }
+
+  const Text& text_;
+  std::size_t sample_, seafloor_, render_;
+  std::map<std::string, std::optional<std::string>> known_;  // nothing: being drawn
+};
+
+/// train, val or test for a group that is held together, such as seafloor 3 or a name's own number.
+std::string split_of(std::uint64_t seed, const SplitOptions& split, const std::string& group,
+                     std::uint64_t number, bool counted) {
+  if (std::ranges::count(split.held_out_test, group) > 0) return "test";
+  if (std::ranges::count(split.held_out_val, group) > 0) return "val";
+  // A split with values of its own has no others.
+  const double val = split.held_out_val.empty() ? split.val : 0.0;
+  const double test = split.held_out_test.empty() ? split.test : 0.0;
+  std::array<double, 1> u{};
+  Stream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0}).uniform(u);
+  // Numbered groups go round, so that shares come out as asked for.
+  if (counted) u[0] = std::fmod(u[0] + radical_inverse(number, 2), 1.0);
+  const double at = u[0] * (split.train + val + test);
+  return at < test ? "test" : at < test + val ? "val" : "train";
+}
+
+void check_files(Scene& scene, const std::string& recipe) {
+  for_each_file(scene, [&](std::string_view key, const InputFile& file) {
+    if (!file.name.empty() && !file.name.starts_with("data:"))
+      throw SceneError(fmt::format(
+          "{}: '{}' names \"{}\", expected data:PATH, under --data DIR: each sample's own "
+          "scene has to find it too",
+          recipe, key, file.name));
+  });
+}
+
+/// The name that a key has once tables that are absent are left out.
+std::string renumbered(const std::string& key, const auto& lists, const auto& absent) {
+  for (const auto& [list, size] : lists) {
+    if (!key.starts_with(list + ".")) continue;
+    const std::size_t dot = key.find('.', list.size() + 1);
+    if (dot == std::string::npos) return key;
+    const std::size_t number = std::stoul(key.substr(list.size() + 1, dot - list.size() - 1));
+    std::size_t now = number;
+    for (std::size_t i = 0; i < number; ++i) now -= absent.contains(fmt::format("{}.{}", list, i));
+    return fmt::format("{}.{}{}", list, now, key.substr(dot));
+  }
+  return key;
+}
+
+bool in_absent(const std::string& key, const auto& absent) {
+  return std::ranges::any_of(absent, [&](const std::string& table) { return under(key, table); });
+}
+
+}  // namespace
+
+Recipe::Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder)
+    : Recipe(read_scene_text(file), file.string(), data_folder) {}
+Recipe::Recipe(Recipe&&) noexcept = default;
+Recipe::~Recipe() = default;
+
+Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& data_folder)
+    : text_(std::move(text)),
+      name_(std::move(name)),
+      data_folder_(data_folder),
+      options_(parse_dataset_options(text_, name_)),
+      distributions_(std::make_unique<Distributions>()) {
+  Distributions& d = *distributions_;
+  static_cast<RecipeText&>(d) = parse_recipe_text(text_, name_);
+  const auto refuse = [&](std::string_view message) {
+    return SceneError(fmt::format("{}: {}", name_, message));
+  };
+  if (options_.seafloors > options_.samples)
+    throw refuse("'dataset.seafloors' is more than 'dataset.samples', expected as many at most");
+  const TileOptions& tiles = options_.tiles;
+  if ((tiles.width_px > 0) != (tiles.height_px > 0) ||
+      (tiles.width_m > 0.0) != (tiles.height_m > 0.0) ||
+      (tiles.width_px > 0 && tiles.width_m > 0.0))
+    throw refuse("'dataset.tiles' expects width_px and height_px, or width_m and height_m");
+  if (options_.chips.size_px > 0 && options_.chips.size_m > 0.0)
+    throw refuse("'dataset.chips' expects size_px or size_m, not both");
+  if (options_.chips.backgrounds > 0 && !options_.chips.any())
+    throw refuse("'dataset.chips.backgrounds' expects a size_px or size_m");
+  const SplitOptions& split = options_.split;
+  if (!(split.train + split.val + split.test > 0.0))
+    throw refuse("'dataset.split': expected a share of more than 0");
+  if (split.by == "seafloor" && !(split.held_out_val.empty() && split.held_out_test.empty()))
+    throw refuse("'dataset.split' holds values out, expected by = the key that has them");
+
+  std::size_t k = 0;
+  for (const auto& [key, distribution] : d.distributions)
+    if (distribution.stratified) d.primes[key] = prime_number(k++);
+  // What the seafloor needs is the seafloor's.
+  std::vector<std::string> open;
+  for (const auto& [key, distribution] : d.distributions)
+    if (under(key, "seafloor") || under(key, "objects") || under(key, "material"))
+      open.push_back(key);
+  if (split.by != "seafloor") open.push_back(split.by);
+  while (!open.empty()) {
+    const std::string key = std::move(open.back());
+    open.pop_back();
+    if (!d.of_seafloor.insert(key).second) continue;
+    if (const auto found = d.distributions.find(key); found != d.distributions.end())
+      for (std::string& needed : found->second.needs()) open.push_back(std::move(needed));
+  }
+
+  // The names that labels can have: those of a sample with every table there, and all that can be drawn.
+  Scene scene = with_every_table();
+  check_files(scene, name_);
+  std::set<std::string> targets, grounds{"seabed"}, materials{scene.seafloor.material};
+  for_each_list(scene, [&]<class Item>(const Section<Item>&, const std::vector<Item>& list) {
+    for (const Item& item : list) {
+      (std::is_same_v<Item, ObjectOptions> ? targets : grounds).insert(item.class_name);
+      materials.insert(item.material);
+    }
+  });
+  for (const auto& [key, distribution] : d.distributions) {
+    std::vector<std::string> values;
+    distribution.collect_values(values);
+    if (key.ends_with(".class"))
+      for (const std::string& value : values)
+        (under(key, "objects") ? targets : grounds).insert(bare(value));
+    if (key.ends_with(".material"))
+      for (const std::string& value : values) materials.insert(bare(value));
+  }
+  for (std::set<std::string>* names : {&targets, &grounds, &materials}) names->erase("");
+  for (const std::string& target : targets) grounds.erase(target);
+  targets_.assign(targets.begin(), targets.end());
+  grounds_.assign(grounds.begin(), grounds.end());
+  materials_.assign(materials.begin(), materials.end());
+  if (targets_.size() + grounds_.size() > 254 || materials_.size() > 254)
+    throw refuse(
+        "labels can have more than 254 names, which masks of 8 bits do not hold: expected fewer");
+}
+
+Scene Recipe::with_every_table() const {
+  constexpr std::size_t tries = 16;  // a draw may be what no scene can have
+  for (std::size_t sample = 0;; ++sample) try {
+      DrawnValues whole;
+      Draws draws(*distributions_, sample, seafloor_of(sample), 0);
+      for (const auto& [key, distribution] : distributions_->distributions)
+        if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
+      return parse_recipe(text_, name_, whole, paths());
+    } catch (const SceneError&) {
+      if (sample + 1 == std::min(tries, samples())) throw;
+    }
+}
+
+ScenePaths Recipe::paths() const {
+  const std::filesystem::path folder = std::filesystem::path(name_).parent_path();
+  return {folder.empty() ? "." : folder, data_folder_};
+}
+
+std::size_t Recipe::seafloors() const {
+  return options_.seafloors > 0 ? static_cast<std::size_t>(options_.seafloors) : samples();
+}
+
+std::size_t Recipe::seafloor_of(std::size_t sample) const {
+  return sample * seafloors() / samples();
+}
+
+SampleScene Recipe::sample(std::size_t number) const {
+  const Distributions& d = *distributions_;
+  SampleScene result;
+  result.seafloor = seafloor_of(number);
+  const auto sample_name = [&] { return fmt::format("{}: sample {}", name_, number); };
+
+  const auto scene_of = [&](std::size_t render) {
+    Draws draws(d, number, result.seafloor, render);
+    DrawnValues values;
+    for (const auto& [list, size] : d.lists)
+      for (std::size_t i = 0; i < size; ++i) {
+        const std::string table = fmt::format("{}.{}", list, i), key = table + ".present";
+        if (!d.distributions.contains(key) && !d.values.contains(key)) continue;
+        const std::string& present = draws.value(key, name_);
+        if (present != "true" && present != "false")
+          throw SceneError(
+              fmt::format("{}: '{}' is {}, expected true or false", sample_name(), key, present));
+        if (present == "false") values.absent.insert(table);
+      }
+    for (const auto& [key, distribution] : d.distributions) {
+      if (in_absent(key, values.absent)) continue;
+      const std::string& value = draws.value(key, name_);
+      if (render == 0) result.drawn[key] = value;
+      if (!key.ends_with(".present"))
+        values.values[renumbered(key, d.lists, values.absent)] = value;
+    }
+    if (render == 0) {
+      const SplitOptions& split = options_.split;
+      const bool by_seafloor = split.by == "seafloor";
+      const std::string group = by_seafloor
+                                    ? std::to_string(result.seafloor)
+                                    : bare(draws.value(split.by, name_ + ": 'dataset.split.by'"));
+      result.split = split_of(d.seed, split, group,
+                              by_seafloor ? result.seafloor : key_number(group), by_seafloor);
+    }
+    try {
+      return parse_recipe(text_, name_, values, paths());
+    } catch (const SceneError& error) {
+      throw SceneError(fmt::format("{} (sample {})", error.what(), number));
+    }
+  };
+
+  result.scene = scene_of(0);
+  result.renders = {result.scene.display};
+  for (int render = 1; render < options_.renders; ++render)
+    result.renders.push_back(scene_of(static_cast<std::size_t>(render)).display);
+  const auto seed = [&](std::string_view what, std::size_t of) {
+    std::array<double, 1> u{};
+    Stream(d.seed, Purpose::recipe, {key_number(what), of, 0}).uniform(u);
+    return static_cast<std::uint64_t>(u[0] * 0x1p53) - 1;
+  };
+  result.scene.seed = seed("seed", number);
+  if (!d.has_seafloor_seed && !d.distributions.contains("seafloor.seed"))
+    result.scene.seafloor_seed = seed("seafloor.seed", result.seafloor);
+  check_files(result.scene, name_);
+  return result;
+}
+
+std::vector<std::string> Recipe::class_names() const {
+  std::vector<std::string> names = targets_;
+  names.insert(names.end(), grounds_.begin(), grounds_.end());
+  return names;
+}
+std::size_t Recipe::target_classes() const { return targets_.size(); }
+std::vector<std::string> Recipe::material_names() const { return materials_; }
+std::vector<std::string> Recipe::assets() const {
+  return {distributions_->assets.begin(), distributions_->assets.end()};
+}
+
+}  // namespace ensonify::engine

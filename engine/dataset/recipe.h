@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/scene/dataset_options.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+
+/// One sample of a recipe: what was drawn, and the scene that it makes.
+struct SampleScene {
+  Scene scene;
+  std::size_t seafloor = 0;  ///< which of the recipe's
+  std::string split;         ///< train, val or test
+  std::map<std::string, std::string>
+      drawn;                     ///< values as in TOML, by the recipe's names of the keys
+  std::vector<Display> renders;  ///< the first is the scene's own
+};
+
+/// A dataset's recipe: a scene with distributions in place of values, and [dataset]. The draw of a key depends on
+/// the recipe's seed, the key's name and the sample's number (or its seafloor's) alone.
+class Recipe {
+ public:
+  /// Throws SceneError with `file:line:column` for what is wrong.
+  Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder);
+  /// The same from text; `name` stands for the file.
+  Recipe(std::string text, std::string name, const std::filesystem::path& data_folder);
+  Recipe(Recipe&&) noexcept;
+  ~Recipe();
+
+  const std::string& text() const { return text_; }
+  const DatasetOptions& options() const { return options_; }
+  const std::filesystem::path& data_folder() const { return data_folder_; }
+  std::size_t samples() const { return static_cast<std::size_t>(options_.samples); }
+  std::size_t seafloors() const;
+  /// Neighbouring samples share one.
+  std::size_t seafloor_of(std::size_t sample) const;
+
+  /// Throws SceneError for what was drawn and cannot be.
+  SampleScene sample(std::size_t number) const;
+
+  /// Every name that a label of a sample can have, of targets first, sorted; number k of the list is k + 1.
+  std::vector<std::string> class_names() const;
+  std::size_t target_classes() const;  ///< how many of these are of objects
+  std::vector<std::string> material_names() const;
+  /// Files under the data folder that it names, `data:path`, sorted.
+  std::vector<std::string> assets() const;
+
+ private:
+  struct Distributions;
+  ScenePaths paths() const;
+  Scene with_every_table() const;
+  std::string text_, name_;
+  std::filesystem::path data_folder_;
+  DatasetOptions options_;
+  std::unique_ptr<Distributions> distributions_;
+  std::vector<std::string> targets_, grounds_, materials_;
+};
+
+}  // namespace ensonify::engine

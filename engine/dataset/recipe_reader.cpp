@@ -1,0 +1,270 @@
+#include <ensonify/engine/dataset/recipe_reader.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <ensonify/engine/scene/schema.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::array<std::string_view, 13> words{
+    "uniform", "log_uniform", "normal", "int",   "choice", "weights",   "between",
+    "times",   "plus",        "by",     "table", "unset",  "stratified"};
+
+bool is_word(std::string_view key) { return std::ranges::count(words, key) > 0; }
+
+/// A value as TOML; empty for what is none.
+std::string text_of(const toml::node& node) {
+  if (const auto* value = node.as_string()) return toml_string(value->get());
+  if (const auto* value = node.as_integer()) return fmt::format("{}", value->get());
+  if (const auto* value = node.as_floating_point()) return fmt::format("{}", value->get());
+  if (const auto* value = node.as_boolean()) return value->get() ? "true" : "false";
+  const toml::array* array = node.as_array();
+  if (!array) return "";
+  std::string text;
+  for (const toml::node& element : *array) {
+    const std::string inner = text_of(element);
+    if (inner.empty()) return "";
+    text += (text.empty() ? "" : ", ") + inner;
+  }
+  return fmt::format("[{}]", text);
+}
+
+class RecipeReader {
+ public:
+  explicit RecipeReader(std::string_view name) : name_(name) {}
+
+  RecipeText read(std::string_view text) {
+    try {
+      const toml::table file = toml::parse(text);
+      read_table(file, "");
+    } catch (const toml::parse_error& error) {
+      throw SceneError(fmt::format("{}: {}", place(error.source()), error.description()));
+    }
+    return std::move(result_);
+  }
+
+ private:
+  std::string place(const toml::source_region& region) const {
+    return fmt::format("{}:{}:{}", name_, region.begin.line, region.begin.column);
+  }
+  SceneError fault(const toml::node& node, std::string_view message) const {
+    return SceneError(fmt::format("{}: {}", place(node.source()), message));
+  }
+
+  void read_table(const toml::table& table, const std::string& path) {
+    for (const auto& [key, node] : table) {
+      const std::string inner =
+          path.empty() ? std::string(key.str()) : path + "." + std::string(key.str());
+      if (inner != "dataset") read(node, inner);
+    }
+  }
+
+  void read(const toml::node& node, const std::string& path) {
+    if (const toml::table* table = node.as_table()) {
+      const bool drawn =
+          std::ranges::any_of(*table, [](const auto& entry) { return is_word(entry.first.str()); });
+      if (drawn && path == "seed")
+        throw fault(node, "'seed' is that of all draws, expected a whole number");
+      if (drawn)
+        result_.distributions.emplace(path, distribution(*table, path));
+      else
+        read_table(*table, path);
+    } else if (const toml::array* array = node.as_array(); array && array->is_array_of_tables()) {
+      result_.lists[path] = array->size();
+      for (std::size_t i = 0; i < array->size(); ++i)
+        read((*array)[i], fmt::format("{}.{}", path, i));
+    } else if (node.is_value()) {
+      note_asset(node);
+      result_.values[path] = text_of(node);
+      if (path == "seed" && node.is_integer())
+        result_.seed = static_cast<std::uint64_t>(node.as_integer()->get());
+      result_.has_seafloor_seed |= path == "seafloor.seed";
+    }
+  }
+
+  void note_asset(const toml::node& node) {
+    if (const auto* text = node.as_string(); text && text->get().starts_with("data:"))
+      result_.assets.insert(text->get());
+  }
+
+  Distribution distribution(const toml::table& table, const std::string& path) {
+    Distribution d;
+    d.place = place(table.source());
+    int kinds = 0;
+    for (const auto& [key, node] : table) {
+      if (!is_word(key.str()))
+        throw SceneError(fmt::format(
+            "{}: unknown word {} in the distribution of '{}'{}", place(key.source()),
+            toml_string(key.str()), path,
+            suggestion(key.str(), std::vector<std::string>(words.begin(), words.end()))));
+      const std::string_view word = key.str();
+      if (word == "uniform") {
+        ++kinds, ends(node, path, word, d, Distribution::Kind::uniform);
+      } else if (word == "log_uniform") {
+        ++kinds, ends(node, path, word, d, Distribution::Kind::log_uniform);
+        if (!(d.a > 0.0))
+          throw fault(
+              node, fmt::format("'{}': log_uniform begins at {}, expected more than 0", path, d.a));
+      } else if (word == "normal") {
+        ++kinds, ends(node, path, word, d, Distribution::Kind::normal);
+      } else if (word == "int") {
+        ++kinds, ends(node, path, word, d, Distribution::Kind::whole);
+        if (d.a != std::floor(d.a) || d.b != std::floor(d.b))
+          throw fault(node, fmt::format("'{}': expected whole numbers, int = [2, 5]", path));
+      } else if (word == "choice") {
+        ++kinds, choices(node, path, d);
+      } else if (word == "table") {
+        ++kinds, entries(node, path, d);
+      } else if (word == "unset") {
+        ++kinds;
+        d.kind = Distribution::Kind::unset;
+        if (!node.is_boolean() || !node.as_boolean()->get())
+          throw fault(node, fmt::format("'{}': expected unset = true", path));
+      } else if (word == "weights") {
+        for (const double weight : numbers(node, path, word)) d.weights.push_back(weight);
+      } else if (word == "between") {
+        const auto both = numbers(node, path, word);
+        if (both.size() != 2 || !(both[0] < both[1]))
+          throw fault(node, fmt::format("'{}': expected between = [least, most]", path));
+        d.between = {both[0], both[1]};
+      } else if (word == "times") {
+        d.times = keys(node, path, word);
+      } else if (word == "plus") {
+        d.plus = keys(node, path, word);
+      } else if (word == "by") {
+        if (!node.is_string()) throw fault(node, fmt::format("'{}': expected by = \"KEY\"", path));
+        d.by = node.as_string()->get();
+      } else if (word == "stratified") {
+        if (!node.is_boolean())
+          throw fault(node, fmt::format("'{}': expected stratified = true", path));
+        d.stratified = node.as_boolean()->get();
+      }
+    }
+    check(d, kinds, table, path);
+    return d;
+  }
+
+  void check(const Distribution& d, int kinds, const toml::table& table, const std::string& path) {
+    using Kind = Distribution::Kind;
+    const auto require = [&](bool holds, std::string_view message) {
+      if (!holds) throw fault(table, fmt::format("'{}': {}", path, message));
+    };
+    require(
+        kinds <= 1,
+        "more than one distribution, expected one of uniform, log_uniform, normal, int, choice, "
+        "table, unset");
+    require(kinds == 1 || !d.times.empty() || !d.plus.empty(),
+            "no distribution, expected one of uniform, log_uniform, normal, int, choice, table, "
+            "unset, times, plus");
+    require(d.by.empty() == (d.kind != Kind::table),
+            "by = \"KEY\" and table = { ... } belong together");
+    require(d.weights.empty() || d.kind == Kind::choice, "weights belong to a choice");
+    require(d.weights.empty() || d.weights.size() == d.choices.size(),
+            "as many weights are expected as there are choices");
+    double sum = 0.0;
+    for (const double weight : d.weights) {
+      require(weight >= 0.0, "weights are expected to be 0 or more");
+      sum += weight;
+    }
+    require(d.weights.empty() || sum > 0.0, "one weight at least is expected to be more than 0");
+    require(!d.between || d.kind == Kind::normal, "between belongs to normal");
+    require(!d.stratified || (d.kind != Kind::normal && d.kind != Kind::table &&
+                              d.kind != Kind::unset && d.kind != Kind::constant),
+            "stratified belongs to uniform, log_uniform, int or choice");
+  }
+
+  std::vector<double> numbers(const toml::node& node, const std::string& path,
+                              std::string_view word) {
+    const toml::array* array = node.as_array();
+    std::vector<double> all;
+    if (array)
+      for (const toml::node& element : *array) {
+        if (!element.is_number() || !std::isfinite(*element.value<double>())) break;
+        all.push_back(*element.value<double>());
+      }
+    if (!array || all.size() != array->size())
+      throw fault(node, fmt::format("'{}': expected numbers, {} = [1, 2]", path, word));
+    return all;
+  }
+
+  void ends(const toml::node& node, const std::string& path, std::string_view word, Distribution& d,
+            Distribution::Kind kind) {
+    const std::vector<double> both = numbers(node, path, word);
+    const bool fit = both.size() == 2 &&
+                     (kind == Distribution::Kind::normal ? both[1] >= 0.0 : both[0] <= both[1]);
+    if (!fit)
+      throw fault(node, fmt::format("'{}': expected {} = [{}]", path, word,
+                                    kind == Distribution::Kind::normal ? "mean, deviation"
+                                                                       : "least, most"));
+    d.kind = kind;
+    d.a = both[0];
+    d.b = both[1];
+  }
+
+  void choices(const toml::node& node, const std::string& path, Distribution& d) {
+    d.kind = Distribution::Kind::choice;
+    if (const toml::array* array = node.as_array())
+      for (const toml::node& element : *array) {
+        note_asset(element);
+        d.choices.push_back(text_of(element));
+      }
+    if (d.choices.empty() || std::ranges::count(d.choices, "") > 0)
+      throw fault(node, fmt::format("'{}': expected values, choice = [\"a\", \"b\"]", path));
+  }
+
+  void entries(const toml::node& node, const std::string& path, Distribution& d) {
+    d.kind = Distribution::Kind::table;
+    const toml::table* table = node.as_table();
+    if (!table || table->empty())
+      throw fault(
+          node,
+          fmt::format(
+              "'{}': expected a value for each of the other key's, table = {{ a = 1, b = 2 }}",
+              path));
+    for (const auto& [key, entry] : *table) {
+      const std::string value(key.str());
+      if (const toml::table* inner = entry.as_table()) {
+        d.table.emplace(value, distribution(*inner, path));
+        if (d.table[value].stratified)
+          throw fault(entry, fmt::format("'{}': a table's entries cannot be stratified", path));
+        continue;
+      }
+      note_asset(entry);
+      Distribution& one = d.table[value];
+      one.kind = Distribution::Kind::choice;
+      one.choices = {text_of(entry)};
+      if (one.choices.front().empty())
+        throw fault(entry, fmt::format("'{}': expected a value or a distribution", path));
+    }
+  }
+
+  std::vector<std::string> keys(const toml::node& node, const std::string& path,
+                                std::string_view word) {
+    std::vector<std::string> all;
+    if (const auto* one = node.as_string()) all.push_back(one->get());
+    if (const toml::array* array = node.as_array())
+      for (const toml::node& element : *array)
+        if (const auto* one = element.as_string()) all.push_back(one->get());
+    if (all.empty() || (node.is_array() && all.size() != node.as_array()->size()))
+      throw fault(
+          node, fmt::format("'{}': expected another key, {} = \"sonar.NAME.range_m\"", path, word));
+    return all;
+  }
+
+  std::string name_;
+  RecipeText result_;
+};
+
+}  // namespace
+
+RecipeText parse_recipe_text(std::string_view text, std::string_view name) {
+  return RecipeReader(name).read(text);
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,106 @@
+#include <ensonify/engine/output/jsf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <ensonify/engine/output/packed_bytes.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::size_t message_header = 16, sonar_header = 240;
+
+template <class T>
+T rounded(double value) {
+  return static_cast<T>(std::llround(value));
+}
+
+/// Place, attitude and time; offsets are those of the 240 B after the message's header.
+void put_vehicle(PackedBytes& bytes, const RecordedPing& ping) {
+  constexpr std::size_t h = message_header;
+  // Valid: place, heading, pitch and roll, altitude, depth, sound speed.
+  const bool over_bed = ping.altitude_m > 0.0;
+  bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x4229 | (over_bed ? 0x40 : 0)));
+  constexpr double units = 60.0 * 1e4 / degree;  // 1e-4 arc minutes a radian
+  bytes.put<std::int32_t>(h + 80, rounded<std::int32_t>(ping.place.longitude_rad * units));
+  bytes.put<std::int32_t>(h + 84, rounded<std::int32_t>(ping.place.latitude_rad * units));
+  bytes.put<std::int16_t>(h + 88, 2);
+  bytes.put<std::int32_t>(h + 136, rounded<std::int32_t>(ping.depth_m * 1000.0));
+  bytes.put<std::int32_t>(h + 144, rounded<std::int32_t>(ping.altitude_m * 1000.0));
+  const auto hundredths = rounded<std::uint32_t>(ping.heading_rad / degree * 100.0) % 36000;
+  bytes.put<std::uint16_t>(h + 172, static_cast<std::uint16_t>(hundredths));
+  constexpr double turns = 32768.0 / 180.0 / degree;
+  bytes.put<std::int16_t>(h + 174, rounded<std::int16_t>(ping.pitch_rad * turns));
+  bytes.put<std::int16_t>(h + 176, rounded<std::int16_t>(ping.roll_rad * turns));
+
+  const CalendarTime time = calendar_time(ping.unix_ms);
+  bytes.put<std::int32_t>(
+      h, static_cast<std::int32_t>(std::floor(static_cast<double>(ping.unix_ms) / 1000.0)));
+  std::size_t at = h + 156;
+  for (const int value : {time.year, time.day_of_year, time.hour, time.minute, time.second}) {
+    bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
+    at += 2;
+  }
+  bytes.put<std::uint32_t>(h + 200, static_cast<std::uint32_t>(time.ms_of_day));
+}
+
+/// Sixteen bits where they belong, four more in u16@16.
+std::uint16_t more_bits(std::uint32_t value, int shift) {
+  return static_cast<std::uint16_t>((value >> 16 & 0xfu) << shift);
+}
+
+void add_message(PackedBytes& bytes, const Recording& recording, std::size_t number, Side side) {
+  constexpr std::size_t h = message_header;
+  const auto bins = static_cast<std::uint32_t>(recording.bins);
+  bytes.begin(message_header + sonar_header + 2 * recording.bins);
+  bytes.put<std::uint16_t>(0, 0x1601);
+  bytes.put<std::uint8_t>(2, 0x0D);
+  bytes.put<std::uint16_t>(4, 80);
+  bytes.put<std::uint8_t>(7, 20);
+  bytes.put<std::uint8_t>(8, side == Side::port ? 0 : 1);
+  bytes.put<std::int32_t>(12, static_cast<std::int32_t>(sonar_header + 2 * bins));
+
+  put_vehicle(bytes, recording.pings[number]);
+  bytes.put<std::uint32_t>(h + 8, static_cast<std::uint32_t>(number));
+  bytes.put<std::int16_t>(h + 28, 1);  // normal data
+  bytes.put<std::int16_t>(h + 34, 0);  // envelope
+  constexpr double ten_hz = 10.0;
+  const auto low = rounded<std::uint32_t>(
+      std::max(0.0, recording.frequency_hz - 0.5 * recording.bandwidth_hz) / ten_hz);
+  const auto high =
+      rounded<std::uint32_t>((recording.frequency_hz + 0.5 * recording.bandwidth_hz) / ten_hz);
+  bytes.put<std::uint16_t>(
+      h + 16,
+      static_cast<std::uint16_t>(more_bits(low, 0) | more_bits(high, 4) | more_bits(bins, 8)));
+  bytes.put<std::uint16_t>(h + 114, static_cast<std::uint16_t>(bins));
+  bytes.put<std::uint16_t>(h + 126, static_cast<std::uint16_t>(low));
+  bytes.put<std::uint16_t>(h + 128, static_cast<std::uint16_t>(high));
+  const double interval_s =
+      2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
+  bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s * 1e9));
+  bytes.put<float>(h + 148, static_cast<float>(recording.sound_speed_mps));
+  bytes.put<std::int16_t>(h + 168, 0);  // samples stand for themselves
+
+  std::vector<std::uint16_t> near_to_far(recording.side(number, side).begin(),
+                                         recording.side(number, side).end());
+  if (side == Side::port) std::ranges::reverse(near_to_far);
+  bytes.samples(message_header + sonar_header, near_to_far);
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_jsf(const Recording& recording) {
+  if (recording.pings.empty()) throw std::invalid_argument("encode_jsf: no pings");
+  std::vector<std::byte> file;
+  PackedBytes bytes(file);
+  for (std::size_t i = 0; i < recording.pings.size(); ++i) {
+    if (recording.port) add_message(bytes, recording, i, Side::port);
+    if (recording.starboard) add_message(bytes, recording, i, Side::starboard);
+  }
+  return file;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,122 @@
+#include <ensonify/engine/output/recording.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+// In the open North Sea, where a made-up survey is in nobody's way.
+constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
+constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
+constexpr double counts_from_1970_s = 1e8;         // a track does not take three years
+constexpr double most = 32767.0;                   // some readers take signed numbers
+
+/// What the recorder digitised: amplitudes after a time-varied gain of 30 log r + 2 alpha r, the seabed's mean at
+/// an eighth of full scale. (One place, for when a receiver's own samples are there.)
+std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall,
+                                            double absorption_db_per_m) {
+  const Layers& pixels = waterfall.pixels;
+  std::vector<float> amplitudes(pixels.intensity.size());
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < amplitudes.size(); ++i) {
+    const double r = std::max(1.0, double(pixels.range_m[i]));
+    const double gain = std::pow(r, 3.0) * std::pow(10.0, 0.2 * absorption_db_per_m * r);
+    amplitudes[i] = static_cast<float>(std::sqrt(pixels.intensity[i] * gain));
+    if (pixels.region[i] != static_cast<std::uint32_t>(Region::seabed)) continue;
+    sum += amplitudes[i];
+    ++count;
+  }
+  const double scale = sum > 0.0 ? most / 8.0 * static_cast<double>(count) / sum : 0.0;
+  std::vector<std::uint16_t> samples(amplitudes.size());
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i] = static_cast<std::uint16_t>(std::min(most, std::round(scale * amplitudes[i])));
+  return samples;
+}
+
+PlaceOnEarth place_of(const Eigen::Vector3d& position, const RecordingFrame& frame) {
+  if (!frame.origin && frame.utm_zone != 0)
+    return place_of_utm((frame.world_origin + position).head<2>(), frame.utm_zone);
+  return place_of_tangent(position.head<2>(), frame.origin.value_or(usual_origin));
+}
+
+/// Both sides' columns, also of a sonar with one.
+std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
+                                           std::vector<std::uint16_t> samples) {
+  if (waterfall.sonar.sides == Sides::both) return samples;
+  const auto bins = static_cast<std::ptrdiff_t>(waterfall.sonar.bins);
+  std::vector<std::uint16_t> both(2 * samples.size(), 0);
+  for (std::ptrdiff_t ping = 0; ping < std::ssize(waterfall.pings); ++ping)
+    std::copy_n(samples.begin() + ping * bins, bins,
+                both.begin() + 2 * ping * bins + (waterfall.sonar.sides == Sides::port ? 0 : bins));
+  return both;
+}
+
+}  // namespace
+
+std::span<const std::uint16_t> Recording::side(std::size_t ping, Side which) const {
+  return std::span(samples).subspan(2 * bins * ping + (which == Side::starboard ? bins : 0), bins);
+}
+
+std::optional<std::int64_t> unix_time(std::string_view text) {
+  constexpr std::string_view form = "0000-00-00T00:00:00Z";
+  if (text.size() != form.size()) return std::nullopt;
+  for (std::size_t i = 0; i < form.size(); ++i)
+    if (form[i] == '0' ? text[i] < '0' || text[i] > '9' : text[i] != form[i]) return std::nullopt;
+  const auto number = [&](std::size_t at, std::size_t digits) {
+    int value = 0;
+    std::from_chars(text.data() + at, text.data() + at + digits, value);
+    return value;
+  };
+  const std::chrono::year_month_day day{std::chrono::year(number(0, 4)),
+                                        std::chrono::month(static_cast<unsigned>(number(5, 2))),
+                                        std::chrono::day(static_cast<unsigned>(number(8, 2)))};
+  const int hour = number(11, 2), minute = number(14, 2), second = number(17, 2);
+  if (!day.ok() || hour > 23 || minute > 59 || second > 59) return std::nullopt;
+  return std::chrono::sys_days(day).time_since_epoch().count() * std::int64_t{86400} + hour * 3600 +
+         minute * 60 + second;
+}
+
+Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame) {
+  const Sonar& sonar = waterfall.sonar;
+  Recording recording{
+      .name = sonar.name,
+      .frequency_hz = sonar.frequency_hz,
+      .bandwidth_hz = sonar.pulse.bandwidth_hz,
+      .range_m = sonar.range_m,
+      // Of a uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
+      .beamwidth_rad = 0.886 * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
+      .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
+      .tilt_rad = sonar.vertical.tilt_rad,
+      .sound_speed_mps = frame.sound_speed_mps,
+      .bins = static_cast<std::size_t>(sonar.bins),
+      .port = sonar.sides != Sides::starboard,
+      .starboard = sonar.sides != Sides::port,
+      .samples =
+          with_both_sides(waterfall, recorded_samples(waterfall, frame.absorption_db_per_m))};
+  const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
+  const std::int64_t start_s =
+      unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
+  for (const PingRecord& ping : waterfall.pings) {
+    const Pose& pose = ping.reported;
+    const PlaceOnEarth there = place_of(pose.position, frame);
+    double heading_rad = std::fmod(pose.heading_rad + there.convergence_rad, 2.0 * pi);
+    if (heading_rad < 0.0) heading_rad += 2.0 * pi;
+    recording.pings.push_back({.unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
+                               .place = there.where,
+                               .heading_rad = heading_rad,
+                               .pitch_rad = pose.pitch_rad,
+                               .roll_rad = pose.roll_rad,
+                               .depth_m = -pose.position.z(),
+                               .altitude_m = std::isnan(ping.altitude_m) ? 0.0 : ping.altitude_m,
+                               .speed_mps = ping.pose.velocity_mps.head<2>().norm()});
+  }
+  return recording;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,288 @@
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/dataset/distribution.h>
+#include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/scene/reader.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+Recipe recipe_of(const std::string& text) { return Recipe("version = 1\n" + text, "r.toml", {}); }
+
+void check_refused(const std::string& text, const std::string& message) {
+  CAPTURE(text);
+  CHECK_THROWS_WITH(recipe_of(text), Catch::Contains(message));
+}
+
+}  // namespace
+
+TEST_CASE("a sample's draws depend on the recipe's seed, the key and the number alone") {
+  const std::string draws =
+      "[track]\naltitude_m = { uniform = [3, 12] }\nspeed_mps = { uniform = [1, 2] }\n";
+  const Recipe few = recipe_of("seed = 5\n[dataset]\nsamples = 3\n" + draws);
+  const Recipe many = recipe_of("seed = 5\n[dataset]\nsamples = 30\n" + draws +
+                                "climb_mps = { uniform = [1, 2] }\n");
+  std::set<double> altitudes;
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(few.sample(i).scene.track.altitude_m == many.sample(i).scene.track.altitude_m);
+    CHECK(few.sample(i).scene.seed == many.sample(i).scene.seed);
+    altitudes.insert(few.sample(i).scene.track.altitude_m);
+  }
+  CHECK(altitudes.size() == 3);
+  const Recipe other = recipe_of("seed = 6\n[dataset]\nsamples = 3\n" + draws);
+  CHECK(other.sample(0).scene.track.altitude_m != few.sample(0).scene.track.altitude_m);
+}
+
+TEST_CASE("seed 0 is a seed like any other") {
+  const std::string rest = "[dataset]\nsamples = 2\n[track]\naltitude_m = { uniform = [3, 12] }\n";
+  const double zero = recipe_of("seed = 0\n" + rest).sample(0).scene.track.altitude_m;
+  CHECK(zero == recipe_of("seed = 0\n" + rest).sample(0).scene.track.altitude_m);
+  CHECK(zero != recipe_of("seed = 1\n" + rest).sample(0).scene.track.altitude_m);
+}
+
+TEST_CASE("distributions are what they are called") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 2000
+[draw]
+a = { uniform = [2, 6] }
+b = { log_uniform = [1, 100] }
+c = { normal = [10, 2] }
+d = { normal = [10, 2], between = [9, 12] }
+e = { int = [3, 5] }
+f = { choice = ["x", "y"], weights = [3, 1] }
+)");
+  const auto numbers = [&](const std::string& key) {
+    std::vector<double> all;
+    for (std::size_t i = 0; i < recipe.samples(); ++i)
+      all.push_back(std::stod(recipe.sample(i).drawn.at(key)));
+    std::ranges::sort(all);
+    return all;
+  };
+  const auto mean = [](const std::vector<double>& all) {
+    double sum = 0;
+    for (const double x : all) sum += x;
+    return sum / double(all.size());
+  };
+  // Five standard errors of each.
+  const auto a = numbers("draw.a");
+  CHECK((a.front() >= 2 && a.back() <= 6));
+  CHECK(mean(a) == Approx(4.0).margin(5 * 4 / std::sqrt(12.0 * 2000)));
+  const auto b = numbers("draw.b");
+  CHECK((b.front() >= 1 && b.back() <= 100));
+  CHECK(b[1000] == Approx(10.0).epsilon(0.3));
+  const auto c = numbers("draw.c");
+  CHECK(mean(c) == Approx(10.0).margin(5 * 2 / std::sqrt(2000.0)));
+  CHECK(c[1682] == Approx(12.0).margin(0.5));  // mean and deviation
+  const auto d = numbers("draw.d");
+  CHECK((d.front() >= 9 && d.back() <= 12));
+  const auto e = numbers("draw.e");
+  CHECK((e.front() == 3 && e.back() == 5));
+  CHECK(std::ranges::count(e, 4.0) == Approx(667).margin(110));
+  int x = 0;
+  for (std::size_t i = 0; i < recipe.samples(); ++i)
+    x += recipe.sample(i).drawn.at("draw.f") == "\"x\"";
+  CHECK(x == Approx(1500).margin(100));
+}
+
+TEST_CASE("stratified draws fill each part of their range, and of two ranges together") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 64
+[draw]
+range = { uniform = [0, 1], stratified = true }
+aspect = { uniform = [0, 1], stratified = true }
+)");
+  std::set<int> eighths;
+  std::set<std::pair<int, int>> quarters;
+  for (std::size_t i = 0; i < 64; ++i) {
+    const auto sample = recipe.sample(i);
+    const double range = std::stod(sample.drawn.at("draw.range")),
+                 aspect = std::stod(sample.drawn.at("draw.aspect"));
+    if (i < 16) eighths.insert(int(8 * range));
+    quarters.insert({int(4 * range), int(4 * aspect)});
+  }
+  CHECK(eighths.size() == 8);
+  CHECK(quarters.size() == 16);
+}
+
+TEST_CASE("keys go by one another: times, plus, tables, tables that are absent") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 40
+[draw]
+side = { choice = [-1, 1] }
+kind = { choice = ["mine", "stone"] }
+[seafloor]
+material = { choice = ["medium sand", "sandy mud"] }
+[seafloor.fractal]
+height_at_1m_m = { by = "seafloor.material", table = { "medium sand" = 0.02, "sandy mud" = { uniform = [0.001, 0.002] } } }
+[[objects]]
+present = { by = "draw.kind", table = { mine = true, stone = false } }
+shape = "cylinder"
+class = "mine"
+[[objects]]
+shape = "boulder"
+class = "stone"
+east_m = { times = ["sonar.main.range_m", "draw.side"], uniform = [0.3, 0.8] }
+north_m = { plus = "track.speed_mps" }
+[track]
+speed_mps = 1.5
+altitude_m = { times = "sonar.main.range_m", uniform = [0.08, 0.15] }
+[sonar.main]
+range_m = { uniform = [20, 60] }
+)");
+  bool with_mine = false, without = false;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    const Scene& scene = sample.scene;
+    const double range_m = scene.sonars.front().range_m;
+    CHECK(scene.track.altitude_m / range_m >= 0.08);
+    CHECK(scene.track.altitude_m / range_m <= 0.15);
+    const ObjectOptions& stone = scene.objects.back();
+    CHECK(stone.shape == "boulder");
+    CHECK(std::abs(stone.east_m) / range_m >= 0.3 - 1e-9);
+    CHECK(std::abs(stone.east_m) / range_m <= 0.8 + 1e-9);
+    CHECK((stone.east_m < 0) == (sample.drawn.at("draw.side") == "-1"));
+    CHECK(stone.north_m == 1.5);
+    const bool mine = sample.drawn.at("draw.kind") == "\"mine\"";
+    CHECK(scene.objects.size() == (mine ? 2u : 1u));
+    (mine ? with_mine : without) = true;
+    const double height_m = scene.seafloor.fractal.height_at_1m_m;
+    CHECK((scene.seafloor.material == "medium sand" ? height_m == 0.02
+                                                    : height_m >= 0.001 && height_m <= 0.002));
+    // Its own scene is a scene.
+    CHECK(dump_scene(parse_scene(dump_scene(scene, false), "again"), false) ==
+          dump_scene(scene, false));
+  }
+  CHECK((with_mine && without));
+  CHECK(recipe.class_names() == std::vector<std::string>{"mine", "stone", "seabed"});
+  CHECK(recipe.target_classes() == 2);
+  CHECK(recipe.material_names() == std::vector<std::string>{"medium sand", "sandy mud", "steel"});
+}
+
+TEST_CASE("samples that share a seafloor share all that makes it, and nothing else") {
+  const Recipe recipe = recipe_of(R"(
+[dataset]
+samples = 12
+seafloors = 3
+[seafloor]
+depth_m = { uniform = [10, 30] }
+[[objects]]
+shape = "box"
+east_m = { times = "sonar.main.range_m", uniform = [0.2, 0.6] }
+[track]
+altitude_m = { uniform = [3, 9] }
+[sonar.main]
+range_m = { uniform = [20, 60] }
+bins = { int = [100, 200] }
+)");
+  std::set<double> depths, altitudes;
+  for (std::size_t i = 0; i < 12; ++i) {
+    const SampleScene sample = recipe.sample(i), first = recipe.sample(i / 4 * 4);
+    CHECK(sample.seafloor == i / 4);
+    CHECK(sample.scene.seafloor.depth_m == first.scene.seafloor.depth_m);
+    CHECK(sample.scene.objects.front().east_m == first.scene.objects.front().east_m);
+    CHECK(sample.scene.bed_seed() == first.scene.bed_seed());
+    CHECK((i % 4 == 0 || sample.scene.seed != first.scene.seed));
+    depths.insert(sample.scene.seafloor.depth_m);
+    altitudes.insert(sample.scene.track.altitude_m);
+    CHECK(sample.split == first.split);
+  }
+  CHECK(depths.size() == 3);
+  CHECK(altitudes.size() == 12);
+}
+
+TEST_CASE("splits have their shares, and values held out are in theirs alone") {
+  const Recipe even =
+      recipe_of("[dataset]\nsamples = 100\n[dataset.split]\ntrain = 6\nval = 2\ntest = 2\n");
+  std::map<std::string, int> counts;
+  for (std::size_t i = 0; i < 100; ++i) ++counts[even.sample(i).split];
+  CHECK(std::abs(counts["train"] - 60) <= 3);
+  CHECK(std::abs(counts["val"] - 20) <= 3);
+
+  const Recipe held = recipe_of(R"(
+[dataset]
+samples = 60
+[dataset.split]
+by = "draw.site"
+held_out_test = ["harbour"]
+held_out_val = ["bay"]
+[draw]
+site = { choice = ["harbour", "bay", "fjord", "bank"] }
+)");
+  for (std::size_t i = 0; i < 60; ++i) {
+    const SampleScene sample = held.sample(i);
+    const std::string& site = sample.drawn.at("draw.site");
+    CHECK(sample.split == (site == "\"harbour\"" ? "test" : site == "\"bay\"" ? "val" : "train"));
+  }
+}
+
+TEST_CASE("renders draw the display anew and nothing else") {
+  const Recipe recipe = recipe_of(
+      "[dataset]\nsamples = 2\nrenders = 3\n[display]\ngain_db = { uniform = [-6, 6] }\n");
+  const SampleScene sample = recipe.sample(1);
+  REQUIRE(sample.renders.size() == 3);
+  CHECK(sample.renders[0].gain_db == sample.scene.display.gain_db);
+  CHECK(sample.renders[1].gain_db != sample.renders[0].gain_db);
+  CHECK(sample.renders[2].gain_db != sample.renders[1].gain_db);
+}
+
+TEST_CASE("a recipe's faults are told with their place") {
+  check_refused("[track]\n", "no [dataset]");
+  check_refused("[dataset]\nsample = 3\n", "did you mean 'dataset.samples'?");
+  check_refused("[dataset]\nsamples = 0\n", "r.toml:3:11: 'dataset.samples' is 0");
+  check_refused("[dataset]\n[track]\naltitude_m = { unifrom = [3, 12] }\n",
+                "or a distribution of it");
+  check_refused("[dataset]\n[track]\naltitude_m = { uniform = [3, 12], wieghts = [1] }\n",
+                "unknown word \"wieghts\" in the distribution of 'track.altitude_m'; did you mean "
+                "'weights'?");
+  check_refused("[dataset]\n[track]\naltitude_m = { uniform = [3, 12], uniform = [3, 4] }\n",
+                "r.toml:4:");
+  check_refused("[dataset]\n[track]\naltitude_m = { uniform = [3, 12], normal = [3, 4] }\n",
+                "more than one distribution");
+  check_refused("[dataset]\n[track]\naltitude_m = { uniform = [12, 3] }\n",
+                "expected uniform = [least, most]");
+  check_refused("[dataset]\n[track]\naltitude_m = { log_uniform = [0, 3] }\n",
+                "expected more than 0");
+  check_refused(
+      "[dataset]\n[track]\naltitude_m = { times = \"sonar.x.range_m\", uniform = [0, 3] }\n",
+      "gives no value to 'sonar.x.range_m'");
+  check_refused(
+      "[dataset]\n[track]\naltitude_m = { times = \"track.speed_mps\" }\nspeed_mps = { times = "
+      "\"track.altitude_m\" }\n",
+      "goes round in a circle");
+  check_refused("[dataset]\n[track]\naltitudem = { uniform = [3, 12] }\n",
+                "did you mean 'altitude_m'?");
+  check_refused(
+      "[dataset]\n[seafloor]\nmaterial = { choice = [\"sand\", \"mud\"], weights = [1] }\n",
+      "as many weights");
+  check_refused(
+      "[dataset]\n[draw]\na = { by = \"draw.b\", table = { x = 1 } }\nb = { choice = [\"y\"] }\n",
+      "no entry for draw.b = y");
+  check_refused("[dataset]\nsamples = 2\nseafloors = 3\n", "'dataset.seafloors' is more");
+  check_refused("[dataset.tiles]\nwidth_px = 3\n", "width_px and height_px");
+  check_refused("seed = { uniform = [1, 2] }\n[dataset]\n", "'seed' is that of all draws");
+  const Recipe deep =
+      recipe_of("[dataset]\nsamples = 64\n[track]\naltitude_m = { uniform = [0, 0.02] }\n");
+  CHECK_THROWS_WITH(
+      [&] {
+        for (std::size_t i = 0; i < 64; ++i) deep.sample(i);
+      }(),
+      Catch::Contains("r.toml:5:14: 'track.altitude_m' is 0.00"));
+  check_refused("[dataset]\n[track]\naltitude_m = { uniform = [-2, 0] }\n",
+                "r.toml:4:14: 'track.altitude_m' is -");
+}
+
+TEST_CASE("radical inverses are Halton's") {
+  CHECK(radical_inverse(1, 2) == 0.5);
+  CHECK(radical_inverse(6, 2) == 0.375);
+  CHECK(radical_inverse(5, 3) == Approx(7.0 / 9.0));
+  CHECK(prime_number(0) == 2);
+  CHECK(prime_number(5) == 13);
+}

@@ -1,0 +1,271 @@
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/output/jsf.h>
+#include <ensonify/engine/output/recording.h>
+#include <ensonify/engine/output/xtf.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+template <class T>
+T at(const std::vector<std::byte>& bytes, std::size_t offset) {
+  REQUIRE(offset + sizeof(T) <= bytes.size());
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+std::string text_at(const std::vector<std::byte>& bytes, std::size_t offset, std::size_t width) {
+  std::string text(reinterpret_cast<const char*>(bytes.data()) + offset, width);
+  return text.substr(0, text.find('\0'));
+}
+
+/// A line flown to the north-east in shallow water, whose brightness tells its ping, side and bin.
+Waterfall sample_line(std::size_t pings, int bins = 50) {
+  Sonar sonar;
+  sonar.name = "towfish";
+  sonar.bins = bins;
+  sonar.range_m = 40.0;
+  sonar.frequency_hz = 900e3;
+  sonar.pulse.bandwidth_hz = 60e3;
+  Waterfall line(sonar, pings);
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    EchoLine sides[2];
+    for (const Side side : {Side::port, Side::starboard}) {
+      EchoLine& echo = sides[side == Side::starboard];
+      echo.side = side;
+      echo.bins.assign(static_cast<std::size_t>(bins));
+      for (int bin = 0; bin < bins; ++bin) {
+        const auto b = static_cast<std::size_t>(bin);
+        const auto range_m = static_cast<float>((bin + 0.5) * sonar.bin_m());
+        echo.bins.range_m[b] = range_m;
+        echo.bins.region[b] = static_cast<std::uint32_t>(Region::seabed);
+        const float amplitude =
+            static_cast<float>(1 + bin + (side == Side::starboard ? 100 : 0) + ping % 7);
+        // What a gain of 30 log r makes even.
+        echo.bins.intensity[b] = amplitude * amplitude / std::pow(std::max(1.0f, range_m), 3.0f);
+      }
+    }
+    PingRecord record;
+    record.pose.t_s = 0.05 * static_cast<double>(ping);
+    record.pose.velocity_mps = {1.0, 1.0, 0.0};
+    record.reported = record.pose;
+    record.reported.position = {100.0 + 0.05 * static_cast<double>(ping), 200.0, -12.5};
+    record.reported.heading_rad = -45.0 * degree;
+    record.reported.pitch_rad = 2.0 * degree;
+    record.reported.roll_rad = -3.0 * degree;
+    record.altitude_m = 7.25;
+    line.set_row(ping, sides, record);
+  }
+  return line;
+}
+
+RecordingFrame sample_frame() {
+  return {.origin = GeographicPlace{55.0 * degree, 10.0 * degree},
+          .start_time = "2024-02-29T23:59:59Z",
+          .sound_speed_mps = 1480.0};
+}
+
+}  // namespace
+
+TEST_CASE("a start time is read by the calendar, and nothing else is one") {
+  CHECK(unix_time("1970-01-01T00:00:00Z") == 0);
+  CHECK(unix_time("2024-02-29T23:59:59Z") == 1709251199);
+  for (const char* wrong : {"", "2023-02-29T00:00:00Z", "2024-13-01T00:00:00Z",
+                            "2024-01-01T24:00:00Z", "2024-01-01 00:00:00Z", "2024-01-01T00:00:00"})
+    CHECK(!unix_time(wrong));
+}
+
+TEST_CASE("an XTF is what its description says, byte by byte") {
+  for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
+    CAPTURE(pings);
+    const Waterfall line = sample_line(pings);
+    const Recording recording = make_recording(line, sample_frame());
+    const std::vector<std::byte> file = encode_xtf(recording);
+
+    CHECK(at<std::uint8_t>(file, 0) == 123);
+    CHECK(at<std::uint8_t>(file, 1) == 1);
+    CHECK(text_at(file, 2, 8) == "ensonify");
+    CHECK(text_at(file, 18, 16) == "towfish");
+    CHECK(at<std::uint16_t>(file, 34) == 0);
+    CHECK(text_at(file, 100, 64) == "towfish.xtf");
+    CHECK(at<std::uint16_t>(file, 164) == 3);
+    CHECK(at<std::uint16_t>(file, 166) == 2);
+    for (const std::size_t k : {0u, 1u}) {
+      const std::size_t channel = 256 + 128 * k;
+      CHECK(at<std::uint8_t>(file, channel) == k + 1);
+      CHECK(at<std::uint8_t>(file, channel + 1) == k);
+      CHECK(at<std::uint16_t>(file, channel + 2) == 1);
+      CHECK(at<std::uint16_t>(file, channel + 4) == 1);
+      CHECK(at<std::uint16_t>(file, channel + 6) == 2);
+      CHECK(at<std::uint32_t>(file, channel + 8) == 50);
+      CHECK(text_at(file, channel + 12, 16) == (k == 0 ? "port" : "starboard"));
+      CHECK(at<float>(file, channel + 32) == 900.0f);
+      CHECK(at<std::uint8_t>(file, channel + 74) == 3);
+    }
+
+    std::size_t packet = 1024, count = 0;
+    std::int64_t last_time = 0;
+    for (; packet < file.size(); ++count) {
+      REQUIRE(at<std::uint16_t>(file, packet) == 0xFACE);
+      CHECK(at<std::uint8_t>(file, packet + 2) == 0);
+      CHECK(at<std::uint16_t>(file, packet + 4) == 2);
+      const auto size = at<std::uint32_t>(file, packet + 10);
+      CHECK(size % 64 == 0);
+      CHECK(size >= 256 + 2 * (64 + 2 * 50));
+      CHECK(size < 256 + 2 * (64 + 2 * 50) + 64);
+      CHECK(at<std::uint32_t>(file, packet + 28) == count);
+
+      const int year = at<std::uint16_t>(file, packet + 14),
+                month = at<std::uint8_t>(file, packet + 16),
+                day = at<std::uint8_t>(file, packet + 17);
+      const int hour = at<std::uint8_t>(file, packet + 18),
+                minute = at<std::uint8_t>(file, packet + 19),
+                second = at<std::uint8_t>(file, packet + 20);
+      const int hundredths = at<std::uint8_t>(file, packet + 21),
+                day_of_year = at<std::uint16_t>(file, packet + 22);
+      const double t_s = 0.05 * static_cast<double>(count);
+      if (t_s < 1.0) {
+        CHECK((year == 2024 && month == 2 && day == 29 && day_of_year == 60));
+        CHECK((hour == 23 && minute == 59 && second == 59));
+      } else {
+        CHECK((year == 2024 && month == 3 && day == 1 && day_of_year == 61));
+      }
+      const std::int64_t time =
+          ((((day_of_year * 24 + hour) * 60 + minute) * 60) + second) * 100 + hundredths;
+      CHECK(time >= last_time);
+      CHECK(std::abs(double(time) / 100.0 - (60 * 86400.0 + 86399.0 + t_s)) < 0.011);
+      last_time = time;
+      CHECK(hundredths < 100);
+
+      CHECK(at<float>(file, packet + 32) == 740.0f);  // half the sound speed
+      CHECK(at<float>(file, packet + 72) == 1480.0f);
+      CHECK(at<float>(file, packet + 152) == Approx(std::sqrt(2.0) * 3600.0 / 1852.0));
+      // By the radii of curvature at 55 degrees: 111.315 km and 63.994 km a degree.
+      CHECK(at<double>(file, packet + 160) == Approx(55.0 + 0.2 / 111.315).margin(2e-7));
+      CHECK(at<double>(file, packet + 168) ==
+            Approx(10.0 + (0.1 + 0.00005 * double(count)) / 63.994).margin(4e-7));
+      CHECK(at<float>(file, packet + 192) == 12.5f);
+      CHECK(at<float>(file, packet + 196) == 7.25f);
+      CHECK(at<float>(file, packet + 204) == Approx(2.0));
+      CHECK(at<float>(file, packet + 208) == Approx(-3.0));
+      CHECK(at<float>(file, packet + 212) == Approx(315.0));
+
+      const std::size_t one = packet + 256, two = one + 64 + 100;
+      for (const std::size_t header : {one, two}) {
+        CHECK(at<std::uint16_t>(file, header) == (header == two));
+        CHECK(at<float>(file, header + 4) == 40.0f);
+        CHECK(at<float>(file, header + 16) == Approx(80.0 / 1480.0));
+        CHECK(at<float>(file, header + 20) == Approx(80.0 / 1480.0));
+        CHECK(at<std::uint16_t>(file, header + 26) == 900);
+        CHECK(at<std::uint32_t>(file, header + 42) == 50);
+        CHECK(at<std::int16_t>(file, header + 58) == 0);
+      }
+      // Port from far to near, starboard from near to far; amplitudes grow with the bin.
+      const double unit = at<std::uint16_t>(file, two + 64) / double(101 + count % 7);
+      for (const std::size_t i : {std::size_t{0}, std::size_t{17}, std::size_t{49}}) {
+        CHECK(std::abs(at<std::uint16_t>(file, one + 64 + 2 * i) -
+                       unit * double(50 - i + count % 7)) < 1.5);
+        CHECK(std::abs(at<std::uint16_t>(file, two + 64 + 2 * i) -
+                       unit * double(101 + i + count % 7)) < 1.5);
+        CHECK(at<std::uint16_t>(file, two + 64 + 2 * i) <= 32767);
+      }
+      packet += size;
+    }
+    CHECK(packet == file.size());
+    CHECK(count == pings);
+  }
+}
+
+TEST_CASE("a JSF is what its description says, byte by byte") {
+  for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
+    CAPTURE(pings);
+    const Waterfall line = sample_line(pings);
+    const std::vector<std::byte> file = encode_jsf(make_recording(line, sample_frame()));
+    std::size_t message = 0, count = 0;
+    for (; message < file.size(); ++count) {
+      const std::size_t ping = count / 2;
+      const bool starboard = count % 2 == 1;
+      REQUIRE(at<std::uint16_t>(file, message) == 0x1601);
+      CHECK(at<std::uint8_t>(file, message + 2) == 0x0D);
+      CHECK(at<std::uint16_t>(file, message + 4) == 80);
+      CHECK(at<std::uint8_t>(file, message + 7) == 20);
+      CHECK(at<std::uint8_t>(file, message + 8) == starboard);
+      const auto size = at<std::int32_t>(file, message + 12);
+      REQUIRE(size == 240 + 2 * 50);
+      const std::size_t h = message + 16;
+      const std::int64_t ms = 1709251199000 + 50 * static_cast<std::int64_t>(ping);
+      CHECK(at<std::int32_t>(file, h) == ms / 1000);
+      CHECK(at<std::uint32_t>(file, h + 8) == ping);
+      CHECK(at<std::int16_t>(file, h + 28) == 1);
+      CHECK((at<std::uint16_t>(file, h + 30) & 0x69) ==
+            0x69);  // place, heading, attitude, altitude
+      CHECK(at<std::int16_t>(file, h + 34) == 0);
+      CHECK(at<std::int32_t>(file, h + 80) ==
+            Approx((10.0 + (0.1 + 0.00005 * double(ping)) / 63.994) * 600000.0).margin(1.0));
+      CHECK(at<std::int32_t>(file, h + 84) ==
+            Approx((55.0 + 0.2 / 111.315) * 600000.0).margin(1.0));
+      CHECK(at<std::int16_t>(file, h + 88) == 2);
+      CHECK(at<std::uint16_t>(file, h + 114) == 50);
+      CHECK(at<std::uint32_t>(file, h + 116) == std::llround(2.0 * 0.8 / 1480.0 * 1e9));
+      // 870 to 930 kHz in 10 Hz take 17 bits: the upper ones are in the word at 16.
+      const int more = at<std::uint16_t>(file, h + 16);
+      CHECK(at<std::uint16_t>(file, h + 126) + ((more & 0xf) << 16) == 87000);
+      CHECK(at<std::uint16_t>(file, h + 128) + ((more >> 4 & 0xf) << 16) == 93000);
+      CHECK((more >> 8 & 0xf) == 0);
+      CHECK(at<std::int32_t>(file, h + 136) == 12500);
+      CHECK(at<std::int32_t>(file, h + 144) == 7250);
+      CHECK(at<float>(file, h + 148) == 1480.0f);
+      const bool next_day = ms >= 1709251200000;
+      CHECK(at<std::int16_t>(file, h + 156) == 2024);
+      CHECK(at<std::int16_t>(file, h + 158) == (next_day ? 61 : 60));
+      CHECK(at<std::int16_t>(file, h + 160) == (next_day ? 0 : 23));
+      CHECK(at<std::uint32_t>(file, h + 200) ==
+            static_cast<std::uint32_t>(ms - (next_day ? 1709251200000 : 1709164800000)));
+      CHECK(at<std::int16_t>(file, h + 168) == 0);
+      CHECK(at<std::uint16_t>(file, h + 172) == 31500);
+      CHECK(at<std::int16_t>(file, h + 174) == std::lround(2.0 * 32768 / 180));
+      CHECK(at<std::int16_t>(file, h + 176) == std::lround(-3.0 * 32768 / 180));
+      // Both sides from near to far.
+      CHECK(at<std::int16_t>(file, h + 240) < at<std::int16_t>(file, h + 240 + 98));
+      CHECK(at<std::int16_t>(file, h + 240) > 0);
+      message += 16 + static_cast<std::size_t>(size);
+    }
+    CHECK(message == file.size());
+    CHECK(count == 2 * pings);
+  }
+}
+
+TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees") {
+  Sonar sonar;
+  sonar.sides = Sides::starboard;
+  sonar.bins = 8;
+  Waterfall line(sonar, 1);
+  EchoLine echo;
+  echo.side = Side::starboard;
+  echo.bins.assign(8);
+  echo.bins.intensity.assign(8, 1.0f);
+  echo.bins.region.assign(8, static_cast<std::uint32_t>(Region::seabed));
+  line.set_row(0, std::span(&echo, 1), {});
+  const Recording recording = make_recording(line, sample_frame());
+  for (const std::uint16_t sample : recording.side(0, Side::port)) CHECK(sample == 0);
+  for (const std::uint16_t sample : recording.side(0, Side::starboard)) CHECK(sample > 0);
+  CHECK(at<float>(encode_xtf(recording), 1024 + 212) == 360.0f);
+  CHECK(encode_jsf(recording).size() == 16 + 240 + 16);
+}
+
+TEST_CASE("a track that counts from 1970 keeps its own time, another begins on the usual day") {
+  Waterfall line = sample_line(1);
+  RecordingFrame frame = sample_frame();
+  frame.start_time.clear();
+  CHECK(make_recording(line, frame).pings.front().unix_ms == 946684800000);
+  line.pings.front().pose.t_s = 1.5e9 + 0.25;
+  CHECK(make_recording(line, frame).pings.front().unix_ms == 1500000000250);
+}

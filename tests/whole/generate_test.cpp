@@ -1,0 +1,373 @@
+#include <sys/mount.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/tiny_recipe.h"
+#include "support/tree.h"
+
+using namespace ensonify::tests;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+/// A recipe's text, changed in one place.
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+Outcome generate(const fs::path& folder, const std::string& dataset,
+                 std::vector<std::string> more = {},
+                 const std::function<void(pid_t)>& meanwhile = {}) {
+  std::vector<std::string> arguments{"generate", "recipe.toml", "-o", dataset, "--quiet"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run_program(folder, arguments, {}, meanwhile);
+}
+
+void generate_whole(const fs::path& folder, const std::string& dataset,
+                    std::vector<std::string> more = {}) {
+  const Outcome outcome = generate(folder, dataset, std::move(more));
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+}
+
+void check_whole(const fs::path& folder, const std::string& dataset,
+                 const std::map<std::string, std::string>& expected) {
+  const Outcome outcome = run_program(folder, {"merge", dataset, "--quiet"});
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+  CHECK(difference(tree_of(folder / dataset), expected) == "");
+}
+
+/// What a dataset comes to when nothing happens.
+std::map<std::string, std::string> expected_tree(const fs::path& folder) {
+  generate_whole(folder, "expected", {"--threads", "1"});
+  REQUIRE(run_program(folder, {"merge", "expected", "--quiet"}).code == 0);
+  return tree_of(folder / "expected");
+}
+
+void check_kills(int kills, std::size_t samples) {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml",
+             changed(tiny_recipe, "samples = 8", "samples = " + std::to_string(samples)));
+  const auto expected = expected_tree(folder.path());
+  std::mt19937 random(7);
+  int killed = 0;
+  for (int round = 0; killed < kills; ++round) {
+    REQUIRE(round < 20 * kills);
+    const std::string dataset = "killed";
+    const Outcome outcome =
+        generate(folder.path(), dataset, {"--threads", "2"}, [&](pid_t process) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(5 + random() % 400));
+          kill(process, SIGKILL);
+        });
+    if (outcome.code == -SIGKILL)
+      ++killed;
+    else
+      REQUIRE(outcome.code == 0);
+    if (outcome.code == 0) {  // once round; begin again
+      check_whole(folder.path(), dataset, expected);
+      fs::remove_all(folder / dataset);
+    }
+  }
+  generate_whole(folder.path(), "killed");
+  check_whole(folder.path(), "killed", expected);
+}
+
+}  // namespace
+
+TEST_CASE("a dataset is the same tree on one or two threads, in shards, forward and backward") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const auto expected = expected_tree(folder.path());
+  CHECK(expected.contains("samples/000007/left-right.exr"));
+  CHECK(expected.contains("samples/000000/left-right.r1.png"));
+  CHECK(expected.contains("samples/000000/left-right.class.png"));
+  CHECK(expected.contains("samples/000003/left-right_ground.png"));
+  CHECK(expected.contains("samples/000003/tiles/left-right_0000.instance.png"));
+  CHECK(expected.contains("samples/000003/chips/left-right_background_0000.png"));
+  CHECK(expected.contains("coco/slant_tile_train.json"));
+  CHECK(expected.contains("yolo/ground_line.yaml"));
+
+  generate_whole(folder.path(), "threads", {"--threads", "2"});
+  check_whole(folder.path(), "threads", expected);
+  for (const int count : {3, 7}) {
+    const std::string forward = "forward" + std::to_string(count),
+                      backward = "backward" + std::to_string(count);
+    for (int i = 0; i < count; ++i) {
+      generate_whole(folder.path(), forward,
+                     {"--shard", std::to_string(i) + "/" + std::to_string(count)});
+      generate_whole(folder.path(), backward,
+                     {"--shard", std::to_string(count - 1 - i) + "/" + std::to_string(count)});
+    }
+    check_whole(folder.path(), forward, expected);
+    check_whole(folder.path(), backward, expected);
+  }
+}
+
+TEST_CASE(
+    "tars are the same over threads and shards, hold what the folders hold, and a damaged one is "
+    "noticed") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml",
+             changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 3"));
+  const auto expected = expected_tree(folder.path());
+  CHECK(expected.contains("tars/000002.tar"));
+  CHECK(!fs::exists(folder / "expected/samples/000000"));
+  for (const int i : {2, 0, 1})
+    generate_whole(folder.path(), "shards",
+                   {"--shard", std::to_string(i) + "/3", "--threads", "2"});
+  check_whole(folder.path(), "shards", expected);
+
+  write_text(folder / "recipe.toml", tiny_recipe);
+  generate_whole(folder.path(), "folders");
+  REQUIRE(run_program(folder.path(), {"merge", "folders", "--quiet"}).code == 0);
+  const auto lines = [&](const char* dataset) {
+    return read_text(folder / (std::string(dataset) + "/manifest.jsonl"));
+  };
+  CHECK(lines("folders") == lines("expected"));
+
+  std::string tar = read_text(folder / "shards/tars/000001.tar");
+  tar[tar.size() / 2] ^= 1;
+  write_text(folder / "shards/tars/000001.tar", tar);
+  const Outcome outcome = run_program(folder.path(), {"merge", "shards", "--quiet"});
+  CHECK(outcome.code == 1);
+  CHECK(outcome.err.find("000001.tar") != std::string::npos);
+}
+
+TEST_CASE("every sample's own scene runs alone to the sample's bytes") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  generate_whole(folder.path(), "set");
+  for (const char* sample : {"000000", "000005"}) {
+    const fs::path there = folder / "set/samples" / sample;
+    REQUIRE(run_program(folder.path(),
+                        {"run", (there / "scene.toml").string(), "-o", sample, "--quiet"})
+                .code == 0);
+    const auto alone = tree_of(folder / sample);
+    CHECK(alone.size() ==
+          7);  // exr, npz, png, xtf, jsf, pings, targets and manifest, less one where nothing shows
+    for (const auto& [name, content] : alone) {
+      CAPTURE(sample, name);
+      CHECK(read_text(there / name) == content);
+    }
+  }
+}
+
+TEST_CASE("a dataset that is killed time and again comes to the same tree, without leftovers") {
+  check_kills(6, 8);
+}
+
+TEST_CASE("a dataset that is killed 60 times comes to the same tree, without leftovers",
+          "[.soak]") {
+  check_kills(60, 24);
+}
+
+TEST_CASE("SIGTERM checkpoints and exits 75, and the same command goes on") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", changed(tiny_recipe, "elevations = 160", "elevations = 4000"));
+  const auto expected = expected_tree(folder.path());
+  const auto start = std::chrono::steady_clock::now();
+  const Outcome outcome =
+      generate(folder.path(), "set", {"--threads", "1", "--json"}, [&](pid_t process) {
+        while (!fs::exists(folder / "set/samples/000001"))
+          std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        kill(process, SIGTERM);
+      });
+  INFO(outcome.err);
+  CHECK(outcome.code == 75);
+  CHECK(outcome.err.find("goes on from there") != std::string::npos);
+  CHECK(std::chrono::steady_clock::now() - start < std::chrono::minutes(2));
+  for (const auto& entry : fs::directory_iterator(folder / "set/samples"))
+    CHECK(!entry.path().filename().string().starts_with("."));
+  CHECK(Json::parse(outcome.out).at("stopped") == true);
+  generate_whole(folder.path(), "set");
+  check_whole(folder.path(), "set", expected);
+}
+
+TEST_CASE(
+    "a sample that fails is told, the others are made, and a rerun does only what is missing") {
+  const TemporaryFolder folder;
+  // Off the seabed, in about every second sample.
+  write_text(folder / "recipe.toml",
+             changed(tiny_recipe, "[track]\n", "[track]\nmiddle_east_m = { choice = [0, 500] }\n"));
+  const Outcome outcome = generate(folder.path(), "set", {"--json"});
+  CHECK(outcome.code == 3);
+  const Json first = Json::parse(outcome.out);
+  CHECK(first.at("failed").size() > 0);
+  CHECK(first.at("made").get<int>() > 0);
+  CHECK(first.at("made").get<std::size_t>() + first.at("failed").size() == 8);
+  CHECK(outcome.err.find("failed: ") != std::string::npos);
+  const Outcome again = generate(folder.path(), "set", {"--json"});
+  CHECK(again.code == 3);
+  CHECK(Json::parse(again.out).at("made") == 0);
+  CHECK(Json::parse(again.out).at("found") == first.at("made"));
+  const Outcome merged = run_program(folder.path(), {"merge", "set", "--quiet"});
+  CHECK(merged.code == 1);
+  CHECK(merged.err.find("are missing") != std::string::npos);
+  CHECK(!fs::exists(folder / "set/manifest.jsonl"));
+}
+
+TEST_CASE("two processes on one folder make one tree between them") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const auto expected = expected_tree(folder.path());
+  for (int round = 0; round < 3; ++round) {
+    const std::string dataset = "both" + std::to_string(round);
+    Outcome other;
+    std::thread second([&] { other = generate(folder.path(), dataset); });
+    const Outcome outcome = generate(folder.path(), dataset);
+    second.join();
+    INFO(outcome.err << other.err);
+    CHECK(outcome.code == 0);
+    CHECK(other.code == 0);
+    check_whole(folder.path(), dataset, expected);
+  }
+}
+
+TEST_CASE("a folder with another dataset is refused, and stays as it is") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  generate_whole(folder.path(), "set", {"--shard", "0/4"});
+  const auto before = tree_of(folder / "set");
+  write_text(folder / "recipe.toml", changed(tiny_recipe, "seed = 0", "seed = 1"));
+  const Outcome outcome = generate(folder.path(), "set");
+  CHECK(outcome.code == 2);
+  CHECK(outcome.err.find("name another folder with -o") != std::string::npos);
+  CHECK(difference(tree_of(folder / "set"), before) == "");
+  for (const char* shard : {"3", "4/4", "-1/4", "a/b", "0/0"}) {
+    CAPTURE(shard);
+    CHECK(generate(folder.path(), "other", {"--shard=" + std::string(shard)}).code == 2);
+    CHECK(!fs::exists(folder / "other"));
+  }
+}
+
+TEST_CASE("a file-size limit is told with the path, and finished samples stay whole") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const auto expected = expected_tree(folder.path());
+  generate_whole(folder.path(), "set", {"--shard", "0/4"});
+  const auto before = tree_of(folder / "set");
+  const Outcome outcome = generate(folder.path(), "set", {"--threads", "1"}, [](pid_t process) {
+    const rlimit limit{20000, 20000};
+    REQUIRE(prlimit(process, RLIMIT_FSIZE, &limit, nullptr) == 0);
+  });
+  CHECK(outcome.code == 1);
+  CHECK(outcome.err.find("set/samples/") != std::string::npos);
+  CHECK(outcome.err.find("ulimit -f") != std::string::npos);
+  CHECK(difference(tree_of(folder / "set"), before) == "");
+  generate_whole(folder.path(), "set");
+  check_whole(folder.path(), "set", expected);
+}
+
+TEST_CASE(
+    "a full disk and a read-only one are told with the path, and finished samples stay whole") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  fs::create_directory(folder / "small");
+  if (mount("tmpfs", (folder / "small").c_str(), "tmpfs", 0, "size=1m") != 0) {
+    WARN("no right to mount a small file system: skipped");
+    return;
+  }
+  struct Unmount {
+    fs::path place;
+    ~Unmount() { umount2(place.c_str(), MNT_DETACH); }
+  } unmount{folder / "small"};
+  const Outcome full = generate(folder.path(), "small/set", {"--threads", "1"});
+  CHECK(full.code == 1);
+  CHECK(full.err.find("small/set/samples/") != std::string::npos);
+  CHECK(full.err.find("free some space") != std::string::npos);
+  std::size_t finished = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "small/set/samples")) {
+    CHECK(!entry.path().filename().string().starts_with("."));
+    CHECK(fs::exists(entry.path() / "sample.json"));
+    ++finished;
+  }
+  CHECK(finished > 0);
+
+  REQUIRE(mount(nullptr, (folder / "small").c_str(), nullptr, MS_REMOUNT | MS_RDONLY, nullptr) ==
+          0);
+  const Outcome read_only = generate(folder.path(), "small/set");
+  CHECK(read_only.code == 1);
+  CHECK(read_only.err.find("small/set") != std::string::npos);
+  CHECK(std::ranges::count(read_only.err, '\n') == 1);
+}
+
+TEST_CASE("memory does not grow over two hundred samples", "[.soak]") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", changed(changed(tiny_recipe, "samples = 8", "samples = 200"),
+                                             "seafloors = 4", "seafloors = 100"));
+  std::vector<double> resident_mb;
+  const Outcome outcome = generate(folder.path(), "set", {"--threads", "2"}, [&](pid_t process) {
+    const fs::path status = fs::path("/proc") / std::to_string(process) / "status";
+    while (true) {
+      const std::string text = read_text(status);
+      const std::size_t at = text.find("VmRSS:");
+      if (at == std::string::npos) return;  // it has ended
+      resident_mb.push_back(std::stod(text.substr(at + 6)) / 1024.0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  REQUIRE(outcome.code == 0);
+  REQUIRE(resident_mb.size() > 40);
+  const auto most = [&](std::size_t begin, std::size_t end) {
+    return *std::max_element(resident_mb.begin() + std::ptrdiff_t(begin),
+                             resident_mb.begin() + std::ptrdiff_t(end));
+  };
+  const std::size_t quarter = resident_mb.size() / 4;
+  CAPTURE(most(0, quarter), most(3 * quarter, resident_mb.size()));
+  CHECK(most(3 * quarter, resident_mb.size()) < most(quarter, 2 * quarter) + 8.0);
+}
+
+TEST_CASE("labels fit their pictures: boxes about the masks' instances, whole and cut") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  generate_whole(folder.path(), "set");
+  REQUIRE(run_program(folder.path(), {"merge", "set", "--quiet"}).code == 0);
+  const Json coco = Json::parse(read_text(folder / "set/coco/slant_line_train.json"));
+  CHECK(coco.at("categories").size() == 2);
+  CHECK(coco.at("images").size() == 2 * 4);  // two displays of half the samples
+  CHECK(coco.at("annotations").size() > 0);
+  for (const Json& annotation : coco.at("annotations")) {
+    CHECK(annotation.at("visible_fraction") == 1.0);
+    CHECK(annotation.at("truncated") == false);
+    CHECK(annotation.at("bbox").at(0).get<int>() + annotation.at("bbox").at(2).get<int>() <= 160);
+    CHECK(annotation.at("area").get<int>() <=
+          annotation.at("bbox").at(2).get<int>() * annotation.at("bbox").at(3).get<int>());
+  }
+  // What tiles show adds up: non-overlapping neighbours hold each pixel of a target once.
+  int chips = 0;
+  for (const auto& [name, text] : tree_of(folder / "set/samples")) {
+    if (name.find("/chips/") == std::string::npos || !name.ends_with(".json")) continue;
+    const Json image = Json::parse(text);
+    if (image.at("kind") == "background") CHECK(image.at("targets").empty());
+    if (image.at("kind") != "chip") continue;
+    ++chips;
+    CHECK(image.at("targets").size() >= 1);
+    CHECK((image.at("width") == 9 && image.at("height") == 9));
+  }
+  CHECK(chips > 0);
+}
+
+TEST_CASE("a preview is a picture, and a rehearsal makes nothing") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  REQUIRE(run_program(folder.path(),
+                      {"preview", "recipe.toml", "-o", "sheet.png", "-n", "3", "--quiet"})
+              .code == 0);
+  CHECK(read_text(folder / "sheet.png").starts_with("\x89PNG"));
+  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
+  const Outcome outcome = generate(folder.path(), "set", {"--dry-run"});
+  CHECK(outcome.code == 0);
+  CHECK(Json::parse(outcome.out).at("samples") == 8);
+  CHECK(!fs::exists(folder / "set"));
+}
