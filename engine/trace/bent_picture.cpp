@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <Eigen/Geometry>
 
@@ -228,6 +229,10 @@ bool BentPicture::may_hit(double level, double down, double farthest_m) const {
 
 bool BentPicture::trace(const RayFan& fan, refine::Triangles triangles, std::span<Hit> hits,
                         std::span<Arrival> arrivals, std::vector<std::uint32_t>& left) {
+  constexpr double right_angle = 0.5 * std::numbers::pi;  // as far as a scan sees
+  if (fan.grid->elevation_rad.front() < -right_angle ||
+      fan.grid->elevation_rad.back() > right_angle)
+    return false;
   gather(fan, triangles);
   if (!picture(fan, triangles)) return false;
   const double source_m = -fan.origin.z();

@@ -33,7 +33,7 @@ class BentPicture {
 
   /// Nearest hits and arrivals by ray number, of the rays within the beam, but for those that `left`
   /// names (by number, ascending), which are misses. False where something of the seafloor stands as high
-  /// as the sonar: nothing is told of any ray then. The fan's bend must be the profile's.
+  /// as the sonar, or the fan is wider than a half turn: nothing is told of any ray then. The fan's bend must be the profile's.
   bool trace(const RayFan& fan, refine::Triangles triangles, std::span<Hit> hits,
              std::span<Arrival> arrivals, std::vector<std::uint32_t>& left);
 
