@@ -147,6 +147,12 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
   return false;
 }
 
+double DirectRays::follow(double cotangent, double depth_m, Way& way) const {
+  const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
+  way = {cotangent, there.time_s, there.path_m, there.range_slope_m};
+  return there.range_m;
+}
+
 double DirectRays::farthest_m(double depth_m) const {
   return at(flattest(), piece_of(depth_m), depth_m).range_m;
 }

@@ -33,6 +33,8 @@ class DirectRays {
   /// The way to a range and a depth below the source; its cotangent is a guess before, the nearer the
   /// quicker. False for a point that no known ray reaches, beyond the flattest.
   bool find(double range_m, double depth_m, Way& way) const;
+  /// Its own way to a depth, and how far out it is there, of a ray that is not beyond the flattest.
+  double follow(double cotangent, double depth_m, Way& way) const;
   /// Where the flattest ray comes to a depth.
   double farthest_m(double depth_m) const;
 

@@ -22,6 +22,7 @@ using scatter::SoundSpeedLayer;
 using scatter::SoundSpeedProfile;
 
 constexpr double longest_edge_m = 2.0;  // in the picture
+constexpr double nothing_m = 3e-5;      // a bow that changes no time
 constexpr double clearance_m = 0.1;     // of all faces below the sonar
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
@@ -151,14 +152,13 @@ std::uint32_t BentPicture::vertex_of(const RayFan& fan, refine::Triangles triang
   }
 }
 
-/// Whether an edge is not straight enough in the picture. Between two points whose scales differ by ds the
-/// middle of a smooth edge lies ds / 8 of its length from its chord's.
-bool BentPicture::bends(const Seen& a, const Seen& b, double length2) const {
-  if (length2 > longest_edge_m * longest_edge_m) return true;
-  if (a.cotangent == inf || b.cotangent == inf) return false;
-  const double change =
-      std::abs(a.scale - b.scale) + reference_mps_ * std::abs(1.0 / a.mps - 1.0 / b.mps);
-  return length2 * change * change > 64.0 * tolerance_m_ * tolerance_m_;
+/// How far the middle of an edge lies from its chord's in the picture: between two points whose scales
+/// differ by ds, ds / 8 of the length of a smooth one.
+double BentPicture::bow_m(const Seen& a, const Seen& b, double length_m) const {
+  if (length_m > longest_edge_m) return inf;
+  if (a.cotangent == inf || b.cotangent == inf) return 0.0;
+  return 0.125 * length_m *
+         (std::abs(a.scale - b.scale) + reference_mps_ * std::abs(1.0 / a.mps - 1.0 / b.mps));
 }
 
 /// Puts a face into the picture, cut along its edges until all are straight enough: faces that share an
@@ -169,18 +169,20 @@ void BentPicture::lay(const RayFan& fan, const refine::Face& whole, std::uint32_
     const refine::Face face = open_.back();
     open_.pop_back();
     std::size_t longest = 0;
-    double longest2 = 0.0, most = 0.0, least = inf;
+    double longest_m = 0.0, bow = 0.0, most = 0.0, least = inf;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = face[k], to = face[(k + 1) % 3];
-      const double length2 = (points_[to] - points_[from]).squaredNorm();
-      if (length2 > longest2 && bends(seen_[from], seen_[to], length2)) {
-        longest2 = length2;
+      const double length_m = (points_[to] - points_[from]).norm();
+      const double edge_bow_m = bow_m(seen_[from], seen_[to], length_m);
+      if (length_m > longest_m && edge_bow_m > tolerance_m_) {
+        longest_m = length_m;
         longest = k;
       }
+      bow = std::max(bow, edge_bow_m);
       most = std::max(most, seen_[from].cotangent);
       least = std::min(least, seen_[from].cotangent);
     }
-    if (longest2 > 0.0) {
+    if (longest_m > 0.0) {
       const std::uint32_t a = face[longest], b = face[(longest + 1) % 3],
                           c = face[(longest + 2) % 3];
       const std::uint32_t middle = see(fan, 0.5 * (points_[a] + points_[b]));
@@ -192,6 +194,7 @@ void BentPicture::lay(const RayFan& fan, const refine::Face& whole, std::uint32_
     } else {
       mesh_.faces.push_back(face);
       picture_place_.push_back(place);
+      bowed_.push_back(bow > nothing_m);
     }
   }
 }
@@ -204,6 +207,7 @@ bool BentPicture::picture(const RayFan& fan, refine::Triangles triangles) {
   mesh_.positions.clear();
   mesh_.faces.clear();
   picture_place_.clear();
+  bowed_.clear();
   stands_high_ = false;
   source_mps_ = profile_->speed_mps(-fan.origin.z());
   rays_.start_at(-fan.origin.z());
@@ -273,6 +277,7 @@ bool BentPicture::trace(const RayFan& fan, refine::Triangles triangles, std::spa
 void BentPicture::tell(const RayFan& fan, refine::Triangles triangles, const Vector3d& direction,
                        Hit& hit, Arrival& arrival) const {
   const refine::Face& face = mesh_.faces[hit.index];
+  const bool bowed = bowed_[hit.index] != 0;
   hit.index = picture_place_[hit.index];
   hit.face = triangles.number(hit.index);
   const double w[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
@@ -285,21 +290,35 @@ void BentPicture::tell(const RayFan& fan, refine::Triangles triangles, const Vec
     mps += w[k] * seen_[face[k]].mps;
   }
   const Vector3d a = triangles.corner(hit.index, 0);
-  if (points_[face[0]] != a) {  // of a piece: back to the face's own corners
-    const Vector3d ab = triangles.corner(hit.index, 1) - a;
-    const Vector3d ac = triangles.corner(hit.index, 2) - a, normal = ab.cross(ac);
-    hit.u = (point - a).cross(ac).dot(normal) / normal.squaredNorm();
-    hit.v = ab.cross(point - a).dot(normal) / normal.squaredNorm();
-  }
+  const Vector3d ab = triangles.corner(hit.index, 1) - a, ac = triangles.corner(hit.index, 2) - a;
+  const Vector3d normal = ab.cross(ac);
   const double level = direction.head<2>().norm(), sine = -direction.z();
   const double along = level * mps / source_mps_;  // Snell
   const double down = std::sqrt(std::max(0.0, 1.0 - along * along));
   const double turn = level > 0.0 ? along / level : 0.0;
+  const Vector3d travel(turn * direction.x(), turn * direction.y(), -down);
+  if (bowed && level > 1e-6) {  // the exact ray's own hit on the face's plane: one step of Newton's
+    scatter::DirectRays::Way way;
+    const double range_m = rays_.follow(level / sine, -point.z(), way);
+    const Vector3d near(fan.origin.x() + range_m / level * direction.x(),
+                        fan.origin.y() + range_m / level * direction.y(), point.z());
+    const double step_m = normal.dot(a - near) / normal.dot(travel);
+    if (std::abs(step_m) < longest_edge_m) {
+      point = near + step_m * travel;
+      hit.t = reference_mps_ * (way.time_s + step_m / mps);
+      path_m = way.path_m;
+      range_per_cotangent_m = way.range_per_cotangent_m;
+    }
+  }
+  if (bowed || points_[face[0]] != a) {  // of a piece, or moved: weights of the face's own corners
+    hit.u = (point - a).cross(ac).dot(normal) / normal.squaredNorm();
+    hit.v = ab.cross(point - a).dot(normal) / normal.squaredNorm();
+  }
   const double range_m = (point - fan.origin).head<2>().norm();
   const double spread_m = range_per_cotangent_m / (sine * sine) * down;
   const double sideways_m = level > 1e-6 ? range_m / level : range_per_cotangent_m;
   arrival = {.place = point,
-             .direction = {turn * direction.x(), turn * direction.y(), -down},
+             .direction = travel,
              .spreading_m2 = std::max(spread_m * sideways_m, least_spreading * path_m * path_m),
              .path_m = path_m,
              .along = mps / reference_mps_,

@@ -21,7 +21,7 @@ struct Arrival;
 /// The fan's bent rays, all at once: each vertex that the fan can touch is put where its own bent ray would
 /// have it, were that straight and as long as its time; there all rays are straight, and a scan of the fan
 /// finds their faces. The picture of a face is not quite flat: faces are cut until theirs are, within a
-/// tolerance.
+/// tolerance, and where that would still be a time's, the exact ray is cut with the face.
 ///
 /// It holds for rays that go down to what lies below the sonar without turning. What others may hit, it
 /// leaves to be asked.
@@ -53,7 +53,7 @@ class BentPicture {
   void gather(const RayFan& fan, refine::Triangles triangles);
   std::uint32_t see(const RayFan& fan, const Eigen::Vector3d& point);
   std::uint32_t vertex_of(const RayFan& fan, refine::Triangles triangles, std::uint32_t vertex);
-  bool bends(const Seen& a, const Seen& b, double length2) const;
+  double bow_m(const Seen& a, const Seen& b, double length_m) const;
   void lay(const RayFan& fan, const refine::Face& whole, std::uint32_t place);
   bool picture(const RayFan& fan, refine::Triangles triangles);
   bool may_hit(double level, double down, double farthest_m) const;
@@ -78,6 +78,7 @@ class BentPicture {
   refine::TriangleMesh mesh_;                 // of the picture, about the fan's origin; one a point
   std::vector<refine::Face> open_;            // pieces of a face that is being cut
   std::vector<std::uint32_t> picture_place_;  // of the picture's faces, among the triangles
+  std::vector<std::uint8_t> bowed_;           // and whether a hit's time depends on its bow
   bool stands_high_ = false;
   double flattest_ = 0.0;  // cotangent of the rays that the picture is whole for
   double source_mps_ = 0.0, fastest_above_mps_ = 0.0, least_range_m_ = 0.0;
