@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +14,7 @@
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/object_views.h>
 #include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/signal_chain.h>
 #include <ensonify/scatter/backscatter.h>
 
 #include "clock.h"
@@ -71,7 +73,7 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
   const auto tracer = make_intersector("embree", labelled.mesh);
   const std::vector<scatter::BackscatterTable> lambert(
       labelled.materials.size(), scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  Pinger with(sonar, 0, {}, labelled, lambert), without(sonar, 0, {}, bare, lambert);
+  Pinger with(sonar, {}, labelled, lambert), without(sonar, {}, bare, lambert);
   ObjectViews views(labelled);
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
@@ -129,12 +131,91 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
   fs::remove(cast, ignored);
 }
 
+/// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then each effect with it and
+/// without.
+void measure_signal(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
+                    int pings) {
+  Sonar plain;
+  plain.bins = 7500;
+  const ChainOptions usual;
+  struct Effect {
+    const char* name;
+    std::function<void(Sonar&, ChainOptions&)> apply;
+  };
+  const Effect effects[] = {
+      {"speckle and noise", [](Sonar&, ChainOptions&) {}},
+      {"lfm over 2.5 bins", [](Sonar& s, ChainOptions&) { s.pulse.kind = PulseKind::lfm; }},
+      {"4 looks", [](Sonar& s, ChainOptions&) { s.receiver.looks = 4; }},
+      {"logarithmic curve",
+       [](Sonar& s, ChainOptions&) { s.receiver.curve = TransferCurve::logarithmic; }},
+      {"output noise", [](Sonar& s, ChainOptions&) { s.receiver.output_noise_db = -60.0; }},
+      {"surface", [](Sonar&, ChainOptions& o) { o.arrivals.surface = true; }},
+      {"volume", [](Sonar&, ChainOptions& o) { o.arrivals.volume = true; }},
+      {"multiples", [](Sonar&, ChainOptions& o) { o.arrivals.multiples = true; }},
+      {"double bounce", [](Sonar&, ChainOptions& o) { o.arrivals.double_bounce = true; }},
+      {"burst", [](Sonar&, ChainOptions& o) { o.arrivals.burst_m = 0.3; }},
+      {"cross-talk", [](Sonar&, ChainOptions& o) { o.arrivals.crosstalk_db = -40.0; }},
+      {"interference", [](Sonar&, ChainOptions& o) { o.artefacts.interference_db = 30.0; }},
+      {"gain steps", [](Sonar&, ChainOptions& o) { o.artefacts.gain_step_db = 3.0; }},
+      {"automatic gain", [](Sonar&, ChainOptions& o) { o.artefacts.automatic_gain = 0.5; }},
+      {"fish", [](Sonar&, ChainOptions& o) { o.artefacts.fish_per_hectare = 200.0; }},
+      {"wake", [](Sonar&, ChainOptions& o) { o.artefacts.wake_db = -10.0; }},
+      {"shimmer", [](Sonar&, ChainOptions& o) { o.artefacts.shimmer_db = 1.5; }},
+  };
+  const auto compare = [&](const std::string& name, const Sonar& sonar,
+                           const ChainOptions& with_options, const ChainOptions& without_options) {
+    if (name.find(filter) == std::string::npos) return;
+    const SignalChain with(sonar, with_options), without(plain, without_options);
+    SignalChain::Memory memory;
+    EchoLine lines[2];
+    for (const Side side : {Side::port, Side::starboard}) {
+      EchoLine& line = lines[static_cast<std::size_t>(side)];
+      line.side = side;
+      line.bins.assign(7500);
+      for (std::size_t i = 1000; i < 7500; ++i) {  // a level bed 10 m down
+        const double r = (static_cast<double>(i) + 0.5) * plain.bin_m();
+        const double over_m = std::sqrt(r * r - 100.0);
+        line.bins.intensity_mean[i] = 1e8f;
+        line.bins.range_m[i] = static_cast<float>(r);
+        line.bins.x_m[i] = static_cast<float>(side == Side::port ? -over_m : over_m);
+        line.bins.z_m[i] = -20.0f;
+        line.bins.region[i] = static_cast<std::uint32_t>(Region::seabed);
+      }
+    }
+    const auto turn = [&](const SignalChain& chain) {
+      for (int i = 0; i < pings; ++i)
+        chain.receive({.ping = static_cast<std::uint64_t>(i),
+                       .t_s = 0.1 * i,
+                       .array = {{0.0, 0.2 * i, -10.0}, {0.0, 1.0, 0.0}}},
+                      lines, memory);
+    };
+    results.push_back(in_turns(
+        name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));
+  };
+  Sonar all_sonar = plain;
+  ChainOptions all = usual, still = usual;
+  still.speckle = false;
+  for (const Effect& effect : effects) {
+    Sonar sonar = plain;
+    ChainOptions options = usual;
+    effect.apply(sonar, options);
+    const bool first = &effect == &effects[0];
+    compare(std::string("signal/") + effect.name, sonar, options, first ? still : usual);
+    effect.apply(all_sonar, all);
+  }
+  all_sonar.receiver = plain.receiver;
+  all_sonar.pulse = plain.pulse;
+  compare("signal/all arrivals and artefacts", all_sonar, all, usual);
+  compare("signal/all, and speckle", all_sonar, all, still);
+}
+
 }  // namespace
 
 std::vector<CostMeasurement> measure_costs(std::string_view filter, int rounds, int pings) {
   std::vector<CostMeasurement> results;
   measure_labels(results, filter, rounds, pings);
   measure_refraction(results, filter, rounds, pings);
+  measure_signal(results, filter, rounds, pings);
   return results;
 }
 

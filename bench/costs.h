@@ -19,7 +19,7 @@ struct CostMeasurement {
 
 /// Labels over a wreck on a seabed of several sediments and features (skipped without the wreck, which is
 /// mesh_underwater/skytteren_wreck.ply under ENSONIFY_DATA), and refraction over ripples and rock under a
-/// strong thermocline. Cases whose name holds the filter.
+/// strong thermocline; the signal chain and each of its effects. Cases whose name holds the filter.
 std::vector<CostMeasurement> measure_costs(std::string_view filter, int rounds, int pings);
 
 }  // namespace ensonify::bench

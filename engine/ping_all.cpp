@@ -21,6 +21,7 @@ class Pings {
     all_.warnings = std::move(flight.warnings);
     reported_ = reported_poses(scene.navigation, scene.seed, poses_);
     simulator.watch_objects();
+    hold_stale(scene.artefacts, scene.seed, reported_);
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, poses_.size());
   }
 
@@ -64,11 +65,24 @@ class Pings {
 
   void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
     const Pose& pose = poses_[ping];
-    std::span<const EchoLine> lines = simulator.ping(pose, ping);
-    const PingRecord record{.pose = pose,
-                            .reported = reported_[ping],
-                            .altitude_m = simulator.altitude_m(pose.position),
-                            .block = static_cast<int>(block)};
+    PingRecord record{.pose = pose,
+                      .reported = reported_[ping],
+                      .altitude_m = simulator.altitude_m(pose.position),
+                      .block = static_cast<int>(block)};
+    const ArtefactOptions& artefacts = scene_.artefacts;
+    if (reported_since_s(artefacts, scene_.seed, pose.t_s) < pose.t_s)
+      record.artefacts.add(Artefact::stale_navigation);
+    if (is_lost(artefacts, scene_.seed, ping)) {  // its row stays empty
+      record.artefacts.add(Artefact::lost);
+      const std::shared_lock rows_differ(images_lock_);
+      for (Waterfall& image : all_.images) image.pings[ping] = record;
+      return;
+    }
+    // What is recorded again is what was heard then; the truth beside it as well.
+    std::size_t heard = ping;
+    while (is_repeated(artefacts, scene_.seed, heard)) --heard;
+    if (heard != ping) record.artefacts.add(Artefact::repeated);
+    std::span<const EchoLine> lines = simulator.ping(poses_[heard], heard);
     const std::shared_lock rows_differ(images_lock_);
     for (Waterfall& image : all_.images) {
       const std::size_t sides = sides_of(image.sonar).size();

@@ -14,6 +14,8 @@ enum class Purpose : std::uint64_t {
   speckle = 3,
   test = 4,
   agreement = 5,
+  noise = 6,
+  artefact = 7,
   motion = 10,
   navigation = 11,
   object_place = 20,

@@ -144,7 +144,8 @@ class Run {
 
   void write_picture(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
     folder_.write(image.sonar.name + ".png",
-                  encode_png(render(image, scene_.display, simulator.absorption_db_per_m(sonar))));
+                  encode_png(render(image, scene_.display, simulator.absorption_db_per_m(sonar),
+                                    &simulator.recorder(sonar), scene_.output.png_bits)));
   }
 
   void write_files(const Simulator& simulator) {
@@ -159,17 +160,20 @@ class Run {
       if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
-      write_recordings(simulator, images[i], i);
+      write_recordings(simulator, images[i]);
       const Seafloor& seafloor = simulator.seafloor();
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
                                                            seafloor, pings_.object_views[i]));
+      Display over_layers = scene_.display;
+      over_layers.slant_range_correction = false;
       if (scene_.output.truth)
-        folder_.write(
-            name + "_truth.png",
-            encode_png(with_legend(lay_truth(
-                images[i], render(images[i], scene_.display, simulator.absorption_db_per_m(i)),
-                seafloor.classes, seafloor.materials))));
+        folder_.write(name + "_truth.png",
+                      encode_png(with_legend(
+                          lay_truth(images[i],
+                                    render(images[i], over_layers, simulator.absorption_db_per_m(i),
+                                           &simulator.recorder(i)),
+                                    seafloor.classes, seafloor.materials))));
       for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
@@ -199,15 +203,14 @@ class Run {
     tell("files", images.size(), images.size());
   }
 
-  void write_recordings(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
+  void write_recordings(const Simulator& simulator, const Waterfall& image) {
     if (!scene_.output.xtf && !scene_.output.jsf) return;
     const TrackOptions& track = scene_.track;
     const Seafloor& seafloor = simulator.seafloor();
     RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
                          .utm_zone = seafloor.utm_zone,
                          .start_time = scene_.output.start_time,
-                         .sound_speed_mps = simulator.sound_speed_mps(),
-                         .absorption_db_per_m = simulator.absorption_db_per_m(sonar)};
+                         .sound_speed_mps = simulator.sound_speed_mps()};
     if (track.origin_latitude_rad)
       frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
     const Recording recording = make_recording(image, frame);

@@ -18,10 +18,12 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/mounting.h>
 #include <ensonify/engine/sonar/ping.h>
+#include <ensonify/engine/sonar/signal_chain.h>
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/engine/trace/moving_surface.h>
 #include <ensonify/engine/trace/surface.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -70,6 +72,7 @@ struct Instrument {
   Sonar sonar;  ///< with the bins of its digitiser
   Medium medium;
   std::vector<scatter::BackscatterTable> by_material;
+  std::unique_ptr<const SignalChain> chain;
 };
 
 void warn(const std::string& warning, std::vector<std::string>& warnings) {
@@ -121,7 +124,7 @@ struct Simulator::Ready {
         scatter::sound_speed_mps(scene.sea.water, half_depth_m()));
     if (!scene.sea.profile.path.empty()) take_profile();
     for (const Sonar& sonar : scene.sonars)
-      instruments.push_back(instrument(sonar, seafloor.materials, warnings));
+      instruments.push_back(instrument(instruments.size(), sonar, seafloor.materials, warnings));
   }
 
   double half_depth_m() const { return std::max(0.0, -0.5 * seafloor.mean_bed_m); }
@@ -139,7 +142,7 @@ struct Simulator::Ready {
             -double(bounds.lowest.z())};
   }
 
-  std::shared_ptr<const Instrument> instrument(const Sonar& settings,
+  std::shared_ptr<const Instrument> instrument(std::size_t number, const Sonar& settings,
                                                const std::vector<std::string>& materials,
                                                std::vector<std::string>& its_warnings) const {
     Instrument made{.sonar = settings.sampled(sound_speed_mps)};
@@ -154,7 +157,26 @@ struct Simulator::Ready {
     made.by_material.emplace_back(scatter::Lambert());  // of none: no face has it
     for (std::size_t i = 1; i < materials.size(); ++i)
       made.by_material.push_back(table_of(materials[i], sonar, its_warnings));
+    made.chain = std::make_unique<const SignalChain>(sonar, chain_options(number, made));
     return std::make_shared<const Instrument>(std::move(made));
+  }
+
+  ChainOptions chain_options(std::size_t number, const Instrument& its) const {
+    // For the automatic gain: the first material is the bed's own.
+    const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
+    const double nominal_altitude_m = std::min(scene.track.altitude_m, 0.45 * its.sonar.range_m);
+    const double sine = nominal_altitude_m / (0.5 * its.sonar.range_m);
+    return {.seed = scene.seed,
+            .sonar_number = number,
+            .speckle = scene.speckle,
+            .sound_speed_mps = sound_speed_mps,
+            .absorption_db_per_m = its.medium.absorption_db_per_m,
+            .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+            .nominal_altitude_m = nominal_altitude_m,
+            .nominal_strength_db = scatter::to_db(bed_table.over_sine(sine) * sine),
+            .sea = scene.sea.state,
+            .arrivals = scene.arrivals,
+            .artefacts = scene.artefacts};
   }
 
   scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar,
@@ -181,7 +203,9 @@ struct Simulator::Worker {
   std::vector<Pinger> pingers;
   std::vector<ObjectViews> views;  // one a sonar, or none
   std::vector<RayFan> fans;
+  std::vector<double> heights_m;  // a sonar, over the bed
   std::vector<EchoLine> lines;
+  SignalChain::Memory memory;
   std::uint64_t next_ping = 0;
   StageTimes times;
 
@@ -204,7 +228,7 @@ struct Simulator::Worker {
     for (std::size_t i = 0; i < instruments.size(); ++i) {
       const Instrument& its = *instruments[i];
       sonars.push_back(its.sonar);
-      pingers.emplace_back(its.sonar, i, its.medium, ready.seafloor, its.by_material,
+      pingers.emplace_back(its.sonar, its.medium, ready.seafloor, its.by_material,
                            ready.refraction(), &moving);
     }
   }
@@ -245,11 +269,13 @@ Simulator Simulator::another() const {
 std::span<const RayFan> Simulator::aim(const Pose& pose) {
   require_finite(pose);
   worker_->fans.clear();
+  worker_->heights_m.clear();
   for (std::size_t i = 0; i < worker_->pingers.size(); ++i) {
     const Pose its_own = mounted(pose, worker_->sonars[i].mounting);
     double height_m = altitude_m(its_own.position);
     if (!(height_m > 0.0))
       height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
+    worker_->heights_m.push_back(height_m);
     for (const RayFan& fan : worker_->pingers[i].aim(its_own, height_m))
       worker_->fans.push_back(fan);
   }
@@ -271,19 +297,27 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
   const refine::Triangles triangles = worker.surface.triangles();
   watch.lap(worker.times.surface_s);
   if (worker.lines.empty()) worker.make_lines();
-  auto next_line = worker.lines.begin();
+  std::size_t first_line = 0;
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
     Pinger& pinger = worker.pingers[i];
-    for (const Side side : sides_of(worker.sonars[i])) {
-      EchoLine& line = *next_line++;
-      const std::span<const Hit> hits = pinger.trace(surface, triangles, side);
+    const std::size_t sides = sides_of(worker.sonars[i]).size();
+    const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
+    for (EchoLine& line : lines) {
+      const std::span<const Hit> hits = pinger.trace(surface, triangles, line.side);
       watch.lap(worker.times.trace_s);
-      if (!worker.views.empty()) worker.views[i].look(pinger.fan(side), triangles, hits, number);
-      pinger.echo(triangles, side, line);
+      if (!worker.views.empty())
+        worker.views[i].look(pinger.fan(line.side), triangles, hits, number);
+      pinger.echo(triangles, line.side, line);
       watch.lap(worker.times.echo_s);
-      if (ready_->scene.speckle) pinger.speckle(ready_->scene.seed, number, line);
-      watch.lap(worker.times.speckle_s);
     }
+    const RayFan& fan = worker.fans[first_line];
+    worker.instruments[i]->chain->receive({.ping = number,
+                                           .t_s = pose.t_s,
+                                           .array = {fan.origin, fan.array_axis},
+                                           .altitude_m = worker.heights_m[i]},
+                                          lines, worker.memory);
+    watch.lap(worker.times.speckle_s);
+    first_line += sides;
   }
   return worker.lines;
 }
@@ -308,7 +342,7 @@ void Simulator::set_sonar(std::size_t number, const Sonar& settings) {
   changed.sonars[number] = settings;
   check_values(changed);
   auto instruments = worker_->instruments;
-  instruments[number] = ready_->instrument(settings, worker_->materials, worker_->warnings);
+  instruments[number] = ready_->instrument(number, settings, worker_->materials, worker_->warnings);
   worker_->hear_with(std::move(instruments), *ready_);
 }
 
@@ -328,8 +362,8 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   auto instruments = worker.instruments;
   if (material == materials.size()) {
     materials.push_back(object.material);
-    for (auto& instrument : instruments)
-      instrument = ready_->instrument(instrument->sonar, materials, worker.warnings);
+    for (std::size_t i = 0; i < instruments.size(); ++i)
+      instruments[i] = ready_->instrument(i, instruments[i]->sonar, materials, worker.warnings);
   }
   const std::size_t body = worker.surface.add(std::move(object.mesh), place);
   if (material == worker.materials.size()) {
@@ -409,6 +443,9 @@ RefractionCounts Simulator::refraction_counts() const {
   return sum;
 }
 double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
+const Recorder& Simulator::recorder(std::size_t sonar) const {
+  return worker_->instruments.at(sonar)->chain->recorder();
+}
 const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

@@ -25,7 +25,7 @@ struct StageTimes {
   double surface_s = 0.0;  ///< which triangles are there
   double trace_s = 0.0;    ///< nearest hits
   double echo_s = 0.0;     ///< scattering and binning
-  double speckle_s = 0.0;
+  double speckle_s = 0.0;  ///< scatterers, noise and all to the recorder's samples
   StageTimes& operator+=(const StageTimes& other);
 };
 
@@ -114,6 +114,8 @@ class Simulator {
   std::string_view code_path() const;
   double absorption_db_per_m(std::size_t sonar) const;
   double sound_speed_mps() const;  ///< that ranges are counted by
+  /// What a sonar's samples stand for.
+  const Recorder& recorder(std::size_t sonar) const;
   /// From now on pings count what they see of each object, and so do those of another(): it takes some of
   /// their time where many objects are in view. Bent rays (sea.refraction = "full") are not counted.
   void watch_objects();

@@ -73,10 +73,13 @@ class Products {
         classes_(numbers_of(seafloor.classes, names.classes, "class")),
         sediments_(numbers_of(seafloor.materials, names.materials, "material")) {}
 
-  void add_line(const Waterfall& line, double absorption_db_per_m, std::size_t sonar) {
+  void add_line(const Waterfall& line, double absorption_db_per_m, const Recorder& recorder,
+                std::size_t sonar) {
     std::vector<Picture> pictures;
-    for (const Display& display : sample_.renders)
-      pictures.push_back(render(line, display, absorption_db_per_m));
+    for (Display display : sample_.renders) {
+      display.slant_range_correction = false;  // the labels lie over the layers
+      pictures.push_back(render(line, display, absorption_db_per_m, &recorder));
+    }
     const View slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
@@ -286,7 +289,7 @@ ProductTimes write_products(const DatasetOptions& options, const SampleScene& sa
   const Clock::time_point start = Clock::now();
   Products products(options, sample, names, simulator.seafloor(), folder);
   for (std::size_t i = 0; i < lines.size(); ++i)
-    products.add_line(lines[i], simulator.absorption_db_per_m(i), i);
+    products.add_line(lines[i], simulator.absorption_db_per_m(i), simulator.recorder(i), i);
   const double all_s = std::chrono::duration<double>(Clock::now() - start).count();
   return {all_s - products.disk_s(), products.disk_s()};
 }

@@ -17,6 +17,7 @@ struct PingRecord {
   int block = 0;
   int first_return_port = -1, first_return_starboard = -1;  ///< bins
   int starved_port = 0, starved_starboard = 0;
+  Artefacts artefacts;
 };
 
 /// Stacked echo lines of one sonar: a row a ping, the oldest first; columns port far..near, then

@@ -7,6 +7,7 @@ namespace {
 
 std::string units(std::string_view layer) {
   if (layer.starts_with("intensity")) return "uPa^2 re 1 uPa";
+  if (layer == "sample") return "1 over full_scale, after gain and transfer curve";
   if (layer.ends_with("_m")) return "m";
   if (layer.ends_with("_rad")) return "rad";
   if (layer.ends_with("fraction")) return "1";
@@ -25,6 +26,7 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
       {"frequency_hz", sonar.frequency_hz},
       {"range_m", sonar.range_m},
       {"bins", sonar.bins},
+      {"full_scale", (1 << sonar.receiver.bits) - 1},
       {"world_origin_x_m", origin.world_origin.x()},
       {"world_origin_y_m", origin.world_origin.y()},
       {"world_origin_z_m", origin.world_origin.z()},

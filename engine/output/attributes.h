@@ -23,7 +23,7 @@ struct Attribute {
   std::variant<std::string, double, int> value;
 };
 
-/// What every image file says beside its layers: row_order, sonar, frequency_hz, range_m, bins,
+/// What every image file says beside its layers: row_order, sonar, frequency_hz, range_m, bins, full_scale (of a sample),
 /// world_origin_x_m, _y_m, _z_m, scene_hash, `sides` (port or starboard) of a sonar that has one, and units_LAYER for every layer.
 std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
 

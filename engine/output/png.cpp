@@ -1,46 +1,85 @@
 #include <ensonify/engine/output/png.h>
 
+#include <csetjmp>
+#include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 
 #include <png.h>
 
 namespace ensonify::engine {
-
 namespace {
 
-std::vector<std::byte> encode(std::size_t width, std::size_t height, png_uint_32 format,
-                              const void* pixels) {
-  // libpng's simplified interface: errors come back as values, not by longjmp.
-  png_image image = {};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(width);
-  image.height = static_cast<png_uint_32>(height);
-  image.format = format;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::vector<std::byte> bytes(size);
-  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels, 0, nullptr))
-    throw std::runtime_error(std::string("cannot make a PNG: ") + image.message);
-  bytes.resize(size);
-  return bytes;
+/// libpng's own, with the room it writes into.
+struct Writer {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::vector<std::byte> bytes;
+  std::string error;
+  bool full = false;
+  ~Writer() { png_destroy_write_struct(&png, &info); }
+};
+
+void fail(png_structp png, png_const_charp message) {
+  static_cast<Writer*>(png_get_error_ptr(png))->error = message;
+  png_longjmp(png, 1);
+}
+
+void append(png_structp png, png_bytep data, png_size_t size) {
+  auto& writer = *static_cast<Writer*>(png_get_io_ptr(png));
+  try {
+    const auto* bytes = reinterpret_cast<const std::byte*>(data);
+    writer.bytes.insert(writer.bytes.end(), bytes, bytes + size);
+  } catch (const std::bad_alloc&) {  // must not pass through C
+    writer.full = true;
+  }
+}
+
+/// False for an error; nothing here has a destructor, since libpng jumps.
+bool write(Writer& writer, const Picture& picture) {
+  if (setjmp(png_jmpbuf(writer.png))) return false;
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(picture.width),
+               static_cast<png_uint_32>(picture.height), picture.bits,
+               picture.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(writer.png, writer.info);
+  const std::size_t row_bytes = picture.pixels.size() / picture.height;
+  for (std::size_t row = 0; row < picture.height; ++row)
+    png_write_row(writer.png, picture.pixels.data() + row * row_bytes);
+  png_write_end(writer.png, nullptr);
+  return true;
 }
 
 }  // namespace
 
 std::vector<std::byte> encode_png(const Picture& picture) {
   if (picture.pixels.empty() || (picture.channels != 1 && picture.channels != 3) ||
-      picture.pixels.size() !=
-          picture.width * picture.height * static_cast<std::size_t>(picture.channels))
+      (picture.bits != 8 && picture.bits != 16) ||
+      picture.pixels.size() != picture.width * picture.height *
+                                   static_cast<std::size_t>(picture.channels) *
+                                   static_cast<std::size_t>(picture.bits / 8))
     throw std::invalid_argument("encode_png: pixels that do not fit the picture's size");
-  return encode(picture.width, picture.height,
-                picture.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB, picture.pixels.data());
+  Writer writer;
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
+  if (writer.png) writer.info = png_create_info_struct(writer.png);
+  if (!writer.info) throw std::bad_alloc();
+  png_set_write_fn(writer.png, &writer, append, nullptr);
+  if (!write(writer, picture)) throw std::runtime_error("cannot make a PNG: " + writer.error);
+  if (writer.full) throw std::bad_alloc();
+  return std::move(writer.bytes);
 }
 
 std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels) {
   if (pixels.empty() || width == 0 || pixels.size() % width != 0)
     throw std::invalid_argument("encode_png16: pixels that do not fit the width");
-  // libpng calls 16 bits linear; the numbers are left as they are.
-  return encode(width, pixels.size() / width, PNG_FORMAT_LINEAR_Y, pixels.data());
+  Picture picture{width, pixels.size() / width, 1, {}, 16};
+  picture.pixels.reserve(2 * pixels.size());
+  for (const std::uint16_t pixel : pixels) {
+    picture.pixels.push_back(static_cast<std::uint8_t>(pixel >> 8));
+    picture.pixels.push_back(static_cast<std::uint8_t>(pixel & 0xff));
+  }
+  return encode_png(picture);
 }
 
 }  // namespace ensonify::engine

@@ -9,7 +9,7 @@
 
 namespace ensonify::engine {
 
-/// An 8-bit grey or RGB PNG, with nothing in it of when or where it was made. Throws
+/// A grey or RGB PNG of 8 or 16 bits, with nothing in it of when or where it was made. Throws
 /// std::invalid_argument for a picture without pixels, or whose pixels do not fit its size.
 std::vector<std::byte> encode_png(const Picture& picture);
 

@@ -14,28 +14,14 @@ constexpr double pi = std::numbers::pi;
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
 constexpr double counts_from_1970_s = 1e8;         // a track does not take three years
-constexpr double most = 32767.0;                   // some readers take signed numbers
+constexpr int most_bits = 15;                      // some readers take signed numbers
 
-/// What the recorder digitised: amplitudes after a time-varied gain of 30 log r + 2 alpha r, the seabed's mean at
-/// an eighth of full scale. (One place, for when a receiver's own samples are there.)
-std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall,
-                                            double absorption_db_per_m) {
-  const Layers& pixels = waterfall.pixels;
-  std::vector<float> amplitudes(pixels.intensity.size());
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < amplitudes.size(); ++i) {
-    const double r = std::max(1.0, double(pixels.range_m[i]));
-    const double gain = std::pow(r, 3.0) * std::pow(10.0, 0.2 * absorption_db_per_m * r);
-    amplitudes[i] = static_cast<float>(std::sqrt(pixels.intensity[i] * gain));
-    if (pixels.region[i] != static_cast<std::uint32_t>(Region::seabed)) continue;
-    sum += amplitudes[i];
-    ++count;
-  }
-  const double scale = sum > 0.0 ? most / 8.0 * static_cast<double>(count) / sum : 0.0;
-  std::vector<std::uint16_t> samples(amplitudes.size());
+/// The recorder's samples, of more bits than readers take without the last of them.
+std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall) {
+  const int too_many_bits = std::max(0, waterfall.sonar.receiver.bits - most_bits);
+  std::vector<std::uint16_t> samples(waterfall.pixels.sample.size());
   for (std::size_t i = 0; i < samples.size(); ++i)
-    samples[i] = static_cast<std::uint16_t>(std::min(most, std::round(scale * amplitudes[i])));
+    samples[i] = static_cast<std::uint16_t>(waterfall.pixels.sample[i] >> too_many_bits);
   return samples;
 }
 
@@ -97,8 +83,7 @@ Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame
       .bins = static_cast<std::size_t>(sonar.bins),
       .port = sonar.sides != Sides::starboard,
       .starboard = sonar.sides != Sides::port,
-      .samples =
-          with_both_sides(waterfall, recorded_samples(waterfall, frame.absorption_db_per_m))};
+      .samples = with_both_sides(waterfall, recorded_samples(waterfall))};
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
   const std::int64_t start_s =
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);

@@ -19,7 +19,6 @@ struct RecordingFrame {
   int utm_zone = 0;        ///< of that world; 0: unknown
   std::string start_time;  ///< as in OutputOptions
   double sound_speed_mps = 1500.0;
-  double absorption_db_per_m = 0.0;
 };
 
 /// What a ping of a recording says: what the vehicle reports.

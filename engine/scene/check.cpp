@@ -129,6 +129,9 @@ void check_scene(const Scene& scene,
   }
 
   check_seabed(scene, place);
+  require(scene.output.png_bits == 8 || scene.output.png_bits == 16, "output.png_bits", [&] {
+    return fmt::format("'output.png_bits' is {}, expected 8 or 16", scene.output.png_bits);
+  });
 
   const double sound_speed_mps =
       scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));

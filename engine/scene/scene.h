@@ -13,6 +13,8 @@
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/placement.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/arrivals.h>
+#include <ensonify/engine/sonar/artefacts.h>
 #include <ensonify/engine/sonar/motion.h>
 #include <ensonify/engine/sonar/navigation.h>
 #include <ensonify/engine/sonar/ping.h>
@@ -35,6 +37,7 @@ struct Sea {
   RefractionMode refraction = RefractionMode::off;  ///< what else is taken of it
   std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
   std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
+  SeaState state;
 };
 
 /// How a run is computed. None of it but the intersector's last bits changes the result.
@@ -51,6 +54,7 @@ struct OutputOptions {
   bool npz = false;        ///< the layers as NAME.npz
   bool xtf = false;        ///< the recording as NAME.xtf
   bool jsf = false;        ///< the recording as NAME.jsf
+  int png_bits = 8;        ///< of NAME.png, 8 or 16
   bool truth = false;      ///< the truth laid over the picture as NAME_truth.png
   std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
 };
@@ -68,6 +72,8 @@ struct Scene {
   MotionOptions motion;
   NavigationOptions navigation;
   std::vector<Sonar> sonars = {Sonar{}};
+  ArrivalOptions arrivals;
+  ArtefactOptions artefacts;
   RunOptions run;
   Display display;
   OutputOptions output;

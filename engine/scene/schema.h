@@ -18,7 +18,8 @@ using Option =
     std::variant<bool*, int*, std::uint64_t*, std::optional<std::uint64_t>*, double*,
                  std::optional<double>*, std::string*, std::vector<std::string>*, InputFile*,
                  std::vector<Eigen::Vector2d>*, RefractionMode*, SeafloorKind*, FractalSpectrum*,
-                 MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*, PulseKind*, PulseWindow*>;
+                 MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*, Mapping*, PictureOf*,
+                 PulseKind*, PulseWindow*, Detector*, TransferCurve*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
 struct Range {

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/sonar/artefacts.h>
 #include <ensonify/engine/sonar/sonar.h>
 
 namespace ensonify::engine {
@@ -20,8 +21,9 @@ enum class Region : std::uint32_t {
 /// What is known of each range bin, one value a bin: of one side of one ping in an EchoLine, of all
 /// pings in a Waterfall. Names, units and meanings are those of the files.
 struct Layers {
-  std::vector<float> intensity;  ///< as received, with speckle; uPa^2 re 1 uPa, before any gain
-  std::vector<float> intensity_mean;  ///< its expectation
+  std::vector<float> intensity;  ///< as received, with speckle and noise; uPa^2 re 1 uPa, no gain
+  std::vector<std::uint32_t> sample;  ///< the recorder's output: Recorder::sample
+  std::vector<float> intensity_mean;  ///< the expectation of the echo alone
   std::vector<float> range_m;         ///< slant range of the bin's centre
   std::vector<float> x_m, y_m, z_m;   ///< energy-weighted place of what the bin saw, local metres
   std::vector<float> grazing_rad;     ///< energy-weighted
@@ -37,6 +39,7 @@ struct Layers {
   template <class F>
   static void for_each(F&& f) {
     f("intensity", &Layers::intensity);
+    f("sample", &Layers::sample);
     f("intensity_mean", &Layers::intensity_mean);
     f("range_m", &Layers::range_m);
     f("x_m", &Layers::x_m);
@@ -64,6 +67,7 @@ struct EchoLine {
   Layers bins;
   int first_return = -1;  ///< the first bin with an echo; -1: none
   int starved = 0;        ///< bins behind it that nothing could reach
+  Artefacts artefacts;    ///< what spoiled it
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;
 };

@@ -6,6 +6,7 @@
 #include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/sonar/aperture.h>
 #include <ensonify/engine/sonar/echo.h>
+#include <ensonify/engine/sonar/plane_beam.h>
 #include <ensonify/engine/sonar/range_bins.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refracted_path.h>
@@ -44,26 +45,19 @@ class EchoFormer {
             std::span<const Arrival> arrivals, EchoLine& line);
 
  private:
-  /// What the beam is worth to a ray's echo from a range, times solid angle per radian of elevation.
-  float weight(std::size_t plane, std::size_t elevation, const Eigen::Vector3d& direction,
-               double range_m) const;
-  Sight look(const RayFan& fan, std::size_t plane, std::size_t elevation,
-             const Eigen::Vector3d& direction, const Hit& hit, const Arrival* arrival,
-             const Sight& before) const;
-  bool continuous(const Sight& a, const Sight& b) const;
+  /// What a ray sees of its hit; `before` is what its neighbour saw.
+  void look(const RayFan& fan, std::size_t elevation, const Eigen::Vector3d& direction,
+            const Hit& hit, const Arrival* arrival, const Sight& before, Sight& sight);
+  bool continuous(Sight& a, Sight& b) const;
   void walk_plane(const RayFan& fan, std::span<const Hit> hits, std::span<const Arrival> arrivals,
-                  std::size_t plane);
-  void shade_beyond(const RayFan& fan, std::size_t plane, const Sight& blocker);
-  double longest_edge_m(std::uint32_t index) const;
+                  std::size_t plane, EchoLine& line);
+  void shade_beyond(const RayFan& fan, const Sight& blocker);
+  double longest_edge_m(Sight& sight) const;
 
   FaceLabels labels_;
   Beam beam_;
-  // Of this side of this ping:
-  refine::Triangles triangles_;
-  const Aperture* aperture_ = nullptr;
-  const Reception* reception_ = nullptr;
-  Side side_ = Side::port;
-  // Always:
+  PlaneBeam plane_beam_;
+  refine::Triangles triangles_;  // of this ping
   std::span<const scatter::BackscatterTable> by_material_;
   Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
   double absorption_db_per_m_;

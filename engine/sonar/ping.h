@@ -25,14 +25,14 @@ struct Refraction {
   double deepest_m = 0.0;  ///< depth of the deepest
 };
 
-/// One sonar at work on one thread: aims its fans, then listens. Its memory is kept from ping to ping.
+/// One sonar at work on one thread: aims its fans, then finds the expected echo. Its
+/// memory is kept from ping to ping.
 class Pinger {
  public:
-  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer. `sonar_number` tells a scene's sonars
-  /// apart in their random numbers.
-  Pinger(const Sonar& sonar, std::uint64_t sonar_number, const Medium& medium,
-         const Seafloor& seafloor, std::span<const scatter::BackscatterTable> by_material,
-         const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr);
+  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer.
+  Pinger(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
+         std::span<const scatter::BackscatterTable> by_material, const Refraction& refraction = {},
+         const std::vector<Label>* moving = nullptr);
 
   /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until the
   /// next call.
@@ -52,14 +52,10 @@ class Pinger {
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
   }
-  /// Fully developed speckle over it: an independent exponential factor a bin, a stand-in for the
-  /// receiver's chain.
-  void speckle(std::uint64_t seed, std::uint64_t ping_number, EchoLine& line);
 
  private:
   double range_m_;
   double sound_speed_mps_;
-  std::uint64_t sonar_number_;
   std::span<const Side> sides_;
   Apertures apertures_;
   EchoFormer former_;
@@ -71,7 +67,6 @@ class Pinger {
   std::optional<TravelTime> travel_time_;
   std::vector<Hit> hits_;
   std::vector<Arrival> arrivals_;
-  std::vector<double> factors_;
 };
 
 }  // namespace ensonify::engine

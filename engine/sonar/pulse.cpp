@@ -53,6 +53,20 @@ double Pulse::intensity(double time_s) const {
   return amplitude * amplitude;
 }
 
+double Pulse::correlation(double time_s) const {
+  const double t = std::abs(time_s);
+  if (kind == PulseKind::cw) return std::max(0.0, 1.0 - t / effective_length_s());
+  const auto sinc = [](double x) {
+    const double a = std::numbers::pi * x;
+    return std::abs(a) < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
+  };
+  const double x = bandwidth_hz * t;
+  if (window == PulseWindow::none) return sinc(x);
+  // Of the spectrum cos^4: 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
+  return sinc(x) + (sinc(x - 1.0) + sinc(x + 1.0)) * 2.0 / 3.0 +
+         (sinc(x - 2.0) + sinc(x + 2.0)) / 6.0;
+}
+
 double Pulse::reach_s() const {
   if (kind == PulseKind::cw) return 0.5 * effective_length_s();
   return (window == PulseWindow::hann ? hann_reach : sinc_reach) / bandwidth_hz;
@@ -73,6 +87,56 @@ std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, dou
   for (const double k : kernel) sum += 2.0 * k;
   for (double& k : kernel) k *= cells / sum;
   return kernel;
+}
+
+namespace {
+
+/// Power spectrum of speckle's samples over the angle a sample, of a sweep folded about the sampling
+/// rate.
+double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
+  constexpr double pi = std::numbers::pi;
+  if (pulse.kind == PulseKind::cw) {
+    double sum = 1.0;
+    for (int m = 1; m * bin_s < pulse.effective_length_s(); ++m)
+      sum += 2.0 * pulse.correlation(m * bin_s) * std::cos(m * angle);
+    return std::max(sum, 0.0);
+  }
+  const double half_band = 0.5 * pulse.bandwidth_hz;
+  const int folds = static_cast<int>(half_band * bin_s) + 1;
+  double sum = 0.0;
+  for (int fold = -folds; fold <= folds; ++fold) {
+    const double f = (angle / (2.0 * pi) + fold) / bin_s;
+    if (std::abs(f) >= half_band) continue;
+    const double c = std::cos(pi * f / pulse.bandwidth_hz);
+    sum += pulse.window == PulseWindow::hann ? c * c * c * c : 1.0;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m) {
+  constexpr int angles = 2048;
+  constexpr int most = 24;
+  constexpr double left_out = 2e-3;  // of the energy
+  const double bin_s = 2.0 * bin_m / sound_speed_mps;
+  std::vector<double> taps(most + 1);
+  for (int i = 0; i < angles; ++i) {
+    const double angle = std::numbers::pi * (i + 0.5) / angles;
+    const double root = std::sqrt(sampled_spectrum(pulse, bin_s, angle));
+    for (int d = 0; d <= most; ++d)
+      taps[static_cast<std::size_t>(d)] += root * std::cos(d * angle) / angles;
+  }
+  double total = -taps[0] * taps[0];
+  for (const double tap : taps) total += 2.0 * tap * tap;
+  double left = 0.0;
+  while (taps.size() > 1 && left + 2.0 * taps.back() * taps.back() < left_out * total) {
+    left += 2.0 * taps.back() * taps.back();
+    taps.pop_back();
+  }
+  std::vector<float> scaled;
+  for (const double tap : taps) scaled.push_back(static_cast<float>(tap / std::sqrt(total - left)));
+  return scaled;
 }
 
 }  // namespace ensonify::engine

@@ -23,6 +23,9 @@ struct Pulse {
   double effective_length_s() const;
   /// Intensity over its peak, so long before or after the middle.
   double intensity(double time_s) const;
+  /// Amplitude of developed speckle at two times so far apart, their correlation: of the pulse with
+  /// itself.
+  double correlation(double time_s) const;
   /// How long before or after the middle anything above -60 dB is left.
   double reach_s() const;
   /// The range cell, c tau_e / 2.
@@ -37,5 +40,9 @@ struct Pulse {
 /// energy g per metre has the intensity g c tau_e / 2. Throws std::invalid_argument unless pulse,
 /// sound speed and bin are positive.
 std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
+
+/// What makes samples a bin apart of white noise that are correlated as the pulse makes speckle:
+/// taps[d] weighs the bin d places off, either way. Their squares, both ways, sum to 1.
+std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 }  // namespace ensonify::engine

@@ -14,6 +14,7 @@ double Sight::plane_range_m(const Eigen::Vector3d& other) const {
 
 void RangeBins::reset() {
   std::fill(bins_.begin(), bins_.end(), Bin{});
+  heap_ = {};
   shares_.clear();
   plane_ = 0;
 }
@@ -26,40 +27,38 @@ void RangeBins::begin_plane() {
   shades_.clear();
 }
 
-void RangeBins::spread(const Sight& from, const Sight& to, double step_rad) {
+void RangeBins::spread_far(const Sight& from, const Sight& to, double step_rad) {
   const double reach = to.range_m - from.range_m;
-  turn(reach >= 0.0 ? 1 : -1, from.range_m);
-  if (from.density <= 0.0 && to.density <= 0.0) return;  // out of the beam at that range
-  const std::size_t first = bin_of(from.range_m);
-  const std::size_t last = bin_of(to.range_m);
   const Eigen::Vector3d way = to.place - from.place;
   double begin = 0.0;  // how far along the way the bin begins, 0 to 1
-  for (std::size_t bin = first;; bin += static_cast<std::size_t>(direction_)) {
+  for (std::size_t bin = from.bin;; bin += static_cast<std::size_t>(direction_)) {
     const double edge_m = static_cast<double>(direction_ > 0 ? bin + 1 : bin) * bin_m_;
-    const double end = bin == last ? 1.0 : std::clamp((edge_m - from.range_m) / reach, begin, 1.0);
+    const double end =
+        bin == to.bin ? 1.0 : std::clamp((edge_m - from.range_m) / reach, begin, 1.0);
     const double middle = 0.5 * (begin + end);
     const double density = from.density + middle * (to.density - from.density);
     const double grazing = from.grazing_rad + middle * (to.grazing_rad - from.grazing_rad);
     add(bin, density * (end - begin) * step_rad, middle < 0.5 ? from : to,
         from.place + middle * way, grazing);
-    if (bin == last) return;
+    if (bin == to.bin) return;
     begin = end;
   }
 }
 
 void RangeBins::settle(const Sight& sight, double step_rad) {
-  turn(0, sight.range_m);
+  turn(0, sight.bin);
   if (sight.density <= 0.0) return;
-  add(bin_of(sight.range_m), 0.5 * sight.density * step_rad, sight, sight.place, sight.grazing_rad);
+  add(sight.bin, 0.5 * sight.density * step_rad, sight, sight.place, sight.grazing_rad);
 }
 
 void RangeBins::shade(const Sight& blocker, double to_range_m, float weight) {
-  const std::size_t first = bin_of(blocker.range_m) + 1;
+  const std::size_t first = blocker.bin + 1;
   const std::size_t last = bin_of(to_range_m);
   if (first < last) shades_.push_back({first, last, weight, blocker.label});
 }
 
 void RangeBins::end_plane() {
+  end_heap();
   for (const Shade& shade : shades_)
     for (std::size_t i = shade.first; i < shade.last; ++i) {
       Bin& bin = bins_[i];
@@ -73,13 +72,8 @@ void RangeBins::end_plane() {
     }
 }
 
-std::size_t RangeBins::bin_of(double range_m) const {
-  return static_cast<std::size_t>(
-      std::min(range_m / bin_m_, static_cast<double>(bins_.size() - 1)));
-}
-
-void RangeBins::add(std::size_t index, double energy, const Sight& sight,
-                    const Eigen::Vector3d& place, double grazing_rad) {
+void RangeBins::begin_heap(std::size_t index, const Sight& sight) {
+  end_heap();
   Bin& bin = bins_[index];
   if (bin.plane != plane_) {
     bin.plane = plane_;
@@ -88,28 +82,36 @@ void RangeBins::add(std::size_t index, double energy, const Sight& sight,
     bin.layover = true;
   }
   bin.branch = branch_;
-  bin.energy += energy;
-  bin.place += energy * place;
-  bin.grazing += energy * grazing_rad;
+  heap_.bin = index;
+  heap_.branch = branch_;
+  heap_.label = sight.label;
+}
 
+void RangeBins::end_heap() {
+  if (heap_.branch == 0) return;
+  Bin& bin = bins_[heap_.bin];
+  bin.energy += heap_.energy;
+  bin.place += heap_.place;
+  bin.grazing += heap_.grazing;
   std::int32_t share = bin.first_share;
-  while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != sight.label)
+  while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != heap_.label)
     share = shares_[static_cast<std::size_t>(share)].next;
   if (share < 0) {
     share = static_cast<std::int32_t>(shares_.size());
-    shares_.push_back({0.0, bin.first_share, sight.label});
+    shares_.push_back({0.0, bin.first_share, heap_.label});
     bin.first_share = share;
   }
-  shares_[static_cast<std::size_t>(share)].energy += energy;
+  shares_[static_cast<std::size_t>(share)].energy += heap_.energy;
+  heap_ = {};
 }
 
 // A plane's profile of ranges over elevation is a chain of branches, each running one way. Two
 // branches in one bin are layover, but for the bin in which the profile turns.
-void RangeBins::turn(int direction, double range_m) {
+void RangeBins::turn(int direction, std::size_t bin) {
   if (direction == direction_ && direction != 0) return;
   ++branch_;
   direction_ = direction;
-  turning_bin_ = bin_of(range_m);
+  turning_bin_ = bin;
 }
 
 void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {

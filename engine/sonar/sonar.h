@@ -7,6 +7,7 @@
 #include <ensonify/engine/sonar/beam_pattern.h>
 #include <ensonify/engine/sonar/mounting.h>
 #include <ensonify/engine/sonar/pulse.h>
+#include <ensonify/engine/sonar/receiver.h>
 
 namespace ensonify::engine {
 
@@ -34,6 +35,7 @@ struct Sonar {
   double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: and where it ends
   int planes = 8;                                ///< fan planes across the main lobe
   int elevations = 2048;                         ///< rays a plane
+  ReceiverOptions receiver;
 
   double receive_length_m() const {
     return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;

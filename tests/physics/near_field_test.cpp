@@ -49,7 +49,7 @@ class PassingPlate {
  public:
   PassingPlate(const Sonar& sonar, double range_m, double side_m)
       : bed_(plate(range_m, side_m)),
-        pinger_(sonar, 0, {}, bed_, lambert_),
+        pinger_(sonar, {}, bed_, lambert_),
         tracer_(make_intersector("embree", bed_.mesh)),
         altitude_m_(0.6 * range_m) {
     line_.bins.assign(static_cast<std::size_t>(sonar.bins));

@@ -57,7 +57,7 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   const auto tracer = engine::make_intersector(intersector, bed.mesh);
   const std::vector<scatter::BackscatterTable> lambert(
       3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  engine::Pinger pinger(sonar, 0, medium, bed, lambert);
+  engine::Pinger pinger(sonar, medium, bed, lambert);
   pinger.aim(pose, altitude_m);
   std::array<engine::EchoLine, 2> lines;
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {

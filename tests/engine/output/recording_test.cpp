@@ -49,8 +49,7 @@ Waterfall sample_line(std::size_t pings, int bins = 50) {
         echo.bins.region[b] = static_cast<std::uint32_t>(Region::seabed);
         const float amplitude =
             static_cast<float>(1 + bin + (side == Side::starboard ? 100 : 0) + ping % 7);
-        // What a gain of 30 log r makes even.
-        echo.bins.intensity[b] = amplitude * amplitude / std::pow(std::max(1.0f, range_m), 3.0f);
+        echo.bins.sample[b] = static_cast<std::uint32_t>(100.0f * amplitude);
       }
     }
     PingRecord record;
@@ -251,7 +250,7 @@ TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees"
   EchoLine echo;
   echo.side = Side::starboard;
   echo.bins.assign(8);
-  echo.bins.intensity.assign(8, 1.0f);
+  echo.bins.sample.assign(8, 70u);
   echo.bins.region.assign(8, static_cast<std::uint32_t>(Region::seabed));
   line.set_row(0, std::span(&echo, 1), {});
   const Recording recording = make_recording(line, sample_frame());

@@ -1,0 +1,239 @@
+#include <ensonify/engine/sonar/arrivals.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <ensonify/scatter/ambient_noise.h>
+#include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/surface_scatter.h>
+
+namespace ensonify::engine {
+namespace {
+
+using std::numbers::pi;
+
+constexpr std::size_t sines = 1024;  // of the surface's table
+constexpr std::size_t coarse = 8;  // bins over which gains far from the first are taken for linear
+constexpr std::size_t fine = 64;   // the first bins of the surface's, one by one
+constexpr int wave_oscillator = 100;  // its number among those that move
+
+/// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964): significant
+/// height 0.21 U^2 / g, peak at 0.877 g / U.
+Oscillation waves_under(double wind_mps) {
+  constexpr double g = 9.81;
+  if (!(wind_mps > 0.0)) return {};
+  return {.rms = 0.25 * 0.21 * wind_mps * wind_mps / g,
+          .period_s = 2.0 * pi * wind_mps / (0.877 * g)};
+}
+
+}  // namespace
+
+EchoLaw::EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
+                 const Scatterers& scatterers)
+    : bin_m_(sonar.bin_m()),
+      cell_m_(sonar.pulse.cell_m(sound_speed_mps)),
+      wavelength_m_(sound_speed_mps / sonar.frequency_hz),
+      frequency_hz_(sonar.frequency_hz),
+      vertical_{VerticalTable(sonar.vertical, Side::port),
+                VerticalTable(sonar.vertical, Side::starboard)},
+      scatterers_(&scatterers) {
+  for (std::size_t bin = 0; bin < static_cast<std::size_t>(sonar.bins); ++bin) {
+    const double r = range_m(bin);
+    per_m2_.push_back(scatter::from_db(sonar.source_level_db - 2.0 * absorption_db_per_m * r) /
+                      (r * r * r * r));
+  }
+}
+
+double EchoLaw::per_m2_at(double range_m) const {
+  const double place = std::clamp(range_m / bin_m_ - 0.5, 0.0, static_cast<double>(bins() - 1));
+  const auto bin = std::min(static_cast<std::size_t>(place), bins() - 2);
+  const double share = place - static_cast<double>(bin);
+  if (range_m >= bin_m_ * static_cast<double>(bins())) {  // beyond: as 1 / r^4, and nobody hears it
+    const double last_m = bin_m_ * static_cast<double>(bins());
+    return per_m2_.back() * std::pow(last_m / range_m, 4);
+  }
+  return per_m2_[bin] + share * (per_m2_[bin + 1] - per_m2_[bin]);
+}
+
+double EchoLaw::vertical_width_rad(Side side, int power) const {
+  constexpr int steps = 3600;
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double depression = 2.0 * pi * (i + 0.5) / steps;
+    sum += std::pow(vertical(side, std::cos(depression), std::sin(depression)), power);
+  }
+  return sum * 2.0 * pi / steps;
+}
+
+double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
+  const double bandwidth_hz = sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0
+                                  ? 1.0 / sonar.pulse.length_s
+                                  : sonar.pulse.bandwidth_hz;
+  // Isotropic noise fills the array's beam, lambda / L wide, at all depressions alike.
+  const double solid_angle_sr = std::min(law.wavelength_m() / sonar.receive_length_m(), 2.0) *
+                                law.vertical_width_rad(side, 1);
+  const double ambient =
+      scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz, sea.wind_mps, sea.shipping)) *
+      solid_angle_sr / (4.0 * pi);
+  const double own =
+      sonar.receiver.self_noise_db ? scatter::from_db(*sonar.receiver.self_noise_db) : 0.0;
+  return bandwidth_hz * (ambient + own);
+}
+
+Arrivals::Arrivals(const ArrivalOptions& options, const SeaState& sea, const EchoLaw& law,
+                   std::uint64_t seed)
+    : options_(options),
+      law_(law),
+      waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
+      wall_share_(scatter::from_db(-options.wall_loss_db)) {
+  const scatter::SeaSurface surface{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()};
+  for (std::size_t i = 0; options.surface && i <= sines; ++i)
+    surface_strength_.push_back(scatter::surface_cross_section(
+        surface, std::asin(std::max(0.5, static_cast<double>(i)) / sines)));
+  if (!options.volume) return;
+  const double strength = scatter::from_db(sea.volume_scattering_db);
+  for (const Side side : {Side::port, Side::starboard}) {
+    const double width_rad = law.vertical_width_rad(side, 2);
+    for (std::size_t bin = 0; bin < law.bins(); ++bin)
+      volume_[static_cast<std::size_t>(side)].push_back(
+          static_cast<float>(law.per_m2(bin) * strength * law.width_m(bin) * width_rad *
+                             law.range_m(bin) * law.cell_m()));
+  }
+}
+
+void Arrivals::add(const Hearing& hearing, const EchoLine& line, std::span<const float> direct,
+                   std::span<float> power, std::vector<double>& sums) const {
+  const double depth_m = hearing.depth_m();
+  const double height = options_.surface || options_.multiples ? waves_.at(hearing.t_s) : 0.0;
+  if (options_.surface) add_surface(std::max(depth_m + height, 0.0), line.side, power);
+  if (options_.volume) add_volume(line.side, power);
+  if (options_.multiples)
+    add_multiples(std::max(depth_m + height, 0.0), hearing.altitude_m, line.side, direct, power,
+                  sums);
+  if (options_.double_bounce) add_double_bounce(hearing, line, direct, power);
+}
+
+// Per bin the strip between its two ranges, on the side's own half and on the other.
+void Arrivals::add_surface(double depth_m, Side side, std::span<float> power) const {
+  const auto over_m = [&](double range_m) {
+    return std::sqrt(std::max(range_m * range_m - depth_m * depth_m, 0.0));
+  };
+  const auto intensity = [&](std::size_t n) {
+    const double near_m = over_m(static_cast<double>(n) * law_.bin_m());
+    const double far_m = over_m(static_cast<double>(n + 1) * law_.bin_m());
+    const double middle_m = 0.5 * (near_m + far_m);
+    const double own = law_.vertical(side, middle_m, -depth_m);
+    const double other = law_.vertical(side, -middle_m, -depth_m);
+    const double area_m2 = law_.width_m(n) * (far_m - near_m) * law_.cell_m() / law_.bin_m();
+    const double sine = std::min(depth_m / law_.range_m(n), 1.0);
+    return law_.per_m2(n) * surface_strength_[static_cast<std::size_t>(sine * sines)] * area_m2 *
+           (own * own + other * other);
+  };
+  auto n = static_cast<std::size_t>(depth_m / law_.bin_m());
+  for (const std::size_t end = std::min(n + fine, power.size()); n < end; ++n)
+    power[n] += static_cast<float>(intensity(n));
+  double here = n < power.size() ? intensity(n) : 0.0;
+  for (; n < power.size(); n += coarse) {
+    const double next = intensity(std::min(n + coarse, power.size() - 1));
+    for (std::size_t i = 0; i < coarse && n + i < power.size(); ++i)
+      power[n + i] += static_cast<float>(here + static_cast<double>(i) / coarse * (next - here));
+    here = next;
+  }
+}
+
+void Arrivals::add_volume(Side side, std::span<float> power) const {
+  const std::vector<float>& volume = volume_[static_cast<std::size_t>(side)];
+  for (std::size_t n = 0; n < power.size(); ++n) power[n] += volume[n];
+}
+
+// By images: a leg from the array to a place of the bed has the vertical extent a = h straight down,
+// h + 2 d by way of the surface, 3 h + 2 d by way of bed and surface. Of two legs of lengths r (a) and
+// r' (b) over the same ground, r'^2 - r^2 = b^2 - a^2, and the echo comes from a range of (r + r') / 2.
+void Arrivals::add_multiples(double depth_m, double altitude_m, Side side,
+                             std::span<const float> direct, std::span<float> power,
+                             std::vector<double>& sums) const {
+  sums.resize(direct.size() + 1);
+  sums[0] = 0.0;
+  for (std::size_t n = 0; n < direct.size(); ++n) sums[n + 1] = sums[n] + direct[n];
+  const double h = altitude_m, by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
+  const double bed = scatter::from_db(-options_.bottom_loss_db);
+  struct Way {
+    double out_m, back_m, share;
+    bool up_out, up_back;  // the legs leave upwards
+  };
+  const Way ways[] = {{h, by_surface, 2.0, false, true},          // either way round
+                      {by_surface, by_surface, 1.0, true, true},  // and both legs
+                      {h, by_bed, 2.0 * bed, false, false}};
+  for (const Way& way : ways) {
+    const double difference = way.back_m * way.back_m - way.out_m * way.out_m;
+    // For an apparent range: the direct echo's range, and what becomes of its energy.
+    const auto source = [&](double rho, double& gain) {
+      const bool twice = difference == 0.0;
+      const double out = twice ? rho : rho - difference / (4.0 * rho);
+      const double back = twice ? rho : 2.0 * rho - out;
+      const double over2 = std::max(out * out - way.out_m * way.out_m, 0.0);  // horizontal, squared
+      const double r = std::sqrt(over2 + h * h), over = std::sqrt(over2);
+      const double straight = law_.vertical(side, over, h);
+      const double pattern = law_.vertical(side, over, way.up_out ? -way.out_m : way.out_m) *
+                             law_.vertical(side, over, way.up_back ? -way.back_m : way.back_m);
+      // Spreading and absorption of the legs against those of the direct way.
+      gain = way.share * pattern / (straight * straight) *
+             std::sqrt(law_.per_m2_at(out) * law_.per_m2_at(back)) / law_.per_m2_at(r);
+      return r;
+    };
+    // Energy up to a range, in bins.
+    const auto energy = [&](double range_m) {
+      const double place = std::min(range_m / law_.bin_m(), static_cast<double>(direct.size()));
+      const auto bin = static_cast<std::size_t>(place);
+      const double within = place - static_cast<double>(bin);
+      return sums[bin] + (within > 0.0 ? within * direct[bin] : 0.0);
+    };
+    const double first_m = 0.5 * (way.out_m + way.back_m);
+    auto n = static_cast<std::size_t>(first_m / law_.bin_m());
+    double gain = 0.0, next_gain = 0.0;
+    double from_m = source(std::max(static_cast<double>(n) * law_.bin_m(), first_m), gain);
+    double before = energy(from_m);
+    for (const std::size_t begin = n; n < power.size();) {
+      const std::size_t bins = n < begin + fine ? 1 : coarse;
+      const double next_m = source(static_cast<double>(n + bins) * law_.bin_m(), next_gain);
+      for (std::size_t i = 1; i <= bins && n < power.size(); ++i, ++n) {
+        const double share = static_cast<double>(i) / static_cast<double>(bins);
+        const double so_far = energy(from_m + share * (next_m - from_m));
+        power[n] += static_cast<float>((gain + share * (next_gain - gain)) * (so_far - before));
+        before = so_far;
+      }
+      from_m = next_m;
+      gain = next_gain;
+    }
+  }
+}
+
+// A wall mirrors the bed before it: whatever place the sound meets there, array - wall - bed - array is as
+// long as the way to the wall's foot and back, nearly. So the foot's bin gets the echo of as much of the bed
+// as the wall is tall enough to mirror, there and back: twice.
+void Arrivals::add_double_bounce(const Hearing& hearing, const EchoLine& line,
+                                 std::span<const float> direct, std::span<float> power) const {
+  const auto of_object = [&](std::size_t n) { return line.bins.instance[n] != 0; };
+  const auto in_shadow = [&](std::size_t n) {
+    return line.bins.region[n] == static_cast<std::uint32_t>(Region::shadow);
+  };
+  for (std::size_t n = 1; n < power.size(); ++n) {
+    if (!of_object(n) || of_object(n - 1)) continue;
+    const std::size_t top = n;
+    while (n < power.size() && of_object(n)) ++n;
+    if (n == power.size() || !in_shadow(n)) continue;  // no wall, if nothing is hidden
+    const std::size_t foot = n - 1;
+    const double sine = std::min(hearing.altitude_m / law_.range_m(foot), 0.99);
+    // A wall from the foot's range to the top's is so tall; it mirrors its height over tan of the bed.
+    const double tall_m = (static_cast<double>(foot - top) + 1.0) * law_.bin_m() / sine;
+    const double mirrored_m = tall_m * (1.0 - sine * sine) / sine;  // in slant range
+    const auto bins =
+        static_cast<std::size_t>(std::min(mirrored_m / law_.bin_m(), static_cast<double>(top)));
+    double sum = 0.0;
+    for (std::size_t i = top - bins; i < top; ++i) sum += direct[i];
+    power[foot] += static_cast<float>(2.0 * wall_share_ * sum);
+  }
+}
+
+}  // namespace ensonify::engine

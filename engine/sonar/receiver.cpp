@@ -1,0 +1,45 @@
+#include <ensonify/engine/sonar/receiver.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ensonify::engine {
+
+Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
+                   double absorption_db_per_m, double automatic_gain_db)
+    : curve_(options.curve),
+      curve_range_db_(static_cast<float>(options.curve_range_db)),
+      full_scale_((1u << options.bits) - 1u) {
+  for (int bin = 0; bin < bins; ++bin) {
+    const double r = std::max(bin + 0.5, 1.0) * bin_m;
+    double gain_db = options.gain_db.value_or(automatic_gain_db);
+    gain_db += options.spreading * std::log10(r);
+    if (options.absorption) gain_db += 2.0 * absorption_db_per_m * r;
+    gains_.push_back(static_cast<float>(std::pow(10.0, gain_db / 20.0)));
+  }
+}
+
+std::uint32_t Recorder::sample(float amplitude) const {
+  float out = std::min(amplitude, 1.0f);
+  switch (curve_) {
+    case TransferCurve::linear: break;
+    case TransferCurve::square_root: out = std::sqrt(out); break;
+    case TransferCurve::logarithmic:
+      out = out > 0.0f ? std::max(0.0f, 1.0f + 20.0f * std::log10(out) / curve_range_db_) : 0.0f;
+      break;
+  }
+  return static_cast<std::uint32_t>(static_cast<double>(out) * full_scale_ + 0.5);
+}
+
+double Recorder::amplitude(std::uint32_t sample) const {
+  const double out = static_cast<double>(sample) / full_scale_;
+  switch (curve_) {
+    case TransferCurve::linear: break;
+    case TransferCurve::square_root: return out * out;
+    case TransferCurve::logarithmic:
+      return sample > 0 ? std::pow(10.0, (out - 1.0) * curve_range_db_ / 20.0) : 0.0;
+  }
+  return out;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/sonar/arrivals.h>
+#include <ensonify/engine/sonar/artefacts.h>
+#include <ensonify/engine/sonar/disturbances.h>
+#include <ensonify/engine/sonar/receiver.h>
+#include <ensonify/engine/sonar/scatterers.h>
+
+namespace ensonify::engine {
+
+/// What a signal chain is told beside its sonar.
+struct ChainOptions {
+  std::uint64_t seed = 1;
+  std::uint64_t sonar_number = 0;  ///< tells a scene's sonars apart in their noise
+  bool speckle = true;             ///< false: expectations, of the noise as well
+  double sound_speed_mps = 1500.0;
+  double absorption_db_per_m = 0.0;
+  double heading_rad = 0.0;            ///< of most pings: one of the directions of Scatterers
+  double nominal_altitude_m = 10.0;    ///< for the automatic gain
+  double nominal_strength_db = -35.0;  ///< of the bed at half the range, for the same
+  SeaState sea;
+  ArrivalOptions arrivals;
+  ArtefactOptions artefacts;
+};
+
+/// From the expected echo to what is recorded, for both sides of a sonar at once.
+///
+/// Echoes of complex scatterers, summed by beam and pulse, scaled so that each bin's mean intensity is the
+/// expected one; on them complex noise of the sea, the receiver and of incoherent arrivals, through the same pulse
+/// (the matched filter); then gain, detector, transfer curve, clip and digitiser.
+class SignalChain {
+ public:
+  SignalChain(const Sonar& sonar, const ChainOptions& options);
+  SignalChain(const SignalChain&) = delete;
+  SignalChain& operator=(const SignalChain&) = delete;
+
+  /// One thread's memory, kept from ping to ping.
+  struct Memory {
+    struct Channel {
+      std::vector<float> direct, power, gain;  // expected: echo, all else; and the echo's own gain
+      std::vector<float> re, im, spread_re, spread_im, weight;
+      std::vector<float> noise_re, noise_im;
+      std::vector<float> energy, detected;
+      std::vector<double> sums;
+      Scatterers::Memory cells;
+    };
+    std::array<Channel, 2> channels;
+  };
+
+  /// Fills intensity and sample of a ping's lines, of one side or two, from their intensity_mean and places,
+  /// and says what spoiled them.
+  void receive(const Hearing& hearing, std::span<EchoLine> lines, Memory& memory) const;
+
+  const Recorder& recorder() const { return recorder_; }
+  /// Mean noise power of a side, uPa^2.
+  double noise(Side side) const { return noise_[static_cast<std::size_t>(side)]; }
+
+ private:
+  using Channel = Memory::Channel;
+  void expect(const Hearing& hearing, EchoLine& line, Channel& channel) const;
+  void sum_scatterers(const Hearing& hearing, const EchoLine& line, int look,
+                      Channel& channel) const;
+  void draw_noise(const Hearing& hearing, Side side, int look, Channel& channel) const;
+  void draw_white(const Hearing& hearing, Side side, int look, std::size_t count,
+                  Channel& channel) const;
+  void detect(const Channel& own, const Channel* other, int look, Channel& into) const;
+  void amplify(const Hearing& hearing, EchoLine& line, Channel& channel) const;
+  void record(const Channel& channel, EchoLine& line) const;
+
+  Sonar sonar_;
+  ChainOptions options_;
+  Scatterers scatterers_;
+  EchoLaw law_;
+  std::array<double, 2> noise_{};
+  Arrivals arrivals_;
+  Disturbances disturbances_;
+  Recorder recorder_;
+  std::vector<float> taps_, energy_taps_;
+  float leak_;  // amplitude of one side in the other
+};
+
+}  // namespace ensonify::engine

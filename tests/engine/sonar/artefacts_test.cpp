@@ -1,0 +1,188 @@
+#include <ensonify/engine/sonar/artefacts.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/lines.h"
+
+#include <ensonify/scatter/decibel.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double altitude_m = 10.0;
+const Eigen::Vector3d array{0.0, 0.0, -10.0};
+
+/// Starboard's lines of a sonar with artefacts, without fading.
+struct Ear {
+  explicit Ear(const ArtefactOptions& options, bool noise = false)
+      : sonar(quiet_sonar()),
+        chain((sonar.receiver.noise = noise, sonar), {.speckle = false, .artefacts = options}) {}
+
+  EchoLine hear(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
+                double strength = 1.0) {
+    const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
+    EchoLine line = level_line(sonar, Side::starboard, here, altitude_m);
+    for (float& mean : line.bins.intensity_mean) mean *= static_cast<float>(strength);
+    chain.receive({.ping = ping, .t_s = t_s, .array = {here, {0, 1, 0}}, .altitude_m = altitude_m},
+                  std::span(&line, 1), memory);
+    return line;
+  }
+
+  Sonar sonar;
+  SignalChain chain;
+  SignalChain::Memory memory;
+};
+
+}  // namespace
+
+TEST_CASE("without artefacts a line has none, and a line with them names them") {
+  CHECK(Ear({}).hear().artefacts.text().empty());
+  Artefacts two;
+  two.add(Artefact::lost);
+  two.add(Artefact::shimmer);
+  CHECK(two.text() == "lost+shimmer");
+}
+
+TEST_CASE("pings are lost and repeated at their rates, the first never repeated") {
+  const ArtefactOptions options{.lost = 0.1, .repeated = 0.25};
+  int lost = 0, repeated = 0;
+  for (std::uint64_t ping = 0; ping < 20000; ++ping) {
+    lost += is_lost(options, 7, ping);
+    repeated += is_repeated(options, 7, ping);
+  }
+  CHECK(lost == Approx(2000).margin(150));
+  CHECK(repeated == Approx(5000).margin(250));
+  CHECK_FALSE(is_repeated({.repeated = 1.0}, 7, 0));
+  CHECK_FALSE(is_lost({}, 7, 3));
+}
+
+TEST_CASE("the navigation stands still for the share of time that it should") {
+  const ArtefactOptions options{.stale_navigation = 0.3, .stale_s = 2.0};
+  std::vector<Pose> reports(20000);
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    reports[i].t_s = 0.1 * static_cast<double>(i);
+    reports[i].position.x() = reports[i].t_s;
+  }
+  hold_stale(options, 3, reports);
+  int stale = 0;
+  for (std::size_t i = 1; i < reports.size(); ++i) {
+    REQUIRE(reports[i].t_s == 0.1 * static_cast<double>(i));
+    const bool moved = reports[i].position.x() == reports[i].t_s;
+    stale += !moved;
+    if (!moved) REQUIRE(reports[i].position == reports[i - 1].position);
+    REQUIRE(moved == (reported_since_s(options, 3, reports[i].t_s) == reports[i].t_s));
+  }
+  CHECK(stale / 20000.0 == Approx(0.3).margin(0.05));
+}
+
+TEST_CASE("another sonar is heard at a fixed range, or moves on by the same from ping to ping") {
+  const auto loudest = [](const ArtefactOptions& options, std::uint64_t ping) {
+    const EchoLine line = Ear(options, true).hear(ping, 0.0, 0.0, 0.0);
+    CHECK(line.artefacts.has(Artefact::interference));
+    const auto peak = std::ranges::max_element(line.bins.intensity);
+    CHECK(*peak / line.bins.intensity.back() == Approx(1001.0).epsilon(0.01));  // 30 dB and noise
+    return static_cast<int>(peak - line.bins.intensity.begin());
+  };
+  const ArtefactOptions fixed{.interference_db = 30.0, .interference_range_m = 20.0};
+  for (const std::uint64_t ping : {0, 5, 100}) CHECK(loudest(fixed, ping) == 400);
+  ArtefactOptions moving = fixed;
+  moving.interference_drift_m = 1.5;
+  for (const std::uint64_t ping : {0, 1, 10}) CHECK(loudest(moving, ping) == 400 + 30 * int(ping));
+  CHECK(loudest(moving, 40) == 400 + 30 * 40 - 1500);  // around the end
+}
+
+TEST_CASE("gain steps change what is recorded and nothing of what is received") {
+  const ArtefactOptions options{.gain_step_db = 6.0, .gain_step_s = 10.0};
+  Ear ear(options);
+  const EchoLine before = ear.hear(0, 9.0, 0.0, 1e9);
+  CHECK_FALSE(before.artefacts.has(Artefact::gain_step));
+  double sum = 0.0;
+  constexpr int steps = 200;
+  for (int step = 1; step <= steps; ++step) {
+    const EchoLine after = ear.hear(0, 10.0 * step + 1.0, 0.0, 1e9);
+    CHECK(after.artefacts.has(Artefact::gain_step));
+    REQUIRE(after.bins.intensity == before.bins.intensity);
+    const double db = 20.0 * std::log10(double(after.bins.sample[700]) / before.bins.sample[700]);
+    sum += db * db;
+  }
+  CHECK(std::sqrt(sum / steps) == Approx(6.0).epsilon(0.2));
+}
+
+TEST_CASE("an automatic gain takes away its share of a level's change") {
+  const auto sample = [](double share, double strength) {
+    const EchoLine line =
+        Ear({.automatic_gain = share, .automatic_gain_m = 2.0}).hear(0, 0.0, 0.0, strength);
+    return double(line.bins.sample[1400]);
+  };
+  for (const double share : {0.3, 0.8})
+    CHECK(20.0 * std::log10(sample(share, 1e8) / sample(share, 1e7)) ==
+          Approx(10.0 * (1.0 - share)).margin(0.4));
+}
+
+TEST_CASE("a fish's shadow lies where the line of sight over it meets the bed") {
+  const ArtefactOptions options{.fish_per_hectare = 40.0, .fish_height_m = 5.0};
+  Ear ear(options);
+  int fish = 0, shadows = 0;
+  for (double north_m = 0.0; north_m < 200.0; north_m += 0.1) {
+    const EchoLine line = ear.hear(0, 0.0, north_m, 1e6);
+    if (!line.artefacts.has(Artefact::fish)) continue;
+    // One fish at a time, and a lit bed: the darkest bin behind the brightest.
+    const auto& i = line.bins.intensity;
+    const auto bright = std::ranges::max_element(i);
+    const auto dark = std::min_element(i.begin() + line.first_return + 2, i.end());
+    if (*bright < 2e6f || *dark > 0.8e6f) continue;
+    ++fish;
+    const double r = line.bins.range_m[static_cast<std::size_t>(bright - i.begin())];
+    const double shadow_m = line.bins.range_m[static_cast<std::size_t>(dark - i.begin())];
+    // Over h - t of the way down the line of sight has gone r; at h it has gone r h / (h - t) for 0..5 m.
+    shadows += shadow_m >= r && shadow_m <= r * altitude_m / (altitude_m - 5.2) + 0.2;
+  }
+  CHECK(fish > 20);
+  CHECK(shadows >= 0.9 * fish);
+  CHECK_FALSE(Ear({.fish_per_hectare = 1e-9}).hear().artefacts.has(Artefact::fish));
+}
+
+TEST_CASE("a wake crosses the image on its own line") {
+  // The surface 10 m up; a line to the north 20 m to starboard shows at sqrt(20^2 + 10^2) m.
+  const EchoLine line =
+      Ear({.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_width_m = 2.0, .wake_offset_m = 20.0})
+          .hear(0, 0.0, 0.0, 0.0);
+  CHECK(line.artefacts.has(Artefact::wake));
+  const auto peak = std::ranges::max_element(line.bins.intensity) - line.bins.intensity.begin();
+  CHECK(line.bins.range_m[static_cast<std::size_t>(peak)] ==
+        Approx(std::hypot(20.0, 10.0)).margin(0.4));
+}
+
+TEST_CASE("shimmer has its strength in decibels, and comes and goes with time") {
+  Ear ear({.shimmer_db = 1.5});
+  double sum = 0.0, squares = 0.0;
+  int count = 0;
+  for (int ping = 0; ping < 60; ++ping) {
+    const EchoLine line = ear.hear(0, 7.7 * ping);
+    for (std::size_t i = 300; i < 1500; i += 20, ++count) {
+      const double db = scatter::to_db(line.bins.intensity[i]);
+      sum += db;
+      squares += db * db;
+    }
+  }
+  CHECK(sum / count == Approx(0.0).margin(0.1));
+  CHECK(std::sqrt(squares / count) == Approx(1.5).epsilon(0.05));
+}
+
+TEST_CASE("the expectation is free of all artefacts") {
+  const ArtefactOptions all{.interference_db = 40.0,
+                            .gain_step_db = 3.0,
+                            .automatic_gain = 0.5,
+                            .fish_per_hectare = 500.0,
+                            .wake_db = 0.0,
+                            .shimmer_db = 3.0};
+  const EchoLine spoilt = Ear(all).hear(5, 100.0), clean = Ear({}).hear(5, 100.0);
+  CHECK(spoilt.bins.intensity_mean == clean.bins.intensity_mean);
+  CHECK(spoilt.bins.intensity != clean.bins.intensity);
+}

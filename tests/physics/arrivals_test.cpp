@@ -1,0 +1,209 @@
+// What comes back beside the direct echo: when, and how loud.
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/lines.h"
+
+#include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/surface_scatter.h>
+#include <ensonify/scatter/volume_scatter.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double altitude_m = 10.0, depth_m = 14.0;
+const Eigen::Vector3d array{0.0, 0.0, -depth_m};
+const Hearing hearing{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
+
+Sonar open_sonar() {  // hears alike in all vertical directions
+  Sonar sonar = quiet_sonar();
+  sonar.focused = true;
+  sonar.vertical.beamwidth_rad = 0.0;
+  return sonar;
+}
+
+/// The mean intensity of a ping with these arrivals over a bed that answers where `direct` says.
+std::vector<double> received(const Sonar& sonar, const ArrivalOptions& arrivals,
+                             const std::vector<float>& direct = {}, const SeaState& sea = {}) {
+  const SignalChain chain(
+      sonar, {.speckle = false, .absorption_db_per_m = 0.03, .sea = sea, .arrivals = arrivals});
+  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
+  std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
+  SignalChain::Memory memory;
+  chain.receive(hearing, std::span(&line, 1), memory);
+  return {line.bins.intensity.begin(), line.bins.intensity.end()};
+}
+
+}  // namespace
+
+TEST_CASE("the surface's return comes from the sonar's depth, and its level from the formulas") {
+  const Sonar sonar = open_sonar();
+  const SeaState calm{.wind_mps = 0.0};
+  std::vector<double> surface = received(sonar, {.surface = true}, {}, calm);
+  const auto first = std::ranges::find_if(surface, [](double i) { return i > 0.0; });
+  CHECK(double(first - surface.begin()) == Approx(depth_m / sonar.bin_m()).margin(1.0));
+
+  // Far off both halves of the surface show; a line array's area is r phi c tau / 2 / cos(grazing).
+  const SeaState windy{.wind_mps = 8.0};
+  surface = received(sonar, {.surface = true}, {}, windy);
+  for (const double r : {30.0, 50.0, 70.0}) {
+    const double sine = depth_m / r;
+    const double width = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
+    const double area_m2 = r * width * sonar.pulse.cell_m(1500.0) / std::sqrt(1.0 - sine * sine);
+    const double strength = scatter::surface_cross_section(
+        {.wind_mps = 8.0, .frequency_hz = sonar.frequency_hz}, std::asin(sine));
+    const double expected_db = sonar.source_level_db - 40.0 * std::log10(r) - 2.0 * 0.03 * r +
+                               scatter::to_db(2.0 * area_m2 * strength);
+    CAPTURE(r);
+    CHECK(scatter::to_db(surface[static_cast<std::size_t>(r / sonar.bin_m())]) ==
+          Approx(expected_db).margin(0.5));  // waves lift the surface by some decimetres
+  }
+}
+
+TEST_CASE("the surface's return wanders with the waves, within their height") {
+  Sonar sonar = open_sonar();
+  sonar.bins = 7500;
+  const SeaState sea{.wind_mps = 8.0};  // rms 0.25 * 0.21 * 64 / 9.81 = 0.34 m
+  const SignalChain chain(sonar, {.speckle = false, .sea = sea, .arrivals = {.surface = true}});
+  SignalChain::Memory memory;
+  EchoLine line;
+  line.bins.assign(7500);
+  double sum = 0.0, squares = 0.0;
+  constexpr int pings = 2000;
+  for (int ping = 0; ping < pings; ++ping) {
+    Hearing now = hearing;
+    now.t_s = 0.37 * ping;
+    chain.receive(now, std::span(&line, 1), memory);
+    const auto first = std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
+    const double r = double(first - line.bins.intensity.begin()) * sonar.bin_m();
+    sum += r;
+    squares += r * r;
+  }
+  CHECK(sum / pings == Approx(depth_m).margin(0.05));
+  CHECK(std::sqrt(squares / pings - std::pow(sum / pings, 2)) == Approx(0.342).epsilon(0.15));
+}
+
+TEST_CASE("volume reverberation has the level of the sonar equation at every range") {
+  const Sonar sonar = open_sonar();
+  const std::vector<double> volume = received(sonar, {.volume = true});
+  for (const double r : {2.0, 10.0, 40.0, 74.0}) {
+    const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
+    const double at = (static_cast<double>(bin) + 0.5) * sonar.bin_m();
+    // Of sinc^4 two thirds of lambda / L, all around.
+    const double angle = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
+    const scatter::InsonifiedWater water{.solid_angle_sr = angle * 2.0 * 3.14159265358979,
+                                         .pulse_s = sonar.pulse.effective_length_s(),
+                                         .strength_db = -80.0};
+    CHECK(scatter::to_db(volume[bin]) ==
+          Approx(scatter::volume_reverberation_db(water, sonar.source_level_db, 0.03, at))
+              .margin(0.1));
+  }
+}
+
+TEST_CASE("multiples come when the images say, from below and from the side") {
+  Sonar sonar = open_sonar();
+  sonar.bins = 3000;
+  // A place of the bed that answers: straight below, and 20 m to the side.
+  for (const double over_m : {0.5, 20.0}) {
+    const double r = std::hypot(over_m, altitude_m);
+    std::vector<float> direct(3000, 0.0f);
+    const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
+    for (std::size_t i = lit - 2; i <= lit + 2; ++i) direct[i] = 1e9f;
+    std::vector<double> all =
+        received(sonar, {.multiples = true, .bottom_loss_db = 0.0}, direct, {.wind_mps = 0.0});
+    for (std::size_t i = lit - 2; i <= lit + 2; ++i) all[i] -= 1e9;
+    // Mirror the place at the surface, and that image at the bed.
+    const double by_surface = std::hypot(over_m, altitude_m + 2.0 * depth_m);
+    const double by_bed = std::hypot(over_m, 3.0 * altitude_m + 2.0 * depth_m);
+    std::vector<bool> explained(all.size());
+    for (const double range_m : {0.5 * (r + by_surface), by_surface, 0.5 * (r + by_bed)}) {
+      const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+      CAPTURE(over_m, range_m);
+      CHECK(*std::max_element(all.begin() + static_cast<std::ptrdiff_t>(bin) - 3,
+                              all.begin() + static_cast<std::ptrdiff_t>(bin) + 4) > 1e3);
+      for (std::size_t i = bin - 40; i < bin + 41 && i < all.size(); ++i) explained[i] = true;
+    }
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (!explained[i]) REQUIRE(all[i] < 1e3);
+  }
+  // Their times, straight below: 2 (h + d) / c, 2 (h + 2 d) / c and (4 h + 2 d) / c.
+  CHECK(0.5 * (altitude_m + (altitude_m + 2.0 * depth_m)) == altitude_m + depth_m);
+}
+
+TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
+  Sonar sonar = open_sonar();
+  sonar.bins = 3000;
+  std::vector<float> direct(3000, 0.0f);
+  const double over_m = 15.0, r = std::hypot(over_m, altitude_m);
+  const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
+  for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+  const SeaState calm{.wind_mps = 0.0};
+  const std::vector<double> with =
+      received(sonar, {.multiples = true, .bottom_loss_db = 200.0}, direct, calm);
+  const double back_m = std::hypot(over_m, altitude_m + 2.0 * depth_m);
+  const auto sum_about = [&](double range_m) {
+    const auto bin = static_cast<std::ptrdiff_t>(range_m / sonar.bin_m());
+    return std::accumulate(with.begin() + bin - 20, with.begin() + bin + 21, 0.0);
+  };
+  // Two ways round of r^2 r'^2 instead of r^4, and absorption over the longer leg.
+  const double expected =
+      9e9 * 2.0 * std::pow(r / back_m, 2) * scatter::from_db(-0.03 * (back_m - r));
+  CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.05));
+}
+
+TEST_CASE("the transmitted pulse blinds the first samples and no more") {
+  const Sonar sonar;
+  const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});
+  EchoLine line = level_line(sonar, Side::port, array, altitude_m);
+  SignalChain::Memory memory;
+  chain.receive(hearing, std::span(&line, 1), memory);
+  CHECK(line.artefacts.has(Artefact::transmit_burst));
+  const std::uint32_t full = chain.recorder().full_scale();
+  for (std::size_t i = 0; i < 8; ++i) CHECK(line.bins.sample[i] == full);  // 0.4 m
+  for (std::size_t i = 30; i < 190; ++i) CHECK(line.bins.sample[i] < full / 10);
+}
+
+TEST_CASE("what leaks from one side to the other is so far below it") {
+  Sonar sonar = quiet_sonar();
+  const SignalChain chain(sonar, {.speckle = false, .arrivals = {.crosstalk_db = -30.0}});
+  EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
+                      level_line(sonar, Side::starboard, array, altitude_m)};
+  std::fill(lines[1].bins.intensity_mean.begin(), lines[1].bins.intensity_mean.end(), 0.0f);
+  SignalChain::Memory memory;
+  chain.receive(hearing, lines, memory);
+  CHECK(lines[1].artefacts.has(Artefact::crosstalk));
+  CHECK(lines[1].bins.intensity[600] == Approx(1e-3 * lines[0].bins.intensity[600]));
+  CHECK(lines[0].bins.intensity[600] == Approx(1.0));
+}
+
+TEST_CASE("a wall's foot has the echo of the bed that it mirrors, there and back") {
+  const Sonar sonar = open_sonar();
+  const SignalChain with(
+      sonar, {.speckle = false, .arrivals = {.double_bounce = true, .wall_loss_db = 0.0}});
+  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+  // A wall whose top is heard from 25 m and whose foot from 26 m, with its shadow behind.
+  const std::size_t top = 500, foot = 519;
+  for (std::size_t i = top; i <= foot; ++i) line.bins.instance[i] = 1;
+  for (std::size_t i = foot + 1; i < foot + 60; ++i) {
+    line.bins.region[i] = static_cast<std::uint32_t>(Region::shadow);
+    line.bins.intensity_mean[i] = 0.0f;
+  }
+  SignalChain::Memory memory;
+  with.receive(hearing, std::span(&line, 1), memory);
+  // The wall is 1 m / sin g tall; its image reaches as far before it over the ground as light at that angle.
+  const double r = (foot + 0.5) * sonar.bin_m(), sine = altitude_m / r;
+  const double tall_m = 20 * sonar.bin_m() / sine;
+  const double ground_m = tall_m * std::sqrt(1.0 - sine * sine) / sine;
+  const double bins = ground_m * std::sqrt(1.0 - sine * sine) / sonar.bin_m();
+  CHECK(line.bins.intensity[foot] == Approx(1.0 + 2.0 * bins).epsilon(0.02));
+  for (std::size_t i = 250; i < line.bins.intensity.size(); ++i)
+    if (i != foot) REQUIRE(line.bins.intensity[i] == Approx(line.bins.intensity_mean[i]));
+}
