@@ -49,6 +49,9 @@ void print_report(const RunReport& report, int threads) {
       report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
       threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
       stages.echo_s, stages.speckle_s);
+  if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
+    fmt::print(stderr, "bent rays: {}, of which {} by chords\n", bent->second,
+               report.counts.at("bent_rays_by_chords"));
   for (const fs::path& file : report.files)
     if (file.extension() == ".png") fmt::print(stderr, "picture: {}\n", file.string());
 }
