@@ -54,6 +54,7 @@ class Pings {
  private:
   void take_counts(const Simulator& simulator) {
     all_.stages += simulator.times();
+    all_.refraction += simulator.refraction_counts();
     all_.object_views.resize(all_.images.size());
     for (std::size_t i = 0; i < all_.images.size(); ++i) {
       const std::span<const ObjectView> views = simulator.object_views(i);

@@ -18,6 +18,7 @@ struct ScenePings {
   std::vector<Waterfall> images;                      ///< one a sonar
   std::vector<std::vector<ObjectView>> object_views;  ///< by sonar, as Simulator::object_views()
   std::uint64_t rays = 0, hits = 0;
+  RefractionCounts refraction;
   StageTimes stages;                  ///< summed over threads
   std::vector<std::string> warnings;  ///< of the track
 };

@@ -180,6 +180,11 @@ class Run {
     if (control_.made) control_.made(simulator, images);
     report_.counts["pings"] = images.front().rows();
     report_.counts["rays"] = pings_.rays;
+    if (const RefractionCounts& bent = pings_.refraction; bent.rays > 0) {
+      report_.counts["bent_rays"] = bent.rays;
+      report_.counts["bent_rays_by_chords"] = bent.rays - bent.pictured;
+      report_.counts["chords"] = bent.chords;
+    }
     report_.counts["hits"] = pings_.hits;
     report_.counts["starved_bins"] = starved;
     warn_of_holes();

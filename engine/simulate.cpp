@@ -437,6 +437,11 @@ std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
   if (worker_->views.empty()) return {};
   return worker_->views.at(sonar).views();
 }
+RefractionCounts Simulator::refraction_counts() const {
+  RefractionCounts sum;
+  for (const Pinger& pinger : worker_->pingers) sum += pinger.refraction_counts();
+  return sum;
+}
 double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 const Recorder& Simulator::recorder(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->chain->recorder();

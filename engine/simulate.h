@@ -15,6 +15,7 @@
 #include <ensonify/engine/sonar/object_views.h>
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refracted_path.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -120,6 +121,8 @@ class Simulator {
   void watch_objects();
   /// What was counted of a sonar's pings, one an object; nothing if nothing was.
   std::span<const ObjectView> object_views(std::size_t sonar) const;
+  /// What became of this Simulator's refracted rays.
+  RefractionCounts refraction_counts() const;
   const StageTimes& times() const;
 
  private:

@@ -1,5 +1,6 @@
 #include "app.h"
 
+#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/reader.h>
 
 namespace ensonify::engine::app {
@@ -19,6 +20,15 @@ void SceneArguments::add_to(CLI::App& command) {
 }
 
 Scene SceneArguments::read() const { return read_scene(file, overrides, data_folder); }
+
+void add_cache(CLI::App& command, std::filesystem::path& cache) {
+  cache = default_cache();
+  command
+      .add_option("--cache", cache,
+                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_CACHE");
+}
 
 void print(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)

@@ -64,6 +64,9 @@ struct SceneArguments {
   Scene read() const;
 };
 
+/// --cache: the folder for analysed seafloors.
+void add_cache(CLI::App& command, std::filesystem::path& cache);
+
 /// Data goes to stdout. Throws std::runtime_error if it does not arrive.
 void print(std::string_view text);
 

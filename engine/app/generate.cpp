@@ -113,7 +113,7 @@ void generate_dataset(const Arguments& arguments) {
     report = generate(recipe, arguments.folder,
                       {.threads = threads,
                        .shard = shard,
-                       .cache = arguments.cache.empty() ? default_cache() : arguments.cache,
+                       .cache = arguments.cache,
                        .progress =
                            [&](std::size_t done, std::size_t of) {
                              progress.tell("samples", done, of);
@@ -159,11 +159,7 @@ void add_generate(CLI::App& app, Action& action) {
   command.add_option("--data", arguments->data_folder, "The folder of a recipe's data:path")
       ->type_name("DIR")
       ->envname("ENSONIFY_DATA");
-  command
-      .add_option("--cache", arguments->cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_CACHE");
+  add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,
                    "Draw every sample, tell what would be made and what is there, make nothing");
   command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");

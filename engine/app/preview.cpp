@@ -43,7 +43,7 @@ void make_preview(const Arguments& arguments) {
     Progress progress(arguments.quiet);
     sheet = preview(recipe, static_cast<std::size_t>(arguments.samples),
                     {.threads = arguments.threads,
-                     .cache = arguments.cache.empty() ? default_cache() : arguments.cache,
+                     .cache = arguments.cache,
                      .scratch = scratch.folder,
                      .progress = [&](std::size_t done, std::size_t of) {
                        progress.tell("samples", done, of);
@@ -72,11 +72,7 @@ void add_preview(CLI::App& app, Action& action) {
   command.add_option("--data", arguments->data_folder, "The folder of a recipe's data:path")
       ->type_name("DIR")
       ->envname("ENSONIFY_DATA");
-  command
-      .add_option("--cache", arguments->cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_CACHE");
+  add_cache(command, arguments->cache);
   command.add_flag("--quiet", arguments->quiet, "No progress; errors stay");
   command.callback([&action, arguments] { action = [arguments] { make_preview(*arguments); }; });
 }

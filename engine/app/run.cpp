@@ -49,6 +49,9 @@ void print_report(const RunReport& report, int threads) {
       report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
       threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
       stages.echo_s, stages.speckle_s);
+  if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
+    fmt::print(stderr, "bent rays: {}, of which {} by chords\n", bent->second,
+               report.counts.at("bent_rays_by_chords"));
   for (const fs::path& file : report.files)
     if (file.extension() == ".png") fmt::print(stderr, "picture: {}\n", file.string());
 }
@@ -104,7 +107,7 @@ void run_scene(Arguments arguments) {
                         progress.tell(stage, done, of);
                         return SignalWatch::caught() == 0;
                       },
-                  .cache = arguments.cache.empty() ? default_cache() : arguments.cache});
+                  .cache = arguments.cache});
   }
   for (const std::string& warning : report.warnings)
     fmt::print(stderr, "ensonify: warning: {}\n", warning);
@@ -130,11 +133,7 @@ void add_run(CLI::App& app, Action& action) {
       .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
-  command
-      .add_option("--cache", arguments->cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_CACHE");
+  add_cache(command, arguments->cache);
   command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));

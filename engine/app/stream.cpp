@@ -134,7 +134,7 @@ class Stream {
   static Simulator make_simulator(const Arguments& arguments) {
     Progress progress(arguments.quiet);
     return Simulator(arguments.scene.read(),
-                     {.cache = arguments.cache.empty() ? default_cache() : arguments.cache,
+                     {.cache = arguments.cache,
                       .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); }});
   }
 
@@ -305,11 +305,7 @@ void add_stream(CLI::App& app, Action& action) {
       ->type_name("NAME,NAME");
   command.add_flag("--json", arguments->json,
                    "Send the values in the JSON as well, rather than as a block of float32");
-  command
-      .add_option("--cache", arguments->cache,
-                  "The folder for analysed seafloors (default: ~/.cache/ensonify)")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_CACHE");
+  add_cache(command, arguments->cache);
   command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
   command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
 }

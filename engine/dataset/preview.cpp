@@ -217,7 +217,8 @@ Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl&
   std::size_t done = 0;
   const int threads = refine::thread_count(control.threads);
   refine::parallel_for(samples, threads, [&](std::size_t k, int) {
-    const std::size_t number = k * recipe.samples() / samples;
+    // Evenly, but not in step with what is stratified.
+    const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
     SampleScene sample = recipe.sample(number);
     sample.scene.output = {.exr = false};
     const std::filesystem::path folder = control.scratch / fmt::format("{:06}", number);

@@ -15,7 +15,8 @@ Pinger::Pinger(const Sonar& sonar, const Medium& medium, const Seafloor& seafloo
   if (refraction.mode != RefractionMode::full) return;
   bend_ = bend(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
   if (bend_.turn_rad > 0.0)  // else straight after all
-    refracted_.emplace(*refraction.profile, refraction.highest_m, medium.sound_speed_mps);
+    refracted_.emplace(*refraction.profile, refraction.highest_m, refraction.deepest_m,
+                       medium.sound_speed_mps);
   else
     bend_ = {};
 }

@@ -48,6 +48,10 @@ class Pinger {
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
   /// How the refracted rays of the side that was traced last arrived; empty for straight rays.
   std::span<const Arrival> arrivals() const { return arrivals_; }
+  /// What became of all its refracted rays.
+  RefractionCounts refraction_counts() const {
+    return refracted_ ? refracted_->counts() : RefractionCounts{};
+  }
 
  private:
   double range_m_;

@@ -5,7 +5,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double widest_rad = 0.0035;  // of a cell: 0.2 degrees
+constexpr double widest_rad = 0.017453292519943295;  // of a cell: a degree
+constexpr float dark = 1e-3f;
 
 }  // namespace
 
@@ -23,6 +24,7 @@ void PlaneBeam::begin_plane(std::size_t plane) {
   const auto side = static_cast<std::size_t>(side_);
   const bool fixed = reception_->still && beam_->focused();
   table_ = fixed ? &aperture_->weight[side][plane * fan_->elevations()] : nullptr;
+  sent_ = &aperture_->vertical[side][plane * fan_->elevations()];
   cell_ = {};
   right_ = {};
 }
@@ -42,22 +44,25 @@ void PlaneBeam::move_to(std::size_t elevation) {
   last = std::max(last, elevation);
   left_ = follows ? right_ : Edge{};
   right_ = {};
-  cell_ = {first, last, last > first ? 1.0 / static_cast<double>(last - first) : 0.0};
+  cell_ = {first, last, last > first ? 1.0 / static_cast<double>(last - first) : 0.0,
+           std::min(sent_[first], sent_[last]) < dark};
 }
 
 void PlaneBeam::fill(Edge& edge, std::size_t elevation, std::uint64_t row) const {
-  const Eigen::Vector3d direction = fan_->direction(fan_->plane_direction(plane_), elevation);
+  const double sent = sent_[elevation];
   const auto at = [&](std::uint64_t bits) {
-    return beam_->two_way(
-        side_, aperture_->samples_of(plane_), fan_->grid->cos_elevation[elevation],
-        aperture_
-            ->vertical[static_cast<std::size_t>(side_)][plane_ * fan_->elevations() + elevation],
-        direction, std::bit_cast<double>(bits << step_bits), *reception_);
+    return two_way(elevation, std::bit_cast<double>(bits << step_bits)) / (sent * sent);
   };
   const std::size_t place = row % kept, before = (row - 1) % kept, after = (row + 1) % kept;
   edge.near[place] = edge.row[before] == row - 1 ? edge.far[before] : at(row);
   edge.far[place] = edge.row[after] == row + 1 ? edge.near[after] : at(row + 1);
   edge.row[place] = row;
+}
+
+double PlaneBeam::two_way(std::size_t elevation, double range_m) const {
+  return beam_->two_way(side_, aperture_->samples_of(plane_), fan_->grid->cos_elevation[elevation],
+                        sent_[elevation], fan_->direction(fan_->plane_direction(plane_), elevation),
+                        range_m, *reception_);
 }
 
 }  // namespace ensonify::engine

@@ -77,13 +77,22 @@ Arrival Arrival::onwards(double times, const Eigen::Vector3d& way) const {
   return beyond;
 }
 
+RefractionCounts& RefractionCounts::operator+=(const RefractionCounts& other) {
+  rays += other.rays;
+  pictured += other.pictured;
+  chords += other.chords;
+  finely += other.finely;
+  return *this;
+}
+
 RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highest_m,
-                                 double reference_mps, double sagitta_m)
+                                 double deepest_m, double reference_mps, double sagitta_m)
     : top_m_(-highest_m),
       profile_(with_edge(profile, top_m_)),
       reference_mps_(reference_mps),
       sagitta_m_(sagitta_m),
-      fastest_mps_(fastest(profile)) {}
+      fastest_mps_(fastest(profile)),
+      picture_(profile, -highest_m, deepest_m, reference_mps, 0.5 * sagitta_m) {}
 
 Eigen::Vector3d RefractedTracer::place(const Course& course, const Eigen::Vector3d& origin,
                                        const SoundRay& at) {
@@ -95,22 +104,35 @@ Eigen::Vector3d RefractedTracer::place(const Course& course, const Eigen::Vector
 void RefractedTracer::trace(const RayFan& fan, const Intersector& intersector,
                             refine::Triangles triangles, std::span<Hit> hits,
                             std::span<Arrival> arrivals) {
-  std::ranges::fill(hits, Hit{});
   courses_.clear();
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
-    const Eigen::Vector3d in_plane = fan.plane_direction(plane);
+  const bool pictured = picture_.trace(fan, triangles, hits, arrivals, left_);
+  if (!pictured) std::ranges::fill(hits, Hit{});
+  auto next_left = left_.begin();
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
     for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
       if (!fan.grid->within_beam(plane, elevation)) continue;
-      const Eigen::Vector3d direction = fan.direction(in_plane, elevation).normalized();
       ++counts_.rays;
-      SoundRay ray(profile_, -fan.origin.z(), direction.head<2>().norm(), -direction.z());
-      if (!reach_faces(ray, fan.range_m)) continue;
-      courses_.push_back({ray, ray, level_of(direction),
-                          static_cast<std::uint32_t>(plane * fan.elevations() + elevation)});
+      if (pictured) {
+        if (next_left == left_.end() || *next_left != plane * fan.elevations() + elevation) {
+          ++counts_.pictured;
+          continue;
+        }
+        ++next_left;
+      }
+      start(fan, plane, elevation);
       if (courses_.size() == batch) follow(fan, intersector, triangles, hits, arrivals);
     }
-  }
   follow(fan, intersector, triangles, hits, arrivals);
+}
+
+/// A ray under way to what its chords will find, if it comes to where faces are.
+void RefractedTracer::start(const RayFan& fan, std::size_t plane, std::size_t elevation) {
+  const Eigen::Vector3d direction =
+      fan.direction(fan.plane_direction(plane), elevation).normalized();
+  SoundRay ray(profile_, -fan.origin.z(), direction.head<2>().norm(), -direction.z());
+  if (reach_faces(ray, fan.range_m))
+    courses_.push_back({ray, ray, level_of(direction),
+                        static_cast<std::uint32_t>(plane * fan.elevations() + elevation)});
 }
 
 /// Chord by chord, until all rays have hit or ended.

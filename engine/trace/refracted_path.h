@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/trace/bent_picture.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/scatter/sound_ray.h>
@@ -34,15 +35,20 @@ struct Arrival {
 /// What became of the bent rays of a tracer, summed over its fans.
 struct RefractionCounts {
   std::uint64_t rays = 0;
+  std::uint64_t pictured =
+      0;  ///< that were decided in the picture (bent_picture.h), or go where nothing is
   std::uint64_t chords = 0;  ///< that stood for arcs
   std::uint64_t finely =
       0;  ///< hits that a chord's face did not settle, asked again by short chords
+
+  RefractionCounts& operator+=(const RefractionCounts& other);
 };
 
 /// The rays of a fan as sound runs, bent by a sound speed profile in the vertical plane of their launch.
 ///
-/// In two steps, as the paper has it: a chord of the ray finds the face, then the exact arc is cut with
-/// that face's plane. The sea above the highest face is passed at once. Below, chords stand for as much
+/// Nearly all are straight in a picture of the seafloor that is bent instead (bent_picture.h). The others,
+/// which turn or meet what stands as high as the sonar, go in two steps, as the paper has it: a chord of
+/// the ray finds the face, then the exact arc is cut with that face's plane. The sea above the highest face is passed at once. Below, chords stand for as much
 /// of the ray as stays within sagitta_m of them: a curve that turns by D in all on a chord of length L
 /// strays at most L/2 tan(D/2) from it. Where the arc then misses the face, which it does within that of
 /// an edge, chords of a micrometre decide. A walk over the faces' neighbours from where the straight ray
@@ -50,10 +56,11 @@ struct RefractionCounts {
 /// neighbours of every ping's faces; a chord is one more ray.
 class RefractedTracer {
  public:
-  /// `highest_m` is the height of the highest face; nothing is looked for above it. Hits' t is travel
+  /// `highest_m` is the height of the highest face; nothing is looked for above it. `deepest_m` is the
+  /// depth of the deepest. Hits' t is travel
   /// time times `reference_mps`. The profile must outlive this.
-  RefractedTracer(const scatter::SoundSpeedProfile& profile, double highest_m, double reference_mps,
-                  double sagitta_m = 1e-3);
+  RefractedTracer(const scatter::SoundSpeedProfile& profile, double highest_m, double deepest_m,
+                  double reference_mps, double sagitta_m = 1e-3);
 
   /// Nearest hits of the fan's bent rays over the intersector's triangles, and their arrivals, by ray
   /// number; rays end where their t is the fan's range. Needs an intersector that answers lists of rays.
@@ -71,6 +78,7 @@ class RefractedTracer {
   /// The vertical plane's point of the sea.
   static Eigen::Vector3d place(const Course& course, const Eigen::Vector3d& origin,
                                const scatter::SoundRay& at);
+  void start(const RayFan& fan, std::size_t plane, std::size_t elevation);
   void follow(const RayFan& fan, const Intersector& intersector, refine::Triangles triangles,
               std::span<Hit> hits, std::span<Arrival> arrivals);
   bool reach_faces(scatter::SoundRay& ray, double range_m) const;
@@ -85,7 +93,9 @@ class RefractedTracer {
   scatter::SoundSpeedProfile profile_;  // with an edge there
   double reference_mps_, sagitta_m_;
   double fastest_mps_;
+  BentPicture picture_;
   RefractionCounts counts_;
+  std::vector<std::uint32_t> left_;  // by the picture
   std::vector<Course> courses_;
   std::vector<Ray> chords_;
   std::vector<Hit> found_;

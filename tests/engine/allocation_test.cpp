@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/grids.h"
+#include "support/temporary_folder.h"
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/trace/exact_surface.h>
@@ -68,6 +70,17 @@ TEST_CASE("a steady ping allocates nothing") {
   SECTION("with a scan of the fan's own faces") {
     scene.run.intersector = "fan_scan";
     scene.run.surface = "footprint";
+  }
+  const tests::TemporaryFolder folder;
+  SECTION("with bent rays, some of which turn") {
+    tests::write_text(folder / "cast.csv",
+                      "depth_m,soundspeed_mps\n0,1520\n5,1520\n9,1480\n15,1490\n40,1492\n");
+    scene.sea.profile = {"cast.csv", folder / "cast.csv"};
+    scene.sea.refraction = RefractionMode::full;
+  }
+  SECTION("beside objects, of which the visible share is taken") {
+    for (const double east_m : {-12.0, 9.0, 20.0})
+      scene.objects.push_back({.shape = "sphere", .east_m = east_m});
   }
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();

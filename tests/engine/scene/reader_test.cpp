@@ -30,6 +30,10 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
         using T = std::remove_cvref_t<decltype(*value)>;
         if constexpr (std::is_same_v<T, std::optional<double>>)
           return *value ? fmt::format("{:x}", std::bit_cast<std::uint64_t>(**value)) : "unset";
+        else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>)
+          return *value ? fmt::format("{}", **value) : "unset";
+        else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+          return fmt::format("{}", fmt::join(*value, "|"));
         else if constexpr (std::is_same_v<T, double>)
           return fmt::format("{:x}", std::bit_cast<std::uint64_t>(*value));
         else if constexpr (std::is_enum_v<T>)
@@ -259,7 +263,8 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
       {head + "range_m = 5",
        "s.toml:2:1: unknown key \"range_m\"; did you mean 'sonar.NAME.range_m'?"},
       {head + "[output]\nzzzzzzzzzz = 5",
-       "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [output]; expected one of npz"},
+       "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [output]; expected one of exr, npz, xtf, jsf, "
+       "png_bits, truth, start_time"},
       {head + "\"sea.temperature_c\" = 5",
        "s.toml:2:1: unknown key \"sea.temperature_c\"; did you mean 'sea.temperature_c'?"},
       {head + "sea = 3", "s.toml:2:7: 'sea' is 3, expected a table, [sea]"},
@@ -290,8 +295,8 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
       {head + "[track]\nheading_deg = 361",
        "s.toml:3:15: 'track.heading_deg' is 361, expected a number from -360 to 360 degrees"},
       {head + "[display]\npalette = \"gray\"",
-       "s.toml:3:11: 'display.palette' is the string \"gray\", expected one of grey, copper; did "
-       "you "
+       "s.toml:3:11: 'display.palette' is the string \"gray\", expected one of grey, copper, "
+       "bronze, paper; did you "
        "mean 'grey'?"},
       {head + "[run]\nsurface = \"refine\"",
        "s.toml:3:11: 'run.surface' is the string \"refine\", expected one of auto, static, "

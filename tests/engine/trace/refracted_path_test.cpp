@@ -88,8 +88,9 @@ TEST_CASE("Bent rays hit the faces that their finest chords hit, at the same tim
   const double highest_m = refine::bounds(bed.mesh).highest.z();
   for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
     for (const double depth_m : {4.0, 11.7}) {  // above all faces, and among them
-      const RayFan fan = fan_at({0, 0, -depth_m}, 250, 60.0);
-      RefractedTracer tracer(*profile, highest_m, 1490.0);
+      RayFan fan = fan_at({0, 0, -depth_m}, 250, 60.0);
+      fan.bend = bend(*profile, 16.5, fan.range_m, 1490.0);
+      RefractedTracer tracer(*profile, highest_m, 16.5, 1490.0);
       std::vector<Hit> hits(fan.grid->rays());
       std::vector<Arrival> arrivals(hits.size());
       tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
@@ -132,7 +133,7 @@ TEST_CASE("What a bent fan can touch lies in its view volume") {
   CHECK(fan.bend.turn_rad > 0.0);
   const refine::ViewVolume volume = view_volume(fan);
   const refine::ViewTest test(std::span(&volume, 1));
-  RefractedTracer tracer(thermocline, highest_m, 1490.0);
+  RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
   std::vector<Arrival> arrivals(hits.size());
   tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
@@ -144,8 +145,9 @@ TEST_CASE("In the picture of a bent fan a facet is where its neighbours' times p
   // Two rays to one plane: the pictured normal predicts the second's time from the first.
   const Seafloor bed = tests::level_bed(15.0);
   const auto embree = make_intersector("embree", bed.mesh);
-  const RayFan fan = fan_at({0, 0, -4.0}, 2000, 60.0);
-  RefractedTracer tracer(thermocline, -15.0, 1490.0);
+  RayFan fan = fan_at({0, 0, -4.0}, 2000, 60.0);
+  fan.bend = bend(thermocline, 15.0, fan.range_m, 1490.0);
+  RefractedTracer tracer(thermocline, -15.0, 15.0, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
   std::vector<Arrival> arrivals(hits.size());
   tracer.trace(fan, *embree, bed.mesh, hits, arrivals);

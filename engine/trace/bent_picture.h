@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/refine/triangle_mesh.h>
+#include <ensonify/scatter/direct_rays.h>
+
+namespace ensonify::engine {
+
+struct Arrival;
+
+/// The fan's bent rays, all at once: each vertex that the fan can touch is put where its own bent ray would
+/// have it, were that straight and as long as its time; there all rays are straight, and a scan of the fan
+/// finds their faces. The picture of a face is not quite flat: faces are cut until theirs are, within a
+/// tolerance, and where that would still be a time's, the exact ray is cut with the face.
+///
+/// It holds for rays that go down to what lies below the sonar without turning. What others may hit, it
+/// leaves to be asked.
+class BentPicture {
+ public:
+  /// Faces lie between these depths. The profile must outlive this.
+  BentPicture(const scatter::SoundSpeedProfile& profile, double shallowest_m, double deepest_m,
+              double reference_mps, double tolerance_m);
+
+  /// Nearest hits and arrivals by ray number, of the rays within the beam, but for those that `left`
+  /// names (by number, ascending), which are misses. False where something of the seafloor stands as high
+  /// as the sonar, or the fan is wider than a half turn: nothing is told of any ray then. The fan's bend must be the profile's.
+  bool trace(const RayFan& fan, refine::Triangles triangles, std::span<Hit> hits,
+             std::span<Arrival> arrivals, std::vector<std::uint32_t>& left);
+
+ private:
+  struct Group {  // of faces in a row
+    Eigen::Vector3f middle, half;
+  };
+  struct Seen {                                                  // a point as its ray sees it
+    double cotangent = std::numeric_limits<double>::infinity();  // none comes there
+    double range_per_cotangent_m = 0.0, path_m = 0.0, mps = 0.0;
+    double scale =
+        0.0;  // metres in the picture for one there, across the ray in its vertical plane
+  };
+  static constexpr std::size_t group_faces = 16, groups_together = 16;
+
+  void group(refine::Triangles triangles);
+  void gather(const RayFan& fan, refine::Triangles triangles);
+  std::uint32_t see(const RayFan& fan, const Eigen::Vector3d& point);
+  std::uint32_t vertex_of(const RayFan& fan, refine::Triangles triangles, std::uint32_t vertex);
+  double bow_m(const Seen& a, const Seen& b, double length_m) const;
+  void lay(const RayFan& fan, const refine::Face& whole, std::uint32_t place);
+  bool picture(const RayFan& fan, refine::Triangles triangles);
+  bool may_hit(double level, double down, double farthest_m) const;
+  void tell(const RayFan& fan, refine::Triangles triangles, const Eigen::Vector3d& direction,
+            Hit& hit, Arrival& arrival) const;
+
+  const scatter::SoundSpeedProfile* profile_;
+  double shallowest_m_, deepest_m_, reference_mps_;
+  double tolerance_m_;
+  scatter::DirectRays rays_;
+  std::unique_ptr<Intersector> scan_;
+
+  // Of a surface that stays: boxes around its faces' groups, and around groups of these.
+  refine::Triangles grouped_;
+  std::vector<Group> groups_, larger_;
+
+  // Of a ping.
+  std::vector<std::uint32_t> places_;                           // of the faces gathered
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> slots_;  // vertex and point, by the hash
+  std::vector<Eigen::Vector3d> points_;                         // of the sea, local metres
+  std::vector<Seen> seen_;                                      // one a point
+  refine::TriangleMesh mesh_;                 // of the picture, about the fan's origin; one a point
+  std::vector<refine::Face> open_;            // pieces of a face that is being cut
+  std::vector<std::uint32_t> picture_place_;  // of the picture's faces, among the triangles
+  std::vector<std::uint8_t> bowed_;           // and whether a hit's time depends on its bow
+  bool stands_high_ = false;
+  double flattest_ = 0.0;  // cotangent of the rays that the picture is whole for
+  double source_mps_ = 0.0, fastest_above_mps_ = 0.0, least_range_m_ = 0.0;
+};
+
+}  // namespace ensonify::engine
