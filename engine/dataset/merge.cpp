@@ -241,9 +241,9 @@ class Merge {
   void add_line(const Json& image, const std::string& split) {
     for (const Json& target : image.at("targets")) {
       ++card_.targets[target.at("class").get<std::string>()][split];
-      for (const char* key : {"range_m", "aspect_deg", "buried", "contrast_db"})
-        if (const Json& value = target.at(key); value.is_number())
-          card_.measured[key].add(value.get<double>());
+      for (const char* key : {"range_m", "aspect_deg", "buried", "visible_fraction", "contrast_db"})
+        if (target.contains(key) && target.at(key).is_number())
+          card_.measured[key].add(target.at(key).get<double>());
     }
   }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 
@@ -44,6 +45,9 @@ Json targets_of(const View& view, const Seafloor& seafloor) {
   return Json::parse(targets_json(find_targets(view.labels), view.labels, seafloor)).at("targets");
 }
 
+/// An object, as against a feature of the bed, such as a trawl mark.
+bool is_object(const Json& target) { return target.contains("table"); }
+
 /// What counts as the target's picture: its body, or where that does not show its shadow.
 const Json& shown_part(const Json& target) {
   return target.at("body").is_null() ? target.at("shadow") : target.at("body");
@@ -75,6 +79,7 @@ class Products {
 
   void add_line(const Waterfall& line, double absorption_db_per_m, const Recorder& recorder,
                 std::size_t sonar) {
+    read_visible_fractions(line.sonar.name);
     std::vector<Picture> pictures;
     for (Display display : sample_.renders) {
       display.slant_range_correction = false;  // the labels lie over the layers
@@ -98,10 +103,22 @@ class Products {
     disk_s_ += std::chrono::duration<double>(Clock::now() - start).count();
   }
 
+  /// The run has looked how much of each object is seen, and has just written it.
+  void read_visible_fractions(const std::string& sonar) {
+    visible_.clear();
+    std::ifstream file(folder_ / (sonar + "_targets.json"));
+    if (!file) return;  // there are none
+    const Json run = Json::parse(file);
+    for (const Json& target : run.at("targets"))
+      if (is_object(target))
+        visible_[target.at("instance").get<int>()] = target.at("visible_fraction");
+  }
+
   void add_view(const View& view, std::size_t sonar, std::size_t geometry) {
     whole_.clear();
     for (Json& target : targets_of(view, seafloor_)) {
       const int instance = target.at("instance").get<int>();
+      if (visible_.contains(instance)) target["visible_fraction"] = visible_.at(instance);
       whole_[instance] = std::move(target);
     }
     add_image(view, view.whole(), view.name, "line");
@@ -159,6 +176,8 @@ class Products {
     std::size_t number = 0;
     for (const auto& [instance, target] : whole_) {
       const auto [left, top, right, bottom] = extent(target);
+      // The middle of a long trawl mark's box is nowhere.
+      if (!is_object(target) && (right - left > columns || bottom - top > rows)) continue;
       const auto start = [](std::size_t begin, std::size_t end, std::size_t size,
                             std::size_t last) {
         const std::size_t middle = (begin + end) / 2, half = size / 2;
@@ -180,8 +199,9 @@ class Products {
           return std::min(last, static_cast<std::size_t>(share * static_cast<double>(last + 1)));
         };
         const Rectangle part{at(u[0], last_column), at(u[1], last_row), columns, rows};
-        if (std::ranges::any_of(
-                whole_, [&](const auto& entry) { return meet(part, extent(entry.second)); }))
+        if (std::ranges::any_of(whole_, [&](const auto& entry) {
+              return is_object(entry.second) && meet(part, extent(entry.second));
+            }))
           continue;
         add_image(view, part, fmt::format("chips/{}_background_{:04}", view.name, n), "background");
         break;
@@ -219,11 +239,13 @@ class Products {
       const double visible = body_lost ? 0.0
                                        : shown_part(label).at("area_px").get<double>() /
                                              shown_part(all).at("area_px").get<double>();
-      label["visible_fraction"] = visible;
+      // The bed is never ignored.
+      const bool ignored = is_object(all) && visible < options_.least_visible;
+      label["shown_fraction"] = visible;
       label["truncated"] = visible < 1.0;
-      label["ignored"] = visible < options_.least_visible;
+      label["ignored"] = ignored;
       label["category_id"] = category(label.at("class").get<std::string>());
-      if (visible < options_.least_visible)
+      if (ignored)
         masks.ignored.push_back(static_cast<std::uint32_t>(instance));
       else if (!label.at("body").is_null())
         yolo += yolo_line(label, part);
@@ -277,7 +299,8 @@ class Products {
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
   std::vector<std::uint16_t> classes_, sediments_;
-  std::map<int, Json> whole_;  // targets of the view at hand, by instance
+  std::map<int, Json> visible_;  // share of each object that the line sees
+  std::map<int, Json> whole_;    // targets of the view at hand, by instance
   double disk_s_ = 0.0;
 };
 

@@ -32,6 +32,14 @@ std::string bare(const std::string& value) {
   return value.size() >= 2 && value.front() == '"' ? value.substr(1, value.size() - 2) : value;
 }
 
+/// Lists whose things are numbered in the truth, and so targets: objects, and features of the bed.
+template <class Item>
+constexpr bool has_instances =
+    std::is_same_v<Item, ObjectOptions> || std::is_same_v<Item, Layer<TrawlMarks>> ||
+    std::is_same_v<Item, Layer<PitRelief>> || std::is_same_v<Item, Layer<BoulderField>>;
+constexpr std::array<std::string_view, 4> lists_with_instances{
+    "objects", "seafloor.trawl_marks", "seafloor.pits", "seafloor.boulders"};
+
 bool under(std::string_view path, std::string_view table) {
   return path.starts_with(table) && (path.size() == table.size() || path[table.size()] == '.');
 }
@@ -248,7 +256,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   std::set<std::string> targets, grounds{"seabed"}, materials{scene.seafloor.material};
   for_each_list(scene, [&]<class Item>(const Section<Item>&, const std::vector<Item>& list) {
     for (const Item& item : list) {
-      (std::is_same_v<Item, ObjectOptions> ? targets : grounds).insert(item.class_name);
+      (has_instances<Item> ? targets : grounds).insert(item.class_name);
       materials.insert(item.material);
     }
   });
@@ -257,7 +265,10 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
     distribution.collect_values(values);
     if (key.ends_with(".class"))
       for (const std::string& value : values)
-        (under(key, "objects") ? targets : grounds).insert(bare(value));
+        (std::ranges::any_of(lists_with_instances, [&](auto list) { return under(key, list); })
+             ? targets
+             : grounds)
+            .insert(bare(value));
     if (key.ends_with(".material"))
       for (const std::string& value : values) materials.insert(bare(value));
   }

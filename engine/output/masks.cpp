@@ -29,8 +29,8 @@ std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskNumbers& nu
   for (std::size_t i = 0; i < classes.size(); ++i) {
     const std::size_t from = (rows - 1 - i / columns) * columns + i % columns;
     const auto region = static_cast<Region>(layers.region[from]);
-    const bool object = region == Region::object, seen = object || region == Region::seabed;
-    const bool ignored = object && std::ranges::count(numbers.ignored, layers.instance[from]) > 0;
+    const bool seen = region == Region::object || region == Region::seabed;
+    const bool ignored = seen && std::ranges::count(numbers.ignored, layers.instance[from]) > 0;
     const bool unknown = region == Region::no_data || ignored;
     regions[i] = static_cast<std::uint16_t>(region);
     classes[i] = unknown ? ignored_class
@@ -38,9 +38,9 @@ std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskNumbers& nu
                          : std::uint16_t{0};
     sediments[i] =
         seen && !ignored ? number(numbers.sediments, layers.sediment[from]) : ignored_class;
-    instances[i] = unknown  ? ignored_instance
-                   : object ? static_cast<std::uint16_t>(layers.instance[from])
-                            : std::uint16_t{0};
+    instances[i] = unknown ? ignored_instance
+                   : seen  ? static_cast<std::uint16_t>(layers.instance[from])
+                           : std::uint16_t{0};
   }
   return {{"class", encode_png8(waterfall, classes)},
           {"sediment", encode_png8(waterfall, sediments)},

@@ -26,7 +26,7 @@ struct Mask {
 };
 
 /// What each pixel of a waterfall's picture belongs to. class: of bed and objects, 0 elsewhere, 255 without data
-/// and on ignored objects; sediment: of bed and objects, 255 elsewhere; instance: of objects (16 bits), 65535
+/// and on ignored objects; sediment: of bed and objects, 255 elsewhere; instance: of objects and of the bed's features (16 bits), 65535
 /// without data and on ignored ones; region: its number. Throws std::invalid_argument for a label without a number.
 std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskNumbers& numbers);
 

@@ -28,7 +28,7 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "of this size; 0: none.",
             at(&D::ground_px_m)},
            {"least_visible", "", {0, 1},
-            "A target of which a picture shows less than this share of what the whole line shows is "
+            "An object of which a picture shows less than this share of what the whole line shows is "
             "ignored: no label, and 255 in the masks.",
             at(&D::least_visible)},
            {"licences", "", {}, "A line an asset, for the card: \"wreck.stl: CC BY 4.0, by ...\".",

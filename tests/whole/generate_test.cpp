@@ -337,7 +337,7 @@ TEST_CASE("labels fit their pictures: boxes about the masks' instances, whole an
   CHECK(coco.at("images").size() == 2 * 4);  // two displays of half the samples
   CHECK(coco.at("annotations").size() > 0);
   for (const Json& annotation : coco.at("annotations")) {
-    CHECK(annotation.at("visible_fraction") == 1.0);
+    CHECK(annotation.at("shown_fraction") == 1.0);
     CHECK(annotation.at("truncated") == false);
     CHECK(annotation.at("bbox").at(0).get<int>() + annotation.at("bbox").at(2).get<int>() <= 160);
     CHECK(annotation.at("area").get<int>() <=
