@@ -133,9 +133,12 @@ class Stream {
  private:
   static Simulator make_simulator(const Arguments& arguments) {
     Progress progress(arguments.quiet);
-    return Simulator(arguments.scene.read(),
-                     {.cache = arguments.cache,
-                      .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); }});
+    Scene scene = arguments.scene.read();
+    // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping least.
+    if (scene.run.surface == "auto") scene.run.surface = "static";
+    return Simulator(scene, {.cache = arguments.cache, .progress = [&](std::string_view stage) {
+                               progress.tell(stage, 0, 1);
+                             }});
   }
 
   static std::uint32_t instance(const Json& value) {

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double faces_a_ping = 1e5;
+constexpr double faces_a_ping = 2e3;
 constexpr double parts_per_sr = 0x1p44;
 
 /// The solid angle of a ray.

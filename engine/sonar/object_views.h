@@ -27,7 +27,7 @@ struct ObjectView {
 /// Looks at the objects of a seafloor beside the pings of one sonar. Straight rays only.
 ///
 /// A plane of the fan cuts an object's faces in segments, which cover intervals of its rays: together
-/// those that would meet the object alone, whatever is nearest. An object of more faces than about 1e5
+/// those that would meet the object alone, whatever is nearest. An object of more faces than about 2000
 /// is looked at every few pings only, so that this costs a small part of a ping.
 class ObjectViews {
  public:
