@@ -9,7 +9,6 @@
 
 #include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/option_at.h>
-#include <ensonify/engine/sonar/presets.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/surface.h>
 
@@ -628,123 +627,6 @@ const Section<Material>& material_section() {
   return section;
 }
 
-const Section<Sonar>& sonar_section() {
-  static const Section<Sonar> section = {
-      "sonar.NAME",
-      "One instrument, looking to port and starboard; as many as wanted, which all ping together. NAME "
-      "(letters, digits, _ and -) names its files.",
-      {
-          {"preset", "", {},
-           "The instrument (`ensonify presets` lists them) whose values the keys below have by default.",
-           at(&Sonar::preset), preset_names()},
-          {"sides", "", {}, "The sides it has; a file of one side has that side's columns only.",
-           at(&Sonar::sides), {"both", "port", "starboard"}},
-          {"forward_m", "m", {-1000, 1000}, "Where it is mounted, ahead of the vehicle's own place.",
-           at(&Sonar::mounting, &Mounting::forward_m)},
-          {"starboard_m", "m", {-1000, 1000}, "The same to starboard.",
-           at(&Sonar::mounting, &Mounting::starboard_m)},
-          {"down_m", "m", {-1000, 1000}, "The same downwards.",
-           at(&Sonar::mounting, &Mounting::down_m)},
-          {"mount_azimuth_deg", "degrees", {-360, 360},
-           "Turns the array to starboard; at -90 its starboard side looks ahead.",
-           at(&Sonar::mounting, &Mounting::azimuth_rad)},
-          {"mount_pitch_deg", "degrees", {-80, 80}, "Then lifts the array's fore end.",
-           at(&Sonar::mounting, &Mounting::pitch_rad)},
-          {"frequency_hz", "Hz", {1e3, 10e6}, "Centre frequency.", at(&Sonar::frequency_hz)},
-          {"source_level_db", "dB re 1 uPa at 1 m", {0, 300}, "Source level on the beam's axis.",
-           at(&Sonar::source_level_db)},
-          {"pulse", "", {},
-           "cw: a tone, a box of its length; lfm: a sweep after the matched filter, 1 / bandwidth long.",
-           at(&Sonar::pulse, &Pulse::kind), {"cw", "lfm"}},
-          {"bandwidth_hz", "Hz", {10, 10e6}, "Bandwidth of the pulse.",
-           at(&Sonar::pulse, &Pulse::bandwidth_hz)},
-          {"pulse_length_s", "s", {0, 1}, "Length of a cw pulse; 0: 1 / bandwidth_hz.",
-           at(&Sonar::pulse, &Pulse::length_s)},
-          {"window", "", {},
-           "Over an lfm's spectrum. none: side lobes of -13.3 dB; hann: -31.5 dB, 1.5 times as long.",
-           at(&Sonar::pulse, &Pulse::window), {"none", "hann"}},
-          {"range_m", "m", {0.1, 20000}, "Slant range of the last bin's far edge.",
-           at(&Sonar::range_m)},
-          {"bins", "", {1, 65536}, "Range bins a side, which share range_m evenly.",
-           at(&Sonar::bins)},
-          {"sample_rate_hz", "Hz", {0, 100e6},
-           "The digitiser's, in place of bins: they are c / (2 rate) long and reach range_m; 0: take bins.",
-           at(&Sonar::sample_rate_hz)},
-          {"array_length_m", "m", {0.001, 100}, "Length of the line array that sends.",
-           at(&Sonar::array_length_m)},
-          {"receive_array_length_m", "m", {0, 100}, "Length of the one that listens; 0: the same.",
-           at(&Sonar::receive_array_length_m)},
-          {"focused", "", {},
-           "Whether the arrays are focused at all ranges; if not, their beam is as wide as they are long "
-           "nearer than about length^2 / wavelength.",
-           at(&Sonar::focused)},
-          {"side_lobes", "", {0, 20},
-           "Side lobes of the arrays that are traced, either side; 0: the main lobe alone.",
-           at(&Sonar::side_lobes)},
-          {"vertical_beamwidth_deg", "degrees", {0, 180},
-           "Width of the vertical beam, -3 dB to -3 dB; 0: alike in all directions.",
-           at(&Sonar::vertical, &VerticalPattern::beamwidth_rad)},
-          {"tilt_deg", "degrees", {-90, 90}, "The vertical beam's axis below the horizontal.",
-           at(&Sonar::vertical, &VerticalPattern::tilt_rad)},
-          {"vertical_pattern", "", {},
-           "The vertical beam as measured, in place of width and tilt: CSV with columns depression_deg "
-           "(-90 to 180) and level_db, or port_db and starboard_db: one-way power re its peak. A path as "
-           "for seafloor.survey.",
-           at(&Sonar::vertical, &VerticalPattern::file)},
-          {"vertical_floor_db", "dB", {-200, 0},
-           "The vertical beam never falls lower, below its peak; unset: -20, none if it was measured.",
-           at(&Sonar::vertical, &VerticalPattern::floor_db)},
-          {"vertical_ripple_db", "dB", {0, 100},
-           "Lobes over the vertical beam, a cosine in dB: its darkest below its brightest.",
-           at(&Sonar::vertical, &VerticalPattern::ripple_db)},
-          {"vertical_ripple_period_deg", "degrees", {0.1, 360}, "From dark band to dark band.",
-           at(&Sonar::vertical, &VerticalPattern::ripple_period_rad)},
-          {"vertical_ripple_dark_deg", "degrees", {-90, 180}, "Depression of a dark band.",
-           at(&Sonar::vertical, &VerticalPattern::ripple_dark_rad)},
-          {"port_mount_deg", "degrees", {-90, 90},
-           "Turns the port side's vertical beam further down.",
-           at(&Sonar::vertical, &VerticalPattern::port_mount_rad)},
-          {"starboard_mount_deg", "degrees", {-90, 90}, "The same for starboard.",
-           at(&Sonar::vertical, &VerticalPattern::starboard_mount_rad)},
-          {"sector_low_deg", "degrees", {-90, 180},
-           "Depression where the rays begin; negative is above the horizontal.",
-           at(&Sonar::sector_low_rad)},
-          {"sector_high_deg", "degrees", {-90, 180},
-           "Depression where they end; 90 is straight down, more looks past it.",
-           at(&Sonar::sector_high_rad)},
-          {"planes", "", {2, 1024}, "Planes of rays across the main beam, an even number.",
-           at(&Sonar::planes)},
-          {"elevations", "", {2, 1 << 20}, "Rays a plane.", at(&Sonar::elevations)},
-          {"noise", "", {}, "Whether it hears the sea's noise and its own.",
-           at(&Sonar::receiver, &ReceiverOptions::noise)},
-          {"self_noise_db", "dB re 1 uPa^2/Hz", {-100, 250},
-           "Its own noise, as if it came in along the beam's axis; unset: the sea's alone.",
-           at(&Sonar::receiver, &ReceiverOptions::self_noise_db)},
-          {"output_noise_db", "dB re full scale", {-200, 0},
-           "Noise of what comes behind the gain, so that the recorded floor is flat in range; unset: none.",
-           at(&Sonar::receiver, &ReceiverOptions::output_noise_db)},
-          {"tvg_spreading", "", {0, 80},
-           "The recorder's gain over range, in dB per factor of ten, before it digitises.",
-           at(&Sonar::receiver, &ReceiverOptions::spreading)},
-          {"tvg_absorption", "", {}, "Whether that gain makes up for absorption too.",
-           at(&Sonar::receiver, &ReceiverOptions::absorption)},
-          {"gain_db", "dB re 1/uPa", {-300, 300},
-           "The recorder's gain at 1 m: what is 0 dB behind it is full scale, and clips. Unset: puts the "
-           "bed at half the range 16 dB below.",
-           at(&Sonar::receiver, &ReceiverOptions::gain_db)},
-          {"looks", "", {1, 64}, "Independent echoes that the detector makes one sample of.",
-           at(&Sonar::receiver, &ReceiverOptions::looks)},
-          {"detector", "", {}, "What it takes of their amplitudes.",
-           at(&Sonar::receiver, &ReceiverOptions::detector), {"mean", "peak"}},
-          {"curve", "", {}, "How an amplitude becomes a sample.",
-           at(&Sonar::receiver, &ReceiverOptions::curve), {"linear", "square-root", "logarithmic"}},
-          {"curve_range_db", "dB", {1, 300}, "From nothing to full scale, of a logarithmic curve.",
-           at(&Sonar::receiver, &ReceiverOptions::curve_range_db)},
-          {"bits", "", {1, 24}, "Of a sample; full scale is 2^bits - 1.",
-           at(&Sonar::receiver, &ReceiverOptions::bits)},
-      }};
-  return section;
-}
 // clang-format on
 
 template <class Owner>
