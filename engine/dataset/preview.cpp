@@ -163,6 +163,8 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
   for (const Target& target : find_targets(line)) {
+    // Boxes about furrows would hide what they are about.
+    if (seafloor.label_of_instance(target.instance).feature) continue;
     const Outline& shown = target.body.area_px > 0 ? target.body : target.shadow;
     const std::string& name =
         seafloor.classes[seafloor.label_of_instance(target.instance).class_id];
