@@ -263,12 +263,11 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   for (const auto& [key, distribution] : d.distributions) {
     std::vector<std::string> values;
     distribution.collect_values(values);
+    const bool of_instances = std::ranges::any_of(
+        lists_with_instances, [&whole = key](auto list) { return under(whole, list); });
     if (key.ends_with(".class"))
       for (const std::string& value : values)
-        (std::ranges::any_of(lists_with_instances, [&](auto list) { return under(key, list); })
-             ? targets
-             : grounds)
-            .insert(bare(value));
+        (of_instances ? targets : grounds).insert(bare(value));
     if (key.ends_with(".material"))
       for (const std::string& value : values) materials.insert(bare(value));
   }
