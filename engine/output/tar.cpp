@@ -15,6 +15,7 @@ struct TarFile::Open {
   std::filesystem::path path;
   refine::NewFile file;
   std::exception_ptr refused;  // by the disk, which must not pass through C
+  bool abandoned = false;
   std::unique_ptr<archive, decltype(&archive_write_free)> tar{archive_write_new(),
                                                               archive_write_free};
 
@@ -24,20 +25,19 @@ struct TarFile::Open {
     check(archive_write_set_bytes_per_block(tar.get(), 10240));
     check(archive_write_open(tar.get(), this, nullptr, write, nullptr));
   }
-  // Closing writes the end; after a failure it must not.
-  ~Open() {
-    if (tar) archive_write_fail(tar.get());
-  }
+  // Closing writes the end, which an unfinished file must not get.
+  ~Open() { abandoned = true; }
 
   static la_ssize_t write(archive*, void* self, const void* data, std::size_t size) {
     Open& open = *static_cast<Open*>(self);
     try {
-      open.file.write({static_cast<const std::byte*>(data), size});
-      return static_cast<la_ssize_t>(size);
+      if (!open.abandoned && !open.refused)
+        open.file.write({static_cast<const std::byte*>(data), size});
     } catch (...) {
       open.refused = std::current_exception();
-      return -1;
     }
+    // Told of an error, libarchive would not free what it holds; check() tells ours.
+    return static_cast<la_ssize_t>(size);
   }
   void check(int result) const {
     if (refused) std::rethrow_exception(refused);
@@ -62,9 +62,9 @@ void TarFile::add(const std::string& name, std::span<const std::byte> content) {
   archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
   archive* tar = open_->tar.get();
   open_->check(archive_write_header(tar, entry.get()));
-  if (archive_write_data(tar, content.data(), content.size()) !=
-      static_cast<la_ssize_t>(content.size()))
-    open_->check(ARCHIVE_FATAL);
+  const bool whole = archive_write_data(tar, content.data(), content.size()) ==
+                     static_cast<la_ssize_t>(content.size());
+  open_->check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
 }
 
 void TarFile::finish() {
