@@ -103,7 +103,7 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
     for (const char* surface : {"static", "footprint"}) {
       std::vector<std::pair<const char*, RefractionMode>> modes{
           {"time-only", RefractionMode::time_only}, {"full", RefractionMode::full}};
-      std::erase_if(modes, [&](const auto& mode) {
+      std::erase_if(modes, [&, bed = bed](const auto& mode) {
         return fmt::format("refraction/{}/2M/{}/{}", bed, surface, mode.first).find(filter) ==
                std::string::npos;
       });

@@ -25,8 +25,8 @@ Label label_of(const Json& json, const Seafloor& seafloor) {
   json.at(2).get_to(label.instance);
   json.at(3).get_to(label.two_sided);
   json.at(4).get_to(label.feature);
-  seafloor.materials.at(label.sediment);
-  seafloor.classes.at(label.class_id);
+  static_cast<void>(seafloor.materials.at(label.sediment));  // throws
+  static_cast<void>(seafloor.classes.at(label.class_id));
   return label;
 }
 
