@@ -31,6 +31,7 @@ void add_cache(CLI::App& command, std::filesystem::path& cache) {
 }
 
 void print(std::string_view text) {
+  if (text.empty()) return;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw std::runtime_error("stdout: cannot be written to its end");
 }
