@@ -145,6 +145,13 @@ TEST_CASE("an object is seen where it was moved to") {
   CHECK(bins_of(session.ping(level, 0), cube_of_2m) == 0);
 }
 
+TEST_CASE("an object under the bed is hidden by it") {
+  Simulator session(bare_scene());
+  const std::vector<double> before = numbers(session.ping(beside, 0));
+  session.add({.mesh = cube(1.0f)}, {.position = {10, 0, -22}});
+  CHECK(numbers(session.ping(beside, 0)) == before);
+}
+
 TEST_CASE("an object's y goes ahead and its z up") {
   // A box 4 m ahead of the place, 3 m over it, nearer than the bed.
   Seafloor holder;
