@@ -83,9 +83,12 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
                       .heading_rad = 1.5707963};
       pinger.aim(pose, 45.0);
       for (const Side side : {Side::port, Side::starboard}) {
-        const std::span<const Hit> hits = pinger.trace(*tracer, labelled.mesh, side);
         if (looking)
-          looking->look(pinger.fan(side), labelled.mesh, hits, static_cast<std::uint64_t>(i));
+          looking->look(pinger.fan(side), labelled.mesh,
+                        pinger.trace_hits(*tracer, labelled.mesh, side),
+                        static_cast<std::uint64_t>(i));
+        else
+          pinger.trace(*tracer, labelled.mesh, side);
         pinger.echo(labelled.mesh, side, line);
       }
     }

@@ -303,10 +303,12 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     const std::size_t sides = sides_of(worker.sonars[i]).size();
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
-      const std::span<const Hit> hits = pinger.trace(surface, triangles, line.side);
+      if (worker.views.empty())
+        pinger.trace(surface, triangles, line.side);
+      else
+        worker.views[i].look(pinger.fan(line.side), triangles,
+                             pinger.trace_hits(surface, triangles, line.side), number);
       watch.lap(worker.times.trace_s);
-      if (!worker.views.empty())
-        worker.views[i].look(pinger.fan(line.side), triangles, hits, number);
       pinger.echo(triangles, line.side, line);
       watch.lap(worker.times.echo_s);
     }

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
+#include <ensonify/scatter/backscatter_cells.h>
 #include <ensonify/scatter/sediment.h>
 #include <ensonify/scatter/small_slope.h>
 
@@ -99,10 +101,13 @@ class BackscatterTable {
     return cell[0] + place * (cell[1] - cell[0]);
   }
 
+  /// At the cells' ends, from backscatter_cells::lowest on.
+  std::span<const float> values() const { return quotient_; }
+
  private:
-  static constexpr double lowest = 0x1p-28;   // 0.0035 degrees
-  static constexpr double highest = 0x1p+24;  // 0.014 degrees from vertical
-  static constexpr int cell_bits = 52 - 6;    // 2^6 cells an octave
+  static constexpr double lowest = backscatter_cells::lowest;
+  static constexpr double highest = backscatter_cells::highest;
+  static constexpr int cell_bits = 52 - backscatter_cells::cells_per_octave_bits;
   static constexpr std::uint64_t one = std::bit_cast<std::uint64_t>(1.0);
   static constexpr std::uint64_t significand = (std::uint64_t{1} << 52) - 1;
   static constexpr std::uint64_t lowest_bits = std::bit_cast<std::uint64_t>(lowest);

@@ -29,6 +29,50 @@ double reach_rad(const Sonar& sonar, const LineArray& array, int null, double ne
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
 }
 
+/// Those of a plane; returns the number of their rays.
+std::uint64_t add_stretches(const FanGrid& grid, std::size_t plane,
+                            std::vector<Aperture::Stretch>& stretches) {
+  std::uint64_t rays = 0;
+  bool before = false;
+  for (std::size_t j = 0; j < grid.elevation_rad.size(); ++j) {
+    const bool within = grid.within_beam(plane, j);
+    if (within && !before) stretches.push_back({j, j});
+    if (within) stretches.back().until = j + 1;
+    rays += within;
+    before = within;
+  }
+  return rays;
+}
+
+void lay_steps(const std::vector<double>& elevation_rad, Aperture& aperture) {
+  constexpr double widest_rad = 0.0025, unevenness = 0.05;
+  constexpr std::size_t most = 16;
+  const std::size_t count = elevation_rad.size();
+  const auto add = [&](double angle_rad) {
+    aperture.cosines.push_back(std::cos(angle_rad));
+    aperture.sines.push_back(std::sin(angle_rad));
+  };
+  // Rays count as one only where each is in the middle of what it stands for.
+  const auto even = [&](std::size_t j) {
+    if (j == 0 || j + 1 >= count) return false;
+    const double below = elevation_rad[j] - elevation_rad[j - 1];
+    const double above = elevation_rad[j + 1] - elevation_rad[j];
+    return std::abs(above - below) < unevenness * below;
+  };
+  aperture.edge_rad.push_back(elevation_rad.front());
+  for (std::size_t j = 0; j < count; ++j) {
+    const double halfway_rad = 0.5 * (elevation_rad[j] + elevation_rad[std::min(j + 1, count - 1)]);
+    add(elevation_rad[j]);
+    add(halfway_rad);
+    aperture.edge_rad.push_back(halfway_rad);
+    std::size_t rays = 1;
+    while (even(j) && rays < most && even(j + rays) &&
+           elevation_rad[j + rays] - elevation_rad[j] < widest_rad)
+      ++rays;
+    aperture.longest.push_back(static_cast<std::uint8_t>(rays));
+  }
+}
+
 }  // namespace
 
 Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
@@ -59,31 +103,9 @@ Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_ove
   }
   aperture.first_sample.push_back(aperture.samples.size());
 
-  const double cos_middle = std::cos(grid->middle_depression_rad);
-  const double sin_middle = std::sin(grid->middle_depression_rad);
-  for (const Side side : {Side::port, Side::starboard}) {
-    std::vector<float>& vertical = aperture.vertical[static_cast<std::size_t>(side)];
-    std::vector<float>& weight = aperture.weight[static_cast<std::size_t>(side)];
-    vertical.resize(grid->rays());
-    weight.resize(grid->rays());
-    for (std::size_t k = 0; k < grid->planes.size(); ++k)
-      for (std::size_t j = 0; j < grid->elevation_rad.size(); ++j) {
-        if (!grid->within_beam(k, j)) continue;
-        const double towards_middle = grid->cos_elevation[j] * grid->planes[k].cos_azimuth;
-        const double towards_pole = grid->sin_elevation[j];
-        const double out = towards_middle * cos_middle + towards_pole * sin_middle;
-        const double down = towards_middle * sin_middle - towards_pole * cos_middle;
-        const double power = sonar.vertical.power(std::atan2(down, out), side);
-        double sum = 0.0;
-        for (const BeamSample& sample : aperture.samples_of(k)) {
-          const double sine = grid->cos_elevation[j] * sample.sin_azimuth;
-          sum += sample.width_rad * transmit.power(sine) * receive.power(sine);
-        }
-        const std::size_t ray = k * grid->elevation_rad.size() + j;
-        vertical[ray] = static_cast<float>(power);
-        weight[ray] = static_cast<float>(power * power * grid->cos_elevation[j] * sum);
-      }
-  }
+  for (std::size_t plane = 0; plane < grid->planes.size(); ++plane)
+    aperture.rays += add_stretches(*grid, plane, aperture.within.emplace_back());
+  lay_steps(grid->elevation_rad, aperture);
   aperture.grid = std::move(grid);
   return aperture;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <span>
@@ -19,14 +19,20 @@ namespace ensonify::engine {
 /// A ray stands for a cell of azimuth about its plane, over which the beam is integrated: two Gauss
 /// points in parts of half a null's width, and of more where only the near field is that wide.
 struct Aperture {
+  /// Rays [from, until) of a plane are within the beam.
+  struct Stretch {
+    std::size_t from, until;
+  };
   std::shared_ptr<const FanGrid> grid;
-  std::vector<BeamSample> samples;        ///< plane by plane
-  std::vector<std::size_t> first_sample;  ///< of each plane, and their end
-  /// By side, then ray number; 0 outside the beam: the vertical pattern's one-way power ...
-  std::array<std::vector<float>, 2> vertical;
-  /// ... and for a focused array that does not move, which is the same at all ranges, the two-way beam
-  /// pattern times the solid angle per radian of elevation, b_t b_r cos(e) dphi.
-  std::array<std::vector<float>, 2> weight;
+  std::vector<BeamSample> samples;           ///< plane by plane
+  std::vector<std::size_t> first_sample;     ///< of each plane, and their end
+  std::vector<std::vector<Stretch>> within;  ///< by plane
+  std::uint64_t rays = 0;                    ///< within the beam, in all
+  std::vector<double> edge_rad;  ///< halfway from each elevation to the one before it; the last
+                                 ///< one itself
+  std::vector<double> cosines, sines;  ///< of the elevations, and of those halfway, in turns
+  std::vector<std::uint8_t>
+      longest;  ///< how many rays from each on can count as one where all hit one face
 
   std::span<const BeamSample> samples_of(std::size_t plane) const {
     return std::span(samples).subspan(first_sample[plane],

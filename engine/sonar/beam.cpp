@@ -7,12 +7,11 @@
 namespace ensonify::engine {
 namespace {
 
-// Rows are even in F / (F + 2): 0.008 apart in F where the beam is far, a few percent of F near by.
-constexpr std::size_t rows = 256;
-constexpr double middle_nearness = 2.0;
+constexpr auto rows = static_cast<std::size_t>(array_rows);
+constexpr double middle_nearness = array_middle_nearness;
 constexpr int columns_per_lobe = 64;
 
-constexpr std::size_t directions = 8192;  // a turn
+constexpr auto directions = static_cast<std::size_t>(vertical_directions);
 
 double nearness_of(std::size_t row) {
   return middle_nearness * static_cast<double>(row) / static_cast<double>(rows - row);
@@ -128,8 +127,10 @@ Beam::Beam(const Sonar& sonar, double wavelength_m)
 }
 
 double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
-                     double sent, const Eigen::Vector3d& direction, double range_m,
+                     const Eigen::Vector3d& direction, double range_m,
                      const Reception& reception) const {
+  const VerticalTable& vertical = vertical_table(side);
+  const double sent = vertical.power(direction.dot(reception.abeam), direction.dot(reception.down));
   const auto cosine = static_cast<float>(cos_elevation);
   const ArrayTable::Row row = table_.row(transmit_.nearness_m / range_m);
   float sum = 0.0f;
@@ -146,9 +147,8 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   if (!reception.still) {
     const Eigen::Vector3d way = direction - reception.drift;
     shift = static_cast<float>(range_m * way.dot(reception.array_turn) - reception.drift_along);
-    heard = vertical_[static_cast<std::size_t>(side)].power(
-        way.dot(reception.abeam) + range_m * way.dot(reception.abeam_turn),
-        way.dot(reception.down) + range_m * way.dot(reception.down_turn));
+    heard = vertical.power(way.dot(reception.abeam) + range_m * way.dot(reception.abeam_turn),
+                           way.dot(reception.down) + range_m * way.dot(reception.down_turn));
   }
   for (const BeamSample& sample : samples) {
     const float sine = cosine * sample.sin_azimuth;

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/sonar/beam_tables.h>
 #include <ensonify/engine/sonar/sonar.h>
 #include <ensonify/engine/sonar/track.h>
 
@@ -40,6 +41,10 @@ class ArrayTable {
     return here + row.share * (b[0] + right * (b[1] - b[0]) - here);
   }
 
+  std::span<const float> values() const { return values_; }
+  std::size_t columns() const { return columns_; }
+  double reach() const { return reach_; }
+
  private:
   double reach_;  // x of the last column is nearness + reach
   std::size_t columns_;
@@ -53,6 +58,7 @@ class VerticalTable {
   VerticalTable(const VerticalPattern& pattern, Side side);
   /// Of a direction's parts abeam (to the side) and down, of any length but 0.
   double power(double abeam, double down) const;
+  std::span<const float> values() const { return values_; }
 
  private:
   std::vector<float> values_;
@@ -60,11 +66,11 @@ class VerticalTable {
 
 /// Where a side of the sonar listens from: it has moved and turned when an echo comes back.
 struct Reception {
+  Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< to the side, at transmission
+  Eigen::Vector3d down = Eigen::Vector3d::Zero();
   bool still = true;                                ///< it has not; the rest does not matter then
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< its way a metre of the echo's range
   double drift_along = 0.0;                         ///< of that, along the array
-  Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< to the side, at transmission
-  Eigen::Vector3d down = Eigen::Vector3d::Zero();
   // What is added to the axes a metre of range.
   Eigen::Vector3d array_turn = Eigen::Vector3d::Zero();
   Eigen::Vector3d abeam_turn = Eigen::Vector3d::Zero();
@@ -74,29 +80,32 @@ struct Reception {
 /// The pose at t + 2 r / c for echoes from all ranges r up to one, the axes being interpolated.
 Reception reception(const Pose& pose, Side side, double range_m, double sound_speed_mps);
 
-/// Part of a fan's plane, where the beam is sampled.
-struct BeamSample {
-  float sin_azimuth;
-  float width_rad;  ///< the azimuth it stands for
-};
-
 /// The two-way beam of a sonar at any range, near and far.
 class Beam {
  public:
   Beam(const Sonar& sonar, double wavelength_m);
 
-  bool focused() const { return focused_; }
   /// Transmit times receive over the samples of a ray's plane, times its solid angle a radian of
-  /// elevation; `sent` is the vertical pattern's power at transmission.
-  double two_way(Side side, std::span<const BeamSample> samples, double cos_elevation, double sent,
+  /// elevation.
+  double two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
                  const Eigen::Vector3d& direction, double range_m,
                  const Reception& reception) const;
 
- private:
+  /// Of a line array.
   struct Array {
     float x_per_sine;
-    double nearness_m;  // nearness times range
+    double nearness_m;  ///< nearness times range
   };
+  const Array& transmit() const { return transmit_; }
+  const Array& receive() const { return receive_; }
+  bool focused() const { return focused_; }
+  bool alike() const { return alike_; }  ///< the two arrays
+  const ArrayTable& array_table() const { return table_; }
+  const VerticalTable& vertical_table(Side side) const {
+    return vertical_[static_cast<std::size_t>(side)];
+  }
+
+ private:
   bool focused_, alike_;
   Array transmit_, receive_;
   ArrayTable table_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -12,35 +10,6 @@
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
-namespace {
-
-/// Whether a ray can be left out of a run on one facet, because range and density go on like straight
-/// lines over elevation from the last sight to the next ray: as curved as they are, for a five-hundredth.
-bool goes_on(const FanGrid& grid, const Sight& last, std::size_t j, const Hit& hit,
-             const Hit& next) {
-  constexpr std::size_t longest = 8;  // rays
-  constexpr double widest_rad = 0.005, bend = 0.002;
-  if (hit.index != last.index || next.index != last.index || j - last.elevation >= longest)
-    return false;
-  const double so_far_rad = grid.elevation_rad[j] - grid.elevation_rad[last.elevation];
-  const double step_rad = grid.elevation_rad[j + 1] - grid.elevation_rad[j];
-  const double so_far = (hit.t - last.range_m) * step_rad, onwards = (next.t - hit.t) * so_far_rad;
-  return so_far_rad < widest_rad && std::abs(onwards - so_far) < bend * std::abs(so_far);
-}
-
-/// Of x in [0, 1], within 2e-8: Abramowitz and Stegun (1964), 4.4.46.
-double arcsine(double x) {
-  const double p =
-      1.5707963050 +
-      x * (-0.2145988016 +
-           x * (0.0889789874 +
-                x * (-0.0501743046 +
-                     x * (0.0308918810 +
-                          x * (-0.0170881256 + x * (0.0066700901 + x * -0.0012624911))))));
-  return 0.5 * std::numbers::pi - std::sqrt(1.0 - x) * p;
-}
-
-}  // namespace
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
                        std::span<const scatter::BackscatterTable> by_material,
@@ -56,6 +25,10 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
   const refine::Bounds box = seafloor.bounds();
   lowest_ = box.lowest.head<2>().cast<double>();
   highest_ = box.highest.head<2>().cast<double>();
+  for (const scatter::BackscatterTable& table : by_material) {
+    strengths_from_.push_back(static_cast<std::int32_t>(strengths_.size()));
+    strengths_.insert(strengths_.end(), table.values().begin(), table.values().end());
+  }
   for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
     const double range_m = (static_cast<double>(bin) + 0.5) * sonar.bin_m();
     gain_.push_back(
@@ -66,16 +39,334 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 }
 
 void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
+                      refine::Triangles triangles, const FanRuns& runs, EchoLine& line) {
+  begin(fan, aperture, reception, triangles, line);
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    begin_plane(plane);
+    take_runs(runs, plane);
+    shade();
+    walk(plane);
+    for (std::size_t i = runs.first[plane]; i < runs.first[plane + 1]; ++i)
+      line.hits += runs.end[i] - runs.begin[i];
+  }
+  finish(line);
+}
+
+void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
                       refine::Triangles triangles, std::span<const Hit> hits,
                       std::span<const Arrival> arrivals, EchoLine& line) {
-  triangles_ = triangles;
-  plane_beam_.begin(beam_, fan, aperture, reception, line.side);
-  bins_.reset();
-  line.rays = line.hits = 0;
-  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-    walk_plane(fan, hits, arrivals, plane, line);
-  bins_.tell(labels_, line);
+  begin(fan, aperture, reception, triangles, line);
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    begin_plane(plane);
+    take_rays(hits, arrivals, plane);
+    shade();
+    correct(arrivals, plane);
+    walk(plane);
+    line.hits += pass_.pieces;
+  }
+  finish(line);
+}
 
+void EchoFormer::begin(const RayFan& fan, const Aperture& aperture, const Reception& reception,
+                       refine::Triangles triangles, EchoLine& line) {
+  fan_ = &fan;
+  aperture_ = &aperture;
+  reception_ = &reception;
+  triangles_ = triangles;
+  side_ = line.side;
+  bins_.reset();
+  line.rays = aperture.rays;
+  line.hits = 0;
+
+  const std::size_t room = fan.elevations() + echo_room;
+  if (begin_.size() < room) {
+    for (auto* row : {&begin_, &end_, &index_}) row->resize(room);
+    for (auto* row : {&level_, &pole_, &distance_, &sine_}) row->resize(room);
+    for (auto* row : {&ranges_, &middles_, &changes_}) row->resize(4 * room);
+    label_.resize(room);
+    bottom_.resize(room);
+    for (auto* row : {&weight_, &slant_, &width_rad_}) row->resize(room);
+  }
+  const ArrayTable& table = beam_.array_table();
+  pass_ = {
+      .begin = begin_.data(),
+      .end = end_.data(),
+      .level = level_.data(),
+      .pole = pole_.data(),
+      .distance = distance_.data(),
+      .strengths_from = bottom_.data(),
+      .edge_rad = aperture.edge_rad.data(),
+      .cosines = aperture.cosines.data(),
+      .sines = aperture.sines.data(),
+      .range_m = fan.range_m,
+      .array_power = table.values().data(),
+      .columns = static_cast<std::int32_t>(table.columns()),
+      .reach = static_cast<float>(table.reach()),
+      .transmit = {static_cast<float>(beam_.transmit().nearness_m), beam_.transmit().x_per_sine},
+      .receive = {static_cast<float>(beam_.receive().nearness_m), beam_.receive().x_per_sine},
+      .alike = beam_.alike(),
+      .far = beam_.focused(),
+      .vertical = beam_.vertical_table(side_).values().data(),
+      .still = reception.still,
+      .drift_along = static_cast<float>(reception.drift_along),
+      .strengths = strengths_.data(),
+      .ranges = ranges_.data(),
+      .middles = middles_.data(),
+      .changes = changes_.data(),
+      .weight = weight_.data(),
+      .slant = slant_.data(),
+      .width_rad = width_rad_.data()};
+}
+
+void EchoFormer::begin_plane(std::size_t plane) {
+  bins_.begin_plane();
+  const Eigen::Vector3d direction = fan_->plane_direction(plane);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    pass_.direction[static_cast<std::size_t>(axis)] = direction[axis];
+    pass_.pole_direction[static_cast<std::size_t>(axis)] = fan_->pole[axis];
+  }
+  const std::span<const BeamSample> samples = aperture_->samples_of(plane);
+  pass_.samples = samples.data();
+  pass_.sample_count = samples.size();
+  const auto along = [&](const Eigen::Vector3d& vector) -> AlongPlane {
+    return {static_cast<float>(vector.dot(direction)), static_cast<float>(vector.dot(fan_->pole)),
+            static_cast<float>(vector.dot(reception_->drift))};
+  };
+  pass_.abeam = along(reception_->abeam);
+  pass_.down = along(reception_->down);
+  pass_.array_turn = along(reception_->array_turn);
+  pass_.abeam_turn = along(reception_->abeam_turn);
+  pass_.down_turn = along(reception_->down_turn);
+  pass_.pieces = 0;
+}
+
+void EchoFormer::add_piece(std::uint32_t begin, std::uint32_t end, std::uint32_t index,
+                           std::uint16_t label, double level, double pole, double distance) {
+  const std::size_t i = pass_.pieces++;
+  begin_[i] = begin;
+  end_[i] = end;
+  index_[i] = index;
+  label_[i] = label;
+  level_[i] = level;
+  pole_[i] = pole;
+  distance_[i] = distance;
+  bottom_[i] = strengths_from_[labels_[label].sediment];
+}
+
+void EchoFormer::take_runs(const FanRuns& runs, std::size_t plane) {
+  const std::vector<std::uint8_t>& longest = aperture_->longest;
+  for (std::size_t run = runs.first[plane]; run < runs.first[plane + 1]; ++run) {
+    const std::uint16_t label = labels_.label_of(runs.face[run]);
+    // The back of a surface that has none is its front, turned.
+    const double sign = runs.distance[run] > 0.0 && labels_[label].two_sided ? -1.0 : 1.0;
+    for (std::uint32_t begin = runs.begin[run]; begin < runs.end[run];) {
+      const std::uint32_t end = std::min(runs.end[run], begin + longest[begin]);
+      add_piece(begin, end, runs.index[run], label, sign * runs.level[run], sign * runs.pole[run],
+                sign * runs.distance[run]);
+      begin = end;
+    }
+  }
+}
+
+// Bent rays one by one: in the picture where they are straight, their facet is turned a little.
+void EchoFormer::take_rays(std::span<const Hit> hits, std::span<const Arrival> arrivals,
+                           std::size_t plane) {
+  const Eigen::Vector3d in_plane = fan_->plane_direction(plane);
+  for (std::size_t j = 0; j < fan_->elevations(); ++j) {
+    const std::size_t ray = plane * fan_->elevations() + j;
+    const Hit& hit = hits[ray];
+    if (!hit) continue;
+    const Eigen::Vector3d a = triangles_.corner(hit.index, 0);
+    Eigen::Vector3d normal = (triangles_.corner(hit.index, 1) - a)
+                                 .cross(triangles_.corner(hit.index, 2) - a)
+                                 .normalized();
+    const std::uint16_t label = labels_.label_of(hit.face);
+    double sine = -normal.dot(arrivals[ray].direction);
+    if (sine < 0.0 && labels_[label].two_sided) normal = -normal, sine = -sine;
+    const Eigen::Vector3d direction = fan_->direction(in_plane, j);
+    const Eigen::Vector3d pictured = arrivals[ray].pictured(normal, direction);
+    sine_[pass_.pieces] = std::min(sine, 1.0);
+    const auto number = static_cast<std::uint32_t>(j);
+    add_piece(number, number + 1, hit.index, label, pictured.dot(in_plane),
+              pictured.dot(fan_->pole), hit.t * pictured.dot(direction));
+  }
+}
+
+// The kernel works on whole registers: the last piece is repeated.
+void EchoFormer::shade() {
+  const std::size_t count = pass_.pieces;
+  if (count == 0) return;
+  for (std::size_t i = count; i < count + echo_room; ++i) {
+    begin_[i] = begin_[count - 1];
+    end_[i] = end_[count - 1];
+    level_[i] = level_[count - 1];
+    pole_[i] = pole_[count - 1];
+    distance_[i] = distance_[count - 1];
+    bottom_[i] = bottom_[count - 1];
+  }
+  shade_pieces(pass_);
+}
+
+// What bent rays have of their own: spreading, grazing angle and place. The bins' gain absorbs over the range
+// that their time stands for.
+void EchoFormer::correct(std::span<const Arrival> arrivals, std::size_t plane) {
+  for (std::size_t i = 0; i < pass_.pieces; ++i) {
+    if (!answers(i)) continue;
+    const Arrival& arrival = arrivals[plane * fan_->elevations() + begin_[i]];
+    double* middle = &middles_[4 * i];
+    Eigen::Map<Eigen::Vector3d>{middle} = arrival.place - fan_->origin;
+    if (sine_[i] <= 0.0) {
+      middle[3] = -1.0;
+      continue;
+    }
+    middle[3] = std::asin(sine_[i]);
+    const double over_m = arrival.path_m - ranges_[4 * i];
+    ranges_[4 * i + 3] = weight_[i] *
+                         by_material_[labels_[label_[i]].sediment].over_sine(sine_[i]) /
+                         arrival.spreading_m2 * width_rad_[i] *
+                         scatter::from_db(-2.0 * absorption_db_per_m_ * over_m);
+  }
+}
+
+void EchoFormer::walk(std::size_t plane) {
+  std::size_t before = none;  // the neighbour below, if it answers
+  std::size_t last = none;    // the last surface that ended, unless its back came after it
+  bool faded = false;         // it ran out of range rather than ending
+  double begins_m = 0.0;      // where the neighbour's piece begins
+  std::size_t i = 0;
+  // A single ray that nothing goes on from keeps to its range: it does not tell how far its face goes.
+  const auto half_m = [&](std::size_t piece) {
+    return end_[piece] - begin_[piece] > 1 ? ranges_[4 * piece + 2] : 0.0;
+  };
+  const auto break_off = [&](std::size_t piece) {
+    lay(piece, begins_m, ranges_[4 * piece] + half_m(piece));
+    bins_.break_off();
+  };
+  // The next ray met nothing, perhaps because its hit is beyond the range.
+  const auto end_in_water = [&](std::size_t piece) {
+    const double next_m = onward_m(piece);
+    faded = next_m >= fan_->range_m && std::isfinite(next_m);
+    last = piece;
+    if (!faded) return break_off(piece);
+    const double meets_m = 0.5 * (last_m(piece) + next_m);
+    lay(piece, begins_m, meets_m);
+    const std::vector<double>& edge_rad = aperture_->edge_rad;
+    const std::size_t end = end_[piece];
+    lay(piece, meets_m, next_m,
+        0.5 * (edge_rad[end + 1] - edge_rad[end]) / (edge_rad[end] - edge_rad[begin_[piece]]));
+    bins_.break_off();
+  };
+  for (const Aperture::Stretch& stretch : aperture_->within[plane]) {
+    if (before != none) break_off(before);
+    before = last = none;
+    for (; i < pass_.pieces && begin_[i] < stretch.until; ++i) {
+      const bool sees = answers(i);
+      if (before != none) {
+        const bool neighbour = end_[before] == begin_[i];
+        if (neighbour && sees && continuous(before, i)) {
+          const double meets_m = 0.5 * (last_m(before) + first_m(i));
+          lay(before, begins_m, meets_m);
+          begins_m = meets_m;
+          before = i;
+          continue;
+        }
+        if (neighbour) {
+          break_off(before);
+          last = before;
+          faded = false;
+          if (sees) bins_.shade(last_m(before), first_m(i), weight_[i], label_[before]);
+        } else {
+          end_in_water(before);
+        }
+      }
+      before = none;
+      if (sees) {
+        before = i;
+        begins_m = ranges_[4 * i] - half_m(i);
+      } else {
+        last = none;  // a back: the surface's hole, not its shadow
+      }
+    }
+    if (before != none && end_[before] < stretch.until) {
+      end_in_water(before);
+      before = none;
+    }
+  }
+  if (before != none) break_off(before);
+  // A surface that ends in mid-water hides all behind it, as does one that stands higher than the
+  // fan; one that the fan's lower edge leaves hides nothing.
+  if (before != none) {
+    const Eigen::Vector3d direction =
+        fan_->direction(fan_->plane_direction(plane), end_[before] - 1);
+    if (direction.z() >= 0.0) shade_beyond(before, plane);
+  } else if (last != none && !faded) {
+    shade_beyond(last, plane);
+  }
+  bins_.end_plane();
+}
+
+// Or, instead of all its energy, some share.
+void EchoFormer::lay(std::size_t piece, double from_m, double until_m, double share) {
+  using Four = Eigen::Map<const Eigen::Array4d>;
+  bins_.lay({share * ranges_[4 * piece + 3], Four(&middles_[4 * piece]), Four(&changes_[4 * piece]),
+             slant_[piece], weight_[piece], label_[piece]},
+            from_m, until_m);
+}
+
+// Where the next ray would meet the facet if it went on; infinite if never.
+double EchoFormer::onward_m(std::size_t piece) const {
+  const std::size_t next = end_[piece];
+  const double facing = level_[piece] * fan_->grid->cos_elevation[next] +
+                        pole_[piece] * fan_->grid->sin_elevation[next];
+  return facing < 0.0 ? distance_[piece] / facing : std::numeric_limits<double>::infinity();
+}
+
+// Up to the range limit, or to where the line of sight leaves the seafloor: nothing is known there.
+void EchoFormer::shade_beyond(std::size_t piece, std::size_t plane) {
+  const std::size_t elevation = end_[piece] - 1;
+  const Eigen::Vector3d direction = fan_->direction(fan_->plane_direction(plane), elevation);
+  double leaves_m = fan_->range_m;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double speed = direction[axis];
+    if (speed == 0.0) continue;
+    const double border = speed > 0.0 ? highest_[axis] : lowest_[axis];
+    leaves_m = std::min(leaves_m, (border - fan_->origin[axis]) / speed);
+  }
+  if (leaves_m > last_m(piece))
+    bins_.shade(last_m(piece), leaves_m,
+                static_cast<float>(beam_.two_way(side_, aperture_->samples_of(plane),
+                                                 fan_->grid->cos_elevation[elevation], direction,
+                                                 leaves_m, *reception_)),
+                label_[piece]);
+}
+
+// Two facets that meet between the rays are no farther apart in range than one of them runs from the
+// one ray to the other, and no farther in space than they are long. Twice that is allowed, for the
+// small facets that may lie between.
+bool EchoFormer::continuous(std::size_t a, std::size_t b) const {
+  if (index_[a] == index_[b]) return true;
+  // Half of what it runs from ray to ray: the range that its last half step adds.
+  const auto half_run_m = [&](std::size_t piece) {
+    return std::abs(ranges_[4 * piece + 2] - ranges_[4 * piece + 1]);
+  };
+  const double apart_m = std::abs(first_m(b) - last_m(a));
+  if (apart_m > 4.0 * std::max(half_run_m(a), half_run_m(b))) return false;
+  const std::vector<double>& elevation_rad = fan_->grid->elevation_rad;
+  const double step_rad = elevation_rad[begin_[b]] - elevation_rad[begin_[b] - 1];
+  const double across_m = last_m(a) * step_rad, bins_m = 2.0 * bins_.bin_m();
+  if (apart_m + across_m <= bins_m) return true;
+  return std::hypot(apart_m, across_m) <=
+         bins_m + longest_edge_m(index_[a]) + longest_edge_m(index_[b]);
+}
+
+double EchoFormer::longest_edge_m(std::uint32_t index) const {
+  const Eigen::Vector3d a = triangles_.corner(index, 0), b = triangles_.corner(index, 1),
+                        c = triangles_.corner(index, 2);
+  return std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+}
+
+void EchoFormer::finish(EchoLine& line) {
+  bins_.tell(labels_, fan_->origin, line);
   const std::size_t margin = pulse_.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
   // Bins within, so that they are summed side by side.
@@ -88,144 +379,6 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
     line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sums_[i]);
     line.bins.range_m[i] = static_cast<float>((static_cast<double>(i) + 0.5) * bins_.bin_m());
   }
-}
-
-void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits,
-                            std::span<const Arrival> arrivals, std::size_t plane, EchoLine& line) {
-  const FanGrid& grid = *fan.grid;
-  const std::size_t count = fan.elevations();
-  bins_.begin_plane();
-  plane_beam_.begin_plane(plane);
-  const Eigen::Vector3d broadside = fan.plane_direction(plane);
-  Sight sights[2];
-  Sight *before = &sights[0], *now = &sights[1];  // before: the neighbour below, if in the beam
-  Sight last;          // the last surface that ended, unless its back came after it
-  bool fades = false;  // it ran out of range rather than ending
-  for (std::size_t j = 0; j < count; ++j) {
-    if (!grid.within_beam(plane, j)) {
-      *before = last = Sight{};
-      continue;
-    }
-    const std::size_t number = plane * count + j;
-    const Hit& hit = hits[number];
-    ++line.rays;
-    line.hits += static_cast<bool>(hit);
-    if (*before && arrivals.empty() && j + 1 < count &&
-        goes_on(grid, *before, j, hit, hits[number + 1]))
-      continue;
-    const Eigen::Vector3d direction = fan.direction(broadside, j);
-    const Arrival* arrival = arrivals.empty() ? nullptr : &arrivals[number];
-    look(fan, j, direction, hit, arrival, *before, *now);
-    const std::size_t neighbour = *before ? before->elevation : j > 0 ? j - 1 : j;
-    const double step = grid.elevation_rad[j] - grid.elevation_rad[neighbour];
-    if (*before && *now && continuous(*before, *now)) {
-      bins_.spread(*before, *now, step);
-    } else {
-      if (*before) {
-        const double onward_m = before->plane_range_m(direction);
-        fades = !hit && std::isfinite(onward_m) && onward_m >= fan.range_m;
-        if (fades) {
-          const Hit onward{
-              .face = triangles_.number(before->index), .index = before->index, .t = onward_m};
-          Arrival beyond;
-          if (arrival)
-            beyond = arrivals[number - 1].onwards(
-                onward_m / before->range_m,
-                onward_m * direction - before->range_m * before->direction);
-          Sight sight;
-          look(fan, j, direction, onward, arrival ? &beyond : nullptr, *before, sight);
-          bins_.spread(*before, sight, step);
-        } else {
-          bins_.settle(*before, step);
-        }
-      }
-      if (*now) bins_.settle(*now, step);
-      if (*before && *now) bins_.shade(*before, now->range_m, now->weight);
-    }
-    if (*before && !*now) last = *before;
-    if (hit && !*now) last = Sight{};  // a back: the surface's hole, not its shadow
-    std::swap(before, now);
-  }
-  // A surface that ends in mid-water hides all behind it, as does one that stands higher than the
-  // fan; one that the fan's lower edge leaves hides nothing.
-  if (*before ? before->direction.z() >= 0.0 : last && !fades)
-    shade_beyond(fan, *before ? *before : last);
-  bins_.end_plane();
-}
-
-// Up to the range limit, or to where the line of sight leaves the seafloor: nothing is known there.
-void EchoFormer::shade_beyond(const RayFan& fan, const Sight& blocker) {
-  double leaves_m = fan.range_m;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double speed = blocker.direction[axis];
-    if (speed == 0.0) continue;
-    const double border = speed > 0.0 ? highest_[axis] : lowest_[axis];
-    leaves_m = std::min(leaves_m, (border - fan.origin[axis]) / speed);
-  }
-  if (leaves_m > blocker.range_m)
-    bins_.shade(blocker, leaves_m, plane_beam_.weight(blocker.elevation, leaves_m));
-}
-
-void EchoFormer::look(const RayFan& fan, std::size_t elevation, const Eigen::Vector3d& direction,
-                      const Hit& hit, const Arrival* arrival, const Sight& before, Sight& sight) {
-  sight.index = Hit::none;
-  if (!hit) return;
-  if (hit.index == before.index && !arrival) {
-    sight.normal = before.normal;
-    sight.label = before.label;
-    sight.longest_edge_m = before.longest_edge_m;
-  } else {
-    const Eigen::Vector3d a = triangles_.corner(hit.index, 0);
-    sight.normal = (triangles_.corner(hit.index, 1) - a)
-                       .cross(triangles_.corner(hit.index, 2) - a)
-                       .normalized();
-    sight.label = labels_.label_of(hit.face);
-    sight.longest_edge_m = -1.0;
-  }
-  const Label& label = labels_[sight.label];
-  const Eigen::Vector3d& travel = arrival ? arrival->direction : direction;
-  if (label.two_sided && sight.normal.dot(travel) > 0.0) sight.normal = -sight.normal;
-  const double sine = std::min(-sight.normal.dot(travel), 1.0);
-  if (sine <= 0.0) return;  // a back: it hides, but does not answer
-  sight.index = hit.index;
-  sight.elevation = elevation;
-  sight.range_m = hit.t;
-  sight.bin = bins_.bin_of(hit.t);
-  sight.direction = direction;
-  sight.grazing_rad = arcsine(sine);
-  sight.weight = plane_beam_.weight(elevation, hit.t);
-  sight.place = fan.origin + hit.t * direction;
-  const double spreading_m2 = arrival ? arrival->spreading_m2 : hit.t * hit.t;
-  sight.density = sight.weight * by_material_[label.sediment].over_sine(sine) / spreading_m2;
-  if (arrival) {  // the bins' gain absorbs over the range that the time stands for
-    sight.density *= scatter::from_db(-2.0 * absorption_db_per_m_ * (arrival->path_m - hit.t));
-    sight.place = arrival->place;
-    sight.normal = arrival->pictured(sight.normal, direction);
-  }
-}
-
-// Two facets that meet between the rays are no farther apart in range than one of them runs from the
-// one ray to the other, and no farther in space than they are long. Twice that is allowed, for the
-// small facets that may lie between.
-bool EchoFormer::continuous(Sight& a, Sight& b) const {
-  if (a.index == b.index) return true;
-  const double apart_m = std::abs(b.range_m - a.range_m);
-  const double run_m = std::max(std::abs(a.plane_range_m(b.direction) - a.range_m),
-                                std::abs(b.plane_range_m(a.direction) - b.range_m));
-  if (apart_m > 2.0 * run_m) return false;
-  const double distance_m = (b.range_m * b.direction - a.range_m * a.direction).norm();
-  return distance_m <= longest_edge_m(a) + longest_edge_m(b) + 2.0 * bins_.bin_m();
-}
-
-double EchoFormer::longest_edge_m(Sight& sight) const {
-  if (sight.longest_edge_m < 0.0) {
-    const Eigen::Vector3d a = triangles_.corner(sight.index, 0),
-                          b = triangles_.corner(sight.index, 1),
-                          c = triangles_.corner(sight.index, 2);
-    sight.longest_edge_m =
-        std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
-  }
-  return sight.longest_edge_m;
 }
 
 }  // namespace ensonify::engine

@@ -6,8 +6,9 @@
 #include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/sonar/aperture.h>
 #include <ensonify/engine/sonar/echo.h>
-#include <ensonify/engine/sonar/plane_beam.h>
+#include <ensonify/engine/sonar/echo_kernel.h>
 #include <ensonify/engine/sonar/range_bins.h>
+#include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refracted_path.h>
 #include <ensonify/scatter/backscatter.h>
@@ -20,15 +21,16 @@ struct Medium {
   double absorption_db_per_m = 0.0;
 };
 
-/// Turns the nearest hits of a fan into the expected echo of one side of a ping, with the truth
+/// Turns what the rays of a fan hit into the expected echo of one side of a ping, with the truth
 /// beside it.
 ///
 /// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the area
 /// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. (A bent ray has its
-/// spreading J for r^2, g where it arrives, and absorption along its path.) Within a plane
-/// of the fan that is a density over elevation: between neighbouring rays that saw one continuous
-/// surface it is integrated and spread over the bins between their ranges; where the surface breaks
-/// off each ray keeps its own half. The bins then go through the pulse.
+/// spreading J for r^2, g where it arrives, and absorption along its path.) Within a plane of the fan that
+/// is a density over elevation. A run of rays on one face is one piece, or a few: its middle's density
+/// stands for all the elevation halfway to the neighbouring rays, and its energy lies in the bins between
+/// the ranges of its ends. Where one surface goes on from run to run these meet halfway; where it breaks off
+/// each keeps its own half step. The bins then go through the pulse.
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of bodies that move (see FaceLabels) must outlive this;
@@ -37,35 +39,68 @@ class EchoFormer {
              std::span<const scatter::BackscatterTable> by_material,
              const std::vector<Label>* moving = nullptr);
 
-  /// hits, over these triangles, by the ray numbers of the fan, which is the aperture's. Bent rays come
-  /// with their arrivals, by ray number, and their hits' t is the range that their time stands for;
-  /// straight ones with none. Fills the line of a side; the speckled intensity is still the expectation.
+  /// The runs, over these triangles, of a fan that is the aperture's. Fills the line of a side; the speckled
+  /// intensity is still the expectation.
+  void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
+            refine::Triangles triangles, const FanRuns& runs, EchoLine& line);
+  /// The same of rays that did not come straight: hits and arrivals, by ray number; a hit's t is the range that its
+  /// time stands for.
   void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
             refine::Triangles triangles, std::span<const Hit> hits,
             std::span<const Arrival> arrivals, EchoLine& line);
 
  private:
-  /// What a ray sees of its hit; `before` is what its neighbour saw.
-  void look(const RayFan& fan, std::size_t elevation, const Eigen::Vector3d& direction,
-            const Hit& hit, const Arrival* arrival, const Sight& before, Sight& sight);
-  bool continuous(Sight& a, Sight& b) const;
-  void walk_plane(const RayFan& fan, std::span<const Hit> hits, std::span<const Arrival> arrivals,
-                  std::size_t plane, EchoLine& line);
-  void shade_beyond(const RayFan& fan, const Sight& blocker);
-  double longest_edge_m(Sight& sight) const;
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+  void begin(const RayFan& fan, const Aperture& aperture, const Reception& reception,
+             refine::Triangles triangles, EchoLine& line);
+  void begin_plane(std::size_t plane);
+  void take_runs(const FanRuns& runs, std::size_t plane);
+  void take_rays(std::span<const Hit> hits, std::span<const Arrival> arrivals, std::size_t plane);
+  void add_piece(std::uint32_t begin, std::uint32_t end, std::uint32_t index, std::uint16_t label,
+                 double level, double pole, double distance);
+  void shade();
+  void correct(std::span<const Arrival> arrivals, std::size_t plane);
+  void walk(std::size_t plane);
+  void finish(EchoLine& line);
+
+  bool answers(std::size_t piece) const { return middles_[4 * piece + 3] >= 0.0; }
+  double first_m(std::size_t piece) const { return ranges_[4 * piece] - ranges_[4 * piece + 1]; }
+  double last_m(std::size_t piece) const { return ranges_[4 * piece] + ranges_[4 * piece + 1]; }
+  bool continuous(std::size_t a, std::size_t b) const;
+  void lay(std::size_t piece, double from_m, double until_m, double share = 1.0);
+  double onward_m(std::size_t piece) const;
+  void shade_beyond(std::size_t piece, std::size_t plane);
+  double longest_edge_m(std::uint32_t index) const;
 
   FaceLabels labels_;
   Beam beam_;
-  PlaneBeam plane_beam_;
-  refine::Triangles triangles_;  // of this ping
   std::span<const scatter::BackscatterTable> by_material_;
-  Eigen::Vector2d lowest_, highest_;  // the seafloor's bounds, seen from above
+  std::vector<float> strengths_;              // of all materials, one after another
+  std::vector<std::int32_t> strengths_from_;  // by material
+  Eigen::Vector2d lowest_, highest_;          // the seafloor's bounds, seen from above
   double absorption_db_per_m_;
   RangeBins bins_;
   std::vector<double> gain_;    // of a bin's energy: source level and absorption
   std::vector<double> pulse_;   // pulse_kernel
   std::vector<double> energy_;  // of the bins, with gain; room for the pulse on either side
   std::vector<double> sums_;    // of the line's bins, through the pulse
+
+  // Of this fan:
+  const RayFan* fan_ = nullptr;
+  const Aperture* aperture_ = nullptr;
+  const Reception* reception_ = nullptr;
+  refine::Triangles triangles_;
+  Side side_ = Side::port;
+  // The pieces of the plane at hand, as EchoPlane has them:
+  EchoPlane pass_{};
+  CacheLines<std::uint32_t> begin_, end_, index_;
+  CacheLines<std::uint16_t> label_;
+  CacheLines<double> level_, pole_, distance_;
+  CacheLines<std::int32_t> bottom_;
+  CacheLines<double> ranges_, middles_, changes_;
+  CacheLines<float> weight_, slant_, width_rad_;
+  CacheLines<double> sine_;  // of the grazing angle, where rays come bent
 };
 
 }  // namespace ensonify::engine

@@ -34,21 +34,25 @@ std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
   return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
 }
 
-std::span<const Hit> Pinger::trace(const Intersector& intersector, refine::Triangles triangles,
-                                   Side side) {
+void Pinger::trace(const Intersector& intersector, refine::Triangles triangles, Side side,
+                   bool hits_too) {
   const RayFan& fan = fans_[static_cast<std::size_t>(side)];
-  if (refracted_)
-    refracted_->trace(fan, intersector, triangles, hits_, arrivals_);
+  if (refracted_) return refracted_->trace(fan, intersector, triangles, hits_, arrivals_);
+  if (straight() && !hits_too && intersector.list_runs(fan, runs_)) return;
+  intersector.intersect(fan, hits_);
+  if (travel_time_)
+    travel_time_->apply(fan, hits_, arrivals_);
   else
-    intersector.intersect(fan, hits_);
-  if (travel_time_) travel_time_->apply(fan, hits_, arrivals_);
-  return hits_;
+    runs_.take(fan, triangles, hits_);
 }
 
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
   const auto i = static_cast<std::size_t>(side);
-  former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, arrivals_, line);
+  if (straight())
+    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, runs_, line);
+  else
+    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, arrivals_, line);
 }
 
 }  // namespace ensonify::engine

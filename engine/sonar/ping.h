@@ -38,10 +38,17 @@ class Pinger {
   /// next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
-  /// Nearest hits of the aimed fan of one side over the intersector's triangles; good until the next
-  /// call. Refracted rays' t is the range that their time stands for at the medium's speed.
-  std::span<const Hit> trace(const Intersector& intersector, refine::Triangles triangles,
-                             Side side);
+  /// Finds what the aimed fan of one side meets of the intersector's triangles.
+  void trace(const Intersector& intersector, refine::Triangles triangles, Side side) {
+    trace(intersector, triangles, side, false);
+  }
+  /// The same, and returns the hits, good until the next call. Refracted rays' t is the range that their
+  /// time stands for at the medium's speed.
+  std::span<const Hit> trace_hits(const Intersector& intersector, refine::Triangles triangles,
+                                  Side side) {
+    trace(intersector, triangles, side, true);
+    return hits_;
+  }
   /// The aimed fan of one side.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// The expected echo of the side that was traced last, over these triangles.
@@ -54,6 +61,9 @@ class Pinger {
   }
 
  private:
+  void trace(const Intersector& intersector, refine::Triangles triangles, Side side, bool hits_too);
+  bool straight() const { return arrivals_.empty(); }
+
   double range_m_;
   double sound_speed_mps_;
   std::span<const Side> sides_;
@@ -65,6 +75,7 @@ class Pinger {
   FanBend bend_;
   std::optional<RefractedTracer> refracted_;  // one of the two, or none
   std::optional<TravelTime> travel_time_;
+  FanRuns runs_;  // of straight rays
   std::vector<Hit> hits_;
   std::vector<Arrival> arrivals_;
 };

@@ -2,68 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ensonify::engine {
 
-double Sight::plane_range_m(const Eigen::Vector3d& other) const {
-  const double towards = normal.dot(other);
-  if (towards >= 0.0) return std::numeric_limits<double>::infinity();
-  return range_m * normal.dot(direction) / towards;
-}
-
 void RangeBins::reset() {
   std::fill(bins_.begin(), bins_.end(), Bin{});
-  heap_ = {};
+  std::fill(layover_.begin(), layover_.end(), std::uint8_t{0});
   shares_.clear();
-  plane_ = 0;
+  visit_ = 0;
 }
 
 void RangeBins::begin_plane() {
-  ++plane_;
-  branch_ = 0;
+  visit_ = (plane() + 1) << branch_bits;
   direction_ = 0;
   turning_bin_ = bins_.size();
   shades_.clear();
 }
 
-void RangeBins::spread_far(const Sight& from, const Sight& to, double step_rad) {
-  const double reach = to.range_m - from.range_m;
-  const Eigen::Vector3d way = to.place - from.place;
-  double begin = 0.0;  // how far along the way the bin begins, 0 to 1
-  for (std::size_t bin = from.bin;; bin += static_cast<std::size_t>(direction_)) {
-    const double edge_m = static_cast<double>(direction_ > 0 ? bin + 1 : bin) * bin_m_;
+void RangeBins::lay_across(const Glint& glint, double from_m, double until_m, std::size_t from,
+                           std::size_t until) {
+  const double per_m = 1.0 / (until_m - from_m);
+  const std::size_t step = direction_ > 0 ? 1 : static_cast<std::size_t>(-1);
+  const std::size_t edge = direction_ > 0 ? 1 : 0;  // the bin's that is met next
+  double begin = 0.0;                               // how far along the way the bin begins, 0 to 1
+  for (std::size_t bin = from;; bin += step) {
     const double end =
-        bin == to.bin ? 1.0 : std::clamp((edge_m - from.range_m) / reach, begin, 1.0);
-    const double middle = 0.5 * (begin + end);
-    const double density = from.density + middle * (to.density - from.density);
-    const double grazing = from.grazing_rad + middle * (to.grazing_rad - from.grazing_rad);
-    add(bin, density * (end - begin) * step_rad, middle < 0.5 ? from : to,
-        from.place + middle * way, grazing);
-    if (bin == to.bin) return;
+        bin == until
+            ? 1.0
+            : std::clamp((static_cast<double>(bin + edge) * bin_m_ - from_m) * per_m, begin, 1.0);
+    const double off_middle = 0.5 * (begin + end) - 0.5;
+    add(bin, glint.energy * (end - begin) * (1.0 + glint.slant * off_middle),
+        glint.middle + off_middle * glint.change, glint);
+    if (bin == until) return;
     begin = end;
   }
 }
 
-void RangeBins::settle(const Sight& sight, double step_rad) {
-  turn(0, sight.bin);
-  if (sight.density <= 0.0) return;
-  add(sight.bin, 0.5 * sight.density * step_rad, sight, sight.place, sight.grazing_rad);
-}
-
-void RangeBins::shade(const Sight& blocker, double to_range_m, float weight) {
-  const std::size_t first = blocker.bin + 1;
-  const std::size_t last = bin_of(to_range_m);
-  if (first < last) shades_.push_back({first, last, weight, blocker.label});
+void RangeBins::shade(double from_m, double until_m, float weight, std::uint16_t label) {
+  const std::size_t first = bin_of(from_m) + 1, last = bin_of(until_m);
+  if (first < last) shades_.push_back({first, last, weight, label});
 }
 
 void RangeBins::end_plane() {
-  end_heap();
   for (const Shade& shade : shades_)
     for (std::size_t i = shade.first; i < shade.last; ++i) {
       Bin& bin = bins_[i];
-      if (bin.plane == plane_ || bin.shadow_plane == plane_) continue;  // seen after all
-      bin.shadow_plane = plane_;
+      if (bin.visit >> branch_bits == plane() || bin.shadow_plane == plane())
+        continue;  // seen after all
+      bin.shadow_plane = static_cast<std::uint16_t>(plane());
       bin.shadowed += shade.weight;
       if (shade.weight > bin.darkest) {
         bin.darkest = shade.weight;
@@ -72,49 +58,40 @@ void RangeBins::end_plane() {
     }
 }
 
-void RangeBins::begin_heap(std::size_t index, const Sight& sight) {
-  end_heap();
+// A plane's profile of ranges over elevation is a chain of branches, each running one way. Two
+// branches in one bin are layover, but for the bin in which the profile turns.
+void RangeBins::come_to(std::size_t index, float weight) {
   Bin& bin = bins_[index];
-  if (bin.plane != plane_) {
-    bin.plane = plane_;
-    bin.seen += sight.weight;
-  } else if (bin.branch != branch_ && index != turning_bin_) {
-    bin.layover = true;
-  }
-  bin.branch = branch_;
-  heap_.bin = index;
-  heap_.branch = branch_;
-  heap_.label = sight.label;
+  if (bin.visit >> branch_bits != plane())
+    bin.lit += weight;
+  else if (index != turning_bin_)
+    layover_[index] = 1;
+  bin.visit = visit_;
 }
 
-void RangeBins::end_heap() {
-  if (heap_.branch == 0) return;
-  Bin& bin = bins_[heap_.bin];
-  bin.energy += heap_.energy;
-  bin.place += heap_.place;
-  bin.grazing += heap_.grazing;
-  std::int32_t share = bin.first_share;
-  while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != heap_.label)
+void RangeBins::share(std::size_t index, std::uint16_t label, double energy) {
+  Bin& bin = bins_[index];
+  if (bin.label == nobody) {
+    bin.label = label;
+    return;
+  }
+  if (bin.label != several) {
+    first_share_[index] = static_cast<std::int32_t>(shares_.size());
+    shares_.push_back({bin.energy, -1, static_cast<std::uint16_t>(bin.label)});
+    bin.label = several;
+  }
+  std::int32_t share = first_share_[index];
+  while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != label)
     share = shares_[static_cast<std::size_t>(share)].next;
   if (share < 0) {
     share = static_cast<std::int32_t>(shares_.size());
-    shares_.push_back({0.0, bin.first_share, heap_.label});
-    bin.first_share = share;
+    shares_.push_back({0.0, first_share_[index], label});
+    first_share_[index] = share;
   }
-  shares_[static_cast<std::size_t>(share)].energy += heap_.energy;
-  heap_ = {};
+  shares_[static_cast<std::size_t>(share)].energy += energy;
 }
 
-// A plane's profile of ranges over elevation is a chain of branches, each running one way. Two
-// branches in one bin are layover, but for the bin in which the profile turns.
-void RangeBins::turn(int direction, std::size_t bin) {
-  if (direction == direction_ && direction != 0) return;
-  ++branch_;
-  direction_ = direction;
-  turning_bin_ = bin;
-}
-
-void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {
+void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const {
   Layers& out = line.bins;
   line.first_return = -1;
   line.starved = 0;
@@ -125,35 +102,39 @@ void RangeBins::tell(const FaceLabels& labels, EchoLine& line) const {
 
     Label label{};
     double most = 0.0;
-    for (std::int32_t s = bin.first_share; s >= 0;) {
-      const Share& share = shares_[static_cast<std::size_t>(s)];
-      if (share.energy > most) {
-        most = share.energy;
-        label = labels[share.label];
+    if (lit && bin.label != several) {
+      most = bin.energy;
+      label = labels[static_cast<std::uint16_t>(bin.label)];
+    } else if (lit) {
+      for (std::int32_t s = first_share_[i]; s >= 0;) {
+        const Share& share = shares_[static_cast<std::size_t>(s)];
+        if (share.energy > most) {
+          most = share.energy;
+          label = labels[share.label];
+        }
+        s = share.next;
       }
-      s = share.next;
     }
     out.sediment[i] = label.sediment;
     out.class_id[i] = label.class_id;
     out.instance[i] = label.instance;
-    out.fraction[i] = lit ? static_cast<float>(most / bin.energy) : 0.0f;
-    const Eigen::Vector3d place =
-        lit ? Eigen::Vector3d(bin.place / bin.energy) : Eigen::Vector3d::Zero();
-    out.x_m[i] = static_cast<float>(place.x());
-    out.y_m[i] = static_cast<float>(place.y());
-    out.z_m[i] = static_cast<float>(place.z());
-    out.grazing_rad[i] = lit ? static_cast<float>(bin.grazing / bin.energy) : 0.0f;
+    const double inverse = lit ? 1.0 / bin.energy : 0.0;
+    out.fraction[i] = static_cast<float>(most * inverse);
+    out.x_m[i] = lit ? static_cast<float>(sonar.x() + bin.seen[0] * inverse) : 0.0f;
+    out.y_m[i] = lit ? static_cast<float>(sonar.y() + bin.seen[1] * inverse) : 0.0f;
+    out.z_m[i] = lit ? static_cast<float>(sonar.z() + bin.seen[2] * inverse) : 0.0f;
+    out.grazing_rad[i] = static_cast<float>(bin.seen[3] * inverse);
 
-    const double weight = bin.seen + bin.shadowed;
-    const double dark = weight > 0.0 ? bin.shadowed / weight : 0.0;
-    out.shadow_fraction[i] = static_cast<float>(dark);
-    out.shadow_instance[i] = bin.shadowed > 0.0 ? labels[bin.blocker].instance : 0;
-    out.layover[i] = bin.layover;
+    const float weight = bin.lit + bin.shadowed;
+    const float dark = weight > 0.0f ? bin.shadowed / weight : 0.0f;
+    out.shadow_fraction[i] = dark;
+    out.shadow_instance[i] = bin.shadowed > 0.0f ? labels[bin.blocker].instance : 0;
+    out.layover[i] = layover_[i];
 
     Region region = Region::no_data;
     if (line.first_return < 0)
       region = Region::water_column;
-    else if (dark > 0.5)
+    else if (dark > 0.5f)
       region = Region::shadow;
     else if (lit)
       region = label.instance != 0 && !label.feature ? Region::object : Region::seabed;

@@ -14,78 +14,20 @@
 #include <hwy/highway.h>
 
 #include <ensonify/engine/trace/fan_kernel.h>
+#include <ensonify/engine/trace/fan_vectors.inc>
 
 HWY_BEFORE_NAMESPACE();
 namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using D = hn::ScalableTag<double>;
 using F = hn::ScalableTag<float>;
-using HalfF = hn::Rebind<float, D>;
-using I = hn::RebindToSigned<D>;
-using V = hn::Vec<D>;
-using M = hn::Mask<D>;
 
-constexpr D d;
-constexpr I di;
-constexpr HalfF df;
 constexpr std::int64_t block_faces = 16;
-constexpr std::int64_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
 static_assert(block_faces % lanes == 0);
 
 constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin itself
 constexpr double in_the_plane = 1e-30;   // metres from the origin
-
-// a b + c, rounded once.
-template <class Tag, class Vector>
-HWY_INLINE Vector fma(Tag tag, Vector a, Vector b, Vector c) {
-#if HWY_TARGET == HWY_SCALAR
-  return hn::Set(tag, std::fma(hn::GetLane(a), hn::GetLane(b), hn::GetLane(c)));
-#else
-  (void)tag;
-  return hn::MulAdd(a, b, c);
-#endif
-}
-HWY_INLINE V fma(V a, V b, V c) { return fma(d, a, b, c); }
-
-struct V3 {
-  V x, y, z;
-};
-HWY_INLINE V3 operator-(V3 a, V3 b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE V3 operator*(V s, V3 a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
-HWY_INLINE V dot(V3 a, V3 b) { return fma(a.x, b.x, fma(a.y, b.y, hn::Mul(a.z, b.z))); }
-// Without fused operations: the cross product of swapped vectors is the same but for its sign.
-HWY_INLINE V3 cross(V3 a, V3 b) {
-  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
-          hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE V3 choose(M mask, V3 yes, V3 no) {
-  return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y),
-          hn::IfThenElse(mask, yes.z, no.z)};
-}
-
-struct Frame {
-  V3 origin;
-  V3 array, middle, pole;
-};
-HWY_INLINE Frame frame_of(const FanPass& pass) {
-  const auto at = [&](const double* p) HWY_ATTR {
-    return V3{hn::Set(d, p[0]), hn::Set(d, p[1]), hn::Set(d, p[2])};
-  };
-  const double* axes = &pass.axes[0];
-  return {at(&pass.origin[0]), at(axes), at(axes + 3), at(axes + 6)};
-}
-HWY_INLINE V3 into(const Frame& frame, V3 p) {
-  const V3 from = p - frame.origin;
-  return {dot(frame.array, from), dot(frame.middle, from), dot(frame.pole, from)};
-}
-HWY_INLINE V promoted(const float* from) { return hn::PromoteTo(d, hn::LoadU(df, from)); }
 
 // How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
 // which side of the plane a place is.
@@ -103,7 +45,7 @@ HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
 
 // A block may be met if it is within range, and for some plane on both of its sides and not behind.
 void find_blocks_here(FanPass& pass) {
-  const Frame frame = frame_of(pass);
+  const Frame frame = frame_of(&pass.origin[0], &pass.axes[0]);
   const V range2 = hn::Set(d, pass.range_m * pass.range_m);
   const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
   std::int64_t met = 0;
@@ -173,7 +115,7 @@ HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t
   const std::int64_t step = 4 * pass.slots;
   hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
   hn::StoreInterleaved4(u.y, v.y, normal.y, inverse, d, forms + step);
-  hn::StoreInterleaved4(u.z, v.z, normal.z, zero, d, forms + 2 * step);
+  hn::StoreInterleaved4(u.z, v.z, normal.z, sign, d, forms + 2 * step);
   hn::StoreU(hn::IfThenElse(apart, zero, hn::Set(d, 1.0)), d, &batch.sees_origin[0] + place);
   batch.through_origin |= !hn::AllTrue(d, apart);
   const V3 scaled = inverse * normal;
@@ -457,7 +399,7 @@ HWY_INLINE void take_intervals(const FanPass& pass, FanBatch& batch, std::int64_
 }
 
 void scan_faces_here(const FanPass& pass, FanBatch& batch) {
-  const Frame frame = frame_of(pass);
+  const Frame frame = frame_of(&pass.origin[0], &pass.axes[0]);
   for (std::int64_t first = 0; first < pass.met; first += batch_blocks) {
     const std::int64_t end = first + batch_blocks < pass.met ? first + batch_blocks : pass.met;
     for (std::int64_t k = 0; k < pass.planes; ++k) batch.counts[k] = 0;
@@ -470,125 +412,11 @@ void scan_faces_here(const FanPass& pass, FanBatch& batch) {
   }
 }
 
-// How many rays from j on have the same nearest face, at most up to the end.
-HWY_INLINE std::int64_t run_from(const std::uint32_t* nearest, std::int64_t j, std::int64_t end) {
-  constexpr hn::ScalableTag<std::uint32_t> u;
-  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(u));
-  const auto slot = hn::Set(u, nearest[j]);
-  for (std::int64_t k = j; k < end; k += width) {
-    const auto other = hn::Ne(hn::LoadU(u, nearest + k), slot);
-    const std::intptr_t first = hn::FindFirstTrue(u, other);
-    if (first >= 0) return (k + first < end ? k + first : end) - j;
-  }
-  return end - j;
-}
-
-void write_misses_here(Hit* hits, std::int64_t count) {
-  std::int64_t i = 0;
-  if constexpr (lanes >= 4) {
-    constexpr std::int64_t together = lanes / 4;
-    const Hit pattern[2] = {};
-    const V misses = hn::LoadU(d, reinterpret_cast<const double*>(pattern));
-    for (; i + together <= count; i += together)
-      hn::StoreU(misses, d, reinterpret_cast<double*>(hits + i));
-  }
-  for (; i < count; ++i) hits[i] = Hit{};
-}
-
-// The hits of rays [from, until), which one face is nearest to, into places from `hits` on. Writes whole
-// vectors, past the end.
-HWY_INLINE std::int64_t finish_run(const FanPass& pass, std::int64_t plane, std::int64_t from,
-                                   std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  const std::int64_t slot = pass.nearest[plane * pass.stride + from];
-  const float* nearness = pass.nearness + plane * pass.stride;
-  const auto block = static_cast<std::int64_t>(pass.met_blocks[slot / block_faces]);
-  const auto index = static_cast<std::uint32_t>(block * block_faces + slot % block_faces);
-  const std::uint32_t number = pass.numbers ? pass.numbers[index] : index;
-  const V names =
-      hn::BitCast(d, hn::Set(di, static_cast<std::int64_t>(std::uint64_t{index} << 32 | number)));
-  const double* x = pass.forms + 4 * slot;
-  const double* y = x + 4 * pass.slots;
-  const double* z = y + 4 * pass.slots;
-  const V sin_azimuth = hn::Set(d, pass.sin_azimuth[plane]);
-  const V cos_azimuth = hn::Set(d, pass.cos_azimuth[plane]);
-  const auto level = [&](std::int64_t i) HWY_ATTR {
-    return fma(hn::Set(d, x[i]), sin_azimuth, hn::Mul(hn::Set(d, y[i]), cos_azimuth));
-  };
-  const V u_level = level(0), v_level = level(1), level_sum = level(2);
-  const V u_pole = hn::Set(d, z[0]), v_pole = hn::Set(d, z[1]), pole_sum = hn::Set(d, z[2]);
-  const V distance = hn::Set(d, x[3]), per_distance = hn::Set(d, y[3]);
-  const V one = hn::Set(d, 1.0), range = hn::Set(d, pass.range_m);
-  const V agreement = hn::Set(d, 0x1p-10);  // of double with float
-  std::int64_t doubts = 0;
-  for (std::int64_t j = from; j < until; j += lanes) {
-    const V cosine = hn::LoadU(d, pass.cos_elevation + j),
-            sine = hn::LoadU(d, pass.sin_elevation + j);
-    // 1 / sum is t / distance, of which float knows t: better by Newton's step, then by Halley's.
-    const auto less = [&](V a, V b) HWY_ATTR { return fma(hn::Neg(a), b, one); };
-    const V sum = fma(level_sum, cosine, hn::Mul(pole_sum, sine));
-    const auto near_t = hn::Div(hn::Set(df, 1.0f), hn::LoadU(df, nearness + j));
-    const V guess = hn::Mul(hn::PromoteTo(d, near_t), per_distance);
-    const V off = less(sum, guess);
-    const V better = fma(guess, off, guess);
-    const V lack = less(sum, better);
-    const V inverse = fma(better, fma(lack, lack, lack), better);
-    const V t = hn::Mul(distance, inverse);
-    const V u = hn::Mul(fma(u_level, cosine, hn::Mul(u_pole, sine)), inverse);
-    const V v = hn::Mul(fma(v_level, cosine, hn::Mul(v_pole, sine)), inverse);
-    hn::StoreInterleaved4(names, t, u, v, d, reinterpret_cast<double*>(hits + (j - from)));
-
-    const M agrees = hn::Lt(hn::Abs(off), agreement);
-    const M sound = hn::And(agrees, hn::Le(t, range));
-    const M within = hn::FirstN(d, static_cast<std::size_t>(until - j));
-    if (HWY_LIKELY(hn::AllFalse(d, hn::AndNot(sound, within)))) continue;
-    std::uint8_t agree[8] = {}, good[8] = {};
-    hn::StoreMaskBits(d, agrees, agree);
-    hn::StoreMaskBits(d, sound, good);
-    for (std::int64_t i = 0; i < lanes && j + i < until; ++i) {
-      if (!(agree[0] >> i & 1))
-        doubtful[doubts++] = static_cast<std::uint32_t>(j + i);
-      else if (!(good[0] >> i & 1))
-        hits[j - from + i] = Hit{};
-    }
-  }
-  return doubts;
-}
-
-// Leaves their rows as they were before, while they are at hand.
-HWY_INLINE void forget(const FanPass& pass, std::int64_t plane, std::int64_t from,
-                       std::int64_t until) {
-  float* nearness = pass.nearness + plane * pass.stride;
-  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
-  for (std::int64_t j = from; j < until; ++j) nearness[j] = 0.0f;
-  for (std::int64_t j = from; j < until; ++j) nearest[j] = FanPass::no_slot;
-}
-
-std::int64_t finish_rays_here(const FanPass& pass, std::int64_t plane, std::int64_t from,
-                              std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  const std::uint32_t* nearest = pass.nearest + plane * pass.stride;
-  std::int64_t doubts = 0;
-  for (std::int64_t j = from; j < until;) {
-    const std::int64_t end = j + run_from(nearest, j, until);
-    if (nearest[j] == FanPass::no_slot)
-      write_misses_here(hits + (j - from), end - j);
-    else
-      doubts += finish_run(pass, plane, j, end, hits + (j - from), doubtful + doubts);
-    j = end;
-  }
-  forget(pass, plane, from, until);
-  return doubts;
-}
-
 }  // namespace
 
 // What is exported must not be unnamed.
 void find_blocks_on(FanPass& pass) { find_blocks_here(pass); }
 void scan_faces_on(const FanPass& pass, FanBatch& batch) { scan_faces_here(pass, batch); }
-std::int64_t finish_rays_on(const FanPass& pass, std::int64_t plane, std::int64_t from,
-                            std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  return finish_rays_here(pass, plane, from, until, hits, doubtful);
-}
-void write_misses_on(Hit* hits, std::int64_t count) { write_misses_here(hits, count); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
@@ -599,20 +427,10 @@ namespace ensonify::engine {
 
 HWY_EXPORT(find_blocks_on);
 HWY_EXPORT(scan_faces_on);
-HWY_EXPORT(finish_rays_on);
-HWY_EXPORT(write_misses_on);
 
 void find_blocks(FanPass& pass) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(pass); }
 void scan_faces(const FanPass& pass, FanBatch& batch) {
   HWY_DYNAMIC_DISPATCH(scan_faces_on)(pass, batch);
-}
-std::int64_t finish_rays(const FanPass& pass, std::int64_t plane, std::int64_t from,
-                         std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  return HWY_DYNAMIC_DISPATCH(finish_rays_on)(pass, plane, from, until, hits, doubtful);
-}
-
-void write_misses(Hit* hits, std::int64_t count) {
-  HWY_DYNAMIC_DISPATCH(write_misses_on)(hits, count);
 }
 
 }  // namespace ensonify::engine

@@ -20,6 +20,7 @@ struct FanPass {
   // The fan.
   std::array<double, 3> origin;
   std::array<double, 9> axes;  ///< array axis, middle, pole
+  double handedness;           ///< of those: 1, or -1 if they are left-handed
   double range_m;
   std::int64_t planes, elevations;
   const double* sin_azimuth;
@@ -47,7 +48,8 @@ struct FanPass {
   // What is found. Blocks that may be met; per slot, and per ray in rows of `stride`.
   std::uint32_t* met_blocks;
   std::int64_t met;
-  /// [x y z][slot][u, v, direction . normal, and behind x the distance of the plane, behind y 1 over it]
+  /// [x y z][slot][u, v, direction . normal, and behind x the distance of the plane, behind y 1 over it,
+  /// behind z the sign that the face's own normal was turned by]
   double* forms;
   std::int64_t slots;
   float* nearness;         ///< 1 / t of the nearest face so far, 0 for none
@@ -86,5 +88,16 @@ std::int64_t finish_rays(const FanPass& pass, std::int64_t plane, std::int64_t f
                          std::int64_t until, Hit* hits, std::uint32_t* doubtful);
 
 void write_misses(Hit* hits, std::int64_t count);
+
+/// Places for runs, as FanRuns has them; a register's width more than there may be.
+struct RunRows {
+  std::uint32_t *begin, *end, *index, *face;
+  double *level, *pole, *distance;
+};
+
+/// The runs of rays [from, until) of a plane from what was found, behind so many others; how many
+/// there are then is returned. What was found is forgotten.
+std::int64_t list_runs(const FanPass& pass, std::int64_t plane, std::int64_t from,
+                       std::int64_t until, const RunRows& rows, std::int64_t count);
 
 }  // namespace ensonify::engine

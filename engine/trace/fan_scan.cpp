@@ -69,10 +69,30 @@ class FanScan final : public Intersector {
 
   void intersect(const RayFan& fan, std::span<Hit> hits) const override {
     check_fan(fan, hits);
-    const Borrowed scratch(*this);
     if (hits.empty()) return;
-    if (scratch->tables.grid() != fan.grid.get()) scratch->tables.take(fan.grid);
-    scan(fan, hits, *scratch);
+    const Borrowed scratch(*this, fan);
+    const FanPass pass = scan(fan, *scratch);
+    for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+      finish(pass, fan, plane, hits.subspan(plane * fan.elevations()), *scratch);
+  }
+
+  bool list_runs(const RayFan& fan, FanRuns& runs) const override {
+    check_fan(fan);
+    const Borrowed scratch(*this, fan);
+    const FanTables& tables = scratch->tables;
+    if (std::ranges::find(tables.uneven, 1) != tables.uneven.end()) return false;
+    runs.start(*fan.grid);
+    const FanPass pass = scan(fan, *scratch);
+    const RunRows rows{runs.begin.data(), runs.end.data(),  runs.index.data(),   runs.face.data(),
+                       runs.level.data(), runs.pole.data(), runs.distance.data()};
+    std::int64_t count = 0;
+    for (std::int64_t plane = 0; plane < pass.planes; ++plane) {
+      const std::int64_t from = pass.left_out_from[plane], until = pass.left_out_until[plane];
+      count = engine::list_runs(pass, plane, 0, from, rows, count);
+      count = engine::list_runs(pass, plane, until, pass.elevations, rows, count);
+      runs.first.push_back(static_cast<std::size_t>(count));
+    }
+    return true;
   }
 
   void intersect(std::span<const Ray>, std::span<Hit>) const override {
@@ -81,9 +101,21 @@ class FanScan final : public Intersector {
   }
 
  private:
-  /// Some scratch of the pool, given back at the end.
+  /// Some scratch of the pool, with the fan's tables; given back at the end.
   class Borrowed {
    public:
+    Borrowed(const FanScan& owner, const RayFan& fan) : Borrowed(owner) {
+      if (scratch_->tables.grid() != fan.grid.get()) scratch_->tables.take(fan.grid);
+    }
+    ~Borrowed() {
+      const std::lock_guard lock(owner_.pool_mutex_);
+      owner_.pool_.push_back(std::move(scratch_));
+    }
+    Borrowed(const Borrowed&) = delete;
+    Scratch& operator*() const { return *scratch_; }
+    Scratch* operator->() const { return scratch_.get(); }
+
+   private:
     explicit Borrowed(const FanScan& owner) : owner_(owner) {
       const std::lock_guard lock(owner.pool_mutex_);
       if (owner.pool_.empty()) {
@@ -95,20 +127,12 @@ class FanScan final : public Intersector {
         owner.pool_.pop_back();
       }
     }
-    ~Borrowed() {
-      const std::lock_guard lock(owner_.pool_mutex_);
-      owner_.pool_.push_back(std::move(scratch_));
-    }
-    Borrowed(const Borrowed&) = delete;
-    Scratch& operator*() const { return *scratch_; }
-    Scratch* operator->() const { return scratch_.get(); }
-
-   private:
     const FanScan& owner_;
     std::unique_ptr<Scratch> scratch_;
   };
 
-  void scan(const RayFan& fan, std::span<Hit> hits, Scratch& scratch) const {
+  /// What the fan's rays are nearest to; whoever reads it forgets it.
+  FanPass scan(const RayFan& fan, Scratch& scratch) const {
     const FanTables& tables = scratch.tables;
     FanPass pass = pass_over(fan, tables);
     pass.met_blocks = at_least(scratch.met_blocks, blocks_.boxes_in_row() + widest_vector);
@@ -130,9 +154,7 @@ class FanScan final : public Intersector {
     scratch.batch.crossings =
         at_least(scratch.crossings, planes * FanBatch::list_rows * FanBatch::list_room);
     scan_faces(pass, scratch.batch);
-
-    for (std::size_t plane = 0; plane < planes; ++plane)
-      finish(pass, fan, plane, hits.subspan(plane * elevations), scratch);
+    return pass;
   }
 
   /// One plane's hits; those of the planes behind it may be overwritten.
@@ -178,6 +200,7 @@ class FanScan final : public Intersector {
       pass.axes[3 + k] = fan.middle[i];
       pass.axes[6 + k] = fan.pole[i];
     }
+    pass.handedness = fan.handedness();
     pass.range_m = fan.range_m;
     pass.planes = static_cast<std::int64_t>(fan.planes());
     pass.elevations = static_cast<std::int64_t>(fan.elevations());

@@ -62,6 +62,10 @@ void check_ray(const Ray& ray) {
 void check_fan(const RayFan& fan, std::span<const Hit> hits) {
   if (hits.size() != fan.grid->rays())
     throw std::invalid_argument("a fan's hits need one place for every ray of its grid");
+  check_fan(fan);
+}
+
+void check_fan(const RayFan& fan) {
   for (const Eigen::Vector3d& direction : {fan.array_axis, fan.middle, fan.pole}) {
     check_ray({fan.origin, direction, 0.0, fan.range_m});
     if (!(std::abs(direction.squaredNorm() - 1.0) <= 1e-6))

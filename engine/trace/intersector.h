@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -57,6 +58,9 @@ class Intersector {
 
   /// hits[fan.ray number], a miss for rays outside the beam. hits.size() == planes * elevations.
   virtual void intersect(const RayFan& fan, std::span<Hit> hits) const = 0;
+  /// The same run by run, where a back-end knows runs before it knows hits; false if it does not: they are
+  /// to be taken from hits.
+  virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
   /// hits[i] belongs to rays[i].
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
 };
@@ -79,6 +83,7 @@ std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Tri
 /// vectors and its sines and cosines within 1, so that no ray need be looked at by itself;
 /// check_vertices looks at the vertices that faces use.
 void check_ray(const Ray& ray);
+void check_fan(const RayFan& fan);
 void check_fan(const RayFan& fan, std::span<const Hit> hits);
 void check_vertices(refine::Triangles triangles, double largest_m = largest_component);
 

@@ -1,6 +1,7 @@
 #include <numeric>
 
 #include <Eigen/Geometry>
+#include <hwy/targets.h>
 
 #include "support/beds.h"
 #include "support/catch.h"
@@ -23,8 +24,8 @@ Seafloor rough_bed(double height_at_1m_m) {
 }
 
 /// The same energy without bins: every ray's own, by the trapezoid rule along each plane.
-double energy_of_rays(const RayFan& fan, const Aperture& aperture, std::span<const Hit> hits,
-                      const Seafloor& bed) {
+double energy_of_rays(const RayFan& fan, const Aperture& aperture, const Beam& beam,
+                      const Reception& listens, std::span<const Hit> hits, const Seafloor& bed) {
   const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
   const refine::Triangles mesh = bed.mesh;
   const std::vector<double>& e = fan.grid->elevation_rad;
@@ -41,8 +42,9 @@ double energy_of_rays(const RayFan& fan, const Aperture& aperture, std::span<con
       double step = 0.0;
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
-      sum += aperture.weight[1][k * fan.elevations() + j] * lambert.over_sine(sine) /
-             (hit.t * hit.t) * step;
+      sum += beam.two_way(Side::starboard, aperture.samples_of(k), fan.grid->cos_elevation[j],
+                          fan.ray(k, j).direction, hit.t, listens) *
+             lambert.over_sine(sine) / (hit.t * hit.t) * step;
     }
   return sum;
 }
@@ -50,31 +52,68 @@ double energy_of_rays(const RayFan& fan, const Aperture& aperture, std::span<con
 }  // namespace
 
 TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
-  for (const double height_at_1m_m : {0.02, 0.1, 0.4}) {
-    CAPTURE(height_at_1m_m);
-    const Seafloor bed = rough_bed(height_at_1m_m);
-    Sonar sonar = plain_sonar();
-    sonar.source_level_db = 0.0;
-    const Medium medium{1500.0, 0.0};
-    const Pose pose{.position = {0.0, 0.0, -12.0}, .roll_rad = 0.05, .heading_rad = 1.0};
+  const Pose still{.position = {0.0, 0.0, -12.0}, .roll_rad = 0.05, .heading_rad = 1.0};
+  Pose moving = still;
+  moving.velocity_mps = {0.5, 2.0, 0.1};
+  moving.roll_rate_radps = 0.05;
+  moving.heading_rate_radps = 0.03;
+  Sonar two_arrays;  // with their near fields and the vertical pattern
+  two_arrays.receive_array_length_m = 0.3;
+  for (const Sonar& of : {plain_sonar(), two_arrays})
+    for (const Pose& pose : {still, moving})
+      for (const double height_at_1m_m : {0.02, 0.1, 0.4}) {
+        CAPTURE(of.focused, pose.velocity_mps.norm(), height_at_1m_m);
+        Sonar sonar = of;
+        sonar.source_level_db = 0.0;
+        const Seafloor bed = rough_bed(height_at_1m_m);
+        const Medium medium{1500.0, 0.0};
+        const Aperture aperture = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
+        const RayFan fan = place_fan(aperture, pose, Side::starboard, 80.0);
+        std::vector<Hit> hits(fan.grid->rays());
+        make_intersector("embree", bed.mesh)->intersect(fan, hits);
 
-    const Aperture aperture = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
-    const RayFan fan = place_fan(aperture, pose, Side::starboard, 80.0);
-    std::vector<Hit> hits(fan.grid->rays());
-    make_intersector("embree", bed.mesh)->intersect(fan, hits);
+        const std::vector<scatter::BackscatterTable> tables(
+            2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
+        const Beam beam(sonar, 1500.0 / sonar.frequency_hz);
+        EchoFormer former(sonar, medium, bed, tables);
+        EchoLine line;
+        line.side = Side::starboard;
+        line.bins.assign(static_cast<std::size_t>(sonar.bins));
+        const Reception listens = reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        FanRuns runs;
+        runs.take(fan, bed.mesh, hits);
+        former.form(fan, aperture, listens, bed.mesh, runs, line);
+        const std::vector<float>& mean = line.bins.intensity_mean;
+        const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
+        const double in_bins =
+            std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
+        CHECK(in_bins ==
+              Approx(energy_of_rays(fan, aperture, beam, listens, hits, bed)).epsilon(1e-3));
+      }
+}
 
-    const std::vector<scatter::BackscatterTable> tables(
-        2, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-    EchoFormer former(sonar, medium, bed, tables);
-    EchoLine line;
-    line.side = Side::starboard;
-    line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    former.form(fan, aperture, reception(pose, line.side, 80.0, medium.sound_speed_mps), bed.mesh,
-                hits, {}, line);
-    const std::vector<float>& mean = line.bins.intensity_mean;
-    const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
-    const double in_bins =
-        std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
-    CHECK(in_bins == Approx(energy_of_rays(fan, aperture, hits, bed)).epsilon(1e-3));
+TEST_CASE("an echo has the same bytes on every kind of vector register, and on plain numbers") {
+  const Seafloor bed = rough_bed(0.1);
+  const Pose pose{.position = {0.0, 0.0, -12.0},
+                  .roll_rad = 0.05,
+                  .heading_rad = 1.0,
+                  .velocity_mps = {0.5, 2.0, 0.1},
+                  .heading_rate_radps = 0.03};
+  const auto bytes = [&] {
+    std::string all;
+    for (const EchoLine& line : ping_once(Sonar{}, bed, pose, 12.0, {1500.0, 0.03}, "fan_scan"))
+      Layers::for_each([&](std::string_view, auto layer) {
+        const auto& values = line.bins.*layer;
+        all.append(reinterpret_cast<const char*>(values.data()),
+                   values.size() * sizeof values.front());
+      });
+    return all;
+  };
+  const std::string expected = bytes();
+  for (std::int64_t there = hwy::SupportedTargets(); there != 0; there &= there - 1) {
+    CAPTURE(hwy::TargetName(there & -there));
+    hwy::SetSupportedTargetsForTest(there & -there);
+    CHECK(bytes() == expected);
   }
+  hwy::SetSupportedTargetsForTest(0);
 }

@@ -343,6 +343,61 @@ TEST_CASE("of faces at one place fan_scan hits the first, whichever way round th
   CHECK(met > 1000);
 }
 
+TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
+  const refine::TriangleMesh mesh = clutter(60);
+  const auto scan = make_intersector("fan_scan", mesh);
+  for (const double turn : {0.0, 0.2, 2.5})
+    for (const bool mirrored : {false, true})
+      for (const double range_m : {50.0, 21.0}) {
+        RayFan fan = fan_of({.roll_rad = 0.3 * turn, .yaw_rad = turn, .range_m = range_m});
+        if (mirrored) fan.array_axis = -fan.array_axis;
+        const std::vector<Hit> hits = hits_of(*scan, fan);
+        FanRuns expected, runs;
+        expected.take(fan, mesh, hits);
+        REQUIRE(scan->list_runs(fan, runs));
+        REQUIRE(runs.first == expected.first);
+        REQUIRE(runs.size() > 100);
+        const auto same = [&](const auto& a, const auto& b) {
+          return std::memcmp(a.data(), b.data(), runs.size() * sizeof a[0]) == 0;
+        };
+        CHECK(same(runs.begin, expected.begin));
+        CHECK(same(runs.end, expected.end));
+        CHECK(same(runs.index, expected.index));
+        CHECK(same(runs.face, expected.face));
+        CHECK(same(runs.level, expected.level));
+        CHECK(same(runs.pole, expected.pole));
+        CHECK(same(runs.distance, expected.distance));
+      }
+}
+
+TEST_CASE("a run's plane has its rays' hits, and says which side of the face they see") {
+  const refine::TriangleMesh mesh = clutter(60);
+  const RayFan fan = fan_of({.roll_rad = 0.1, .yaw_rad = 1.0});
+  const std::vector<Hit> hits = hits_of(*make_intersector("pluecker", mesh), fan);
+  FanRuns runs;
+  runs.take(fan, mesh, hits);
+  std::size_t rays = 0, met = 0;
+  for (const Hit& hit : hits) met += static_cast<bool>(hit);
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+    for (std::size_t i = runs.first[plane]; i < runs.first[plane + 1]; ++i)
+      for (std::size_t j = runs.begin[i]; j < runs.end[i]; ++j, ++rays) {
+        const Hit& hit = hits[plane * fan.elevations() + j];
+        REQUIRE(hit.index == runs.index[i]);
+        REQUIRE(hit.face == runs.face[i]);
+        const refine::Triangles all = mesh;
+        const Vector3d a = all.corner(hit.index, 0);
+        const double towards = (all.corner(hit.index, 1) - a)
+                                   .cross(all.corner(hit.index, 2) - a)
+                                   .normalized()
+                                   .dot(fan.ray(plane, j).direction);
+        const double facing =
+            runs.level[i] * fan.grid->cos_elevation[j] + runs.pole[i] * fan.grid->sin_elevation[j];
+        REQUIRE(facing == Approx(towards).margin(1e-6));
+        REQUIRE(runs.distance[i] / facing == Approx(hit.t).epsilon(1e-9));
+      }
+  CHECK(rays == met);
+}
+
 TEST_CASE("fan_scan gives the same bits on every kind of vector register, and on plain numbers") {
   const refine::TriangleMesh mesh = clutter(60);
   const std::vector<RayFan> fans{

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace ensonify::engine {
+
+/// What find_face_planes reads and writes, as plain arrays: it is compiled as fan_kernel is.
+struct FacePlanes {
+  std::array<double, 3> origin;
+  std::array<double, 9> axes;  ///< array axis, middle, pole
+  double handedness;           ///< as in FanPass
+  double sin_azimuth, cos_azimuth;
+  const float* positions;      ///< x y z of each
+  const std::uint32_t* faces;  ///< three of each
+  const std::uint32_t* index;  ///< the faces that are wanted
+  double *level, *pole,
+      *distance;  ///< as FanRuns has them; up to widest_vector behind may be overwritten
+};
+
+/// The planes of so many faces as a fan's plane cuts them: to the last bit those that list_runs tells.
+void find_face_planes(const FacePlanes& planes, std::int64_t count);
+
+}  // namespace ensonify::engine

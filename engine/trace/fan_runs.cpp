@@ -1,0 +1,62 @@
+#include <ensonify/engine/trace/fan_runs.h>
+
+#include <algorithm>
+
+#include <ensonify/engine/trace/face_planes.h>
+#include <ensonify/engine/trace/fan_kernel.h>
+
+namespace ensonify::engine {
+
+void FanRuns::start(const FanGrid& grid) {
+  first.assign(1, 0);
+  const std::size_t room = grid.rays() + widest_vector;
+  if (begin.size() >= room) return;
+  for (CacheLines<std::uint32_t>* row : {&begin, &end, &index, &face}) row->resize(room);
+  for (CacheLines<double>* row : {&level, &pole, &distance}) row->resize(room);
+}
+
+void FanRuns::take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits) {
+  start(*fan.grid);
+  std::size_t count = 0;
+  FacePlanes planes{};
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    planes.origin[k] = fan.origin[i];
+    planes.axes[k] = fan.array_axis[i];
+    planes.axes[3 + k] = fan.middle[i];
+    planes.axes[6 + k] = fan.pole[i];
+  }
+  planes.handedness = fan.handedness();
+  static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
+  planes.positions = triangles.positions.empty() ? nullptr : triangles.positions.front().data();
+  planes.faces = triangles.faces.empty() ? nullptr : triangles.faces.front().data();
+  const auto elevations = static_cast<std::uint32_t>(fan.elevations());
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    const Hit* of_plane = hits.data() + plane * elevations;
+    std::uint32_t before = Hit::none;
+    for (std::uint32_t j = 0; j < elevations; ++j) {
+      const std::uint32_t here = of_plane[j].index;
+      if (here == before) continue;
+      if (before != Hit::none) end[count++] = j;
+      if (here != Hit::none) {
+        begin[count] = j;
+        index[count] = here;
+        face[count] = of_plane[j].face;
+      }
+      before = here;
+    }
+    if (before != Hit::none) end[count++] = elevations;
+
+    const std::size_t from = first.back();
+    planes.sin_azimuth = fan.grid->planes[plane].sin_azimuth;
+    planes.cos_azimuth = fan.grid->planes[plane].cos_azimuth;
+    planes.index = &index[from];
+    planes.level = &level[from];
+    planes.pole = &pole[from];
+    planes.distance = &distance[from];
+    find_face_planes(planes, static_cast<std::int64_t>(count - from));
+    first.push_back(count);
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,11 @@
+#pragma once
+
+/// How BackscatterTable's values are laid out over the squared tangent of the grazing angle, for kernels that
+/// read them: equal cells between each two powers of two from `lowest` on.
+namespace ensonify::scatter::backscatter_cells {
+
+inline constexpr double lowest = 0x1p-28;        ///< 0.0035 degrees
+inline constexpr double highest = 0x1p+24;       ///< 0.014 degrees from vertical
+inline constexpr int cells_per_octave_bits = 6;  ///< 2^6
+
+}  // namespace ensonify::scatter::backscatter_cells
