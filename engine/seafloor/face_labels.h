@@ -12,10 +12,13 @@ namespace ensonify::engine {
 class FaceLabels {
  public:
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)
-      : seafloor_(&seafloor), moving_(moving) {}
+      : seafloor_(&seafloor),
+        moving_(moving),
+        first_labelled_(seafloor.one_label() ? static_cast<std::uint32_t>(seafloor.faces) : 0) {}
 
   /// Throws as Seafloor::label_of.
   std::uint16_t label_of(std::uint32_t face) const {
+    if (face < first_labelled_) return 0;
     if (!moving_ || face < seafloor_->faces) return seafloor_->label_of(face);
     return static_cast<std::uint16_t>(seafloor_->labels.size() + (face - seafloor_->faces));
   }
@@ -27,6 +30,7 @@ class FaceLabels {
  private:
   const Seafloor* seafloor_;
   const std::vector<Label>* moving_;  // by body
+  std::uint32_t first_labelled_;      // those before have label 0
 };
 
 }  // namespace ensonify::engine

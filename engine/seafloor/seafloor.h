@@ -93,6 +93,10 @@ struct Seafloor {
   std::size_t repairs = 0;              ///< of the files' meshes, all counts summed
   std::vector<std::string> warnings;    ///< what was repaired, a line a file
 
+  /// Whether all faces have label 0.
+  bool one_label() const {
+    return face_label.empty() && (!progressive || progressive->tag_count() == 0);
+  }
   /// Throws refine::MeshError for a progressive mesh that names a label there is not.
   std::uint16_t label_of(std::uint32_t face) const {
     if (!face_label.empty()) return face_label[face];

@@ -79,18 +79,23 @@ void EchoFormer::begin(const RayFan& fan, const Aperture& aperture, const Recept
   line.hits = 0;
 
   const std::size_t room = fan.elevations() + echo_room;
-  if (begin_.size() < room) {
-    for (auto* row : {&begin_, &end_, &index_}) row->resize(room);
-    for (auto* row : {&level_, &pole_, &distance_, &sine_}) row->resize(room);
-    for (auto* row : {&ranges_, &middles_, &changes_}) row->resize(4 * room);
+  if (room_ < room) {
+    room_ = room;
+    for (auto* row : {&begin_, &end_, &index_, &breaks_}) row->resize(room);
+    for (auto* row : {&level_, &pole_, &distance_, &sine_, &range_m_, &energy_of_, &to_last_m_,
+                      &to_end_m_, &from_m_, &until_m_})
+      row->resize(room);
+    for (auto* row : {&middles_, &changes_}) row->resize(4 * room);
+    for (auto* row : {&weight_, &slant_, &width_rad_, &step_rad_}) row->resize(room);
     label_.resize(room);
+    broken_.resize(room);
     bottom_.resize(room);
-    for (auto* row : {&weight_, &slant_, &width_rad_}) row->resize(room);
   }
   const ArrayTable& table = beam_.array_table();
   pass_ = {
       .begin = begin_.data(),
       .end = end_.data(),
+      .index = index_.data(),
       .level = level_.data(),
       .pole = pole_.data(),
       .distance = distance_.data(),
@@ -110,12 +115,20 @@ void EchoFormer::begin(const RayFan& fan, const Aperture& aperture, const Recept
       .still = reception.still,
       .drift_along = static_cast<float>(reception.drift_along),
       .strengths = strengths_.data(),
-      .ranges = ranges_.data(),
+      .bin_m = bins_.bin_m(),
+      .range_m_of = range_m_.data(),
+      .energy = energy_of_.data(),
+      .to_last_m = to_last_m_.data(),
+      .to_end_m = to_end_m_.data(),
       .middles = middles_.data(),
       .changes = changes_.data(),
       .weight = weight_.data(),
       .slant = slant_.data(),
-      .width_rad = width_rad_.data()};
+      .width_rad = width_rad_.data(),
+      .step_rad = step_rad_.data(),
+      .from_m = from_m_.data(),
+      .until_m = until_m_.data(),
+      .breaks = breaks_.data()};
 }
 
 void EchoFormer::begin_plane(std::size_t plane) {
@@ -140,32 +153,22 @@ void EchoFormer::begin_plane(std::size_t plane) {
   pass_.pieces = 0;
 }
 
-void EchoFormer::add_piece(std::uint32_t begin, std::uint32_t end, std::uint32_t index,
-                           std::uint16_t label, double level, double pole, double distance) {
-  const std::size_t i = pass_.pieces++;
-  begin_[i] = begin;
-  end_[i] = end;
-  index_[i] = index;
-  label_[i] = label;
-  level_[i] = level;
-  pole_[i] = pole;
-  distance_[i] = distance;
-  bottom_[i] = strengths_from_[labels_[label].sediment];
-}
-
 void EchoFormer::take_runs(const FanRuns& runs, std::size_t plane) {
-  const std::vector<std::uint8_t>& longest = aperture_->longest;
+  const std::uint8_t* longest = aperture_->longest.data();
+  std::size_t pieces = 0;
   for (std::size_t run = runs.first[plane]; run < runs.first[plane + 1]; ++run) {
     const std::uint16_t label = labels_.label_of(runs.face[run]);
     // The back of a surface that has none is its front, turned.
     const double sign = runs.distance[run] > 0.0 && labels_[label].two_sided ? -1.0 : 1.0;
-    for (std::uint32_t begin = runs.begin[run]; begin < runs.end[run];) {
-      const std::uint32_t end = std::min(runs.end[run], begin + longest[begin]);
-      add_piece(begin, end, runs.index[run], label, sign * runs.level[run], sign * runs.pole[run],
-                sign * runs.distance[run]);
+    const std::uint32_t end_of_run = runs.end[run];
+    for (std::uint32_t begin = runs.begin[run]; begin < end_of_run;) {
+      const std::uint32_t end = std::min(end_of_run, begin + longest[begin]);
+      set_piece(pieces++, begin, end, runs.index[run], label, sign * runs.level[run],
+                sign * runs.pole[run], sign * runs.distance[run]);
       begin = end;
     }
   }
+  pass_.pieces = pieces;
 }
 
 // Bent rays one by one: in the picture where they are straight, their facet is turned a little.
@@ -187,7 +190,7 @@ void EchoFormer::take_rays(std::span<const Hit> hits, std::span<const Arrival> a
     const Eigen::Vector3d pictured = arrivals[ray].pictured(normal, direction);
     sine_[pass_.pieces] = std::min(sine, 1.0);
     const auto number = static_cast<std::uint32_t>(j);
-    add_piece(number, number + 1, hit.index, label, pictured.dot(in_plane),
+    set_piece(pass_.pieces++, number, number + 1, hit.index, label, pictured.dot(in_plane),
               pictured.dot(fan_->pole), hit.t * pictured.dot(direction));
   }
 }
@@ -199,6 +202,7 @@ void EchoFormer::shade() {
   for (std::size_t i = count; i < count + echo_room; ++i) {
     begin_[i] = begin_[count - 1];
     end_[i] = end_[count - 1];
+    index_[i] = index_[count - 1];
     level_[i] = level_[count - 1];
     pole_[i] = pole_[count - 1];
     distance_[i] = distance_[count - 1];
@@ -216,85 +220,63 @@ void EchoFormer::correct(std::span<const Arrival> arrivals, std::size_t plane) {
     double* middle = &middles_[4 * i];
     Eigen::Map<Eigen::Vector3d>{middle} = arrival.place - fan_->origin;
     if (sine_[i] <= 0.0) {
-      middle[3] = -1.0;
+      weight_[i] = -1.0f;
       continue;
     }
     middle[3] = std::asin(sine_[i]);
-    const double over_m = arrival.path_m - ranges_[4 * i];
-    ranges_[4 * i + 3] = weight_[i] *
-                         by_material_[labels_[label_[i]].sediment].over_sine(sine_[i]) /
-                         arrival.spreading_m2 * width_rad_[i] *
-                         scatter::from_db(-2.0 * absorption_db_per_m_ * over_m);
+    const double over_m = arrival.path_m - range_m_[i];
+    energy_of_[i] = weight_[i] * by_material_[labels_[label_[i]].sediment].over_sine(sine_[i]) /
+                    arrival.spreading_m2 * width_rad_[i] *
+                    scatter::from_db(-2.0 * absorption_db_per_m_ * over_m);
   }
 }
 
+// Where the pieces do not go on on one surface: their ends, and what hides what.
 void EchoFormer::walk(std::size_t plane) {
-  std::size_t before = none;  // the neighbour below, if it answers
-  std::size_t last = none;    // the last surface that ended, unless its back came after it
-  bool faded = false;         // it ran out of range rather than ending
-  double begins_m = 0.0;      // where the neighbour's piece begins
-  std::size_t i = 0;
-  // A single ray that nothing goes on from keeps to its range: it does not tell how far its face goes.
-  const auto half_m = [&](std::size_t piece) {
-    return end_[piece] - begin_[piece] > 1 ? ranges_[4 * piece + 2] : 0.0;
-  };
-  const auto break_off = [&](std::size_t piece) {
-    lay(piece, begins_m, ranges_[4 * piece] + half_m(piece));
-    bins_.break_off();
-  };
-  // The next ray met nothing, perhaps because its hit is beyond the range.
-  const auto end_in_water = [&](std::size_t piece) {
-    const double next_m = onward_m(piece);
-    faded = next_m >= fan_->range_m && std::isfinite(next_m);
-    last = piece;
-    if (!faded) return break_off(piece);
-    const double meets_m = 0.5 * (last_m(piece) + next_m);
-    lay(piece, begins_m, meets_m);
-    const std::vector<double>& edge_rad = aperture_->edge_rad;
-    const std::size_t end = end_[piece];
-    lay(piece, meets_m, next_m,
-        0.5 * (edge_rad[end + 1] - edge_rad[end]) / (edge_rad[end] - edge_rad[begin_[piece]]));
-    bins_.break_off();
-  };
-  for (const Aperture::Stretch& stretch : aperture_->within[plane]) {
-    if (before != none) break_off(before);
-    before = last = none;
-    for (; i < pass_.pieces && begin_[i] < stretch.until; ++i) {
-      const bool sees = answers(i);
-      if (before != none) {
-        const bool neighbour = end_[before] == begin_[i];
-        if (neighbour && sees && continuous(before, i)) {
-          const double meets_m = 0.5 * (last_m(before) + first_m(i));
-          lay(before, begins_m, meets_m);
-          begins_m = meets_m;
-          before = i;
-          continue;
-        }
-        if (neighbour) {
-          break_off(before);
-          last = before;
-          faded = false;
-          if (sees) bins_.shade(last_m(before), first_m(i), weight_[i], label_[before]);
-        } else {
-          end_in_water(before);
-        }
-      }
-      before = none;
-      if (sees) {
-        before = i;
-        begins_m = ranges_[4 * i] - half_m(i);
+  const std::span<const Aperture::Stretch> stretches = aperture_->within[plane];
+  std::size_t stretch = 0;
+  std::size_t last = none;  // the last surface that ended, unless its back came after it
+  bool faded = false;       // it ran out of range rather than ending
+  const std::size_t count = pass_.pieces;
+  std::fill_n(broken_.begin(), count, std::uint8_t{0});
+  for (std::size_t k = 0; k < (count > 0 ? pass_.break_count : 0); ++k) {
+    const std::size_t i = breaks_[k];
+    const std::size_t before = i > 0 && answers(i - 1) ? i - 1 : none;
+    const bool sees = answers(i);
+    if (before != none && end_[before] < begin_[i]) {
+      if (end_[before] < stretches[stretch].until) {
+        faded = end_in_water(before);
+        last = before;
       } else {
-        last = none;  // a back: the surface's hole, not its shadow
+        end_here(before);
       }
+    } else if (before != none) {
+      if (sees && continuous(before, i)) continue;
+      end_here(before);
+      faded = false;
+      last = before;
+      if (sees) bins_.shade(last_m(before), first_m(i), weight_[i], label_[before]);
     }
-    if (before != none && end_[before] < stretch.until) {
-      end_in_water(before);
-      before = none;
+    for (; begin_[i] >= stretches[stretch].until; ++stretch) last = none;
+    if (sees) {
+      from_m_[i] = range_m_[i] - half_m(i);
+      broken_[i] = 1;
+    } else {
+      last = none;  // a back: the surface's hole, not its shadow
     }
   }
-  if (before != none) break_off(before);
+  std::size_t before = count > 0 && answers(count - 1) ? count - 1 : none;
+  if (before != none && end_[before] < stretches[stretch].until) {
+    faded = end_in_water(before);
+    last = before;
+    before = none;
+  } else if (before != none) {
+    end_here(before);
+  }
+  bins_.lay(pass_, label_, broken_);
   // A surface that ends in mid-water hides all behind it, as does one that stands higher than the
   // fan; one that the fan's lower edge leaves hides nothing.
+  if (stretch + 1 < stretches.size()) before = last = none;
   if (before != none) {
     const Eigen::Vector3d direction =
         fan_->direction(fan_->plane_direction(plane), end_[before] - 1);
@@ -305,12 +287,34 @@ void EchoFormer::walk(std::size_t plane) {
   bins_.end_plane();
 }
 
-// Or, instead of all its energy, some share.
-void EchoFormer::lay(std::size_t piece, double from_m, double until_m, double share) {
-  using Four = Eigen::Map<const Eigen::Array4d>;
-  bins_.lay({share * ranges_[4 * piece + 3], Four(&middles_[4 * piece]), Four(&changes_[4 * piece]),
-             slant_[piece], weight_[piece], label_[piece]},
-            from_m, until_m);
+// How far a piece goes on from its middle where nothing joins it. A single ray keeps to its range: it does not tell
+// how far its face goes.
+double EchoFormer::half_m(std::size_t piece) const {
+  return end_[piece] - begin_[piece] > 1 ? to_end_m_[piece] : 0.0;
+}
+
+void EchoFormer::end_here(std::size_t piece) { until_m_[piece] = range_m_[piece] + half_m(piece); }
+
+// The next ray met nothing, perhaps because its hit is beyond the range: the surface goes on there, in a piece
+// of its own, and true is returned.
+bool EchoFormer::end_in_water(std::size_t piece) {
+  const double next_m = onward_m(piece);
+  if (!(next_m >= fan_->range_m && std::isfinite(next_m))) {
+    end_here(piece);
+    return false;
+  }
+  const std::size_t more = pass_.pieces++, end = end_[piece];
+  until_m_[piece] = from_m_[more] = 0.5 * (last_m(piece) + next_m);
+  until_m_[more] = next_m;
+  const double half_step_rad = 0.5 * (aperture_->edge_rad[end + 1] - aperture_->edge_rad[end]);
+  energy_of_[more] = energy_of_[piece] * half_step_rad / double(width_rad_[piece]);
+  std::copy_n(&middles_[4 * piece], 4, &middles_[4 * more]);
+  std::copy_n(&changes_[4 * piece], 4, &changes_[4 * more]);
+  weight_[more] = weight_[piece];
+  slant_[more] = slant_[piece];
+  label_[more] = label_[piece];
+  broken_[more] = 1;
+  return true;
 }
 
 // Where the next ray would meet the facet if it went on; infinite if never.
@@ -340,23 +344,18 @@ void EchoFormer::shade_beyond(std::size_t piece, std::size_t plane) {
                 label_[piece]);
 }
 
-// Two facets that meet between the rays are no farther apart in range than one of them runs from the
-// one ray to the other, and no farther in space than they are long. Twice that is allowed, for the
-// small facets that may lie between.
+// As join_pieces has it; and farther apart than that two facets do not meet if it is farther than they are
+// long.
 bool EchoFormer::continuous(std::size_t a, std::size_t b) const {
-  if (index_[a] == index_[b]) return true;
-  // Half of what it runs from ray to ray: the range that its last half step adds.
   const auto half_run_m = [&](std::size_t piece) {
-    return std::abs(ranges_[4 * piece + 2] - ranges_[4 * piece + 1]);
+    return std::abs(to_end_m_[piece] - to_last_m_[piece]);
   };
   const double apart_m = std::abs(first_m(b) - last_m(a));
   if (apart_m > 4.0 * std::max(half_run_m(a), half_run_m(b))) return false;
   const std::vector<double>& elevation_rad = fan_->grid->elevation_rad;
-  const double step_rad = elevation_rad[begin_[b]] - elevation_rad[begin_[b] - 1];
-  const double across_m = last_m(a) * step_rad, bins_m = 2.0 * bins_.bin_m();
-  if (apart_m + across_m <= bins_m) return true;
+  const double across_m = last_m(a) * (elevation_rad[begin_[b]] - elevation_rad[begin_[b] - 1]);
   return std::hypot(apart_m, across_m) <=
-         bins_m + longest_edge_m(index_[a]) + longest_edge_m(index_[b]);
+         2.0 * bins_.bin_m() + longest_edge_m(index_[a]) + longest_edge_m(index_[b]);
 }
 
 double EchoFormer::longest_edge_m(std::uint32_t index) const {

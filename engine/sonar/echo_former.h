@@ -57,19 +57,30 @@ class EchoFormer {
   void begin_plane(std::size_t plane);
   void take_runs(const FanRuns& runs, std::size_t plane);
   void take_rays(std::span<const Hit> hits, std::span<const Arrival> arrivals, std::size_t plane);
-  void add_piece(std::uint32_t begin, std::uint32_t end, std::uint32_t index, std::uint16_t label,
-                 double level, double pole, double distance);
+  void set_piece(std::size_t piece, std::uint32_t begin, std::uint32_t end, std::uint32_t index,
+                 std::uint16_t label, double level, double pole, double distance) {
+    begin_[piece] = begin;
+    end_[piece] = end;
+    index_[piece] = index;
+    label_[piece] = label;
+    level_[piece] = level;
+    pole_[piece] = pole;
+    distance_[piece] = distance;
+    bottom_[piece] = strengths_from_[labels_[label].sediment];
+  }
   void shade();
   void correct(std::span<const Arrival> arrivals, std::size_t plane);
   void walk(std::size_t plane);
   void finish(EchoLine& line);
 
-  bool answers(std::size_t piece) const { return middles_[4 * piece + 3] >= 0.0; }
-  double first_m(std::size_t piece) const { return ranges_[4 * piece] - ranges_[4 * piece + 1]; }
-  double last_m(std::size_t piece) const { return ranges_[4 * piece] + ranges_[4 * piece + 1]; }
-  bool continuous(std::size_t a, std::size_t b) const;
-  void lay(std::size_t piece, double from_m, double until_m, double share = 1.0);
+  bool answers(std::size_t piece) const { return weight_[piece] >= 0.0f; }
+  double first_m(std::size_t piece) const { return range_m_[piece] - to_last_m_[piece]; }
+  double last_m(std::size_t piece) const { return range_m_[piece] + to_last_m_[piece]; }
+  double half_m(std::size_t piece) const;
   double onward_m(std::size_t piece) const;
+  bool continuous(std::size_t a, std::size_t b) const;
+  void end_here(std::size_t piece);
+  bool end_in_water(std::size_t piece);
   void shade_beyond(std::size_t piece, std::size_t plane);
   double longest_edge_m(std::uint32_t index) const;
 
@@ -94,12 +105,15 @@ class EchoFormer {
   Side side_ = Side::port;
   // The pieces of the plane at hand, as EchoPlane has them:
   EchoPlane pass_{};
-  CacheLines<std::uint32_t> begin_, end_, index_;
+  std::size_t room_ = 0;
+  CacheLines<std::uint32_t> begin_, end_, index_, breaks_;
   CacheLines<std::uint16_t> label_;
+  CacheLines<std::uint8_t> broken_;
   CacheLines<double> level_, pole_, distance_;
   CacheLines<std::int32_t> bottom_;
-  CacheLines<double> ranges_, middles_, changes_;
-  CacheLines<float> weight_, slant_, width_rad_;
+  CacheLines<double> range_m_, energy_of_, to_last_m_, to_end_m_, middles_, changes_, from_m_,
+      until_m_;
+  CacheLines<float> weight_, slant_, width_rad_, step_rad_;
   CacheLines<double> sine_;  // of the grazing angle, where rays come bent
 };
 

@@ -58,13 +58,13 @@ HWY_INLINE VF between(const float* table, VI below, VF share) {
   return fma(share, hn::Sub(to, from), from);
 }
 
-// Of x in [0, 1], within 2e-8: Abramowitz and Stegun (1964), 4.4.46.
-HWY_INLINE V arcsine(V x) {
-  V p = set(-0.0012624911);
-  for (const double next : {0.0066700901, -0.0170881256, 0.0308918810, -0.0501743046, 0.0889789874,
-                            -0.2145988016, 1.5707963050})
+// The angle whose sine is x, in [0, 1], given 1 - x: Abramowitz and Stegun (1964), 4.4.46.
+HWY_INLINE VF arcsine(VF x, VF rest) {
+  VF p = set(-0.0012624911f);
+  for (const float next : {0.0066700901f, -0.0170881256f, 0.0308918810f, -0.0501743046f,
+                           0.0889789874f, -0.2145988016f, 1.5707963050f})
     p = fma(p, x, set(next));
-  return hn::Sub(set(1.5707963267948966), hn::Mul(hn::Sqrt(hn::Sub(set(1.0), x)), p));
+  return fma(hn::Neg(hn::Sqrt(rest)), p, set(1.5707963267948966f));
 }
 
 // VerticalTable::power.
@@ -141,13 +141,13 @@ HWY_INLINE VF beam_weight(const EchoPlane& plane, VF range_m, VF cosine, VF sine
                  hn::Mul(row.scale, heard_row.scale));
 }
 
-// scatter::BackscatterTable::over_sine. On one facet, where the sine goes as 1 / range, it times the elevation
-// that a metre of range stands for falls as the range to the power of `falls`.
-HWY_INLINE VF strength_over_sine(const EchoPlane& plane, VI from, VF sine, VF& falls) {
+// scatter::BackscatterTable::over_sine, given the squared cosine as well. On one facet, where the sine goes as
+// 1 / range, it times the elevation that a metre of range stands for falls as the range to the power of
+// `falls`.
+HWY_INLINE VF strength_over_sine(const EchoPlane& plane, VI from, VF sine, VF cosine2, VF& falls) {
   using namespace scatter::backscatter_cells;
-  const VF sine2 = hn::Mul(sine, sine), cosine2 = hn::Sub(set(1.0f), sine2);
-  const VF tangent2 =
-      hn::Max(set(float(lowest)), hn::Min(set(float(highest)), hn::Div(sine2, hn::Abs(cosine2))));
+  const VF tangent2 = hn::Max(set(float(lowest)),
+                              hn::Min(set(float(highest)), hn::Div(hn::Mul(sine, sine), cosine2)));
   constexpr int shift = 23 - cells_per_octave_bits;
   const VI bits = hn::BitCast(i32, tangent2);
   const VI lowest_cell = hn::BitCast(i32, set(float(lowest)));
@@ -165,18 +165,18 @@ HWY_INLINE VF strength_over_sine(const EchoPlane& plane, VI from, VF sine, VF& f
   constexpr auto twice_cells = static_cast<float>(2 << cells_per_octave_bits);
   const VF by_tangent2 =
       hn::Div(hn::Mul(hn::Mul(rise, mantissa), set(twice_cells)), hn::Max(value, set(1e-30f)));
-  const VF vertical = set(1e-6f);
-  falls = hn::Add(set(1.0f), hn::Div(hn::Add(by_tangent2, set(1.0f)), hn::Max(cosine2, vertical)));
+  falls = hn::Add(set(1.0f), hn::Div(hn::Add(by_tangent2, set(1.0f)), cosine2));
   return value;
+}
+
+HWY_INLINE VI load(const std::uint32_t* from) {
+  return hn::LoadU(i32, reinterpret_cast<const std::int32_t*>(from));
 }
 
 // What the beam adds to the slants, by its change from a piece's one neighbour to the other, if they see about
 // the same.
 void slant_beam(const EchoPlane& plane) {
   const VF half = set(0.5f), one = set(1.0f);
-  const auto load = [&](const std::uint32_t* from) HWY_ATTR {
-    return hn::LoadU(i32, reinterpret_cast<const std::int32_t*>(from));
-  };
   for (std::size_t i = 1; i + 1 < plane.pieces; i += lanes) {
     const float* weight = plane.weight + i;
     const float* width = plane.width_rad + i;
@@ -198,19 +198,55 @@ void slant_beam(const EchoPlane& plane) {
   }
 }
 
-void shade_pieces_here(const EchoPlane& plane) {
-  const V zero = hn::Zero(d), one = set(1.0), half = set(0.5);
-  for (std::size_t i = 0; i < plane.pieces; i += lanes) {
-    const auto load = [&](const std::uint32_t* from) HWY_ATTR {
-      return hn::LoadU(i32, reinterpret_cast<const std::int32_t*>(from) + i);
+// Two facets that meet between rays are no farther apart in range than one of them runs from ray to ray;
+// twice that is allowed, for the small facets that may lie between. Where the rays' places are no farther apart
+// than two bins nothing more is asked.
+void join_pieces(EchoPlane& plane) {
+  std::size_t count = 0;
+  plane.breaks[count++] = 0;
+  for (std::size_t i = 1; i < plane.pieces; i += lanes) {
+    const auto at = [&](const double* row, std::size_t k)
+                        HWY_ATTR { return hn::LoadU(d, row + k); };
+    const V last_m = hn::Add(at(plane.range_m_of, i - 1), at(plane.to_last_m, i - 1));
+    const V first_m = hn::Sub(at(plane.range_m_of, i), at(plane.to_last_m, i));
+    const V meets_m = hn::Mul(set(0.5), hn::Add(last_m, first_m));
+    hn::StoreU(meets_m, d, plane.from_m + i);
+    hn::StoreU(meets_m, d, plane.until_m + i - 1);
+
+    const VF apart_m = hn::Abs(hn::DemoteTo(f, hn::Sub(first_m, last_m)));
+    const auto half_run_m = [&](std::size_t k) HWY_ATTR {
+      return hn::Abs(hn::DemoteTo(f, hn::Sub(at(plane.to_end_m, k), at(plane.to_last_m, k))));
     };
-    const VI begin = load(plane.begin), end = load(plane.end);
+    const VF step = hn::Max(hn::LoadU(f, plane.step_rad + i - 1), hn::LoadU(f, plane.step_rad + i));
+    const VF far_m = fma(hn::DemoteTo(f, last_m), step, apart_m);
+    const auto near =
+        hn::And(hn::Le(apart_m, hn::Mul(set(4.0f), hn::Max(half_run_m(i - 1), half_run_m(i)))),
+                hn::Le(far_m, set(static_cast<float>(2.0 * plane.bin_m))));
+    const auto same = hn::RebindMask(f, hn::Eq(load(plane.index + i - 1), load(plane.index + i)));
+    const auto neighbours =
+        hn::RebindMask(f, hn::Eq(load(plane.end + i - 1), load(plane.begin + i)));
+    const auto answer = hn::Ge(
+        hn::Min(hn::LoadU(f, plane.weight + i - 1), hn::LoadU(f, plane.weight + i)), hn::Zero(f));
+    const auto sure = hn::And(hn::And(neighbours, answer), hn::Or(same, near));
+    const auto broken = hn::AndNot(sure, hn::FirstN(f, plane.pieces - i));
+    if (hn::AllFalse(f, broken)) continue;
+    const VI numbers = hn::Iota(i32, static_cast<std::int32_t>(i));
+    count += hn::CompressStore(numbers, hn::RebindMask(i32, broken), i32,
+                               reinterpret_cast<std::int32_t*>(plane.breaks + count));
+  }
+  plane.break_count = count;
+}
+
+void shade_pieces_here(EchoPlane& plane) {
+  const V zero = hn::Zero(d), one = set(1.0);
+  const VF none = set(0.0f), unity = set(1.0f);
+  for (std::size_t i = 0; i < plane.pieces; i += lanes) {
+    const VI begin = load(plane.begin + i), end = load(plane.end + i);
     const auto middle = hn::PromoteTo(i64, hn::Sub(hn::Add(begin, end), hn::Set(i32, 1)));
     const V cosine = hn::GatherIndex(d, plane.cosines, middle);
     const V sine = hn::GatherIndex(d, plane.sines, middle);
     const V width = hn::Sub(hn::GatherIndex(d, plane.edge_rad, hn::PromoteTo(i64, end)),
                             hn::GatherIndex(d, plane.edge_rad, hn::PromoteTo(i64, begin)));
-    const V rays = hn::PromoteTo(d, hn::Sub(end, begin));
     const V level = hn::LoadU(d, plane.level + i), pole = hn::LoadU(d, plane.pole + i);
 
     // range = distance / facing, facing being minus the grazing angle's sine.
@@ -222,50 +258,143 @@ void shade_pieces_here(const EchoPlane& plane) {
     const auto answers =
         hn::And(seen, hn::And(hn::Gt(found_m, zero), hn::Le(found_m, set(2.0 * plane.range_m))));
     const V range_m = hn::IfThenElse(answers, found_m, set(plane.range_m));
-    const V slope_m = hn::Neg(hn::Mul(hn::Mul(range_m, turning), inverse));  // a radian
-    const V grazing_sine = hn::Min(hn::Max(hn::Neg(facing), zero), one);
-    const V grazing = hn::IfThenElse(answers, arcsine(grazing_sine), set(-1.0));
+    // On one facet, over the piece; no more than makes sense of a straight line.
+    const V half_m = hn::Mul(set(0.25), range_m);
+    const V free_m =
+        hn::Mul(hn::Mul(range_m, turning), hn::Mul(inverse, hn::Mul(set(-0.5), width)));
+    const V to_end_m = hn::Max(hn::Min(free_m, half_m), hn::Neg(half_m));
 
-    const V grazing_cosine =
-        hn::Sqrt(hn::Sub(set(1.0 + 1e-9), hn::Mul(grazing_sine, grazing_sine)));
-    const V grazing_way = hn::Neg(hn::Div(hn::Mul(turning, width), grazing_cosine));
+    const VF near_m = hn::DemoteTo(f, range_m), out = hn::DemoteTo(f, cosine),
+             up = hn::DemoteTo(f, sine), width_rad = hn::DemoteTo(f, width);
+    const V bounded = hn::Min(hn::Max(hn::Neg(facing), zero), one);
+    const VF grazing_sine = hn::DemoteTo(f, bounded), rest = hn::DemoteTo(f, hn::Sub(one, bounded));
+    const VF cosine2 = hn::Max(hn::Mul(rest, hn::Add(unity, grazing_sine)), set(1e-9f));
+    const VF grazing = arcsine(grazing_sine, rest);
+    const VF grazing_way =
+        hn::Neg(hn::Div(hn::Mul(hn::DemoteTo(f, turning), width_rad), hn::Sqrt(cosine2)));
 
-    const VF weight = beam_weight(plane, hn::DemoteTo(f, range_m), hn::DemoteTo(f, cosine),
-                                  hn::DemoteTo(f, sine));
+    const VF weight = beam_weight(plane, near_m, out, up);
     VF falls;
     const VF strength = strength_over_sine(plane, hn::LoadU(i32, plane.strengths_from + i),
-                                           hn::DemoteTo(f, grazing_sine), falls);
-    const V density =
-        hn::Div(hn::PromoteTo(d, hn::Mul(weight, strength)), hn::Mul(range_m, range_m));
-    const V energy = hn::IfThenElseZero(answers, hn::Mul(density, width));
+                                           grazing_sine, cosine2, falls);
+    const VF per_m = hn::Div(unity, near_m);
+    const VF energy = hn::Mul(hn::Mul(weight, strength), hn::Mul(hn::Mul(per_m, per_m), width_rad));
+    const VF end_m = hn::DemoteTo(f, to_end_m);
+    const VF slant = hn::Mul(hn::Sub(set(-2.0f), falls), hn::Mul(hn::Add(end_m, end_m), per_m));
+    const VF per_ray = hn::Div(unity, hn::ConvertTo(f, hn::Sub(end, begin)));
+    const VF half_step_m = hn::Mul(end_m, per_ray);
 
-    const V to_end_m = hn::Mul(half, hn::Mul(slope_m, width));
-    const V to_last_m = hn::Sub(to_end_m, hn::Div(to_end_m, rays));
-    const V exponent = hn::Sub(set(-2.0), hn::PromoteTo(d, falls));
-    const V share = hn::Div(hn::Mul(exponent, hn::Add(to_end_m, to_end_m)), range_m);
-    hn::StoreInterleaved4(range_m, to_last_m, to_end_m, energy, d, plane.ranges + 4 * i);
+    hn::StoreU(range_m, d, plane.range_m_of + i);
+    hn::StoreU(to_end_m, d, plane.to_end_m + i);
+    hn::StoreU(hn::Sub(to_end_m, hn::PromoteTo(d, half_step_m)), d, plane.to_last_m + i);
+    hn::StoreU(hn::IfThenElseZero(answers, hn::PromoteTo(d, energy)), d, plane.energy + i);
+    const V weighs = hn::IfThenElse(answers, hn::PromoteTo(d, hn::Max(weight, none)), set(-1.0));
+    hn::StoreU(hn::DemoteTo(f, weighs), f, plane.weight + i);
+    hn::StoreU(hn::Min(hn::Max(slant, set(-1.0f)), unity), f, plane.slant + i);
+    hn::StoreU(width_rad, f, plane.width_rad + i);
+    hn::StoreU(hn::Mul(width_rad, per_ray), f, plane.step_rad + i);
 
     const V out_m = hn::Mul(range_m, cosine), up_m = hn::Mul(range_m, sine);
-    const V out_way = hn::Mul(width, hn::Sub(hn::Mul(slope_m, cosine), up_m));
-    const V up_way = hn::Mul(width, fma(slope_m, sine, out_m));
-    const auto axis = [&](std::size_t k, V out, V up) HWY_ATTR {
-      return fma(out, set(plane.direction[k]), hn::Mul(up, set(plane.pole_direction[k])));
+    const V longer_m = hn::Add(to_end_m, to_end_m);
+    const V out_way = fma(longer_m, cosine, hn::Neg(hn::Mul(width, up_m)));
+    const V up_way = fma(longer_m, sine, hn::Mul(width, out_m));
+    const auto axis = [&](std::size_t k, V level_m, V pole_m) HWY_ATTR {
+      return fma(level_m, set(plane.direction[k]), hn::Mul(pole_m, set(plane.pole_direction[k])));
     };
-    hn::StoreInterleaved4(axis(0, out_m, up_m), axis(1, out_m, up_m), axis(2, out_m, up_m), grazing,
-                          d, plane.middles + 4 * i);
+    hn::StoreInterleaved4(axis(0, out_m, up_m), axis(1, out_m, up_m), axis(2, out_m, up_m),
+                          hn::PromoteTo(d, grazing), d, plane.middles + 4 * i);
     hn::StoreInterleaved4(axis(0, out_way, up_way), axis(1, out_way, up_way),
-                          axis(2, out_way, up_way), grazing_way, d, plane.changes + 4 * i);
-    hn::StoreU(weight, f, plane.weight + i);
-    hn::StoreU(hn::DemoteTo(f, hn::Min(hn::Max(share, set(-1.0)), one)), f, plane.slant + i);
-    hn::StoreU(hn::DemoteTo(f, width), f, plane.width_rad + i);
+                          axis(2, out_way, up_way), hn::PromoteTo(d, grazing_way), d,
+                          plane.changes + 4 * i);
   }
   slant_beam(plane);
+  join_pieces(plane);
+}
+
+// A glint of a piece goes into a bin: so much energy, from so far along it, -1/2 to 1/2.
+struct Glints {
+  const double *middle, *change;
+  float weight;
+  std::int32_t label;
+};
+HWY_INLINE void put(EchoBins& to, std::size_t index, double energy, double along,
+                    const Glints& piece) {
+  using Four = hn::CappedTag<double, 4>;
+  constexpr Four four;
+  EchoBin& bin = to.bins[index];
+  constexpr int bits = EchoBin::branch_bits;
+  const bool first = bin.visit >> bits != to.visit >> bits;
+  bin.lit += first ? piece.weight : 0.0f;
+  // Two branches of a plane in one bin are layover, but where it turns.
+  if (HWY_UNLIKELY(!first && bin.visit != to.visit && index != to.turning)) to.layover[index] = 1;
+  bin.visit = to.visit;
+  if (HWY_UNLIKELY(bin.label != piece.label)) {
+    if (bin.label == EchoBin::nobody)
+      bin.label = piece.label;
+    else
+      to.others[to.other_count++] = {energy, static_cast<std::uint32_t>(index),
+                                     static_cast<std::uint16_t>(piece.label)};
+  }
+  bin.energy += energy;
+  for (std::size_t k = 0; k < 4; k += hn::Lanes(four)) {
+    const auto place = fma(four, hn::Set(four, along), hn::LoadU(four, piece.change + k),
+                           hn::LoadU(four, piece.middle + k));
+    double* seen = &bin.seen[0] + k;
+    hn::Store(fma(four, hn::Set(four, energy), place, hn::Load(four, seen)), four, seen);
+  }
+}
+
+std::size_t lay_pieces_here(const EchoPlane& plane, const std::uint16_t* labels,
+                            const std::uint8_t* broken, EchoBins& to, std::size_t from) {
+  const double per_m = 1.0 / to.bin_m, last = static_cast<double>(to.count - 1);
+  const auto bin_of = [&](double range_m) {
+    const double place = range_m * per_m;
+    return static_cast<std::size_t>(place < last ? (place > 0.0 ? place : 0.0) : last);
+  };
+  for (std::size_t i = from; i < plane.pieces; ++i) {
+    if (HWY_UNLIKELY(to.other_count + to.count > to.other_room)) return i;
+    if (plane.weight[i] < 0.0f) continue;
+    const double from_m = plane.from_m[i], until_m = plane.until_m[i];
+    const std::size_t first = bin_of(from_m), end = bin_of(until_m);
+    const bool farther = until_m >= from_m;
+    if (broken[i] || farther != to.farther) {
+      ++to.visit;
+      to.farther = farther;
+      to.turning = first;
+    }
+    const double energy = plane.energy[i];
+    if (!(energy > 0.0)) continue;  // out of the beam at that range
+    const Glints piece{plane.middles + 4 * i, plane.changes + 4 * i, plane.weight[i], labels[i]};
+    if (first == end) {
+      put(to, first, energy, 0.0, piece);
+      continue;
+    }
+    const double inverse = 1.0 / (until_m - from_m), slant = plane.slant[i];
+    const std::size_t step = farther ? 1 : static_cast<std::size_t>(-1);
+    double edge_m = to.bin_m * static_cast<double>(farther ? first + 1 : first);
+    const double edge_step_m = farther ? to.bin_m : -to.bin_m;
+    double begins = 0.0;  // how far along the piece the bin begins, 0 to 1
+    for (std::size_t bin = first;; bin += step) {
+      const double there = bin == end ? 1.0 : (edge_m - from_m) * inverse;
+      const double ends = there < begins ? begins : there;  // by rounding
+      const double along = 0.5 * (begins + ends) - 0.5;
+      put(to, bin, energy * (ends - begins) * std::fma(slant, along, 1.0), along, piece);
+      if (bin == end) break;
+      begins = ends;
+      edge_m += edge_step_m;
+    }
+  }
+  return plane.pieces;
 }
 
 }  // namespace
 
 // What is exported must not be unnamed.
-void shade_pieces_on(const EchoPlane& plane) { shade_pieces_here(plane); }
+void shade_pieces_on(EchoPlane& plane) { shade_pieces_here(plane); }
+std::size_t lay_pieces_on(const EchoPlane& plane, const std::uint16_t* labels,
+                          const std::uint8_t* broken, EchoBins& bins, std::size_t from) {
+  return lay_pieces_here(plane, labels, broken, bins, from);
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
@@ -275,8 +404,14 @@ HWY_AFTER_NAMESPACE();
 namespace ensonify::engine {
 
 HWY_EXPORT(shade_pieces_on);
+HWY_EXPORT(lay_pieces_on);
 
-void shade_pieces(const EchoPlane& plane) { HWY_DYNAMIC_DISPATCH(shade_pieces_on)(plane); }
+void shade_pieces(EchoPlane& plane) { HWY_DYNAMIC_DISPATCH(shade_pieces_on)(plane); }
+
+std::size_t lay_pieces(const EchoPlane& plane, const std::uint16_t* labels,
+                       const std::uint8_t* broken, EchoBins& bins, std::size_t from) {
+  return HWY_DYNAMIC_DISPATCH(lay_pieces_on)(plane, labels, broken, bins, from);
+}
 
 }  // namespace ensonify::engine
 #endif

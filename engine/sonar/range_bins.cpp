@@ -1,41 +1,54 @@
 #include <ensonify/engine/sonar/range_bins.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace ensonify::engine {
 
+RangeBins::RangeBins(double bin_m, std::size_t bins)
+    : bin_m_(bin_m),
+      bins_(bins),
+      layover_(bins),
+      others_(2 * bins),
+      first_share_(bins),
+      to_{.bins = nullptr, .count = bins, .bin_m = bin_m, .other_room = others_.size()} {}
+
 void RangeBins::reset() {
-  std::fill(bins_.begin(), bins_.end(), Bin{});
+  std::fill(bins_.begin(), bins_.end(), EchoBin{});
   std::fill(layover_.begin(), layover_.end(), std::uint8_t{0});
+  std::fill(first_share_.begin(), first_share_.end(), -1);
   shares_.clear();
-  visit_ = 0;
+  to_.bins = bins_.data();
+  to_.layover = layover_.data();
+  to_.others = others_.data();
+  to_.other_count = 0;
+  to_.visit = 0;
 }
 
 void RangeBins::begin_plane() {
-  visit_ = (plane() + 1) << branch_bits;
-  direction_ = 0;
-  turning_bin_ = bins_.size();
+  to_.visit = ((to_.visit >> EchoBin::branch_bits) + 1) << EchoBin::branch_bits;
   shades_.clear();
 }
 
-void RangeBins::lay_across(const Glint& glint, double from_m, double until_m, std::size_t from,
-                           std::size_t until) {
-  const double per_m = 1.0 / (until_m - from_m);
-  const std::size_t step = direction_ > 0 ? 1 : static_cast<std::size_t>(-1);
-  const std::size_t edge = direction_ > 0 ? 1 : 0;  // the bin's that is met next
-  double begin = 0.0;                               // how far along the way the bin begins, 0 to 1
-  for (std::size_t bin = from;; bin += step) {
-    const double end =
-        bin == until
-            ? 1.0
-            : std::clamp((static_cast<double>(bin + edge) * bin_m_ - from_m) * per_m, begin, 1.0);
-    const double off_middle = 0.5 * (begin + end) - 0.5;
-    add(bin, glint.energy * (end - begin) * (1.0 + glint.slant * off_middle),
-        glint.middle + off_middle * glint.change, glint);
-    if (bin == until) return;
-    begin = end;
+void RangeBins::lay(const EchoPlane& plane, std::span<const std::uint16_t> labels,
+                    std::span<const std::uint8_t> broken) {
+  for (std::size_t piece = 0; piece < plane.pieces; share_out())
+    piece = lay_pieces(plane, labels.data(), broken.data(), to_, piece);
+}
+
+void RangeBins::share_out() {
+  for (std::size_t i = 0; i < to_.other_count; ++i) {
+    const OtherShare& other = others_[i];
+    std::int32_t share = first_share_[other.bin];
+    while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != other.label)
+      share = shares_[static_cast<std::size_t>(share)].next;
+    if (share < 0) {
+      share = static_cast<std::int32_t>(shares_.size());
+      shares_.push_back({0.0, first_share_[other.bin], other.label});
+      first_share_[other.bin] = share;
+    }
+    shares_[static_cast<std::size_t>(share)].energy += other.energy;
   }
+  to_.other_count = 0;
 }
 
 void RangeBins::shade(double from_m, double until_m, float weight, std::uint16_t label) {
@@ -44,12 +57,13 @@ void RangeBins::shade(double from_m, double until_m, float weight, std::uint16_t
 }
 
 void RangeBins::end_plane() {
+  const std::uint32_t plane = to_.visit >> EchoBin::branch_bits;
   for (const Shade& shade : shades_)
     for (std::size_t i = shade.first; i < shade.last; ++i) {
-      Bin& bin = bins_[i];
-      if (bin.visit >> branch_bits == plane() || bin.shadow_plane == plane())
+      EchoBin& bin = bins_[i];
+      if (bin.visit >> EchoBin::branch_bits == plane || bin.shadow_plane == plane)
         continue;  // seen after all
-      bin.shadow_plane = static_cast<std::uint16_t>(plane());
+      bin.shadow_plane = static_cast<std::uint16_t>(plane);
       bin.shadowed += shade.weight;
       if (shade.weight > bin.darkest) {
         bin.darkest = shade.weight;
@@ -58,37 +72,22 @@ void RangeBins::end_plane() {
     }
 }
 
-// A plane's profile of ranges over elevation is a chain of branches, each running one way. Two
-// branches in one bin are layover, but for the bin in which the profile turns.
-void RangeBins::come_to(std::size_t index, float weight) {
-  Bin& bin = bins_[index];
-  if (bin.visit >> branch_bits != plane())
-    bin.lit += weight;
-  else if (index != turning_bin_)
-    layover_[index] = 1;
-  bin.visit = visit_;
-}
-
-void RangeBins::share(std::size_t index, std::uint16_t label, double energy) {
-  Bin& bin = bins_[index];
-  if (bin.label == nobody) {
-    bin.label = label;
-    return;
+// The label with the most of a bin's energy, and how much.
+std::uint16_t RangeBins::strongest(std::size_t bin, double& energy) const {
+  auto label = static_cast<std::uint16_t>(bins_[bin].label);
+  energy = bins_[bin].energy;
+  const std::int32_t first = first_share_[bin];
+  for (std::int32_t s = first; s >= 0; s = shares_[static_cast<std::size_t>(s)].next)
+    energy -= shares_[static_cast<std::size_t>(s)].energy;
+  for (std::int32_t s = first; s >= 0;) {
+    const Share& share = shares_[static_cast<std::size_t>(s)];
+    if (share.energy > energy) {
+      energy = share.energy;
+      label = share.label;
+    }
+    s = share.next;
   }
-  if (bin.label != several) {
-    first_share_[index] = static_cast<std::int32_t>(shares_.size());
-    shares_.push_back({bin.energy, -1, static_cast<std::uint16_t>(bin.label)});
-    bin.label = several;
-  }
-  std::int32_t share = first_share_[index];
-  while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != label)
-    share = shares_[static_cast<std::size_t>(share)].next;
-  if (share < 0) {
-    share = static_cast<std::int32_t>(shares_.size());
-    shares_.push_back({0.0, first_share_[index], label});
-    first_share_[index] = share;
-  }
-  shares_[static_cast<std::size_t>(share)].energy += energy;
+  return label;
 }
 
 void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const {
@@ -96,25 +95,13 @@ void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, Ech
   line.first_return = -1;
   line.starved = 0;
   for (std::size_t i = 0; i < out.region.size(); ++i) {
-    const Bin& bin = bins_[i];
+    const EchoBin& bin = bins_[i];
     const bool lit = bin.energy > 0.0;
     if (lit && line.first_return < 0) line.first_return = static_cast<int>(i);
 
     Label label{};
     double most = 0.0;
-    if (lit && bin.label != several) {
-      most = bin.energy;
-      label = labels[static_cast<std::uint16_t>(bin.label)];
-    } else if (lit) {
-      for (std::int32_t s = first_share_[i]; s >= 0;) {
-        const Share& share = shares_[static_cast<std::size_t>(s)];
-        if (share.energy > most) {
-          most = share.energy;
-          label = labels[share.label];
-        }
-        s = share.next;
-      }
-    }
+    if (lit) label = labels[strongest(i, most)];
     out.sediment[i] = label.sediment;
     out.class_id[i] = label.class_id;
     out.instance[i] = label.instance;
