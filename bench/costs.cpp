@@ -83,7 +83,7 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
                       .heading_rad = 1.5707963};
       pinger.aim(pose, 45.0);
       for (const Side side : {Side::port, Side::starboard}) {
-        const std::span<const Hit> hits = pinger.trace(*tracer, labelled.mesh, side);
+        const std::span<const Hit> hits = pinger.trace(*tracer, labelled.mesh, 0, side);
         if (looking)
           looking->look(pinger.fan(side), labelled.mesh, hits, static_cast<std::uint64_t>(i));
         pinger.echo(labelled.mesh, side, line);
@@ -100,7 +100,7 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
   const fs::path cast =
       fs::temp_directory_path() / fmt::format("ensonify-bench-{}.csv", ::getpid());
   for (const auto& [bed, faces] : {std::pair{"ripples", 2e6}, std::pair{"fractal", 2e6}})
-    for (const char* surface : {"static", "footprint"}) {
+    for (const char* surface : {"static", "footprint", "refined"}) {
       std::vector<std::pair<const char*, RefractionMode>> modes{
           {"time-only", RefractionMode::time_only}, {"full", RefractionMode::full}};
       std::erase_if(modes, [&, bed = bed](const auto& mode) {

@@ -138,8 +138,10 @@ struct Simulator::Ready {
   }
 
   Refraction refraction() const {
+    const auto kind =
+        std::ranges::find(intersector_kinds(), parts.intersector, &IntersectorKind::name);
     return {scene.sea.refraction, profile ? &*profile : nullptr, bounds.highest.z(),
-            -double(bounds.lowest.z())};
+            -double(bounds.lowest.z()), kind->takes_lists};
   }
 
   std::shared_ptr<const Instrument> instrument(std::size_t number, const Sonar& settings,
@@ -303,7 +305,8 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     const std::size_t sides = sides_of(worker.sonars[i]).size();
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
-      const std::span<const Hit> hits = pinger.trace(surface, triangles, line.side);
+      const std::span<const Hit> hits =
+          pinger.trace(surface, triangles, worker.surface.version(), line.side);
       watch.lap(worker.times.trace_s);
       if (!worker.views.empty())
         worker.views[i].look(pinger.fan(line.side), triangles, hits, number);

@@ -124,7 +124,10 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
               xi * step.range_over_xi_m2_per_s,
           d0 * (b.range_m - a.range_m) + d10 * a.range_slope_m + d11 * b.range_slope_m +
               step.slope_m2_per_s / (hypotenuse2 * hypotenuse * source_mps_),
-          top_s + step.time_s, top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m, xi};
+          top_s + step.time_s,
+          top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
+          xi,
+          mps};
 }
 
 bool DirectRays::find(double range_m, double depth_m, Way& way) const {
@@ -138,7 +141,7 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
     if (std::abs(off_m) < close_m) {
       // At one depth time grows with range by Snell's constant.
       way = {std::max(w - off_m / here.range_slope_m, 0.0), here.time_s - here.xi * off_m,
-             here.path_m, here.range_slope_m};
+             here.path_m, here.range_slope_m, here.mps};
       return true;
     }
     if (off_m < 0.0 && w >= flattest()) return false;
@@ -149,7 +152,7 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
 
 double DirectRays::follow(double cotangent, double depth_m, Way& way) const {
   const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
-  way = {cotangent, there.time_s, there.path_m, there.range_slope_m};
+  way = {cotangent, there.time_s, there.path_m, there.range_slope_m, there.mps};
   return there.range_m;
 }
 

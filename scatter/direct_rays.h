@@ -19,6 +19,7 @@ class DirectRays {
     double time_s = 0.0;
     double path_m = 0.0;
     double range_per_cotangent_m = 0.0;  ///< at that depth
+    double sound_speed_mps = 1500.0;     ///< there
   };
 
   /// To depths from one to another. The profile must outlive this. Throws std::invalid_argument unless
@@ -47,7 +48,7 @@ class DirectRays {
   };
 
   struct Place {
-    double range_m, range_slope_m, time_s, path_m, xi;
+    double range_m, range_slope_m, time_s, path_m, xi, mps;
   };
   std::size_t piece_of(double depth_m) const;
   Place at(double cotangent, std::size_t piece, double depth_m) const;

@@ -16,15 +16,16 @@ namespace {
 
 /// Whether a ray can be left out of a run on one facet, because range and density go on like straight
 /// lines over elevation from the last sight to the next ray: as curved as they are, for a five-hundredth.
-bool goes_on(const FanGrid& grid, const Sight& last, std::size_t j, const Hit& hit,
-             const Hit& next) {
+bool goes_on(const FanGrid& grid, const Sight& last, std::size_t j, const Hit* hits) {
   constexpr std::size_t longest = 8;  // rays
   constexpr double widest_rad = 0.005, bend = 0.002;
+  const Hit &hit = hits[j], &next = hits[j + 1];
   if (hit.index != last.index || next.index != last.index || j - last.elevation >= longest)
     return false;
   const double so_far_rad = grid.elevation_rad[j] - grid.elevation_rad[last.elevation];
   const double step_rad = grid.elevation_rad[j + 1] - grid.elevation_rad[j];
-  const double so_far = (hit.t - last.range_m) * step_rad, onwards = (next.t - hit.t) * so_far_rad;
+  const double so_far = (hit.t - hits[last.elevation].t) * step_rad,
+               onwards = (next.t - hit.t) * so_far_rad;
   return so_far_rad < widest_rad && std::abs(onwards - so_far) < bend * std::abs(so_far);
 }
 
@@ -66,8 +67,8 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 }
 
 void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
-                      refine::Triangles triangles, std::span<const Hit> hits,
-                      std::span<const Arrival> arrivals, EchoLine& line) {
+                      refine::Triangles triangles, std::span<const Hit> hits, RayArrivals* arrivals,
+                      EchoLine& line) {
   triangles_ = triangles;
   plane_beam_.begin(beam_, fan, aperture, reception, line.side);
   bins_.reset();
@@ -90,8 +91,8 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
   }
 }
 
-void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits,
-                            std::span<const Arrival> arrivals, std::size_t plane, EchoLine& line) {
+void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits, RayArrivals* arrivals,
+                            std::size_t plane, EchoLine& line) {
   const FanGrid& grid = *fan.grid;
   const std::size_t count = fan.elevations();
   bins_.begin_plane();
@@ -107,15 +108,14 @@ void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits,
       continue;
     }
     const std::size_t number = plane * count + j;
-    const Hit& hit = hits[number];
+    Hit hit = hits[number];
     ++line.rays;
     line.hits += static_cast<bool>(hit);
-    if (*before && arrivals.empty() && j + 1 < count &&
-        goes_on(grid, *before, j, hit, hits[number + 1]))
-      continue;
+    if (*before && j + 1 < count && goes_on(grid, *before, j, &hits[plane * count])) continue;
     const Eigen::Vector3d direction = fan.direction(broadside, j);
-    const Arrival* arrival = arrivals.empty() ? nullptr : &arrivals[number];
-    look(fan, j, direction, hit, arrival, *before, *now);
+    Arrival arrival;
+    if (arrivals && hit) arrival = arrivals->tell(number, hit);
+    look(fan, j, direction, hit, arrivals ? &arrival : nullptr, *before, *now);
     const std::size_t neighbour = *before ? before->elevation : j > 0 ? j - 1 : j;
     const double step = grid.elevation_rad[j] - grid.elevation_rad[neighbour];
     if (*before && *now && continuous(*before, *now)) {
@@ -128,12 +128,14 @@ void EchoFormer::walk_plane(const RayFan& fan, std::span<const Hit> hits,
           const Hit onward{
               .face = triangles_.number(before->index), .index = before->index, .t = onward_m};
           Arrival beyond;
-          if (arrival)
-            beyond = arrivals[number - 1].onwards(
-                onward_m / before->range_m,
-                onward_m * direction - before->range_m * before->direction);
+          if (arrivals) {
+            Hit last_hit = hits[number - 1];
+            beyond = arrivals->tell(number - 1, last_hit)
+                         .onwards(onward_m / before->range_m,
+                                  onward_m * direction - before->range_m * before->direction);
+          }
           Sight sight;
-          look(fan, j, direction, onward, arrival ? &beyond : nullptr, *before, sight);
+          look(fan, j, direction, onward, arrivals ? &beyond : nullptr, *before, sight);
           bins_.spread(*before, sight, step);
         } else {
           bins_.settle(*before, step);

@@ -38,18 +38,18 @@ class EchoFormer {
              const std::vector<Label>* moving = nullptr);
 
   /// hits, over these triangles, by the ray numbers of the fan, which is the aperture's. Bent rays come
-  /// with their arrivals, by ray number, and their hits' t is the range that their time stands for;
-  /// straight ones with none. Fills the line of a side; the speckled intensity is still the expectation.
+  /// with their arrivals, and their hits' t is the range that their time stands for; straight ones
+  /// without. Fills the line of a side; the speckled intensity is still the expectation.
   void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
-            refine::Triangles triangles, std::span<const Hit> hits,
-            std::span<const Arrival> arrivals, EchoLine& line);
+            refine::Triangles triangles, std::span<const Hit> hits, RayArrivals* arrivals,
+            EchoLine& line);
 
  private:
   /// What a ray sees of its hit; `before` is what its neighbour saw.
   void look(const RayFan& fan, std::size_t elevation, const Eigen::Vector3d& direction,
             const Hit& hit, const Arrival* arrival, const Sight& before, Sight& sight);
   bool continuous(Sight& a, Sight& b) const;
-  void walk_plane(const RayFan& fan, std::span<const Hit> hits, std::span<const Arrival> arrivals,
+  void walk_plane(const RayFan& fan, std::span<const Hit> hits, RayArrivals* arrivals,
                   std::size_t plane, EchoLine& line);
   void shade_beyond(const RayFan& fan, const Sight& blocker);
   double longest_edge_m(Sight& sight) const;

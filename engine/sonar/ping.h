@@ -23,6 +23,7 @@ struct Refraction {
   const scatter::SoundSpeedProfile* profile = nullptr;
   double highest_m = 0.0;  ///< height of the highest face
   double deepest_m = 0.0;  ///< depth of the deepest
+  bool lists = true;       ///< the intersectors answer lists of rays
 };
 
 /// One sonar at work on one thread: aims its fans, then finds the expected echo. Its
@@ -38,16 +39,15 @@ class Pinger {
   /// next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
-  /// Nearest hits of the aimed fan of one side over the intersector's triangles; good until the next
-  /// call. Refracted rays' t is the range that their time stands for at the medium's speed.
+  /// Nearest hits of the aimed fan of one side over the intersector's triangles, which are the same ones
+  /// as long as their version is; good until the next call. Refracted rays' t is the range that their time
+  /// stands for at the medium's speed.
   std::span<const Hit> trace(const Intersector& intersector, refine::Triangles triangles,
-                             Side side);
+                             std::uint64_t version, Side side);
   /// The aimed fan of one side.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// The expected echo of the side that was traced last, over these triangles.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
-  /// How the refracted rays of the side that was traced last arrived; empty for straight rays.
-  std::span<const Arrival> arrivals() const { return arrivals_; }
   /// What became of all its refracted rays.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
@@ -66,7 +66,7 @@ class Pinger {
   std::optional<RefractedTracer> refracted_;  // one of the two, or none
   std::optional<TravelTime> travel_time_;
   std::vector<Hit> hits_;
-  std::vector<Arrival> arrivals_;
+  bool lists_;
 };
 
 }  // namespace ensonify::engine

@@ -108,14 +108,14 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile, std
   for (RayFan fan : simulator.aim(poses[poses.size() / 2])) {
     fan.bend = bend(profile, deepest_m, fan.range_m, mps);
     std::vector<Hit> hits(fan.grid->rays());
-    std::vector<Arrival> arrivals(hits.size());
-    tracer.trace(fan, *embree, seafloor.mesh, hits, arrivals);
+    tracer.trace(fan, embree.get(), seafloor.mesh, 0, hits);
     for (std::size_t k = 0; k < fan.planes(); ++k)
       for (std::size_t j = 0; j < fan.elevations(); ++j) {
         if (!fan.grid->within_beam(k, j) || (k * fan.elevations() + j) % every != 0) continue;
         ++tally.rays;
         const Vector3d d = fan.direction(fan.plane_direction(k), j).normalized();
-        const Hit& found = hits[k * fan.elevations() + j];
+        Hit& found = hits[k * fan.elevations() + j];
+        if (found) tracer.tell(k * fan.elevations() + j, found);
         const Hit expected = reference.trace(fan.origin, d, fan.range_m);
         tally.hits += static_cast<bool>(expected);
         if (found.face == expected.face) {

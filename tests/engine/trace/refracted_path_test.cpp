@@ -92,21 +92,20 @@ TEST_CASE("Bent rays hit the faces that their finest chords hit, at the same tim
       fan.bend = bend(*profile, 16.5, fan.range_m, 1490.0);
       RefractedTracer tracer(*profile, highest_m, 16.5, 1490.0);
       std::vector<Hit> hits(fan.grid->rays());
-      std::vector<Arrival> arrivals(hits.size());
-      tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
+      tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
       CHECK(tracer.counts().chords < 40 * tracer.counts().rays);
       int same = 0, hit_count = 0, other = 0;
       for (std::size_t k = 0; k < fan.planes(); ++k)
         for (std::size_t j = 0; j < fan.elevations(); ++j) {
           if (!fan.grid->within_beam(k, j)) continue;
-          const Hit& found = hits[k * fan.elevations() + j];
+          Hit& found = hits[k * fan.elevations() + j];
           const Hit expected = reference(*profile, *pluecker, fan.ray(k, j), fan.range_m, 1490.0);
           hit_count += static_cast<bool>(expected);
           if (found.face == expected.face) {
             ++same;
             if (!found) continue;
+            const Arrival at = tracer.tell(k * fan.elevations() + j, found);
             CHECK(found.t == Approx(expected.t).margin(2e-3));
-            const Arrival& at = arrivals[k * fan.elevations() + j];
             const Eigen::Vector3d a =
                 bed.mesh.positions[bed.mesh.faces[found.face][0]].cast<double>();
             const Eigen::Vector3d b =
@@ -135,10 +134,9 @@ TEST_CASE("What a bent fan can touch lies in its view volume") {
   const refine::ViewTest test(std::span(&volume, 1));
   RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  std::vector<Arrival> arrivals(hits.size());
-  tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
+  tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
   for (std::size_t i = 0; i < hits.size(); ++i)
-    if (hits[i]) CHECK(test.touches({arrivals[i].place.cast<float>(), 0.0f}));
+    if (hits[i]) CHECK(test.touches({tracer.tell(i, hits[i]).place.cast<float>(), 0.0f}));
 }
 
 TEST_CASE("In the picture of a bent fan a facet is where its neighbours' times put it") {
@@ -149,16 +147,17 @@ TEST_CASE("In the picture of a bent fan a facet is where its neighbours' times p
   fan.bend = bend(thermocline, 15.0, fan.range_m, 1490.0);
   RefractedTracer tracer(thermocline, -15.0, 15.0, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
-  std::vector<Arrival> arrivals(hits.size());
-  tracer.trace(fan, *embree, bed.mesh, hits, arrivals);
+  tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
   int looked = 0;
   const std::size_t k = 2, first = k * fan.elevations();
   for (std::size_t j = 0; j + 1 < fan.elevations(); ++j) {
     if (!hits[first + j] || !hits[first + j + 1]) continue;
     const Eigen::Vector3d here = fan.ray(k, j).direction, there = fan.ray(k, j + 1).direction;
-    const Eigen::Vector3d normal = arrivals[first + j].pictured({0, 0, 1}, here);
-    const double predicted_m = hits[first + j].t * normal.dot(here) / normal.dot(there);
-    CHECK(predicted_m == Approx(hits[first + j + 1].t).epsilon(1e-3));
+    Hit near = hits[first + j], next = hits[first + j + 1];
+    const Eigen::Vector3d normal = tracer.tell(first + j, near).pictured({0, 0, 1}, here);
+    tracer.tell(first + j + 1, next);
+    const double predicted_m = near.t * normal.dot(here) / normal.dot(there);
+    CHECK(predicted_m == Approx(next.t).epsilon(1e-3));
     ++looked;
   }
   CHECK(looked > 1000);
