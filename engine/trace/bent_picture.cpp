@@ -266,10 +266,24 @@ bool BentPicture::trace(const RayFan& fan, refine::Triangles triangles, std::uin
     ways_.rays().follow(cotangent, depth_m, way);
     return reference_mps_ * way.time_s;
   };
+  // One that goes up and turns has been as high as the water there is so much faster, and back, before.
+  double slowest_above = source_mps_, steepest_above = 0.0;
+  for (const SoundSpeedLayer& layer : profile_->layers())
+    if (layer.top_m < source_m) {
+      slowest_above = std::min({slowest_above, layer.top_mps, layer.bottom_mps});
+      steepest_above = std::max(steepest_above, -layer.gradient_per_s);
+    }
+  const auto way_back_m = [&](double level) {
+    const double height_m = (source_mps_ / level - source_mps_) / steepest_above;
+    const double slow = level * slowest_above / source_mps_;
+    return 2.0 * height_m * reference_mps_ / (fastest_above_mps_ * std::sqrt(1.0 - slow * slow));
+  };
   const double flattest = ways_.rays().flattest(), longest_m = way_down_m(flattest);
   const auto comes_in_time = [&](double level, double down) {
+    const double above_m = down < 0.0 && steepest_above > 0.0 ? way_back_m(level) : 0.0;
+    if (!(above_m <= fan.range_m)) return false;
     const bool known = level < flattest * std::abs(down);
-    return (known ? way_down_m(level / std::abs(down)) : longest_m) <= fan.range_m;
+    return above_m + (known ? way_down_m(level / std::abs(down)) : longest_m) <= fan.range_m;
   };
   const double farthest_m = fan.range_m * fan.bend.lengthening;
   left.clear();
