@@ -85,10 +85,10 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
       for (const Side side : {Side::port, Side::starboard}) {
         if (looking)
           looking->look(pinger.fan(side), labelled.mesh,
-                        pinger.trace_hits(*tracer, labelled.mesh, side),
+                        pinger.trace_hits(*tracer, labelled.mesh, 0, side),
                         static_cast<std::uint64_t>(i));
         else
-          pinger.trace(*tracer, labelled.mesh, side);
+          pinger.trace(*tracer, labelled.mesh, 0, side);
         pinger.echo(labelled.mesh, side, line);
       }
     }
@@ -103,7 +103,7 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
   const fs::path cast =
       fs::temp_directory_path() / fmt::format("ensonify-bench-{}.csv", ::getpid());
   for (const auto& [bed, faces] : {std::pair{"ripples", 2e6}, std::pair{"fractal", 2e6}})
-    for (const char* surface : {"static", "footprint"}) {
+    for (const char* surface : {"static", "footprint", "refined"}) {
       std::vector<std::pair<const char*, RefractionMode>> modes{
           {"time-only", RefractionMode::time_only}, {"full", RefractionMode::full}};
       std::erase_if(modes, [&, bed = bed](const auto& mode) {

@@ -138,8 +138,10 @@ struct Simulator::Ready {
   }
 
   Refraction refraction() const {
+    const auto kind =
+        std::ranges::find(intersector_kinds(), parts.intersector, &IntersectorKind::name);
     return {scene.sea.refraction, profile ? &*profile : nullptr, bounds.highest.z(),
-            -double(bounds.lowest.z())};
+            -double(bounds.lowest.z()), kind->takes_lists};
   }
 
   std::shared_ptr<const Instrument> instrument(std::size_t number, const Sonar& settings,
@@ -303,11 +305,12 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     const std::size_t sides = sides_of(worker.sonars[i]).size();
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
+      const std::uint64_t version = worker.surface.version();
       if (worker.views.empty())
-        pinger.trace(surface, triangles, line.side);
+        pinger.trace(surface, triangles, version, line.side);
       else
         worker.views[i].look(pinger.fan(line.side), triangles,
-                             pinger.trace_hits(surface, triangles, line.side), number);
+                             pinger.trace_hits(surface, triangles, version, line.side), number);
       watch.lap(worker.times.trace_s);
       pinger.echo(triangles, line.side, line);
       watch.lap(worker.times.echo_s);

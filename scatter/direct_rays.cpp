@@ -7,8 +7,17 @@
 namespace ensonify::scatter {
 namespace {
 
-constexpr std::size_t most_nodes = 385;
-constexpr double farthest_cotangent = 20.0;
+constexpr std::size_t most_nodes = 513;
+constexpr double farthest_cotangent = 60.0;
+/// Nodes are even steps of w / (1 + w / this) of the cotangent w.
+constexpr double even_up_to = 20.0;
+constexpr double step =
+    farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (most_nodes - 1.0);
+constexpr double node_of(double w) { return w / (1.0 + w / even_up_to) / step; }
+constexpr double cotangent_of(std::size_t node) {
+  const double steps = step * static_cast<double>(node);
+  return steps / (1.0 - steps / even_up_to);
+}
 constexpr double least_sine = 0.05;  // of a ray anywhere: flatter ones are not known
 
 /// asinh(x) / x for small x; the series' next term is below rounding up to 0.01.
@@ -63,11 +72,10 @@ void DirectRays::start_at(double source_depth_m) {
   }
   if (pieces_.empty())  // the source is at the deepest
     pieces_.push_back({source_depth_m, source_mps_, 0.0});
-  step_ = farthest_cotangent / static_cast<double>(most_nodes - 1);
   nodes_ = 0;
   table_.resize((pieces_.size() - first_) * most_nodes);
   for (; nodes_ < most_nodes; ++nodes_) {
-    const double w = step_ * static_cast<double>(nodes_), hypotenuse = std::sqrt(1.0 + w * w);
+    const double w = cotangent_of(nodes_), hypotenuse = std::sqrt(1.0 + w * w);
     const double xi = w / (hypotenuse * source_mps_);
     const double xi_slope = 1.0 / (hypotenuse * hypotenuse * hypotenuse * source_mps_);
     double range_m = 0.0, slope_m2_per_s = 0.0, time_s = 0.0, path_m = 0.0;
@@ -91,6 +99,7 @@ void DirectRays::start_at(double source_depth_m) {
       path_m += step.path_m;
       sine = end_sine;
     }
+    flattest_ = w;
   }
 }
 
@@ -105,14 +114,15 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
   const Piece& piece = pieces_[k];
   const double dz = depth_m - piece.top_m;
   const double mps = piece.top_mps + piece.gradient_per_s * dz;
-  const std::size_t i = std::min(static_cast<std::size_t>(w / step_), nodes_ - 2);
+  const std::size_t i = std::min(static_cast<std::size_t>(node_of(w)), nodes_ - 2);
   const Node& a = table_[(k - first_) * most_nodes + i];
   const Node& b = *(&a + 1);
   // Hermite's cubic through both.
-  const double x = w / step_ - static_cast<double>(i), y = 1.0 - x;
+  const double from = cotangent_of(i), per_step = 1.0 / (cotangent_of(i + 1) - from);
+  const double x = (w - from) * per_step, y = 1.0 - x, width = 1.0 / per_step;
   const double h00 = y * y * (1.0 + 2.0 * x), h01 = x * x * (1.0 + 2.0 * y);
-  const double h10 = step_ * x * y * y, h11 = -step_ * x * x * y;
-  const double d0 = 6.0 * x * y / step_, d10 = y * (y - 2.0 * x), d11 = x * (x - 2.0 * y);
+  const double h10 = width * x * y * y, h11 = -width * x * x * y;
+  const double d0 = 6.0 * x * y * per_step, d10 = y * (y - 2.0 * x), d11 = x * (x - 2.0 * y);
   const double hypotenuse2 = 1.0 + w * w, hypotenuse = std::sqrt(hypotenuse2);
   const double xi = w / (hypotenuse * source_mps_);
   const double top_sine = std::sqrt(1.0 - square(xi * piece.top_mps));
@@ -124,7 +134,10 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
               xi * step.range_over_xi_m2_per_s,
           d0 * (b.range_m - a.range_m) + d10 * a.range_slope_m + d11 * b.range_slope_m +
               step.slope_m2_per_s / (hypotenuse2 * hypotenuse * source_mps_),
-          top_s + step.time_s, top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m, xi};
+          top_s + step.time_s,
+          top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
+          xi,
+          mps};
 }
 
 bool DirectRays::find(double range_m, double depth_m, Way& way) const {
@@ -138,7 +151,7 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
     if (std::abs(off_m) < close_m) {
       // At one depth time grows with range by Snell's constant.
       way = {std::max(w - off_m / here.range_slope_m, 0.0), here.time_s - here.xi * off_m,
-             here.path_m, here.range_slope_m};
+             here.path_m, here.range_slope_m, here.mps};
       return true;
     }
     if (off_m < 0.0 && w >= flattest()) return false;
@@ -149,7 +162,7 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
 
 double DirectRays::follow(double cotangent, double depth_m, Way& way) const {
   const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
-  way = {cotangent, there.time_s, there.path_m, there.range_slope_m};
+  way = {cotangent, there.time_s, there.path_m, there.range_slope_m, there.mps};
   return there.range_m;
 }
 

@@ -19,6 +19,7 @@ class DirectRays {
     double time_s = 0.0;
     double path_m = 0.0;
     double range_per_cotangent_m = 0.0;  ///< at that depth
+    double sound_speed_mps = 1500.0;     ///< there
   };
 
   /// To depths from one to another. The profile must outlive this. Throws std::invalid_argument unless
@@ -27,8 +28,8 @@ class DirectRays {
 
   /// From now on from that depth, which must be above all that is asked for.
   void start_at(double source_depth_m);
-  /// The largest cotangent that is known: rays beyond it are within 3 degrees of turning, or of level.
-  double flattest() const { return step_ * static_cast<double>(nodes_ - 1); }
+  /// The largest cotangent that is known: rays beyond it are within 3 degrees of turning, or within 1 of level.
+  double flattest() const { return flattest_; }
 
   /// The way to a range and a depth below the source; its cotangent is a guess before, the nearer the
   /// quicker. False for a point that no known ray reaches, beyond the flattest.
@@ -47,7 +48,7 @@ class DirectRays {
   };
 
   struct Place {
-    double range_m, range_slope_m, time_s, path_m, xi;
+    double range_m, range_slope_m, time_s, path_m, xi, mps;
   };
   std::size_t piece_of(double depth_m) const;
   Place at(double cotangent, std::size_t piece, double depth_m) const;
@@ -55,7 +56,7 @@ class DirectRays {
   const SoundSpeedProfile* profile_;
   double shallowest_m_, deepest_m_;
   double source_mps_ = 0.0;
-  double step_ = 0.0;
+  double flattest_ = 0.0;
   std::size_t nodes_ = 0;
   std::size_t first_ = 0;      // piece of the shallowest depth: those above have no nodes
   std::vector<Piece> pieces_;  // from the source down

@@ -92,16 +92,6 @@ void check_scene(const Scene& scene,
   require(scene.sea.profile.name.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
     return "'sea.sound_speed_mps' and 'sea.profile' are both given, expected one of them";
   });
-  const auto kind =
-      std::ranges::find(intersector_kinds(), scene.run.intersector, &IntersectorKind::name);
-  require(scene.sea.refraction != RefractionMode::full || kind == intersector_kinds().end() ||
-              kind->takes_lists,
-          "run.intersector", [&] {
-            return fmt::format(
-                "'run.intersector' is \"{}\", which cannot trace bent rays: for sea.refraction = "
-                "\"full\" take another, as embree",
-                scene.run.intersector);
-          });
   require(scene.sea.refraction == RefractionMode::off || !scene.sea.profile.name.empty(),
           "sea.refraction", [] {
             return "'sea.refraction' is on, and there is no cast to refract by: give its file as "

@@ -53,16 +53,16 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
 }
 
 void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
-                      refine::Triangles triangles, std::span<const Hit> hits,
-                      std::span<const Arrival> arrivals, EchoLine& line) {
+                      refine::Triangles triangles, std::span<const Hit> hits, RayArrivals& arrivals,
+                      EchoLine& line) {
   begin(fan, aperture, reception, triangles, line);
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     begin_plane(plane);
     take_rays(hits, arrivals, plane);
+    for (std::size_t i = 0; i < pass_.pieces; ++i) line.hits += end_[i] - begin_[i];
     shade();
-    correct(arrivals, plane);
+    correct();
     walk(plane);
-    line.hits += pass_.pieces;
   }
   finish(line);
 }
@@ -171,28 +171,37 @@ void EchoFormer::take_runs(const FanRuns& runs, std::size_t plane) {
   pass_.pieces = pieces;
 }
 
-// Bent rays one by one: in the picture where they are straight, their facet is turned a little.
-void EchoFormer::take_rays(std::span<const Hit> hits, std::span<const Arrival> arrivals,
-                           std::size_t plane) {
+// Of neighbouring bent rays on one face the middle one tells how they came: in the picture where it is straight,
+// its facet is turned a little.
+void EchoFormer::take_rays(std::span<const Hit> hits, RayArrivals& arrivals, std::size_t plane) {
   const Eigen::Vector3d in_plane = fan_->plane_direction(plane);
-  for (std::size_t j = 0; j < fan_->elevations(); ++j) {
-    const std::size_t ray = plane * fan_->elevations() + j;
-    const Hit& hit = hits[ray];
-    if (!hit) continue;
-    const Eigen::Vector3d a = triangles_.corner(hit.index, 0);
-    Eigen::Vector3d normal = (triangles_.corner(hit.index, 1) - a)
-                                 .cross(triangles_.corner(hit.index, 2) - a)
-                                 .normalized();
-    const std::uint16_t label = labels_.label_of(hit.face);
-    double sine = -normal.dot(arrivals[ray].direction);
-    if (sine < 0.0 && labels_[label].two_sided) normal = -normal, sine = -sine;
-    const Eigen::Vector3d direction = fan_->direction(in_plane, j);
-    const Eigen::Vector3d pictured = arrivals[ray].pictured(normal, direction);
-    sine_[pass_.pieces] = std::min(sine, 1.0);
-    const auto number = static_cast<std::uint32_t>(j);
-    set_piece(pass_.pieces++, number, number + 1, hit.index, label, pictured.dot(in_plane),
-              pictured.dot(fan_->pole), hit.t * pictured.dot(direction));
-  }
+  const Hit* of_plane = &hits[plane * fan_->elevations()];
+  arrivals_.clear();
+  for (const Aperture::Stretch& stretch : aperture_->within[plane])
+    for (std::size_t begin = stretch.from, end; begin < stretch.until; begin = end) {
+      const std::size_t most = std::min(stretch.until, begin + aperture_->longest[begin]);
+      end = begin + 1;
+      if (!of_plane[begin]) continue;
+      while (end < most && of_plane[end].index == of_plane[begin].index) ++end;
+      const std::size_t middle = (begin + end - 1) / 2;
+      Hit hit = of_plane[middle];
+      const Arrival arrival = arrivals.tell(plane * fan_->elevations() + middle, hit);
+      const Eigen::Vector3d a = triangles_.corner(hit.index, 0);
+      Eigen::Vector3d normal = (triangles_.corner(hit.index, 1) - a)
+                                   .cross(triangles_.corner(hit.index, 2) - a)
+                                   .normalized();
+      const std::uint16_t label = labels_.label_of(hit.face);
+      double sine = -normal.dot(arrival.direction);
+      if (sine < 0.0 && labels_[label].two_sided) normal = -normal, sine = -sine;
+      const Eigen::Vector3d direction = fan_->direction(in_plane, middle);
+      const Eigen::Vector3d pictured = arrival.pictured(normal, direction);
+      const std::size_t piece = pass_.pieces++;
+      sine_[piece] = std::min(sine, 1.0);
+      arrivals_.push_back(arrival);
+      set_piece(piece, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end),
+                hit.index, label, pictured.dot(in_plane), pictured.dot(fan_->pole),
+                hit.t * pictured.dot(direction));
+    }
 }
 
 // The kernel works on whole registers: the last piece is repeated.
@@ -213,21 +222,29 @@ void EchoFormer::shade() {
 
 // What bent rays have of their own: spreading, grazing angle and place. The bins' gain absorbs over the range
 // that their time stands for.
-void EchoFormer::correct(std::span<const Arrival> arrivals, std::size_t plane) {
+void EchoFormer::correct() {
   for (std::size_t i = 0; i < pass_.pieces; ++i) {
     if (!answers(i)) continue;
-    const Arrival& arrival = arrivals[plane * fan_->elevations() + begin_[i]];
-    double* middle = &middles_[4 * i];
-    Eigen::Map<Eigen::Vector3d>{middle} = arrival.place - fan_->origin;
     if (sine_[i] <= 0.0) {
       weight_[i] = -1.0f;
       continue;
     }
+    // What the middle ray has, for what the kernel gave it in the picture.
+    const Arrival& arrival = arrivals_[i];
+    const std::size_t ray = (begin_[i] + end_[i] - 1) / 2;
+    const double facing =
+        level_[i] * fan_->grid->cos_elevation[ray] + pole_[i] * fan_->grid->sin_elevation[ray];
+    const double range_m = distance_[i] / facing;
+    const scatter::BackscatterTable& bottom = by_material_[labels_[label_[i]].sediment];
+    energy_of_[i] *= bottom.over_sine(sine_[i]) / bottom.over_sine(std::min(-facing, 1.0)) *
+                     range_m * range_m / arrival.spreading_m2 *
+                     scatter::from_db(-2.0 * absorption_db_per_m_ * (arrival.path_m - range_m));
+    // From that ray to the piece's middle it is none or half a step.
+    const double on = (begin_[i] + end_[i] - 1) % 2 == 0 ? 0.0 : 0.5 / (end_[i] - begin_[i]);
+    Eigen::Map<Eigen::Array4d> middle(&middles_[4 * i]);
+    middle.head<3>() = arrival.place - fan_->origin;
     middle[3] = std::asin(sine_[i]);
-    const double over_m = arrival.path_m - range_m_[i];
-    energy_of_[i] = weight_[i] * by_material_[labels_[label_[i]].sediment].over_sine(sine_[i]) /
-                    arrival.spreading_m2 * width_rad_[i] *
-                    scatter::from_db(-2.0 * absorption_db_per_m_ * over_m);
+    middle += on * Eigen::Map<const Eigen::Array4d>(&changes_[4 * i]);
   }
 }
 

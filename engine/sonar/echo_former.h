@@ -43,11 +43,11 @@ class EchoFormer {
   /// intensity is still the expectation.
   void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
             refine::Triangles triangles, const FanRuns& runs, EchoLine& line);
-  /// The same of rays that did not come straight: hits and arrivals, by ray number; a hit's t is the range that its
-  /// time stands for.
+  /// The same of rays that did not come straight: hits by ray number, whose t is the range that their time
+  /// stands for, and how those came that are asked for.
   void form(const RayFan& fan, const Aperture& aperture, const Reception& reception,
-            refine::Triangles triangles, std::span<const Hit> hits,
-            std::span<const Arrival> arrivals, EchoLine& line);
+            refine::Triangles triangles, std::span<const Hit> hits, RayArrivals& arrivals,
+            EchoLine& line);
 
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -56,7 +56,7 @@ class EchoFormer {
              refine::Triangles triangles, EchoLine& line);
   void begin_plane(std::size_t plane);
   void take_runs(const FanRuns& runs, std::size_t plane);
-  void take_rays(std::span<const Hit> hits, std::span<const Arrival> arrivals, std::size_t plane);
+  void take_rays(std::span<const Hit> hits, RayArrivals& arrivals, std::size_t plane);
   void set_piece(std::size_t piece, std::uint32_t begin, std::uint32_t end, std::uint32_t index,
                  std::uint16_t label, double level, double pole, double distance) {
     begin_[piece] = begin;
@@ -69,7 +69,7 @@ class EchoFormer {
     bottom_[piece] = strengths_from_[labels_[label].sediment];
   }
   void shade();
-  void correct(std::span<const Arrival> arrivals, std::size_t plane);
+  void correct();
   void walk(std::size_t plane);
   void finish(EchoLine& line);
 
@@ -114,7 +114,8 @@ class EchoFormer {
   CacheLines<double> range_m_, energy_of_, to_last_m_, to_end_m_, middles_, changes_, from_m_,
       until_m_;
   CacheLines<float> weight_, slant_, width_rad_, step_rad_;
-  CacheLines<double> sine_;  // of the grazing angle, where rays come bent
+  std::vector<Arrival> arrivals_;  // of each piece's middle ray, where rays come bent,
+  CacheLines<double> sine_;        // and the sine of its grazing angle
 };
 
 }  // namespace ensonify::engine

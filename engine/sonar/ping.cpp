@@ -9,7 +9,8 @@ Pinger::Pinger(const Sonar& sonar, const Medium& medium, const Seafloor& seafloo
       sound_speed_mps_(medium.sound_speed_mps),
       sides_(sides_of(sonar)),
       apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, by_material, moving) {
+      former_(sonar, medium, seafloor, by_material, moving),
+      lists_(refraction.lists) {
   if (refraction.mode == RefractionMode::time_only)
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
   if (refraction.mode != RefractionMode::full) return;
@@ -30,18 +31,18 @@ std::span<const RayFan> Pinger::aim(const Pose& pose, double altitude_m) {
     receptions_[i] = reception(pose, side, range_m_, sound_speed_mps_);
     hits_.resize(fans_[i].grid->rays());
   }
-  if (refracted_ || travel_time_) arrivals_.resize(hits_.size());
   return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
 }
 
-void Pinger::trace(const Intersector& intersector, refine::Triangles triangles, Side side,
-                   bool hits_too) {
+void Pinger::trace(const Intersector& intersector, refine::Triangles triangles,
+                   std::uint64_t version, Side side, bool hits_too) {
   const RayFan& fan = fans_[static_cast<std::size_t>(side)];
-  if (refracted_) return refracted_->trace(fan, intersector, triangles, hits_, arrivals_);
-  if (straight() && !hits_too && intersector.list_runs(fan, runs_)) return;
+  if (refracted_)
+    return refracted_->trace(fan, lists_ ? &intersector : nullptr, triangles, version, hits_);
+  if (!travel_time_ && !hits_too && intersector.list_runs(fan, runs_)) return;
   intersector.intersect(fan, hits_);
   if (travel_time_)
-    travel_time_->apply(fan, hits_, arrivals_);
+    travel_time_->apply(fan, hits_);
   else
     runs_.take(fan, triangles, hits_);
 }
@@ -49,10 +50,13 @@ void Pinger::trace(const Intersector& intersector, refine::Triangles triangles, 
 void Pinger::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
   const auto i = static_cast<std::size_t>(side);
-  if (straight())
-    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, runs_, line);
+  RayArrivals* arrivals = nullptr;
+  if (refracted_) arrivals = &*refracted_;
+  if (travel_time_) arrivals = &*travel_time_;
+  if (arrivals)
+    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, *arrivals, line);
   else
-    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, arrivals_, line);
+    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, runs_, line);
 }
 
 }  // namespace ensonify::engine

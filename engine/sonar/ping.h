@@ -23,6 +23,7 @@ struct Refraction {
   const scatter::SoundSpeedProfile* profile = nullptr;
   double highest_m = 0.0;  ///< height of the highest face
   double deepest_m = 0.0;  ///< depth of the deepest
+  bool lists = true;       ///< the intersectors answer lists of rays
 };
 
 /// One sonar at work on one thread: aims its fans, then finds the expected echo. Its
@@ -38,31 +39,31 @@ class Pinger {
   /// next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
-  /// Finds what the aimed fan of one side meets of the intersector's triangles.
-  void trace(const Intersector& intersector, refine::Triangles triangles, Side side) {
-    trace(intersector, triangles, side, false);
+  /// Finds what the aimed fan of one side meets of the intersector's triangles, which are the same ones as
+  /// long as their version is.
+  void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
+             Side side) {
+    trace(intersector, triangles, version, side, false);
   }
-  /// The same, and returns the hits, good until the next call. Refracted rays' t is the range that their
-  /// time stands for at the medium's speed.
+  /// The same, and returns the nearest hits, good until the next call. Refracted rays' t is the range that
+  /// their time stands for at the medium's speed.
   std::span<const Hit> trace_hits(const Intersector& intersector, refine::Triangles triangles,
-                                  Side side) {
-    trace(intersector, triangles, side, true);
+                                  std::uint64_t version, Side side) {
+    trace(intersector, triangles, version, side, true);
     return hits_;
   }
   /// The aimed fan of one side.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// The expected echo of the side that was traced last, over these triangles.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
-  /// How the refracted rays of the side that was traced last arrived; empty for straight rays.
-  std::span<const Arrival> arrivals() const { return arrivals_; }
   /// What became of all its refracted rays.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
   }
 
  private:
-  void trace(const Intersector& intersector, refine::Triangles triangles, Side side, bool hits_too);
-  bool straight() const { return arrivals_.empty(); }
+  void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
+             Side side, bool hits_too);
 
   double range_m_;
   double sound_speed_mps_;
@@ -77,7 +78,7 @@ class Pinger {
   std::optional<TravelTime> travel_time_;
   FanRuns runs_;  // of straight rays
   std::vector<Hit> hits_;
-  std::vector<Arrival> arrivals_;
+  bool lists_;
 };
 
 }  // namespace ensonify::engine

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,7 +13,8 @@
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
-#include <ensonify/scatter/direct_rays.h>
+#include <ensonify/refine/view_volume.h>
+#include <ensonify/scatter/way_lattice.h>
 
 namespace ensonify::engine {
 
@@ -31,11 +33,17 @@ class BentPicture {
   BentPicture(const scatter::SoundSpeedProfile& profile, double shallowest_m, double deepest_m,
               double reference_mps, double tolerance_m);
 
-  /// Nearest hits and arrivals by ray number, of the rays within the beam, but for those that `left`
-  /// names (by number, ascending), which are misses. False where something of the seafloor stands as high
-  /// as the sonar, or the fan is wider than a half turn: nothing is told of any ray then. The fan's bend must be the profile's.
-  bool trace(const RayFan& fan, refine::Triangles triangles, std::span<Hit> hits,
-             std::span<Arrival> arrivals, std::vector<std::uint32_t>& left);
+  /// Nearest hits by ray number, of the rays within the beam, but for those that `left` names (by
+  /// number, ascending), which are misses. Their t is within the tolerance until they are told; u and v
+  /// are of a part of the face. False where
+  /// something of the seafloor stands as high as the sonar, or the fan is wider than a half turn: nothing is
+  /// told of any ray then. The fan's bend must be the profile's. Fan and triangles must stay while hits are
+  /// told; triangles of one version are the same ones.
+  bool trace(const RayFan& fan, refine::Triangles triangles, std::uint64_t version,
+             std::span<Hit> hits, std::vector<std::uint32_t>& left);
+
+  /// How a ray that was traced last came to its hit, which gets its exact t.
+  Arrival tell(std::size_t number, Hit& hit);
 
  private:
   struct Group {  // of faces in a row
@@ -43,34 +51,35 @@ class BentPicture {
   };
   struct Seen {                                                  // a point as its ray sees it
     double cotangent = std::numeric_limits<double>::infinity();  // none comes there
-    double range_per_cotangent_m = 0.0, path_m = 0.0, mps = 0.0;
+    double mps = 0.0;
     double scale =
         0.0;  // metres in the picture for one there, across the ray in its vertical plane
   };
   static constexpr std::size_t group_faces = 16, groups_together = 16;
 
-  void group(refine::Triangles triangles);
-  void gather(const RayFan& fan, refine::Triangles triangles);
-  std::uint32_t see(const RayFan& fan, const Eigen::Vector3d& point);
-  std::uint32_t vertex_of(const RayFan& fan, refine::Triangles triangles, std::uint32_t vertex);
+  void group();
+  void gather();
+  std::uint32_t see(const Eigen::Vector3d& point);
+  std::uint32_t vertex_of(std::uint32_t vertex);
   double bow_m(const Seen& a, const Seen& b, double length_m) const;
-  void lay(const RayFan& fan, const refine::Face& whole, std::uint32_t place);
-  bool picture(const RayFan& fan, refine::Triangles triangles);
+  void lay(const refine::Face& whole, std::uint32_t place);
+  bool picture();
   bool may_hit(double level, double down, double farthest_m) const;
-  void tell(const RayFan& fan, refine::Triangles triangles, const Eigen::Vector3d& direction,
-            Hit& hit, Arrival& arrival) const;
 
   const scatter::SoundSpeedProfile* profile_;
   double shallowest_m_, deepest_m_, reference_mps_;
   double tolerance_m_;
-  scatter::DirectRays rays_;
+  scatter::WayLattice ways_;
   std::unique_ptr<Intersector> scan_;
 
-  // Of a surface that stays: boxes around its faces' groups, and around groups of these.
-  refine::Triangles grouped_;
+  // Of a surface as long as it stays: boxes around its faces' groups, and around groups of these.
+  std::optional<std::uint64_t> grouped_version_;
   std::vector<Group> groups_, larger_;
 
-  // Of a ping.
+  // Of a fan.
+  const RayFan* fan_ = nullptr;
+  refine::Triangles triangles_;
+  refine::ViewTest view_;
   std::vector<std::uint32_t> places_;                           // of the faces gathered
   std::vector<std::pair<std::uint32_t, std::uint32_t>> slots_;  // vertex and point, by the hash
   std::vector<Eigen::Vector3d> points_;                         // of the sea, local metres
@@ -78,7 +87,7 @@ class BentPicture {
   refine::TriangleMesh mesh_;                 // of the picture, about the fan's origin; one a point
   std::vector<refine::Face> open_;            // pieces of a face that is being cut
   std::vector<std::uint32_t> picture_place_;  // of the picture's faces, among the triangles
-  std::vector<std::uint8_t> bowed_;           // and whether a hit's time depends on its bow
+  std::vector<std::uint32_t> piece_;          // of the picture that a ray hit, by its number
   bool stands_high_ = false;
   double flattest_ = 0.0;  // cotangent of the rays that the picture is whole for
   double source_mps_ = 0.0, fastest_above_mps_ = 0.0, least_range_m_ = 0.0;

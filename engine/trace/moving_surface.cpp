@@ -88,6 +88,7 @@ const Intersector& MovingSurface::prepare(std::span<const RayFan> fans) {
       if (!bodies_[body].mesh.faces.empty() && view_.touches(bodies_[body].ball()))
         wanted_.push_back(body);
   }
+  if (joined_) ++version_;  // other triangles, or none but the still ones
   joined_ = !wanted_.empty();
   if (!joined_) return still;
   const bool moved =

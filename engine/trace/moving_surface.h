@@ -39,7 +39,7 @@ class MovingSurface final : public Surface {
 
   const Intersector& prepare(std::span<const RayFan> fans) override;
   refine::Triangles triangles() const override;
-  std::uint64_t version() const override { return version_; }
+  std::uint64_t version() const override { return version_ + still_->version(); }
   void reset() override { still_->reset(); }
 
  private:
@@ -87,7 +87,7 @@ class MovingSurface final : public Surface {
   std::vector<std::uint32_t> all_numbers_;
   std::size_t joined_positions_ = 0, joined_faces_ = 0;  // of the still surface in all_
   std::uint64_t joined_version_ = 0;
-  std::uint64_t version_ = 0;
+  std::uint64_t version_ = 0;  // of what was joined; counts on with the still surface's
   bool joined_ = false;
 };
 

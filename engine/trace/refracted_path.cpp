@@ -15,6 +15,7 @@ using scatter::SoundSpeedLayer;
 using scatter::SoundSpeedProfile;
 
 constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 constexpr double fine_sagitta_m = 1e-6;  // below what a tracer in float keeps of a kilometre
 constexpr double overlap_m = 1e-4;       // of chords, so that no face lies between two
 constexpr std::size_t batch = 256;       // rays at work at a time, which the cache holds
@@ -101,44 +102,59 @@ Eigen::Vector3d RefractedTracer::place(const Course& course, const Eigen::Vector
           -at.point().depth_m};
 }
 
-void RefractedTracer::trace(const RayFan& fan, const Intersector& intersector,
-                            refine::Triangles triangles, std::span<Hit> hits,
-                            std::span<Arrival> arrivals) {
+void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
+                            refine::Triangles triangles, std::uint64_t version,
+                            std::span<Hit> hits) {
+  triangles_ = triangles;
+  version_ = version;
   courses_.clear();
-  const bool pictured = picture_.trace(fan, triangles, hits, arrivals, left_);
-  if (!pictured) std::ranges::fill(hits, Hit{});
-  auto next_left = left_.begin();
+  by_chords_.clear();
+  chord_place_.assign(hits.size(), none);
+  pictured_ = picture_.trace(fan, triangles, version, hits, left_);
+  if (!pictured_) {
+    std::ranges::fill(hits, Hit{});
+    left_.clear();
+  }
+  std::size_t rays = 0;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane)
     for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
       if (!fan.grid->within_beam(plane, elevation)) continue;
-      ++counts_.rays;
-      if (pictured) {
-        if (next_left == left_.end() || *next_left != plane * fan.elevations() + elevation) {
-          ++counts_.pictured;
-          continue;
-        }
-        ++next_left;
-      }
-      start(fan, plane, elevation);
-      if (courses_.size() == batch) follow(fan, intersector, triangles, hits, arrivals);
+      ++rays;
+      if (!pictured_)
+        left_.push_back(static_cast<std::uint32_t>(plane * fan.elevations() + elevation));
     }
-  follow(fan, intersector, triangles, hits, arrivals);
+  counts_.rays += rays;
+  counts_.pictured += rays - left_.size();
+  for (const std::uint32_t number : left_) {
+    start(fan, number);
+    if (courses_.size() == batch) follow(fan, lists, hits);
+  }
+  follow(fan, lists, hits);
+}
+
+Arrival RefractedTracer::tell(std::size_t number, Hit& hit) {
+  const std::uint32_t place = chord_place_[number];
+  return place == none ? picture_.tell(number, hit) : by_chords_[place];
+}
+
+const Intersector& RefractedTracer::own_tree() {
+  if (own_version_ != version_) {
+    own_tree_ = make_intersector("pluecker", triangles_);
+    own_version_ = version_;
+  }
+  return *own_tree_;
 }
 
 /// A ray under way to what its chords will find, if it comes to where faces are.
-void RefractedTracer::start(const RayFan& fan, std::size_t plane, std::size_t elevation) {
-  const Eigen::Vector3d direction =
-      fan.direction(fan.plane_direction(plane), elevation).normalized();
+void RefractedTracer::start(const RayFan& fan, std::uint32_t number) {
+  const Eigen::Vector3d in_plane = fan.plane_direction(number / fan.elevations());
+  const Eigen::Vector3d direction = fan.direction(in_plane, number % fan.elevations()).normalized();
   SoundRay ray(profile_, -fan.origin.z(), direction.head<2>().norm(), -direction.z());
-  if (reach_faces(ray, fan.range_m))
-    courses_.push_back({ray, ray, level_of(direction),
-                        static_cast<std::uint32_t>(plane * fan.elevations() + elevation)});
+  if (reach_faces(ray, fan.range_m)) courses_.push_back({ray, ray, level_of(direction), number});
 }
 
 /// Chord by chord, until all rays have hit or ended.
-void RefractedTracer::follow(const RayFan& fan, const Intersector& intersector,
-                             refine::Triangles triangles, std::span<Hit> hits,
-                             std::span<Arrival> arrivals) {
+void RefractedTracer::follow(const RayFan& fan, const Intersector* lists, std::span<Hit> hits) {
   while (!courses_.empty()) {
     chords_.clear();
     std::erase_if(courses_, [&](Course& course) {
@@ -150,21 +166,27 @@ void RefractedTracer::follow(const RayFan& fan, const Intersector& intersector,
       chords_.push_back({from, way, 0.0, 1.0 + overlap_m / way.norm()});
       return false;
     });
+    if (chords_.empty()) return;
     counts_.chords += chords_.size();
     found_.resize(chords_.size());
-    intersector.intersect(chords_, found_);
+    const Intersector& tree = lists ? *lists : own_tree();
+    tree.intersect(chords_, found_);
     std::size_t i = 0;
     std::erase_if(courses_, [&](const Course& course) {
       const Hit& found = found_[i++];
       if (!found) return false;
-      Arrival& arrival = arrivals[course.number];
-      Hit hit = settle(course, fan.origin, found, triangles, false, arrival);
+      Arrival arrival;
+      Hit hit = settle(course, fan.origin, found, false, arrival);
       if (!hit) {
         ++counts_.finely;
-        hit = ask_finely(course, fan, intersector, triangles, arrival);
+        hit = ask_finely(course, fan, tree, arrival);
       }
       if (!hit) return false;
-      if (hit.t <= fan.range_m) hits[course.number] = hit;
+      if (hit.t <= fan.range_m) {
+        hits[course.number] = hit;
+        chord_place_[course.number] = static_cast<std::uint32_t>(by_chords_.size());
+        by_chords_.push_back(arrival);
+      }
       return true;
     });
   }
@@ -215,10 +237,10 @@ bool RefractedTracer::next_chord(Course& course, double sagitta_m, double end_pa
 /// The exact ray's hit on the face that its chord found; none where it misses the face, unless nothing
 /// finer is to be had.
 Hit RefractedTracer::settle(const Course& course, const Eigen::Vector3d& origin, const Hit& found,
-                            refine::Triangles triangles, bool finely, Arrival& arrival) const {
-  const Eigen::Vector3d a = triangles.corner(found.index, 0);
-  const Eigen::Vector3d ab = triangles.corner(found.index, 1) - a;
-  const Eigen::Vector3d ac = triangles.corner(found.index, 2) - a;
+                            bool finely, Arrival& arrival) const {
+  const Eigen::Vector3d a = triangles_.corner(found.index, 0);
+  const Eigen::Vector3d ab = triangles_.corner(found.index, 1) - a;
+  const Eigen::Vector3d ac = triangles_.corner(found.index, 2) - a;
   const Eigen::Vector3d normal = ab.cross(ac);
   const double chord_m = course.to.point().path_m - course.from.point().path_m;
   SoundRay at = course.from;
@@ -254,8 +276,8 @@ Hit RefractedTracer::settle(const Course& course, const Eigen::Vector3d& origin,
 }
 
 /// The chord's arc again, by chords so short that they are the arc.
-Hit RefractedTracer::ask_finely(Course course, const RayFan& fan, const Intersector& intersector,
-                                refine::Triangles triangles, Arrival& arrival) {
+Hit RefractedTracer::ask_finely(Course course, const RayFan& fan, const Intersector& tree,
+                                Arrival& arrival) {
   const double end_path_m = course.to.point().path_m;
   course.to = course.from;
   while (next_chord(course, fine_sagitta_m, end_path_m)) {
@@ -263,38 +285,46 @@ Hit RefractedTracer::ask_finely(Course course, const RayFan& fan, const Intersec
     const Eigen::Vector3d way = place(course, fan.origin, course.to) - from;
     const Ray chord{from, way, 0.0, 1.0 + overlap_m / way.norm()};
     Hit found;
-    intersector.intersect({&chord, 1}, {&found, 1});
+    tree.intersect({&chord, 1}, {&found, 1});
     ++counts_.chords;
-    if (found) return settle(course, fan.origin, found, triangles, true, arrival);
+    if (found) return settle(course, fan.origin, found, true, arrival);
   }
   return {};
 }
 
-void TravelTime::apply(const RayFan& fan, std::span<Hit> hits, std::span<Arrival> arrivals) const {
-  const double source_s = down_s(-fan.origin.z());
+void TravelTime::apply(const RayFan& fan, std::span<Hit> hits) {
+  fan_ = &fan;
+  straight_m_.resize(hits.size());
+  const double source_s = straight_down(-fan.origin.z()).time_s;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
-    const Eigen::Vector3d in_plane = fan.plane_direction(plane);
+    const double in_plane_z = fan.plane_direction(plane).z();
     for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
       const std::size_t number = plane * fan.elevations() + elevation;
       Hit& hit = hits[number];
       if (!hit) continue;
-      const Eigen::Vector3d direction = fan.direction(in_plane, elevation);
-      const Eigen::Vector3d place = fan.origin + hit.t * direction;
-      const double deeper_m = fan.origin.z() - place.z(), straight_m = hit.t;
-      const double here_mps = profile_->speed_mps(-place.z());
-      const double slowness =
-          std::abs(deeper_m) > 1e-3 ? (down_s(-place.z()) - source_s) / deeper_m : 1.0 / here_mps;
-      hit.t = reference_mps_ * slowness * straight_m;
-      arrivals[number] = {.place = place,
-                          .direction = direction,
-                          .spreading_m2 = straight_m * straight_m,
-                          .path_m = straight_m,
-                          .along = here_mps / reference_mps_,
-                          .upwards = straight_m / hit.t,
-                          .sideways = straight_m / hit.t};
+      const double deeper_m = -hit.t * (fan.grid->cos_elevation[elevation] * in_plane_z +
+                                        fan.grid->sin_elevation[elevation] * fan.pole.z());
+      const Down here = straight_down(deeper_m - fan.origin.z());
+      straight_m_[number] = hit.t;
+      hit.t *= reference_mps_ *
+               (std::abs(deeper_m) > 1e-3 ? (here.time_s - source_s) / deeper_m : 1.0 / here.mps);
       if (hit.t > fan.range_m) hit = Hit{};
     }
   }
+}
+
+Arrival TravelTime::tell(std::size_t number, Hit& hit) {
+  const Eigen::Vector3d direction = fan_->direction(
+      fan_->plane_direction(number / fan_->elevations()), number % fan_->elevations());
+  const double straight_m = straight_m_[number];
+  const Eigen::Vector3d place = fan_->origin + straight_m * direction;
+  return {.place = place,
+          .direction = direction,
+          .spreading_m2 = straight_m * straight_m,
+          .path_m = straight_m,
+          .along = straight_down(-place.z()).mps / reference_mps_,
+          .upwards = straight_m / hit.t,
+          .sideways = straight_m / hit.t};
 }
 
 TravelTime::TravelTime(const SoundSpeedProfile& profile, double reference_mps)
@@ -304,13 +334,18 @@ TravelTime::TravelTime(const SoundSpeedProfile& profile, double reference_mps)
         std::isinf(layer.top_m) ? 0.0 : layer.top_m / profile.mean_speed_mps(0.0, layer.top_m));
 }
 
-/// Straight down from the surface: to the layer's top, and on through it.
-double TravelTime::down_s(double depth_m) const {
+/// From the surface: to the layer's top, and on through it.
+TravelTime::Down TravelTime::straight_down(double depth_m) const {
   const std::size_t i = profile_->layer_index(depth_m);
   const SoundSpeedLayer& layer = profile_->layers()[i];
-  if (i == 0) return depth_m / layer.top_mps;
-  const double dz = depth_m - layer.top_m, change = layer.gradient_per_s * dz / layer.top_mps;
-  return edge_s_[i] + dz / layer.top_mps * (change == 0.0 ? 1.0 : std::log1p(change) / change);
+  if (i == 0) return {depth_m / layer.top_mps, layer.top_mps};
+  const double dz = depth_m - layer.top_m, x = layer.gradient_per_s * dz / layer.top_mps;
+  // log(1 + x) / x; the series' next term is below rounding.
+  const double stretch =
+      std::abs(x) > 5e-3
+          ? std::log1p(x) / x
+          : 1.0 - x * (1.0 / 2 - x * (1.0 / 3 - x * (1.0 / 4 - x * (1.0 / 5 - x * (1.0 / 6)))));
+  return {edge_s_[i] + dz / layer.top_mps * stretch, layer.top_mps + layer.gradient_per_s * dz};
 }
 
 // A tangent turns by the curvature, at most the largest gradient over the slowest speed, times the path;

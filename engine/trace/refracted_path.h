@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,6 +33,15 @@ struct Arrival {
   Arrival onwards(double times, const Eigen::Vector3d& way) const;
 };
 
+/// How rays came to their hits, told one by one: an echo asks for few of them.
+class RayArrivals {
+ public:
+  virtual ~RayArrivals() = default;
+  /// Of a hit as the tracer left it, by its ray's number in the fan that was traced last; makes its t
+  /// exact, which may be within half a millimetre before. (Its u and v may be of a part of the face.)
+  virtual Arrival tell(std::size_t number, Hit& hit) = 0;
+};
+
 /// What became of the bent rays of a tracer, summed over its fans.
 struct RefractionCounts {
   std::uint64_t rays = 0;
@@ -48,24 +58,25 @@ struct RefractionCounts {
 ///
 /// Nearly all are straight in a picture of the seafloor that is bent instead (bent_picture.h). The others,
 /// which turn or meet what stands as high as the sonar, go in two steps, as the paper has it: a chord of
-/// the ray finds the face, then the exact arc is cut with that face's plane. The sea above the highest face is passed at once. Below, chords stand for as much
-/// of the ray as stays within sagitta_m of them: a curve that turns by D in all on a chord of length L
-/// strays at most L/2 tan(D/2) from it. Where the arc then misses the face, which it does within that of
-/// an edge, chords of a micrometre decide. A walk over the faces' neighbours from where the straight ray
-/// hits would have to look at every face between it and the arc to know the first, and needs the
-/// neighbours of every ping's faces; a chord is one more ray.
-class RefractedTracer {
+/// the ray finds the face, then the exact arc is cut with that face's plane. The sea above the highest face
+/// is passed at once. Below, chords stand for as much of the ray as stays within sagitta_m of them: a curve
+/// that turns by D in all on a chord of length L strays at most L/2 tan(D/2) from it. Where the arc then
+/// misses the face, which it does within that of an edge, chords of a micrometre decide. A walk over the
+/// faces' neighbours from where the straight ray hits would have to look at every face between it and the arc
+/// to know the first, and needs the neighbours of every ping's faces; a chord is one more ray.
+class RefractedTracer final : public RayArrivals {
  public:
   /// `highest_m` is the height of the highest face; nothing is looked for above it. `deepest_m` is the
-  /// depth of the deepest. Hits' t is travel
-  /// time times `reference_mps`. The profile must outlive this.
+  /// depth of the deepest. Hits' t is travel time times `reference_mps`. The profile must outlive this.
   RefractedTracer(const scatter::SoundSpeedProfile& profile, double highest_m, double deepest_m,
                   double reference_mps, double sagitta_m = 1e-3);
 
-  /// Nearest hits of the fan's bent rays over the intersector's triangles, and their arrivals, by ray
-  /// number; rays end where their t is the fan's range. Needs an intersector that answers lists of rays.
-  void trace(const RayFan& fan, const Intersector& intersector, refine::Triangles triangles,
-             std::span<Hit> hits, std::span<Arrival> arrivals);
+  /// Nearest hits of the fan's bent rays over triangles, by ray number; rays end where their t is the fan's
+  /// range. Chords are asked of `lists`, which is over those triangles, or of a tree of its own without
+  /// one. Triangles of one version are the same ones. Fan and triangles must stay while hits are told.
+  void trace(const RayFan& fan, const Intersector* lists, refine::Triangles triangles,
+             std::uint64_t version, std::span<Hit> hits);
+  Arrival tell(std::size_t number, Hit& hit) override;
 
   const RefractionCounts& counts() const { return counts_; }
 
@@ -78,16 +89,15 @@ class RefractedTracer {
   /// The vertical plane's point of the sea.
   static Eigen::Vector3d place(const Course& course, const Eigen::Vector3d& origin,
                                const scatter::SoundRay& at);
-  void start(const RayFan& fan, std::size_t plane, std::size_t elevation);
-  void follow(const RayFan& fan, const Intersector& intersector, refine::Triangles triangles,
-              std::span<Hit> hits, std::span<Arrival> arrivals);
+  void start(const RayFan& fan, std::uint32_t number);
+  void follow(const RayFan& fan, const Intersector* lists, std::span<Hit> hits);
+  const Intersector& own_tree();
   bool reach_faces(scatter::SoundRay& ray, double range_m) const;
   bool next_chord(Course& course, double sagitta_m, double end_path_m) const;
   double end_path_m(const scatter::SoundRay& ray, double range_m) const;
-  Hit settle(const Course& course, const Eigen::Vector3d& origin, const Hit& found,
-             refine::Triangles triangles, bool finely, Arrival& arrival) const;
-  Hit ask_finely(Course course, const RayFan& fan, const Intersector& intersector,
-                 refine::Triangles triangles, Arrival& arrival);
+  Hit settle(const Course& course, const Eigen::Vector3d& origin, const Hit& found, bool finely,
+             Arrival& arrival) const;
+  Hit ask_finely(Course course, const RayFan& fan, const Intersector& tree, Arrival& arrival);
 
   double top_m_;                        // depth of the highest face, or a little above
   scatter::SoundSpeedProfile profile_;  // with an edge there
@@ -95,7 +105,14 @@ class RefractedTracer {
   double fastest_mps_;
   BentPicture picture_;
   RefractionCounts counts_;
+  refine::Triangles triangles_;  // of the last fan
+  std::uint64_t version_ = 0;
+  std::unique_ptr<Intersector> own_tree_;
+  std::optional<std::uint64_t> own_version_;
   std::vector<std::uint32_t> left_;  // by the picture
+  bool pictured_ = false;            // the others
+  std::vector<Arrival> by_chords_;
+  std::vector<std::uint32_t> chord_place_;  // there, by ray number; none: of the picture
   std::vector<Course> courses_;
   std::vector<Ray> chords_;
   std::vector<Hit> found_;
@@ -103,19 +120,26 @@ class RefractedTracer {
 
 /// Straight rays whose hits stay, but come when sound takes that way at the profile's speeds. The quickest
 /// way is bent, and quicker by the second order of the bend only (Fermat).
-class TravelTime {
+class TravelTime final : public RayArrivals {
  public:
   /// The profile must outlive this.
   TravelTime(const scatter::SoundSpeedProfile& profile, double reference_mps);
-  /// Hits' t becomes travel time times the reference speed; those beyond the fan's range are none.
-  void apply(const RayFan& fan, std::span<Hit> hits, std::span<Arrival> arrivals) const;
+  /// Straight hits' t becomes travel time times the reference speed; those beyond the fan's range are none.
+  /// The fan must stay while hits are told.
+  void apply(const RayFan& fan, std::span<Hit> hits);
+  Arrival tell(std::size_t number, Hit& hit) override;
 
  private:
-  double down_s(double depth_m) const;
+  struct Down {
+    double time_s, mps;
+  };
+  Down straight_down(double depth_m) const;
 
   const scatter::SoundSpeedProfile* profile_;
   double reference_mps_;
   std::vector<double> edge_s_;  // to each layer's top
+  const RayFan* fan_ = nullptr;
+  std::vector<double> straight_m_;  // by ray number
 };
 
 /// How far bent rays leave their straight ones; every ray of a profile stays within.

@@ -56,7 +56,7 @@ class PassingPlate {
   }
   double energy(double along_m) {
     pinger_.aim({.position = {0.0, along_m, 0.0}}, altitude_m_);
-    pinger_.trace(*tracer_, bed_.mesh, Side::starboard);
+    pinger_.trace(*tracer_, bed_.mesh, 0, Side::starboard);
     pinger_.echo(bed_.mesh, Side::starboard, line_);
     double sum = 0.0;
     for (const float i : line_.bins.intensity_mean) sum += i;

@@ -63,7 +63,7 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
     engine::EchoLine& line = lines[static_cast<std::size_t>(side)];
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    pinger.trace(*tracer, bed.mesh, side);
+    pinger.trace(*tracer, bed.mesh, 0, side);
     pinger.echo(bed.mesh, side, line);
   }
   return lines;
