@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t most_faces = 40'000;
+constexpr std::size_t most_faces = 80'000;
 constexpr double steps = 32000.0;  // from the middle to where an int16 ends
 
 }  // namespace
@@ -34,24 +34,26 @@ MeshPatch MeshView::look(std::span<const refine::ViewVolume> volumes, double wit
   const auto gather = [&](bool exact) {
     for (const refine::ActiveMesh::ActiveFace& face : mesh_->faces()) {
       if (face.slot == refine::ActiveMesh::none || patch.exact.size() >= most_faces) continue;
-      bool leaves = true, near = false, fits = true;
+      bool leaves = true, fits = true;
       std::array<Eigen::Vector3f, 3> corners;
       for (std::size_t k = 0; k < 3; ++k) {
         leaves = leaves && nodes[face.vertices[k]].is_leaf();
         corners[k] = mesh_->position(face.vertices[k]) - middle;
-        const double over = corners[k].head<2>().norm();
-        near = near || over < within_m;
         fits = fits && corners[k].cwiseAbs().maxCoeff() < 3.9 * within_m;
       }
-      if (leaves != exact || !near || !fits) continue;
+      if (leaves != exact || !fits) continue;
+      const Eigen::Array3f low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+      const Eigen::Array3f high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+      if (low.max(-high).max(0.0f).head<2>().matrix().norm() > within_m)
+        continue;  // the box around
       for (const Eigen::Vector3f& corner : corners)
         for (int k = 0; k < 3; ++k)
           patch.corners.push_back(static_cast<std::int16_t>(std::lround(corner[k] / patch.step_m)));
       patch.exact.push_back(exact ? 1 : 0);
     }
   };
-  gather(true);
   gather(false);
+  gather(true);
   return patch;
 }
 

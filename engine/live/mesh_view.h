@@ -24,8 +24,8 @@ class MeshView {
   /// make_progressive_mesh().
   explicit MeshView(const Seafloor& seafloor);
 
-  /// Refines for a ping's fans, and gives the faces within so far of their apex, the exact ones first if there
-  /// are too many.
+  /// Refines for a ping's fans, and gives the faces within so far of their apex over ground, not all of the exact
+  /// ones where there are too many.
   MeshPatch look(std::span<const refine::ViewVolume> volumes, double within_m);
   const MeshCounts& counts() const { return counts_; }
 

@@ -726,7 +726,7 @@ function shadeBed() {
   for (let r = 0; r < rowCount; ++r) for (let c = 0; c < columns; ++c) {
     const h = heights[r * columns + c], [a, b] = gradient(c, r), out = 4 * ((rowCount - 1 - r) * columns + c);
     if (!(h === h)) continue;
-    const up = (h - low) / Math.max(1e-6, high - low), light = clamp(1 + steep * (a - b) * 0.5, 0.45, 1.5);
+    const up = (h - low) / Math.max(1e-6, high - low), light = clamp(1 + steep * (a - b) * 0.4, 0.7, 1.3);
     for (let k = 0; k < 3; ++k) image.data[out + k] = clamp((base[k] + up * (peak[k] - base[k])) * light, 0, 255);
     image.data[out + 3] = 255;
   }

@@ -1,14 +1,14 @@
 """Draws the pictures of scenes/live.md anew: python3 pictures.py FOLDER. ./dev live-pictures calls it."""
 
+import base64
 import pathlib
-import subprocess
 import sys
 import time
 
 from browser import Browser, Live
 
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
-SIZE = 1360, 850
+SIZE = 1280, 900
 
 
 def settle(browser, lines):
@@ -25,12 +25,8 @@ def point_at(browser, across, down):
 
 
 def save(browser, file):
-    file.write_bytes(browser.screenshot())
-    # Few colours do, and keep it small; without the tool it is larger.
-    try:
-        subprocess.run(["pngquant", "--force", "--ext", ".png", "128", file], check=False)
-    except FileNotFoundError:
-        pass
+    shot = browser.devtools("Page.captureScreenshot", format="jpeg", quality=74)["data"]
+    file.write_bytes(base64.b64decode(shot))
     print(f"{file} ({file.stat().st_size // 1000} kB)")
 
 
@@ -38,16 +34,16 @@ def main(folder):
     with Live(SCENES / "ripples.toml", "--pings-per-s", "20") as live, Browser(*SIZE) as browser:
         browser.theme("dark")
         browser.open(live.address)
-        settle(browser, 420)
+        settle(browser, 470)
         point_at(browser, 0.78, 0.4)
-        save(browser, folder / "dark.png")
+        save(browser, folder / "dark.jpg")
     with Live(SCENES / "mines.toml", "--pings-per-s", "30") as live, Browser(*SIZE) as browser:
         browser.theme("light")
         browser.open(live.address)
-        settle(browser, 400)
+        settle(browser, 560)
         browser.click("labels")
         point_at(browser, 0.3, 0.55)
-        save(browser, folder / "light.png")
+        save(browser, folder / "light.jpg")
 
 
 if __name__ == "__main__":
