@@ -58,8 +58,9 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t most_request_bytes = 32 * 1024;  // line and headers; a body has its own limit
 constexpr std::size_t most_body_bytes = 16 * 1024;
 constexpr auto longest_request = 5s;
-constexpr auto longest_standstill = 10s;  // of a page that does not read
-constexpr auto slice = 100ms;             // after which is looked whether the server ends
+constexpr auto longest_standstill = 10s;       // of a page that does not read
+constexpr auto slice = 100ms;                  // after which is looked whether the server ends
+constexpr int most_unsent_bytes = 512 * 1024;  // a page
 constexpr int most_readers = 32;
 constexpr std::size_t most_connections = 64;  // at work at once; the others wait
 constexpr std::string_view token_mark = "%TOKEN%";
@@ -198,6 +199,8 @@ struct LiveServer::Inner {
     server.set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+      // Those that are accepted inherit it: what waits in the kernel is old by the time it is read.
+      ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &most_unsent_bytes, sizeof most_unsent_bytes);
     });
     server.set_default_headers(
         {{"Content-Security-Policy",

@@ -343,25 +343,32 @@ class ByStrangers(unittest.TestCase):
             one.close()
 
     def test_who_falls_behind_goes_on_with_the_newest_and_is_told(self):
-        page = http.client.HTTPConnection("127.0.0.1", self.live.port)
-        page.connect()
-        page.sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        page.close()
-        slow = socket.socket()
-        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        slow.connect(("127.0.0.1", self.live.port))
-        slow.sendall(f"GET /lines HTTP/1.1\r\nHost: 127.0.0.1:{self.live.port}\r\nX-Ensonify-Token: {self.token}\r\n\r\n".encode())
-        time.sleep(9.5)  # as much as the kernel keeps is sent meanwhile
-        answer = http.client.HTTPResponse(slow)
-        answer.begin()
-        reader = Frames.__new__(Frames)
-        reader.answer, reader.pings, reader.gaps, reader.status = answer, [], 0, {}
-        threading.Thread(target=reader.read, daemon=True).start()
-        time.sleep(2.5)
-        slow.close()
-        if reader.gaps == 0:  # the kernel kept it all: then nothing may be missing
-            self.assertEqual(reader.pings, list(range(reader.pings[0], reader.pings[0] + len(reader.pings))))
-        self.assertGreater(len(reader.pings), 50)
+        with Scene(pings=100000, speed_mps=0.002, bins=2000) as scene, \
+                Live(scene.file, "--pings-per-s", "40", "--hold") as live:
+            token = re.search(r'content="([0-9a-f]{64})"', request(live.port).read().decode())[1]
+            slow = socket.socket()
+            slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+            slow.connect(("127.0.0.1", live.port))
+            slow.sendall(f"GET /lines HTTP/1.1\r\nHost: 127.0.0.1:{live.port}\r\nX-Ensonify-Token: {token}\r\n\r\n".encode())
+            watcher = Frames(live.port, token)
+            go = dict(Content_Type="application/json", Origin=f"http://127.0.0.1:{live.port}",
+                      X_Ensonify_Token=token, body='{"hold": false}')
+            self.assertEqual(request(live.port, "POST", "/change", **go).status, 200)
+            time.sleep(8.0)  # longer than it may be behind, shorter than it may stand still
+            reader = Frames.__new__(Frames)
+            reader.answer = http.client.HTTPResponse(slow)
+            reader.answer.begin()
+            reader.pings, reader.gaps, reader.status = [], 0, {}
+            threading.Thread(target=reader.read, daemon=True).start()
+            time.sleep(3.0)
+            self.assertEqual(reader.gaps, 1)
+            missed = [b - a - 1 for a, b in zip(reader.pings, reader.pings[1:]) if b != a + 1]
+            self.assertEqual(len(missed), 1)
+            self.assertGreater(missed[0], 40)
+            self.assertGreater(reader.pings[-1], watcher.pings[-1] - 40)
+            self.assertEqual(watcher.gaps, 0)
+            self.assertEqual(watcher.pings, list(range(len(watcher.pings))))
+            slow.close()
 
 
 class OnTheCommandLine(unittest.TestCase):
