@@ -143,8 +143,7 @@ void picture_scene(const fs::path& file, const fs::path& folder) {
                        (image.sonar.bin_m() * static_cast<double>(image.columns()));
   const auto width = static_cast<std::size_t>(std::lround(side_px / std::sqrt(ratio)));
   const auto height = static_cast<std::size_t>(std::lround(side_px * std::sqrt(ratio)));
-  const Picture picture =
-      render(image, scene.display, simulator.absorption_db_per_m(0), &simulator.recorder(0));
+  const Picture picture = render(image, scene.display, simulator.calibration(0));
   TruthPicture truth = lay_truth(image, picture, simulator.classes(), simulator.materials());
   truth.picture =
       side_by_side(resampled(picture, width, height), resampled(truth.picture, width, height));

@@ -10,38 +10,65 @@
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
+TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
+    : artefacts_(scene.artefacts),
+      seed_(scene.seed),
+      block_pings_(static_cast<std::size_t>(scene.run.block_pings)) {
+  Flight flight = simulator.flight();
+  poses_ = std::move(flight.poses);
+  warnings_ = std::move(flight.warnings);
+  reported_ = reported_poses(scene.navigation, scene.seed, poses_);
+  hold_stale(scene.artefacts, scene.seed, reported_);
+}
+
+TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping) const {
+  const Pose& pose = poses_[ping];
+  Heard heard{.record = {.pose = pose,
+                         .reported = reported_[ping],
+                         .altitude_m = simulator.altitude_m(pose.position),
+                         .block = static_cast<int>(block_of(ping))}};
+  if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
+    heard.record.artefacts.add(Artefact::stale_navigation);
+  if (is_lost(artefacts_, seed_, ping)) {  // its row stays empty
+    heard.record.artefacts.add(Artefact::lost);
+    return heard;
+  }
+  // What is recorded again is what was heard then; the truth beside it as well.
+  std::size_t then = ping;
+  while (is_repeated(artefacts_, seed_, then)) --then;
+  if (then != ping) heard.record.artefacts.add(Artefact::repeated);
+  heard.lines = simulator.ping(poses_[then], then);
+  return heard;
+}
+
 namespace {
 
 /// A scene's pings while they are made: what their threads share.
 class Pings {
  public:
-  Pings(const Scene& scene, Simulator& simulator) : scene_(scene) {
-    Flight flight = simulator.flight();
-    poses_ = std::move(flight.poses);
-    all_.warnings = std::move(flight.warnings);
-    reported_ = reported_poses(scene.navigation, scene.seed, poses_);
+  Pings(const Scene& scene, Simulator& simulator) : scene_(scene), track_(scene, simulator) {
+    all_.warnings = track_.warnings();
     simulator.watch_objects();
-    hold_stale(scene.artefacts, scene.seed, reported_);
-    for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, poses_.size());
+    for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, track_.count());
   }
 
   ScenePings make(Simulator& simulator, int threads, const AfterBlock& after_block) {
     const auto block_pings = static_cast<std::size_t>(scene_.run.block_pings);
-    const std::size_t blocks = (poses_.size() + block_pings - 1) / block_pings;
+    const std::size_t blocks = (track_.count() + block_pings - 1) / block_pings;
     threads = refine::thread_count(threads);
     std::vector<std::optional<Simulator>> others(static_cast<std::size_t>(threads));
-    if (after_block) after_block(all_.images, 0, poses_.size());
+    if (after_block) after_block(all_.images, 0, track_.count());
     refine::parallel_for(blocks, threads, [&](std::size_t block, int worker) {
       std::optional<Simulator>& other = others[static_cast<std::size_t>(worker)];
       if (worker > 0 && !other) other = simulator.another();
       Simulator& mine = worker > 0 ? *other : simulator;
       const std::size_t begin = block * block_pings;
-      const std::size_t end = std::min(begin + block_pings, poses_.size());
+      const std::size_t end = std::min(begin + block_pings, track_.count());
       mine.reset();
-      for (std::size_t ping = begin; ping < end; ++ping) do_ping(mine, ping, block);
+      for (std::size_t ping = begin; ping < end; ++ping) do_ping(mine, ping);
       const std::unique_lock alone(images_lock_);
       done_ += end - begin;
-      if (after_block) after_block(all_.images, done_, poses_.size());
+      if (after_block) after_block(all_.images, done_, track_.count());
     });
     all_.rays = rays_;
     all_.hits = hits_;
@@ -63,40 +90,22 @@ class Pings {
     }
   }
 
-  void do_ping(Simulator& simulator, std::size_t ping, std::size_t block) {
-    const Pose& pose = poses_[ping];
-    PingRecord record{.pose = pose,
-                      .reported = reported_[ping],
-                      .altitude_m = simulator.altitude_m(pose.position),
-                      .block = static_cast<int>(block)};
-    const ArtefactOptions& artefacts = scene_.artefacts;
-    if (reported_since_s(artefacts, scene_.seed, pose.t_s) < pose.t_s)
-      record.artefacts.add(Artefact::stale_navigation);
-    if (is_lost(artefacts, scene_.seed, ping)) {  // its row stays empty
-      record.artefacts.add(Artefact::lost);
-      const std::shared_lock rows_differ(images_lock_);
-      for (Waterfall& image : all_.images) image.pings[ping] = record;
-      return;
-    }
-    // What is recorded again is what was heard then; the truth beside it as well.
-    std::size_t heard = ping;
-    while (is_repeated(artefacts, scene_.seed, heard)) --heard;
-    if (heard != ping) record.artefacts.add(Artefact::repeated);
-    std::span<const EchoLine> lines = simulator.ping(poses_[heard], heard);
+  void do_ping(Simulator& simulator, std::size_t ping) {
+    TrackPings::Heard heard = track_.hear(simulator, ping);
     const std::shared_lock rows_differ(images_lock_);
     for (Waterfall& image : all_.images) {
-      const std::size_t sides = sides_of(image.sonar).size();
-      image.set_row(ping, lines.first(sides), record);
-      for (const EchoLine& line : lines.first(sides)) {
+      const std::size_t sides = heard.lines.empty() ? 0 : sides_of(image.sonar).size();
+      image.set_row(ping, heard.lines.first(sides), heard.record);
+      for (const EchoLine& line : heard.lines.first(sides)) {
         rays_ += line.rays;
         hits_ += line.hits;
       }
-      lines = lines.subspan(sides);
+      heard.lines = heard.lines.subspan(sides);
     }
   }
 
   const Scene& scene_;
-  std::vector<Pose> poses_, reported_;
+  TrackPings track_;
   ScenePings all_;
   std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
   std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;

@@ -23,6 +23,34 @@ struct ScenePings {
   std::vector<std::string> warnings;  ///< of the track
 };
 
+/// A scene's track, ping by ping.
+class TrackPings {
+ public:
+  /// Throws SceneError for a track that leaves the seafloor.
+  TrackPings(const Scene& scene, const Simulator& simulator);
+
+  std::size_t count() const { return poses_.size(); }
+  std::span<const Pose> poses() const { return poses_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+  struct Heard {
+    PingRecord record;
+    std::span<const EchoLine> lines;  ///< of a lost ping none; good until the simulator's next ping
+  };
+  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may ask, each with a
+  /// simulator of its own. Throws as Simulator::ping().
+  Heard hear(Simulator& simulator, std::size_t ping) const;
+
+  std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
+
+ private:
+  ArtefactOptions artefacts_;
+  std::uint64_t seed_;
+  std::size_t block_pings_;
+  std::vector<Pose> poses_, reported_;
+  std::vector<std::string> warnings_;
+};
+
 /// Called after every block, by one thread while all others wait; what it throws ends the pings.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;

@@ -144,8 +144,8 @@ class Run {
 
   void write_picture(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
     folder_.write(image.sonar.name + ".png",
-                  encode_png(render(image, scene_.display, simulator.absorption_db_per_m(sonar),
-                                    &simulator.recorder(sonar), scene_.output.png_bits)));
+                  encode_png(render(image, scene_.display, simulator.calibration(sonar),
+                                    scene_.output.png_bits)));
   }
 
   void write_files(const Simulator& simulator) {
@@ -169,11 +169,9 @@ class Run {
       over_layers.slant_range_correction = false;
       if (scene_.output.truth)
         folder_.write(name + "_truth.png",
-                      encode_png(with_legend(
-                          lay_truth(images[i],
-                                    render(images[i], over_layers, simulator.absorption_db_per_m(i),
-                                           &simulator.recorder(i)),
-                                    seafloor.classes, seafloor.materials))));
+                      encode_png(with_legend(lay_truth(
+                          images[i], render(images[i], over_layers, simulator.calibration(i)),
+                          seafloor.classes, seafloor.materials))));
       for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }

@@ -73,7 +73,20 @@ struct Instrument {
   Medium medium;
   std::vector<scatter::BackscatterTable> by_material;
   std::unique_ptr<const SignalChain> chain;
+  Calibration calibration;
 };
+
+Calibration calibration_of(const Instrument& its) {
+  Calibration made{.absorption_db_per_m = its.medium.absorption_db_per_m,
+                   .recorder = &its.chain->recorder(),
+                   .median_share = its.chain->median_share()};
+  for (const Side side : sides_of(its.sonar)) {
+    std::vector<double> bed = its.chain->level_bed(side);
+    if (side == Side::port) std::ranges::reverse(bed);
+    made.level_bed.insert(made.level_bed.end(), bed.begin(), bed.end());
+  }
+  return made;
+}
 
 void warn(const std::string& warning, std::vector<std::string>& warnings) {
   if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
@@ -160,25 +173,26 @@ struct Simulator::Ready {
     for (std::size_t i = 1; i < materials.size(); ++i)
       made.by_material.push_back(table_of(materials[i], sonar, its_warnings));
     made.chain = std::make_unique<const SignalChain>(sonar, chain_options(number, made));
+    made.calibration = calibration_of(made);
     return std::make_shared<const Instrument>(std::move(made));
   }
 
   ChainOptions chain_options(std::size_t number, const Instrument& its) const {
-    // For the automatic gain: the first material is the bed's own.
+    // For the automatic gain and the level bed: the first material is the bed's own.
     const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
     const double nominal_altitude_m = std::min(scene.track.altitude_m, 0.45 * its.sonar.range_m);
-    const double sine = nominal_altitude_m / (0.5 * its.sonar.range_m);
-    return {.seed = scene.seed,
-            .sonar_number = number,
-            .speckle = scene.speckle,
-            .sound_speed_mps = sound_speed_mps,
-            .absorption_db_per_m = its.medium.absorption_db_per_m,
-            .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
-            .nominal_altitude_m = nominal_altitude_m,
-            .nominal_strength_db = scatter::to_db(bed_table.over_sine(sine) * sine),
-            .sea = scene.sea.state,
-            .arrivals = scene.arrivals,
-            .artefacts = scene.artefacts};
+    return {
+        .seed = scene.seed,
+        .sonar_number = number,
+        .speckle = scene.speckle,
+        .sound_speed_mps = sound_speed_mps,
+        .absorption_db_per_m = its.medium.absorption_db_per_m,
+        .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+        .nominal_altitude_m = nominal_altitude_m,
+        .nominal_strength = [&bed_table](double sine) { return bed_table.over_sine(sine) * sine; },
+        .sea = scene.sea.state,
+        .arrivals = scene.arrivals,
+        .artefacts = scene.artefacts};
   }
 
   scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar,
@@ -450,6 +464,9 @@ RefractionCounts Simulator::refraction_counts() const {
 double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
 const Recorder& Simulator::recorder(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->chain->recorder();
+}
+const Calibration& Simulator::calibration(std::size_t sonar) const {
+  return worker_->instruments.at(sonar)->calibration;
 }
 const StageTimes& Simulator::times() const { return worker_->times; }
 

@@ -116,6 +116,8 @@ class Simulator {
   double sound_speed_mps() const;  ///< that ranges are counted by
   /// What a sonar's samples stand for.
   const Recorder& recorder(std::size_t sonar) const;
+  /// What a display of it needs; good as long as its settings.
+  const Calibration& calibration(std::size_t sonar) const;
   /// From now on pings count what they see of each object, and so do those of another(): it takes some of
   /// their time where many objects are in view. Bent rays (sea.refraction = "full") are not counted.
   void watch_objects();

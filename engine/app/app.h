@@ -36,6 +36,7 @@ using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
 void add_stream(CLI::App& app, Action& action);
+void add_live(CLI::App& app, Action& action);
 void add_generate(CLI::App& app, Action& action);
 void add_preview(CLI::App& app, Action& action);
 void add_merge(CLI::App& app, Action& action);

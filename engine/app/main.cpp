@@ -62,6 +62,7 @@ int main(int argc, char** argv) {
   app::Action action;
   app::add_run(program, action);
   app::add_stream(program, action);
+  app::add_live(program, action);
   app::add_generate(program, action);
   app::add_preview(program, action);
   app::add_merge(program, action);

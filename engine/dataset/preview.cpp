@@ -154,9 +154,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
                                  least_height, most_height);
   Display display = sample.scene.display;
   display.slant_range_correction = false;  // the labels lie over the layers
-  Picture left =
-      shrunk(render(line, display, simulator.absorption_db_per_m(0), &simulator.recorder(0)),
-             panel_width, height);
+  Picture left = shrunk(render(line, display, simulator.calibration(0)), panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);
   const auto to_panel = [&](const Corner& corner) {
     return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),

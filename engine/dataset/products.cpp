@@ -77,13 +77,12 @@ class Products {
         classes_(numbers_of(seafloor.classes, names.classes, "class")),
         sediments_(numbers_of(seafloor.materials, names.materials, "material")) {}
 
-  void add_line(const Waterfall& line, double absorption_db_per_m, const Recorder& recorder,
-                std::size_t sonar) {
+  void add_line(const Waterfall& line, const Calibration& calibration, std::size_t sonar) {
     read_visible_fractions(line.sonar.name);
     std::vector<Picture> pictures;
     for (Display display : sample_.renders) {
       display.slant_range_correction = false;  // the labels lie over the layers
-      pictures.push_back(render(line, display, absorption_db_per_m, &recorder));
+      pictures.push_back(render(line, display, calibration));
     }
     const View slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
@@ -312,7 +311,7 @@ ProductTimes write_products(const DatasetOptions& options, const SampleScene& sa
   const Clock::time_point start = Clock::now();
   Products products(options, sample, names, simulator.seafloor(), folder);
   for (std::size_t i = 0; i < lines.size(); ++i)
-    products.add_line(lines[i], simulator.absorption_db_per_m(i), simulator.recorder(i), i);
+    products.add_line(lines[i], simulator.calibration(i), i);
   const double all_s = std::chrono::duration<double>(Clock::now() - start).count();
   return {all_s - products.disk_s(), products.disk_s()};
 }

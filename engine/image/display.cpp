@@ -4,52 +4,44 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double seabed_amplitude = 0.35;       // where the median is put; gamma then brightens it
-constexpr std::size_t median_pixels = 500'000;  // more tell no more
-constexpr std::size_t depressions = 180;        // half degrees, from level to nadir
+constexpr std::size_t equalised_pixels = 500'000;  // more tell no more
+constexpr std::size_t depressions = 180;           // half degrees, from level to nadir
 
-/// The waterfall's received intensity after gain, and what was evened out, pixel by pixel.
+std::size_t port_columns(const Sonar& sonar) {
+  return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
+}
+
+/// From nadir outwards.
+std::size_t bin_of(std::size_t column, std::size_t ports) {
+  return column < ports ? ports - 1 - column : column - ports;
+}
+
+}  // namespace
+
+/// A waterfall's levels, and what is evened out of them.
 class Levels {
  public:
-  Levels(const Waterfall& waterfall, const Display& display, double absorption_db_per_m,
-         const Recorder* recorder)
-      : waterfall_(waterfall),
-        recorder_(display.of == PictureOf::sample ? recorder : nullptr),
+  Levels(const Renderer& renderer, const Waterfall& waterfall)
+      : renderer_(renderer),
+        waterfall_(waterfall),
         bins_(static_cast<std::size_t>(waterfall.sonar.bins)),
-        ports_(waterfall.sonar.sides == Sides::starboard ? 0 : bins_),
+        ports_(renderer.ports_),
         columns_(waterfall.columns()) {
-    if (recorder_)
-      for (std::uint32_t i = 0; recorder_->full_scale() <= 0xffff && i <= recorder_->full_scale();
-           ++i)
-        amplitudes_.push_back(static_cast<float>(recorder_->amplitude(i)));
-    for (std::size_t column = 0; column < columns_; ++column) {
-      const double r =
-          std::max(static_cast<double>(bin_of(column)) + 0.5, 1.0) * waterfall.sonar.bin_m();
-      double gain_db = display.spreading * std::log10(r);
-      if (display.absorption) gain_db += 2.0 * absorption_db_per_m * r;
-      gains_.push_back(scatter::from_db(gain_db));
-      if (recorder_) {
-        const double its = recorder_->gain(bin_of(column));
-        gains_.back() /= its * its;
-      }
-    }
-    if (display.beam_normalisation) normalise_beams();
-    if (display.flat_field) flatten();
+    if (renderer.display_.beam_normalisation) normalise_beams();
+    if (renderer.display_.flat_field) flatten();
+    // What is evened out has a mean of 1.
+    if (!beam_.empty() || !column_.empty()) scale_ = 1.0 / renderer.median_share_;
   }
 
-  /// From nadir outwards.
-  std::size_t bin_of(std::size_t column) const {
-    return column < ports_ ? ports_ - 1 - column : column - ports_;
-  }
-  double at(std::size_t row, std::size_t column) const {
-    return plain(row, column) * (beam_.empty() ? 1.0 : beam_gain(row, column));
-  }
+  /// 1: mid-brightness.
+  double at(std::size_t row, std::size_t column) const { return scale_ * evened(row, column); }
   bool seabed(std::size_t pixel) const {
     const auto region = static_cast<Region>(waterfall_.pixels.region[pixel]);
     return region == Region::seabed || region == Region::object;
@@ -58,7 +50,7 @@ class Levels {
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t over_ground(std::size_t row, std::size_t column) const {
     const double bin_m = waterfall_.sonar.bin_m();
-    const double over_m = (static_cast<double>(bin_of(column)) + 0.5) * bin_m;
+    const double over_m = (static_cast<double>(bin_of(column, ports_)) + 0.5) * bin_m;
     const double height_m = height(row);
     const auto bin =
         static_cast<std::size_t>(std::sqrt(over_m * over_m + height_m * height_m) / bin_m);
@@ -67,13 +59,11 @@ class Levels {
   }
 
  private:
-  double plain(std::size_t row, std::size_t column) const {
-    const std::size_t pixel = row * columns_ + column;
-    if (!recorder_) return waterfall_.pixels.intensity[pixel] * gains_[column];
-    const std::uint32_t sample = waterfall_.pixels.sample[pixel];
-    const double amplitude =
-        sample < amplitudes_.size() ? amplitudes_[sample] : recorder_->amplitude(sample);
-    return amplitude * amplitude * gains_[column];
+  double evened(std::size_t row, std::size_t column) const {
+    double level = renderer_.level(waterfall_, row, column);
+    if (!beam_.empty()) level *= beam_[beam_cell(row, column)];
+    if (!column_.empty()) level *= column_[column];
+    return level;
   }
   /// Over the bed: where the first echo comes from, or what the ping's record says.
   double height(std::size_t row) const {
@@ -83,14 +73,11 @@ class Levels {
            waterfall_.sonar.bin_m();
   }
   std::size_t beam_cell(std::size_t row, std::size_t column) const {
-    const double r = (static_cast<double>(bin_of(column)) + 0.5) * waterfall_.sonar.bin_m();
+    const double r = (static_cast<double>(bin_of(column, ports_)) + 0.5) * waterfall_.sonar.bin_m();
     const double depression = std::asin(std::min(1.0, height(row) / r));
     const auto cell =
         static_cast<std::size_t>(depression * 2.0 / std::numbers::pi * (depressions - 1));
     return (column < ports_ ? 0 : depressions) + cell;
-  }
-  double beam_gain(std::size_t row, std::size_t column) const {
-    return beam_[beam_cell(row, column)];
   }
   /// The inverse of each cell's mean; 1 where there is none.
   template <class Cell>
@@ -100,7 +87,7 @@ class Levels {
       for (std::size_t column = 0; column < columns_; ++column)
         if (seabed(row * columns_ + column)) {
           const std::size_t into = cell(row, column);
-          sums[into] += at(row, column);
+          sums[into] += evened(row, column);
           counts[into] += 1.0;
         }
     for (std::size_t i = 0; i < cells; ++i) sums[i] = sums[i] > 0.0 ? counts[i] / sums[i] : 1.0;
@@ -112,23 +99,23 @@ class Levels {
     });
   }
   void flatten() {
-    const std::vector<double> inverse =
-        inverse_means(columns_, [](std::size_t, std::size_t column) { return column; });
-    for (std::size_t column = 0; column < columns_; ++column) gains_[column] *= inverse[column];
+    column_ = inverse_means(columns_, [](std::size_t, std::size_t column) { return column; });
   }
 
+  const Renderer& renderer_;
   const Waterfall& waterfall_;
-  const Recorder* recorder_;
   std::size_t bins_, ports_, columns_;
-  std::vector<double> gains_;      // of a column
-  std::vector<double> beam_;       // of a depression, port's then starboard's
-  std::vector<float> amplitudes_;  // of a sample
+  double scale_ = 1.0;
+  std::vector<double> beam_;    // of a depression, port's then starboard's
+  std::vector<double> column_;  // of a column
 };
+
+namespace {
 
 /// Levels where there is seabed or an object, ascending; of some pixels if there are very many.
 std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& levels) {
   const std::size_t pixels = waterfall.rows() * waterfall.columns();
-  const std::size_t step = 1 + pixels / median_pixels;
+  const std::size_t step = 1 + pixels / equalised_pixels;
   std::vector<float> values;
   values.reserve(pixels / step + 1);
   for (std::size_t i = 0; i < pixels; i += step)
@@ -139,9 +126,26 @@ std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& level
   return values;
 }
 
-using Colour = std::array<double, 3>;
+// The map of that name in matplotlib (van der Walt and Smith), as polynomials fitted to it.
+std::array<double, 3> viridis(double t) {
+  constexpr std::array<std::array<double, 3>, 7> terms{
+      {{0.2777273272234177, 0.005407344544966578, 0.3340998053353061},
+       {0.1050930431085774, 1.404613529898575, 1.384590162594685},
+       {-0.3308618287255563, 0.214847559468213, 0.09509516302823659},
+       {-4.634230498983486, -5.799100973351585, -19.33244095627987},
+       {6.228269936347081, 14.17993336680509, 56.69055260068105},
+       {4.776384997670288, -13.74514537774601, -65.35303263337234},
+       {-5.435455855934631, 4.645852612178535, 26.3124352495832}}};
+  std::array<double, 3> colour{};
+  for (std::size_t i = terms.size(); i-- > 0;)
+    for (std::size_t k = 0; k < 3; ++k) colour[k] = colour[k] * t + terms[i][k];
+  for (double& channel : colour) channel = std::clamp(channel, 0.0, 1.0);
+  return colour;
+}
 
-Colour colour_of(Palette palette, double brightness) {
+}  // namespace
+
+std::array<double, 3> colour_of(Palette palette, double brightness) {
   const double dark = 1.0 - brightness;
   switch (palette) {
     case Palette::grey: break;
@@ -152,20 +156,74 @@ Colour colour_of(Palette palette, double brightness) {
     case Palette::bronze:
       return {std::pow(brightness, 0.8), std::pow(brightness, 1.1), std::pow(brightness, 1.9)};
     case Palette::paper: return {dark, dark, dark};
+    case Palette::viridis: return viridis(brightness);
   }
   return {brightness, brightness, brightness};
 }
 
-}  // namespace
+Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration)
+    : sonar_(sonar),
+      display_(display),
+      recorder_(display.of == PictureOf::sample ? calibration.recorder : nullptr),
+      columns_(sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins)),
+      ports_(port_columns(sonar)),
+      median_share_(calibration.median_share) {
+  if (calibration.level_bed.size() != columns_)
+    throw std::invalid_argument("Renderer: a level bed of other columns than the sonar's");
+  if (recorder_)
+    for (std::uint32_t i = 0; recorder_->full_scale() <= 0xffff && i <= recorder_->full_scale();
+         ++i)
+      amplitudes_.push_back(static_cast<float>(recorder_->amplitude(i)));
+  std::vector<double> bed;
+  for (std::size_t column = 0; column < columns_; ++column) {
+    const std::size_t bin = bin_of(column, ports_);
+    const double r = std::max(static_cast<double>(bin) + 0.5, 1.0) * sonar.bin_m();
+    double gain_db = display.spreading * std::log10(r);
+    if (display.absorption) gain_db += 2.0 * calibration.absorption_db_per_m * r;
+    gains_.push_back(scatter::from_db(gain_db));
+    const double median = calibration.level_bed[column] * median_share_;
+    std::uint32_t sample = 0;
+    if (recorder_) {
+      const double its = recorder_->gain(bin);
+      gains_.back() /= its * its;
+      sample = recorder_->sample(static_cast<float>(std::sqrt(median) * its));
+    }
+    if (median > 0.0) bed.push_back(level(column, median, sample));
+  }
+  if (bed.empty()) throw std::invalid_argument("Renderer: no echo of a level bed");
+  std::ranges::nth_element(bed, bed.begin() + std::ssize(bed) / 2);
+  // A recorder that hears nothing of its bed shows full scale at mid-brightness.
+  const double median = bed[bed.size() / 2];
+  scale_ = median > 0.0 ? 1.0 / median : 1.0 / *std::ranges::max_element(gains_);
+}
 
-Picture render(const Waterfall& waterfall, const Display& display, double absorption_db_per_m,
-               const Recorder* recorder, int bits) {
+double Renderer::level(std::size_t column, double intensity, std::uint32_t sample) const {
+  if (!recorder_) return intensity * gains_[column] * scale_;
+  const double amplitude =
+      sample < amplitudes_.size() ? amplitudes_[sample] : recorder_->amplitude(sample);
+  return amplitude * amplitude * gains_[column] * scale_;
+}
+
+double Renderer::level(const Waterfall& waterfall, std::size_t row, std::size_t column) const {
+  const std::size_t pixel = row * columns_ + column;
+  return level(column, waterfall.pixels.intensity[pixel], waterfall.pixels.sample[pixel]);
+}
+
+void Renderer::levels(const Waterfall& waterfall, std::size_t row, std::span<float> into) const {
+  for (std::size_t column = 0; column < columns_; ++column)
+    into[column] = static_cast<float>(level(waterfall, row, column));
+}
+
+Picture Renderer::render(const Waterfall& waterfall, int bits) const {
   const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
-  const Levels levels(waterfall, display, absorption_db_per_m, recorder);
-  const std::vector<float> sorted = seabed_levels(waterfall, levels);
-  const double median = sorted.empty() ? 0.0 : sorted[sorted.size() / 2];
-  const double amplitude_gain = seabed_amplitude * scatter::from_db(0.5 * display.gain_db);
-  const double scale = median > 0.0 ? amplitude_gain * amplitude_gain / median : 0.0;
+  if (columns != columns_) throw std::invalid_argument("Renderer: a waterfall of another sonar");
+  const Levels levels(*this, waterfall);
+  const Display& display = display_;
+  const std::vector<float> sorted = display.mapping == Mapping::equalised
+                                        ? seabed_levels(waterfall, levels)
+                                        : std::vector<float>();
+  const double amplitude_gain = mid_amplitude * scatter::from_db(0.5 * display.gain_db);
+  const double scale = amplitude_gain * amplitude_gain;
   // Of a level, 0 to 1 and beyond.
   const auto brightness = [&](double level) {
     switch (display.mapping) {
@@ -188,7 +246,7 @@ Picture render(const Waterfall& waterfall, const Display& display, double absorp
   const std::size_t pixel_bytes = channels * (bits == 16 ? 2 : 1);
   std::vector<std::uint8_t> palette;  // a pixel's bytes for each brightness
   for (double step = 0.0; step <= full; step += 1.0) {
-    const Colour colour = colour_of(display.palette, step / full);
+    const std::array<double, 3> colour = colour_of(display.palette, step / full);
     for (std::size_t k = 0; k < channels; ++k) {
       const auto value = static_cast<unsigned>(std::lround(full * colour[k]));
       if (bits == 16) palette.push_back(static_cast<std::uint8_t>(value >> 8));
@@ -207,6 +265,11 @@ Picture render(const Waterfall& waterfall, const Display& display, double absorp
       pixel = std::copy_n(&palette[step * pixel_bytes], pixel_bytes, pixel);
     }
   return picture;
+}
+
+Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
+               int bits) {
+  return Renderer(waterfall.sonar, display, calibration).render(waterfall, bits);
 }
 
 }  // namespace ensonify::engine

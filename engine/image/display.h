@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -8,7 +10,7 @@
 
 namespace ensonify::engine {
 
-enum class Palette { grey, copper, bronze, paper };
+enum class Palette { grey, copper, bronze, paper, viridis };
 
 /// How amplitude becomes brightness.
 enum class Mapping { gamma, logarithmic, equalised };
@@ -16,8 +18,9 @@ enum class Mapping { gamma, logarithmic, equalised };
 /// The layer that is shown.
 enum class PictureOf { sample, intensity };
 
-/// How a waterfall becomes a picture: time-varied gain, what is evened out, then amplitude to brightness.
-/// The layers stay as they are.
+/// How a waterfall becomes a picture: time-varied gain, what is evened out, then amplitude to brightness. The
+/// layers stay as they are. Unless something is evened out or equalised, a line's picture depends on the scene
+/// and on that line alone: it can be shown when it comes.
 struct Display {
   PictureOf of = PictureOf::sample;
   double spreading = 40.0;  ///< gain of spreading * log10(range) dB; 30 levels a bed of constant
@@ -28,7 +31,8 @@ struct Display {
   bool beam_normalisation = false;  ///< each side's mean level over depression is taken out
   bool flat_field = false;          ///< the mean level of each column is
   double gain_db =
-      0.0;  ///< added to the automatic gain, which puts the seabed's median at mid-brightness
+      0.0;  ///< added to the automatic gain, which puts the median of the scene's own bed,
+            ///< were it level, at mid-brightness
   Mapping mapping = Mapping::gamma;
   double gamma = 0.7;      ///< brightness = amplitude^gamma
   double range_db = 50.0;  ///< of a logarithmic mapping, from black to white
@@ -44,10 +48,54 @@ struct Picture {
   int bits = 8;  ///< a channel, 8 or 16
 };
 
-/// The picture of a waterfall: newest ping on top, port left, which is the seabed seen from above.
-/// Pings of which nothing was received stay black. Without a recorder, which tells what samples stand
-/// for, the intensity is shown.
-Picture render(const Waterfall& waterfall, const Display& display, double absorption_db_per_m,
-               const Recorder* recorder = nullptr, int bits = 8);
+/// What a display knows of a sonar before its first ping.
+struct Calibration {
+  double absorption_db_per_m = 0.0;
+  const Recorder* recorder = nullptr;  ///< what samples stand for; none: the intensity is shown
+  /// Mean intensity, uPa^2, of the scene's bed in each of the waterfall's columns, were it level; 0: no echo.
+  std::vector<double> level_bed;
+  double median_share = 1.0;  ///< of a bed's intensity, median over mean: speckle's
+};
+
+/// Where a display shows a bed whose level, in intensity, is the median of the scene's own: its brightness to
+/// the power 1 / gamma.
+inline constexpr double mid_amplitude = 0.35;
+
+/// A sonar's display: from its lines to pixels.
+class Renderer {
+ public:
+  /// The calibration's recorder must outlive it. Throws std::invalid_argument for a level bed without an echo,
+  /// or of other columns than the sonar has.
+  Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration);
+
+  /// The picture of a waterfall of that sonar, 8 or 16 bits a channel: newest ping on top, port left, which is
+  /// the seabed seen from above. Pings of which nothing was received stay black.
+  Picture render(const Waterfall& waterfall, int bits = 8) const;
+
+  /// The intensity after all gain, of a waterfall's row by column, over that of mid-brightness. Without what is
+  /// evened out.
+  void levels(const Waterfall& waterfall, std::size_t row, std::span<float> into) const;
+
+ private:
+  friend class Levels;
+  double level(const Waterfall& waterfall, std::size_t row, std::size_t column) const;
+  double level(std::size_t column, double intensity, std::uint32_t sample) const;
+
+  Sonar sonar_;
+  Display display_;
+  const Recorder* recorder_;
+  std::size_t columns_, ports_;
+  std::vector<double> gains_;      // of a column
+  std::vector<float> amplitudes_;  // of a sample
+  double median_share_;
+  double scale_ = 1.0;  // puts the level bed's median at 1
+};
+
+/// The same in one go.
+Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
+               int bits = 8);
+
+/// Red, green and blue, each 0 to 1, of a brightness from 0 to 1.
+std::array<double, 3> colour_of(Palette palette, double brightness);
 
 }  // namespace ensonify::engine

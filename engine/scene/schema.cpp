@@ -471,7 +471,8 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"flat_field", "", {}, "Whether each column's mean level is taken out.",
             at(&Scene::display, &Display::flat_field)},
            {"gain_db", "dB", {-100, 100},
-            "Added to the automatic gain, which puts the seabed's median at mid-brightness.",
+            "Added to the automatic gain, which puts the median of the scene's own bed, were it level, at "
+            "mid-brightness.",
             at(&Scene::display, &Display::gain_db)},
            {"mapping", "", {},
             "gamma: brightness is amplitude to a power; logarithmic: even in decibels; equalised: all "
@@ -482,7 +483,7 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"range_db", "dB", {1, 200}, "From black to white, of a logarithmic mapping.",
             at(&Scene::display, &Display::range_db)},
            {"palette", "", {}, "Colours; paper is grey with strong echoes dark.",
-            at(&Scene::display, &Display::palette), {"grey", "copper", "bronze", "paper"}},
+            at(&Scene::display, &Display::palette), {"grey", "copper", "bronze", "paper", "viridis"}},
        }},
       {"output",
        "Which files there are beside NAME.png, NAME_pings.csv and manifest.json.",

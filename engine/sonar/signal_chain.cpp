@@ -17,16 +17,21 @@ constexpr int output_noise_look = 1000;     // of no echo
 constexpr std::size_t gain_bins = 8;        // for which an automatic gain is set
 constexpr std::uint64_t of_gain_steps = 5;  // artefacts.cpp and disturbances.cpp have the others
 
+/// The echo of a level bed of unit strength, uPa^2.
+double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std::size_t bin) {
+  const double sine = std::min(options.nominal_altitude_m / law.range_m(bin), 0.9);
+  const double cosine = std::sqrt(1.0 - sine * sine);
+  const double pattern = law.vertical(side, cosine, sine);
+  return law.per_m2(bin) * law.width_m(bin) * law.cell_m() / cosine * pattern * pattern;
+}
+
 /// The gain at 1 m that puts a level bed at half the range where a good operator would.
 double automatic_gain_db(const Sonar& sonar, const ChainOptions& options, const EchoLaw& law) {
   const auto bin = static_cast<std::size_t>(sonar.bins / 2);
   const double r = law.range_m(bin);
-  const double sine = std::min(options.nominal_altitude_m / r, 0.9);
-  const double cosine = std::sqrt(1.0 - sine * sine);
-  const double pattern = law.vertical(Side::starboard, cosine, sine);
-  const double level_db = scatter::to_db(law.per_m2(bin) * law.width_m(bin) * law.cell_m() /
-                                         cosine * pattern * pattern) +
-                          options.nominal_strength_db;
+  const double level_db =
+      scatter::to_db(unit_bed(options, law, Side::starboard, bin)) +
+      scatter::to_db(options.nominal_strength(options.nominal_altitude_m / (0.5 * sonar.range_m)));
   const ReceiverOptions& receiver = sonar.receiver;
   return automatic_level_db - level_db - receiver.spreading * std::log10(r) -
          (receiver.absorption ? 2.0 * options.absorption_db_per_m * r : 0.0);
@@ -51,6 +56,22 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                 : 0.0f) {
   if (!sonar.receiver.noise) noise_ = {};
   for (const float tap : taps_) energy_taps_.push_back(tap * tap);
+}
+
+std::vector<double> SignalChain::level_bed(Side side) const {
+  std::vector<double> bed(law_.bins());
+  for (std::size_t bin = 0; bin < bed.size(); ++bin) {
+    const double sine = options_.nominal_altitude_m / law_.range_m(bin);
+    if (sine < 1.0)
+      bed[bin] =
+          unit_bed(options_, law_, side, bin) * options_.nominal_strength(sine) + noise(side);
+  }
+  return bed;
+}
+
+// Of a sum of n exponential intensities (Wilson and Hilferty, PNAS 17, 684, 1931).
+double SignalChain::median_share() const {
+  return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
 }
 
 void SignalChain::receive(const Hearing& hearing, std::span<EchoLine> lines, Memory& memory) const {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -20,9 +21,10 @@ struct ChainOptions {
   bool speckle = true;             ///< false: expectations, of the noise as well
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
-  double heading_rad = 0.0;            ///< of most pings: one of the directions of Scatterers
-  double nominal_altitude_m = 10.0;    ///< for the automatic gain
-  double nominal_strength_db = -35.0;  ///< of the bed at half the range, for the same
+  double heading_rad = 0.0;          ///< of most pings: one of the directions of Scatterers
+  double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed
+  /// Of the bed, m^2 of backscattering cross-section a m^2 by the sine of the grazing angle, for the same.
+  std::function<double(double sine)> nominal_strength = [](double) { return 3e-4; };
   SeaState sea;
   ArrivalOptions arrivals;
   ArtefactOptions artefacts;
@@ -59,6 +61,11 @@ class SignalChain {
   const Recorder& recorder() const { return recorder_; }
   /// Mean noise power of a side, uPa^2.
   double noise(Side side) const { return noise_[static_cast<std::size_t>(side)]; }
+  /// The mean intensity in each bin of a side, uPa^2, were the bed level at the nominal altitude and of the
+  /// nominal strength, noise in it; 0 before the first echo.
+  std::vector<double> level_bed(Side side) const;
+  /// Of a bed's intensity, median over mean: speckle's.
+  double median_share() const;
 
  private:
   using Channel = Memory::Channel;

@@ -195,7 +195,7 @@ TEST_CASE("what lies to starboard shows on the right, what lies ahead shows on t
     Waterfall image(sonar, poses.size());
     for (std::size_t i = 0; i < poses.size(); ++i)
       image.set_row(i, ping_once(sonar, bed, poses[i], 10.0), {.pose = poses[i]});
-    const Picture picture = render(image, {}, 0.0);
+    const Picture picture = render(image, {}, {.level_bed = std::vector<double>(1000, 1e9)});
     REQUIRE(picture.width == 1000);
     REQUIRE(picture.height == 101);
 

@@ -42,6 +42,20 @@ Waterfall flat_bed(std::size_t pings, int bins) {
   return waterfall;
 }
 
+/// Of a scene whose bed is flat_bed's, without speckle.
+Calibration calibration_of(const Sonar& sonar) {
+  Calibration made{.absorption_db_per_m = alpha};
+  const Waterfall bed = flat_bed(1, sonar.bins);
+  for (std::size_t i = 0; i < bed.columns(); ++i) made.level_bed.push_back(bed.pixels.intensity[i]);
+  return made;
+}
+
+Picture shown(const Waterfall& waterfall, const Display& display, double share = 1.0) {
+  Calibration calibration = calibration_of(waterfall.sonar);
+  calibration.median_share = share;
+  return render(waterfall, display, calibration);
+}
+
 const std::uint8_t middle = 122;             // 255 * 0.35^0.7
 const Display levelling{.spreading = 30.0};  // what makes flat_bed even
 
@@ -50,7 +64,7 @@ const Display levelling{.spreading = 30.0};  // what makes flat_bed even
 TEST_CASE(
     "The gain makes a flat bed evenly bright, at mid-brightness, and leaves the water black") {
   const Waterfall waterfall = flat_bed(4, 200);
-  const Picture picture = render(waterfall, levelling, alpha);
+  const Picture picture = shown(waterfall, levelling);
   CHECK(picture.width == 400);
   CHECK(picture.height == 4);
   CHECK(picture.channels == 1);
@@ -67,7 +81,7 @@ TEST_CASE(
 TEST_CASE("Each part of the gain law does what it says") {
   const Waterfall waterfall = flat_bed(1, 200);
   const auto ratio = [&](const Display& display) {  // of amplitude, bin 150 to bin 40
-    const Picture picture = render(waterfall, display, alpha);
+    const Picture picture = shown(waterfall, display);
     return std::pow(double(picture.pixels[350]) / double(picture.pixels[240]), 1.0 / display.gamma);
   };
   const double r1 = 40.5 * 0.375, r2 = 150.5 * 0.375;
@@ -80,11 +94,11 @@ TEST_CASE("Each part of the gain law does what it says") {
 
   display = levelling;
   display.gamma = 1.0;
-  CHECK(int(render(waterfall, display, alpha).pixels[300]) == 89);  // 255 * 0.35
+  CHECK(int(shown(waterfall, display).pixels[300]) == 89);  // 255 * 0.35
   display.gain_db = 6.0;
-  CHECK(int(render(waterfall, display, alpha).pixels[300]) == 178);  // 255 * 0.35 * 10^(6/20)
+  CHECK(int(shown(waterfall, display).pixels[300]) == 178);  // 255 * 0.35 * 10^(6/20)
   display.gain_db = 20.0;
-  CHECK(int(render(waterfall, display, alpha).pixels[300]) == 255);
+  CHECK(int(shown(waterfall, display).pixels[300]) == 255);
 }
 
 TEST_CASE("The newest ping is on top and port is left, each bin in its place") {
@@ -93,7 +107,7 @@ TEST_CASE("The newest ping is on top and port is left, each bin in its place") {
   waterfall.pixels.intensity[1 * 200 + (99 - 70)] *= 1e6f;
   waterfall.pixels.intensity[4 * 200 + 100 + 30] = 0.0f;
   waterfall.pixels.region[4 * 200 + 100 + 30] = static_cast<std::uint32_t>(Region::shadow);
-  const Picture picture = render(waterfall, levelling, alpha);
+  const Picture picture = shown(waterfall, levelling);
   for (std::size_t row = 0; row < 5; ++row)
     for (std::size_t column = 0; column < 200; ++column) {
       const bool bright = row == 3 && column == 29;
@@ -112,16 +126,16 @@ TEST_CASE("Pings not yet received are black and do not change the brightness of 
     part.pixels.region[i] = whole.pixels.region[i];
     part.pixels.range_m[i] = whole.pixels.range_m[i];
   }
-  const Picture picture = render(part, {}, alpha);
-  const Picture full = render(whole, {}, alpha);
+  const Picture picture = shown(part, {});
+  const Picture full = shown(whole, {});
   CHECK(std::all_of(picture.pixels.begin(), picture.pixels.begin() + 4 * 200,
                     [](auto p) { return p == 0; }));
   CHECK(std::equal(picture.pixels.begin() + 4 * 200, picture.pixels.end(),
                    full.pixels.begin() + 4 * 200));
 
-  const Picture nothing = render(Waterfall(whole.sonar, 3), {}, alpha);
+  const Picture nothing = shown(Waterfall(whole.sonar, 3), {});
   CHECK(nothing.pixels == std::vector<std::uint8_t>(3 * 200, 0));
-  CHECK(render(Waterfall(whole.sonar, 0), {}, alpha).pixels.empty());
+  CHECK(shown(Waterfall(whole.sonar, 0), {}).pixels.empty());
 }
 
 TEST_CASE(
@@ -138,7 +152,7 @@ TEST_CASE(
       waterfall.pixels.region[i] = static_cast<std::uint32_t>(Region::shadow);
     }
   }
-  const Picture picture = render(waterfall, levelling, alpha);
+  const Picture picture = shown(waterfall, levelling, std::log(2.0));
   for (std::size_t row = 0; row < 50; ++row)
     for (std::size_t column = 0; column < 400; ++column) {
       const std::size_t i = row * 400 + column;
@@ -164,7 +178,7 @@ TEST_CASE("Copper goes from black to pale yellow, never darker, warm all the way
   }
   Display display;
   display.palette = Palette::copper;
-  const Picture picture = render(waterfall, display, alpha);
+  const Picture picture = shown(waterfall, display);
   CHECK(picture.channels == 3);
   const std::uint8_t* ramp = picture.pixels.data() + 200 * 3;
   for (std::size_t i = 0; i < 200; ++i) {
@@ -176,4 +190,55 @@ TEST_CASE("Copper goes from black to pale yellow, never darker, warm all the way
   CHECK((ramp[0] == 0 && ramp[1] == 0 && ramp[2] == 0));
   const std::uint8_t* last = ramp + 3 * 199;
   CHECK((last[0] > 240 && last[1] > 220 && last[2] > 150 && last[2] < 220));
+}
+
+TEST_CASE(
+    "The brightness is the scene's, not the picture's: a bed of four times the strength is "
+    "whiter") {
+  Waterfall waterfall = flat_bed(3, 200);
+  for (float& intensity : waterfall.pixels.intensity) intensity *= 4.0f;
+  Display display = levelling;
+  display.gamma = 1.0;
+  CHECK(double(shown(waterfall, display).pixels[300]) == Approx(255 * 0.35 * 2).margin(1));
+}
+
+TEST_CASE("A picture line by line is the picture of all lines") {
+  Waterfall waterfall = flat_bed(7, 100);
+  std::mt19937_64 random(2);
+  std::exponential_distribution<float> speckle;
+  for (float& intensity : waterfall.pixels.intensity) intensity *= speckle(random);
+  for (PingRecord& ping : waterfall.pings) ping.altitude_m = 7.5;
+  for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic})
+    for (const bool over_ground : {false, true}) {
+      Display display{.slant_range_correction = over_ground, .mapping = mapping};
+      const Picture all = shown(waterfall, display);
+      const Renderer renderer(waterfall.sonar, display, calibration_of(waterfall.sonar));
+      for (std::size_t row = 0; row < 7; ++row) {
+        Waterfall line(waterfall.sonar, 1);
+        const auto from = static_cast<std::ptrdiff_t>(200 * row);
+        Layers::for_each([&](std::string_view, auto layer) {
+          const auto begin = (waterfall.pixels.*layer).begin() + from;
+          (line.pixels.*layer).assign(begin, begin + 200);
+        });
+        line.pings[0] = waterfall.pings[row];
+        const Picture one = renderer.render(line);
+        CHECK(std::equal(one.pixels.begin(), one.pixels.end(),
+                         all.pixels.begin() + (6 - static_cast<std::ptrdiff_t>(row)) * 200));
+      }
+    }
+}
+
+TEST_CASE("Viridis goes from violet to yellow, ever lighter") {
+  double before = 0.0;
+  for (int i = 0; i <= 255; ++i) {
+    const auto colour = colour_of(Palette::viridis, i / 255.0);
+    const double light = 0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2];
+    CHECK(light > before);
+    before = light;
+  }
+  const auto low = colour_of(Palette::viridis, 0.0), high = colour_of(Palette::viridis, 1.0);
+  CHECK(low[0] == Approx(0.267).margin(0.015));
+  CHECK(low[2] == Approx(0.329).margin(0.015));
+  CHECK(high[0] == Approx(0.993).margin(0.03));
+  CHECK(high[1] == Approx(0.906).margin(0.015));
 }

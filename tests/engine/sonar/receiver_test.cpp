@@ -84,10 +84,11 @@ TEST_CASE("a detector takes the mean or the largest of its looks' amplitudes") {
 TEST_CASE("the automatic gain puts the nominal bed 16 dB below full scale at half the range") {
   Sonar sonar = quiet_sonar();
   for (const double strength_db : {-45.0, -20.0}) {
-    const ChainOptions options{.speckle = false,
-                               .absorption_db_per_m = 0.08,
-                               .nominal_altitude_m = 8.0,
-                               .nominal_strength_db = strength_db};
+    const ChainOptions options{
+        .speckle = false,
+        .absorption_db_per_m = 0.08,
+        .nominal_altitude_m = 8.0,
+        .nominal_strength = [=](double) { return std::pow(10.0, strength_db / 10.0); }};
     const SignalChain chain(sonar, options);
     const double r = (750 + 0.5) * sonar.bin_m(), sine = 8.0 / r;
     const double cosine = std::sqrt(1.0 - sine * sine);

@@ -1,0 +1,12 @@
+# cmake -D FOLDER=... -D OUTPUT=... -P embed.cmake: the live page's files as constants in a C++ file.
+set(code "// Made of the files in ${NAME}.\n#include <ensonify/engine/live/page.h>\n\nnamespace ensonify::engine {\nnamespace {\n\n")
+set(views "")
+foreach(kind html css js)
+  file(READ ${FOLDER}/page.${kind} bytes HEX)
+  string(REGEX REPLACE "(................................)" "\\1\n" bytes "${bytes}")
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "'\\\\x\\1'," bytes "${bytes}")
+  string(APPEND code "constexpr char ${kind}[] = {\n${bytes}\n};\n\n")
+  string(APPEND views "const std::string_view page_${kind}(${kind}, sizeof ${kind});\n")
+endforeach()
+string(APPEND code "}  // namespace\n\n${views}\n}  // namespace ensonify::engine\n")
+file(WRITE ${OUTPUT} "${code}")

@@ -1,0 +1,93 @@
+#include <ensonify/engine/live/server.h>
+#include <ensonify/engine/live/session.h>
+#include <ensonify/engine/run.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  ServerOptions server{.port = 8347};
+  std::optional<double> pings_per_s;
+  bool hold = false;
+  bool quiet = false;
+};
+
+void show(const Arguments& arguments) {
+  using namespace std::chrono_literals;
+  if (!has_live_server())
+    throw std::runtime_error(
+        "this build has no live view: install cpp-httplib (libcpp-httplib-dev) and build anew");
+  if (!arguments.server.remote && !is_loopback(arguments.server.bind))
+    throw UsageError(
+        fmt::format("--bind {}: others could reach this address, and look and change; take "
+                    "127.0.0.1, or say --remote",
+                    arguments.server.bind));
+  const SignalWatch signals;
+  const auto stop_on_signal = [] {
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
+  };
+  std::optional<LiveSession> session;
+  {
+    Progress progress(arguments.quiet);
+    session.emplace(LiveOptions{.scene = arguments.scene.file,
+                                .overrides = arguments.scene.overrides,
+                                .data_folder = arguments.scene.data_folder,
+                                .pings_per_s = arguments.pings_per_s,
+                                .hold = arguments.hold,
+                                .progress = [&](std::string_view stage) {
+                                  stop_on_signal();
+                                  progress.tell(stage, 0, 1);
+                                }});
+  }
+  const LiveServer server(*session, arguments.server);
+  print(server.address() + "\n");
+  if (!arguments.quiet)
+    fmt::print(stderr, "open that in a browser on this machine; Ctrl-C ends it\n");
+  session->start();
+  while (SignalWatch::caught() == 0 && !session->fault()) std::this_thread::sleep_for(50ms);
+  session->stop();
+  if (const std::exception_ptr fault = session->fault()) std::rethrow_exception(fault);
+  stop_on_signal();
+}
+
+}  // namespace
+
+void add_live(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "live", "Watch a scene in a browser as it pings: its image, its mesh, its truth");
+  arguments->scene.add_to(command);
+  command
+      .add_option("--port", arguments->server.port,
+                  "Where the page is (default: 8347; 0: any that is free)")
+      ->type_name("P")
+      ->check(CLI::Range(0, 65535));
+  command
+      .add_option("--bind", arguments->server.bind,
+                  "The address to listen at (default: 127.0.0.1, this machine alone)")
+      ->type_name("ADDR");
+  command.add_flag("--remote", arguments->server.remote,
+                   "Let --bind be an address that other machines can reach: whoever does may look "
+                   "and change");
+  command
+      .add_option("--pings-per-s", arguments->pings_per_s,
+                  "How fast it pings (default: as the scene does; 0: as fast as it can)")
+      ->type_name("N")
+      ->check(CLI::Range(0.0, 10000.0));
+  command.add_flag("--hold", arguments->hold, "Wait for a page to say go before the first ping");
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
+  command.callback([&action, arguments] { action = [arguments] { show(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

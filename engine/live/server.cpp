@@ -1,0 +1,398 @@
+#include <ensonify/engine/live/server.h>
+
+#include <stdexcept>
+
+#include <ensonify/engine/live/page.h>
+
+#ifdef ENSONIFY_HTTPLIB
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <random>
+#include <string_view>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+#include <httplib.h>  // last: resolv.h, which it takes in, makes a macro of a name that Eigen has
+
+#endif
+
+namespace ensonify::engine {
+
+bool is_loopback(const std::string& address) {
+  if (address == "localhost" || address == "::1") return true;
+  // 127. and three numbers: nothing that a name server could be asked for.
+  if (!address.starts_with("127.") || address.size() > 15) return false;
+  int dots = 0, digits = 0;
+  for (const char c : address) {
+    if (c == '.') {
+      if (digits == 0) return false;
+      ++dots;
+      digits = 0;
+    } else if (c >= '0' && c <= '9' && digits < 3) {
+      ++digits;
+    } else {
+      return false;
+    }
+  }
+  return dots == 3 && digits > 0;
+}
+
+#ifdef ENSONIFY_HTTPLIB
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t most_request_bytes = 32 * 1024;  // line and headers; a body has its own limit
+constexpr std::size_t most_body_bytes = 16 * 1024;
+constexpr auto longest_request = 5s;
+constexpr auto longest_standstill = 10s;       // of a page that does not read
+constexpr auto slice = 100ms;                  // after which is looked whether the server ends
+constexpr int most_unsent_bytes = 512 * 1024;  // a page
+constexpr int most_readers = 32;
+constexpr std::size_t most_connections = 64;  // at work at once; the others wait
+constexpr std::string_view token_mark = "%TOKEN%";
+
+/// A socket that gives up on who sends too much, too slowly, or does not read.
+class GuardedStream final : public httplib::Stream {
+ public:
+  GuardedStream(socket_t socket, const std::atomic<bool>& stopping)
+      : socket_(socket), stopping_(stopping), begun_(Clock::now()) {}
+
+  bool is_readable() const override { return wait(POLLIN, begun_ + longest_request); }
+  bool is_writable() const override { return wait(POLLOUT, Clock::now() + longest_standstill); }
+
+  ssize_t read(char* to, std::size_t size) override {
+    if (at_ == ahead_.size()) {
+      if (read_ > most_request_bytes + most_body_bytes) return refuse();
+      ahead_.resize(4096);
+      at_ = 0;
+      const ssize_t count =
+          is_readable() ? ::recv(socket_, ahead_.data(), ahead_.size(), 0) : ssize_t{-1};
+      ahead_.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+      if (count <= 0) return count;
+      read_ += ahead_.size();
+    }
+    const std::size_t count = std::min(size, ahead_.size() - at_);
+    std::copy_n(ahead_.data() + at_, count, to);
+    at_ += count;
+    return static_cast<ssize_t>(count);
+  }
+
+  ssize_t write(const char* from, std::size_t size) override {
+    if (!is_writable()) return -1;
+    return ::send(socket_, from, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+  }
+
+  void get_remote_ip_and_port(std::string& ip, int& port) const override { ip.clear(), port = 0; }
+  void get_local_ip_and_port(std::string& ip, int& port) const override { ip.clear(), port = 0; }
+  socket_t socket() const override { return socket_; }
+
+ private:
+  bool wait(short events, Clock::time_point until) const {
+    pollfd poll_for{socket_, events, 0};
+    while (!stopping_ && Clock::now() < until) {
+      const int ready = ::poll(&poll_for, 1, int(std::chrono::milliseconds(slice).count()));
+      if (ready > 0) return (poll_for.revents & events) != 0;
+      if (ready < 0 && errno != EINTR) return false;
+    }
+    return false;
+  }
+  ssize_t refuse() {
+    static constexpr std::string_view answer =
+        "HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Length: 0\r\nConnection: "
+        "close\r\n\r\n";
+    write(answer.data(), answer.size());
+    return -1;
+  }
+
+  socket_t socket_;
+  const std::atomic<bool>& stopping_;
+  Clock::time_point begun_;
+  std::string ahead_;
+  std::size_t at_ = 0, read_ = 0;
+};
+
+/// One request a connection, through such a stream.
+class GuardedServer final : public httplib::Server {
+ public:
+  explicit GuardedServer(const std::atomic<bool>& stopping) : stopping_(stopping) {}
+  /// Where it listens, which httplib tells only of a port of its choice.
+  using httplib::Server::svr_sock_;
+
+ private:
+  bool process_and_close_socket(socket_t socket) override {
+    GuardedStream stream(socket, stopping_);
+    bool closed = false;
+    const bool done = process_request(stream, true, closed, nullptr);
+    ::shutdown(socket, SHUT_WR);
+    // What is still on its way would make the kernel drop the answer.
+    std::array<char, 4096> rest;
+    const Clock::time_point until = Clock::now() + 200ms;
+    pollfd poll_for{socket, POLLIN, 0};
+    while (Clock::now() < until && ::poll(&poll_for, 1, 20) > 0 &&
+           ::recv(socket, rest.data(), rest.size(), MSG_DONTWAIT) > 0) {
+    }
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+    return done;
+  }
+
+  const std::atomic<bool>& stopping_;
+};
+
+std::string random_token() {
+  std::random_device device;
+  std::string token;
+  for (int i = 0; i < 8; ++i) token += fmt::format("{:08x}", device());
+  return token;
+}
+
+/// In the same time wherever they differ.
+bool same(const std::string& a, const std::string& b) {
+  if (a.size() != b.size()) return false;
+  unsigned char differs = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    differs = static_cast<unsigned char>(differs | (a[i] ^ b[i]));
+  return differs == 0;
+}
+
+bool is_number(std::string_view text) {
+  return !text.empty() && text.size() <= 15 &&
+         std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Digits and what holds them together: no name that somebody could make point here.
+bool is_numeric_host(std::string_view host) {
+  return host.find_first_not_of("0123456789abcdefABCDEF.:[]") == std::string_view::npos &&
+         host.find_first_of(".:") != std::string_view::npos &&
+         (host.front() == '[' || host.find_first_not_of("0123456789.") == std::string_view::npos);
+}
+
+}  // namespace
+
+struct LiveServer::Inner {
+  Inner(LiveSession& its_session, const ServerOptions& its_options)
+      : session(its_session), options(its_options), server(stopping) {
+    if (!options.remote && !is_loopback(options.bind))
+      throw std::invalid_argument(
+          fmt::format("--bind {}: others could reach this address, and nothing but the page's own "
+                      "token keeps them out; take 127.0.0.1, or say --remote",
+                      options.bind));
+    html = page_html;
+    html.replace(html.find(token_mark), token_mark.size(), token);
+    server.new_task_queue = [] { return new httplib::ThreadPool(most_connections); };
+    server.set_payload_max_length(most_body_bytes);
+    server.set_tcp_nodelay(true);
+    server.set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+      // Those that are accepted inherit it: what waits in the kernel is old by the time it is read.
+      ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &most_unsent_bytes, sizeof most_unsent_bytes);
+    });
+    server.set_default_headers(
+        {{"Content-Security-Policy",
+          "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src "
+          "'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+         {"X-Content-Type-Options", "nosniff"},
+         {"X-Frame-Options", "DENY"},
+         {"Referrer-Policy", "no-referrer"},
+         {"Cross-Origin-Opener-Policy", "same-origin"},
+         {"Cross-Origin-Resource-Policy", "same-origin"},
+         {"Cache-Control", "no-store"}});
+    server.set_pre_routing_handler(
+        [this](const httplib::Request& request, httplib::Response& response) {
+          const int refused = why_not(request);
+          if (refused == 0) return httplib::Server::HandlerResponse::Unhandled;
+          response.status = refused;
+          response.set_content(fmt::format("{}\n", refused), "text/plain");
+          return httplib::Server::HandlerResponse::Handled;
+        });
+    server.Get("/", [this](const auto&, auto& response) {
+      response.set_content(html, "text/html; charset=utf-8");
+    });
+    server.Get("/page.css", [](const auto&, auto& response) {
+      response.set_content(std::string(page_css), "text/css; charset=utf-8");
+    });
+    server.Get("/page.js", [](const auto&, auto& response) {
+      response.set_content(std::string(page_js), "text/javascript; charset=utf-8");
+    });
+    server.Get("/lines",
+               [this](const auto& request, auto& response) { send_lines(request, response); });
+    server.Get("/truth",
+               [this](const auto& request, auto& response) { tell_truth(request, response); });
+    server.Post("/change",
+                [this](const auto& request, auto& response) { change(request, response); });
+    if (options.port == 0)
+      port = server.bind_to_any_port(options.bind);
+    else
+      port = server.bind_to_port(options.bind, options.port) ? options.port : -1;
+    if (port < 0)
+      throw std::runtime_error(
+          fmt::format("{} port {}: cannot listen there; another program may, take another --port",
+                      options.bind, options.port));
+    listener = std::thread([this] { server.listen_after_bind(); });
+    while (!server.is_running()) std::this_thread::sleep_for(1ms);
+  }
+
+  ~Inner() {
+    stopping = true;
+    server.stop();
+    listener.join();
+  }
+
+  /// The status to refuse a request with, or 0.
+  int why_not(const httplib::Request& request) const {
+    static constexpr std::array<std::string_view, 5> to_get{"/", "/page.css", "/page.js", "/lines",
+                                                            "/truth"};
+    if (request.get_header_value_count("Host") != 1 || !is_ours(request.get_header_value("Host")))
+      return 421;
+    if (const std::size_t origins = request.get_header_value_count("Origin");
+        origins > 1 || (origins == 1 && request.get_header_value("Origin") !=
+                                            "http://" + request.get_header_value("Host")))
+      return 403;
+    if (request.has_header("Sec-Fetch-Site")) {
+      const std::string site = request.get_header_value("Sec-Fetch-Site");
+      if (site != "same-origin" && site != "none") return 403;
+    }
+    const bool gets = std::ranges::find(to_get, request.path) != to_get.end();
+    if (!gets && request.path != "/change") return 404;
+    if (request.method != (gets ? "GET" : "POST")) return 405;
+    if (request.method == "POST" && request.get_header_value_count("Origin") != 1) return 403;
+    const bool data = request.path == "/lines" || request.path == "/truth" || !gets;
+    if (data && (request.get_header_value_count("X-Ensonify-Token") != 1 ||
+                 !same(request.get_header_value("X-Ensonify-Token"), token)))
+      return 403;
+    return 0;
+  }
+
+  bool is_ours(const std::string& host) const {
+    const std::string its_port = fmt::format(":{}", port);
+    if (!host.ends_with(its_port)) return false;
+    const std::string name = host.substr(0, host.size() - its_port.size());
+    if (name == "127.0.0.1" || name == "localhost" || name == "[::1]" || name == options.bind)
+      return true;
+    return options.remote && !name.empty() && is_numeric_host(name);
+  }
+
+  void send_lines(const httplib::Request& request, httplib::Response& response) {
+    if (++readers > most_readers) {
+      --readers;
+      response.status = 503;
+      response.set_content("there are as many pages as this server has room for\n", "text/plain");
+      return;
+    }
+    struct Page {
+      std::atomic<int>& readers;
+      LiveSession::Watch watch;
+      LineReader reader;
+      Page(Inner& inner, bool mesh)
+          : readers(inner.readers),
+            watch(inner.session, mesh),
+            reader(inner.session.ring(), mesh) {}
+      ~Page() { --readers; }
+    };
+    const auto page = std::make_shared<Page>(*this, request.get_param_value("mesh") == "1");
+    response.set_chunked_content_provider("application/octet-stream",
+                                          [this, page](std::size_t, httplib::DataSink& sink) {
+                                            for (const Bytes& frame : page->reader.next(250ms))
+                                              if (!sink.write(frame->data(), frame->size()))
+                                                return false;
+                                            if (!stopping && !session.ring().closed())
+                                              return sink.is_writable();
+                                            sink.done();
+                                            return true;
+                                          });
+  }
+
+  void tell_truth(const httplib::Request& request, httplib::Response& response) {
+    const std::string line = request.get_param_value("line"),
+                      column = request.get_param_value("column");
+    if (!is_number(line) || !is_number(column)) {
+      response.status = 400;
+      return;
+    }
+    try {
+      response.set_content(session.truth(std::stoull(line), std::stoull(column)),
+                           "application/json");
+    } catch (const std::out_of_range& gone) {
+      answer(response, 404, gone.what());
+    }
+  }
+
+  void change(const httplib::Request& request, httplib::Response& response) {
+    if (request.get_header_value("Content-Type") != "application/json") {
+      response.status = 415;
+      return;
+    }
+    try {
+      session.change(request.body);
+      response.set_content("{}", "application/json");
+    } catch (const SceneError& error) {
+      answer(response, 400, error.what());
+    } catch (const refine::MeshError& error) {
+      answer(response, 400, error.what());
+    } catch (const std::invalid_argument& error) {
+      answer(response, 400, error.what());
+    }
+  }
+
+  static void answer(httplib::Response& response, int status, std::string_view what) {
+    response.status = status;
+    response.set_content(nlohmann::json{{"error", what}}.dump(
+                             -1, ' ', true, nlohmann::json::error_handler_t::replace),
+                         "application/json");
+  }
+
+  LiveSession& session;
+  ServerOptions options;
+  std::string token = random_token();
+  std::string html;
+  std::atomic<bool> stopping = false;
+  std::atomic<int> readers = 0;
+  GuardedServer server;
+  int port = -1;
+  std::thread listener;
+};
+
+bool has_live_server() { return true; }
+
+LiveServer::LiveServer(LiveSession& session, const ServerOptions& options)
+    : inner_(std::make_unique<Inner>(session, options)) {}
+LiveServer::~LiveServer() = default;
+int LiveServer::port() const { return inner_->port; }
+std::string LiveServer::address() const {
+  const std::string& host = inner_->options.bind;
+  return host.find(':') == std::string::npos ? fmt::format("http://{}:{}/", host, port())
+                                             : fmt::format("http://[{}]:{}/", host, port());
+}
+
+#else
+
+struct LiveServer::Inner {};
+
+bool has_live_server() { return false; }
+
+LiveServer::LiveServer(LiveSession&, const ServerOptions&) {
+  throw std::runtime_error(
+      "this build has no live view: install cpp-httplib (libcpp-httplib-dev) and build anew");
+}
+LiveServer::~LiveServer() = default;
+int LiveServer::port() const { return 0; }
+std::string LiveServer::address() const { return {}; }
+
+#endif
+
+}  // namespace ensonify::engine

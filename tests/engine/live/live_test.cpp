@@ -1,0 +1,171 @@
+#include <ensonify/engine/live/line_ring.h>
+#include <ensonify/engine/live/server.h>
+#include <ensonify/engine/live/session.h>
+
+#include <cstring>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/scene/reader.h>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+using namespace std::chrono_literals;
+
+namespace {
+
+template <class T>
+T number_at(const std::string& frame, std::size_t at) {
+  T value;
+  std::memcpy(&value, frame.data() + at, sizeof value);
+  return value;
+}
+FrameKind kind_of(const Bytes& frame) { return number_at<FrameKind>(*frame, 0); }
+
+std::shared_ptr<LiveLine> line_of(std::uint64_t number, std::size_t bytes) {
+  auto line = std::make_shared<LiveLine>();
+  line->number = number;
+  line->setting = nullptr;
+  line->frame = json_frame(FrameKind::line, std::string(bytes, ' '));
+  return line;
+}
+
+/// The frames of a session until there are so many lines, or a status says so.
+std::vector<Bytes> frames_of(LiveSession& session, std::size_t lines) {
+  LineReader reader(session.ring(), false);
+  std::vector<Bytes> all;
+  std::size_t count = 0;
+  for (int i = 0; i < 600 && count < lines; ++i)
+    for (Bytes& frame : reader.next(100ms)) {
+      count += kind_of(frame) == FrameKind::line;
+      all.push_back(std::move(frame));
+    }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("The lines of a session are the picture of the run, byte for byte") {
+  const TemporaryFolder folder;
+  for (const std::string more :
+       {"",
+        "[artefacts]\nlost = 0.2\nrepeated = 0.2\n[display]\nslant_range_correction = true\n"}) {
+    write_text(folder / "tiny.toml", tiny_scene + more);
+    const Scene scene = read_scene(folder / "tiny.toml");
+    Simulator simulator(scene);
+    const ScenePings pings = ping_all(scene, simulator, 2);
+    const Picture picture = render(pings.images.front(), scene.display, simulator.calibration(0));
+    LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
+    session.start();
+    std::size_t row = picture.height;
+    bool setting = false;
+    for (const Bytes& frame : frames_of(session, picture.height)) {
+      setting = setting || kind_of(frame) == FrameKind::setting;
+      if (kind_of(frame) != FrameKind::line) continue;
+      REQUIRE(setting);
+      REQUIRE(row-- > 0);
+      REQUIRE(number_at<std::uint32_t>(*frame, 8 + 16) == picture.width);
+      const std::size_t brightness = 8 + 64 + 2 * picture.width;
+      CHECK(std::memcmp(frame->data() + brightness, &picture.pixels[row * picture.width],
+                        picture.width) == 0);
+    }
+    CHECK(row == 0);
+  }
+}
+
+TEST_CASE("A level is sent to a 256th of a decibel, and nothing as nothing") {
+  CHECK(level_number(0.0f) == 0);
+  CHECK(level_number(1.0f) == 32768);
+  CHECK(level_number(10.0f) == 32768 + 2560);
+  CHECK(level_number(1e-30f) == 1);
+  CHECK(level_number(1e30f) == 65535);
+}
+
+TEST_CASE("A ring keeps what has room, the newest; who was up to date and falls out is told") {
+  LineRing ring(10'000);
+  const Bytes setting = json_frame(FrameKind::setting, "{}");
+  const auto push = [&](std::uint64_t first, std::uint64_t end) {
+    for (std::uint64_t i = first; i < end; ++i) {
+      auto line = line_of(i, 992);
+      line->setting = setting;
+      ring.push(std::move(line));
+    }
+  };
+  push(0, 25);
+  CHECK(ring.line(14) == nullptr);
+  REQUIRE(ring.line(15) != nullptr);
+  CHECK(ring.line(15)->number == 15);
+  CHECK(ring.line(25) == nullptr);
+  LineReader reader(ring, false);
+  std::vector<Bytes> frames = reader.next(0ms);
+  REQUIRE(frames.size() == 11);  // who comes late has missed nothing
+  CHECK(kind_of(frames.front()) == FrameKind::setting);
+  CHECK(reader.next(0ms).empty());
+  push(25, 60);
+  frames = reader.next(0ms);
+  REQUIRE(frames.size() == 2);
+  CHECK(kind_of(frames.front()) == FrameKind::gap);
+  CHECK(frames.front()->find(R"({"first":25,"count":34})") != std::string::npos);
+  ring.close();
+  CHECK(reader.next(1h).empty());
+}
+
+TEST_CASE("A change is made whole or not at all, and each fault has its message") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
+  for (const std::string wrong :
+       {"", "[]", "{}", "{\"set\"", R"({"jump": true})", R"({"hold": 1})", R"({"pings_per_s": -1})",
+        R"({"set": {}})", R"({"add": {}})", R"({"add": {"shape": "barrel", "ahead_m": "x"}})",
+        R"({"pings_per_s": 5, "set": 3})"})
+    CHECK_THROWS_AS(session.change(wrong), std::invalid_argument);
+  for (const std::string wrong :
+       {R"({"set": {"sonar.left-right.range_m": -1}})", R"({"set": {"sonar.other.range_m": 5}})",
+        R"({"set": {"nonsense": 1}})", R"({"set": {"track.altitude_m": "high"}})",
+        R"({"set": {"seafloor.material": 3}})", R"({"add": {"shape": "house"}})"})
+    CHECK_THROWS_AS(session.change(wrong), SceneError);
+  CHECK_NOTHROW(session.change(R"({"set": {"sonar.left-right.range_m": 12.0}, "hold": false})"));
+  session.start();
+  bool other = false;
+  for (const Bytes& frame : frames_of(session, 9))
+    other = other || frame->find("\"range_m\":12.0") != std::string::npos;
+  CHECK(other);
+}
+
+TEST_CASE("The truth of a bin is that of the run, as long as the line is kept") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const Scene scene = read_scene(folder / "tiny.toml");
+  Simulator simulator(scene);
+  const ScenePings pings = ping_all(scene, simulator, 1);
+  LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
+  session.start();
+  frames_of(session, 9);
+  CHECK(session.truth(3, 100) == R"({"region":"water column"})");
+  const Layers& layers = pings.images.front().pixels;
+  const std::string truth = session.truth(3, 10);
+  CHECK(truth.find("\"sediment\":\"plain\"") != std::string::npos);
+  const std::size_t at = truth.find("\"x_m\":") + 6;
+  CHECK(std::stod(truth.substr(at)) == Approx(layers.x_m[3 * 200 + 10]));
+  CHECK_THROWS_AS(session.truth(9, 0), std::out_of_range);
+  CHECK_THROWS_AS(session.truth(3, 200), std::out_of_range);
+}
+
+TEST_CASE("Only what no other machine reaches is loopback") {
+  for (const std::string own : {"127.0.0.1", "127.1.2.3", "::1", "localhost"})
+    CHECK(is_loopback(own));
+  for (const std::string other :
+       {"0.0.0.0", "::", "192.168.0.1", "127.0.0.1.example.com", "128.0.0.1", "127..0.1", "127.0.0",
+        "127.0.0.1234", "", "localhost.example.com"})
+    CHECK_FALSE(is_loopback(other));
+}
