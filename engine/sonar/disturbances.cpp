@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 #include <ensonify/engine/random.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -94,7 +96,8 @@ void Disturbances::add_interference(const Hearing& hearing, std::span<float> pow
 // Bubbles at the surface, along the line where a ship went.
 void Disturbances::add_wake(const Hearing& hearing, Side side, std::span<float> power,
                             Artefacts& artefacts) const {
-  const double depth_m = hearing.depth_m();
+  const BeamPlane plane(hearing.array, side);
+  const double depth_m = plane.slant_m(hearing.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
@@ -108,10 +111,11 @@ void Disturbances::add_wake(const Hearing& hearing, Side side, std::span<float> 
     before_m = behind_m;
     const double from_middle = (from_line_m + middle_m * a_metre) / (0.5 * options_.wake_width_m);
     if (std::abs(from_middle) > 2.0) continue;
-    const double pattern = law_.vertical(side, middle_m, -depth_m);
-    power[n] += static_cast<float>(law_.per_m2(n) * strength *
-                                   std::exp(-from_middle * from_middle) * law_.width_m(n) *
-                                   strip_m * law_.cell_m() / law_.bin_m() * pattern * pattern);
+    const double pattern = law_.vertical(side, plane, middle_m, -depth_m);
+    power[n] +=
+        static_cast<float>(law_.per_m2(n) * strength * std::exp(-from_middle * from_middle) *
+                           plane.slant_m(law_.width_m(n)) * strip_m * law_.cell_m() / law_.bin_m() *
+                           pattern * pattern);
     artefacts.add(Artefact::wake);
   }
 }
@@ -165,7 +169,10 @@ void Disturbances::add_fish(const Hearing& hearing, Side side, const Eigen::Vect
   if (!(in_beam > 0.0)) return;
   artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
-  const double pattern = law_.vertical(side, over_m, -from_array.z());
+  const Eigen::Vector3d to_side =
+      (side == Side::starboard ? 1.0 : -1.0) * hearing.array.down.cross(hearing.array.axis);
+  const double pattern =
+      law_.vertical(side, from_array.dot(to_side), from_array.dot(hearing.array.down));
   const double thick_m = fish_height_share * options_.fish_length_m;
   const auto bins = static_cast<std::size_t>(thick_m / law_.bin_m()) + 1;
   const double echo = law_.per_m2(bin) * scatter::from_db(options_.fish_strength_db) * in_beam *

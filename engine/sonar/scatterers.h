@@ -15,6 +15,7 @@ namespace ensonify::engine {
 struct Listener {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< local metres
   Eigen::Vector3d axis = Eigen::Vector3d::UnitY();   ///< unit, along the array
+  Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();  ///< unit, across it: the sonar's own down
 };
 
 /// The scatterers of the ground, as an array's beam sums them up.

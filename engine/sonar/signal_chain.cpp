@@ -41,7 +41,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       noise_{noise_power(sonar, law_, options.sea, Side::port),
              noise_power(sonar, law_, options.sea, Side::starboard)},
-      arrivals_(options.arrivals, options.sea, law_, options.seed),
+      arrivals_(options.arrivals, options.sea, law_, options.bed, options.seed),
       disturbances_(options.artefacts, law_, noise_[0], options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
                 automatic_gain_db(sonar, options, law_)),

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,9 +21,10 @@ struct ChainOptions {
   bool speckle = true;             ///< false: expectations, of the noise as well
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
-  double heading_rad = 0.0;            ///< of most pings: one of the directions of Scatterers
-  double nominal_altitude_m = 10.0;    ///< for the automatic gain
-  double nominal_strength_db = -35.0;  ///< of the bed at half the range, for the same
+  double heading_rad = 0.0;              ///< of most pings: one of the directions of Scatterers
+  double nominal_altitude_m = 10.0;      ///< for the automatic gain
+  double nominal_strength_db = -35.0;    ///< of the bed at half the range, for the same
+  std::optional<scatter::Sediment> bed;  ///< unset: it is no sediment
   SeaState sea;
   ArrivalOptions arrivals;
   ArtefactOptions artefacts;
