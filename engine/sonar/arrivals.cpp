@@ -16,9 +16,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr std::size_t sines = 1024;  // of the surface's and the bed's tables
-constexpr std::size_t coarse = 8;  // bins over which gains far from the first are taken for linear
-constexpr std::size_t fine = 64;   // the first bins of the surface's, one by one
+constexpr std::size_t sines = 1024;         // of the surface's and the bed's tables
 constexpr int wave_oscillator = 100;        // its number among those that move
 constexpr std::size_t directions = 1440;    // a turn, of the vertical pattern's sums
 constexpr double other_bed_loss_db = 10.0;  // of a bed that is no sediment; nobody's measurement
@@ -32,18 +30,24 @@ Oscillation waves_under(double wind_mps) {
           .period_s = 2.0 * pi * wind_mps / (0.877 * g)};
 }
 
-/// Calls add(n, value) for the bins from one on: f(n) of the first of them, and between every eighth of the
-/// others; f may kink where it begins only.
+/// Where a smooth function of range that kinks at a first bin is taken, and linear between: bin by bin there, then
+/// a share of the way from there apart, and at most one of the range.
+std::size_t next_step(std::size_t n, std::size_t first) {
+  return n + std::max<std::size_t>(1, std::min((n - first) / 16, n / 64));
+}
+
+/// Calls add(n, value) for the bins from one to an end, f(n) being taken in such steps.
 template <class F, class Add>
 void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
-  std::size_t n = begin;
-  for (const std::size_t last = std::min(begin + fine, end); n < last; ++n) add(n, f(n));
-  double here = n < end ? f(n) : 0.0;
-  for (; n < end; n += coarse) {
-    const double next = f(std::min(n + coarse, end - 1));
-    for (std::size_t i = 0; i < coarse && n + i < end; ++i)
-      add(n + i, here + static_cast<double>(i) / coarse * (next - here));
+  if (begin >= end) return;
+  double here = f(begin);
+  for (std::size_t n = begin; n < end;) {
+    const std::size_t to = std::min(next_step(n, begin), end);
+    const double next = f(std::min(to, end - 1));
+    const double slope = (next - here) / static_cast<double>(to - n);
+    for (std::size_t i = n; i < to; ++i) add(i, here + static_cast<double>(i - n) * slope);
     here = next;
+    n = to;
   }
 }
 
@@ -223,9 +227,11 @@ void Arrivals::add_volume(double depth_m, double altitude_m, Side side, const Be
 void Arrivals::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                              std::span<const float> direct, std::span<float> power,
                              std::vector<double>& sums) const {
-  sums.resize(direct.size() + 1);
+  sums.resize(direct.size() + 2);
   sums[0] = 0.0;
   for (std::size_t n = 0; n < direct.size(); ++n) sums[n + 1] = sums[n] + direct[n];
+  sums[direct.size() + 1] = sums[direct.size()];
+  const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
   const double h = altitude_m, by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
   struct Way {
     double out_m, back_m, share;
@@ -257,10 +263,9 @@ void Arrivals::add_multiples(double depth_m, double altitude_m, Side side, const
     };
     // Energy up to a range, in bins.
     const auto energy = [&](double range_m) {
-      const double place = std::min(range_m / law_.bin_m(), static_cast<double>(direct.size()));
+      const double place = std::min(range_m * per_m, last);
       const auto bin = static_cast<std::size_t>(place);
-      const double within = place - static_cast<double>(bin);
-      return sums[bin] + (within > 0.0 ? within * direct[bin] : 0.0);
+      return sums[bin] + (place - static_cast<double>(bin)) * (sums[bin + 1] - sums[bin]);
     };
     const double first_m = 0.5 * (way.out_m + way.back_m);
     auto n = static_cast<std::size_t>(first_m / law_.bin_m());
@@ -268,12 +273,15 @@ void Arrivals::add_multiples(double depth_m, double altitude_m, Side side, const
     double from_m = source(std::max(static_cast<double>(n) * law_.bin_m(), first_m), gain);
     double before = energy(from_m);
     for (const std::size_t begin = n; n < power.size();) {
-      const std::size_t bins = n < begin + fine ? 1 : coarse;
-      const double next_m = source(static_cast<double>(n + bins) * law_.bin_m(), next_gain);
-      for (std::size_t i = 1; i <= bins && n < power.size(); ++i, ++n) {
-        const double share = static_cast<double>(i) / static_cast<double>(bins);
-        const double so_far = energy(from_m + share * (next_m - from_m));
-        power[n] += static_cast<float>((gain + share * (next_gain - gain)) * (so_far - before));
+      const std::size_t to = next_step(n, begin);
+      const double next_m = source(static_cast<double>(to) * law_.bin_m(), next_gain);
+      const double a_bin = 1.0 / static_cast<double>(to - n);
+      const double way_m = (next_m - from_m) * a_bin, more = (next_gain - gain) * a_bin;
+      for (; n < std::min(to, power.size()); ++n) {
+        from_m += way_m;
+        gain += more;
+        const double so_far = energy(from_m);
+        power[n] += static_cast<float>(gain * (so_far - before));
         before = so_far;
       }
       from_m = next_m;
