@@ -72,16 +72,19 @@ class Pings {
     const ArtefactOptions& artefacts = scene_.artefacts;
     if (reported_since_s(artefacts, scene_.seed, pose.t_s) < pose.t_s)
       record.artefacts.add(Artefact::stale_navigation);
-    if (is_lost(artefacts, scene_.seed, ping)) {  // its row stays empty
-      record.artefacts.add(Artefact::lost);
+    // What is recorded again is what was recorded last; the truth beside it as well.
+    const auto lost = [&](std::size_t number) { return is_lost(artefacts, scene_.seed, number); };
+    std::size_t heard = ping;
+    while (!lost(ping) && heard > 0 &&
+           (is_repeated(artefacts, scene_.seed, heard) || (heard != ping && lost(heard))))
+      --heard;
+    if (heard != ping) record.artefacts.add(Artefact::repeated);
+    if (lost(ping)) record.artefacts.add(Artefact::lost);
+    if (lost(heard)) {  // the row stays empty
       const std::shared_lock rows_differ(images_lock_);
       for (Waterfall& image : all_.images) image.pings[ping] = record;
       return;
     }
-    // What is recorded again is what was heard then; the truth beside it as well.
-    std::size_t heard = ping;
-    while (is_repeated(artefacts, scene_.seed, heard)) --heard;
-    if (heard != ping) record.artefacts.add(Artefact::repeated);
     std::span<const EchoLine> lines = simulator.ping(poses_[heard], heard);
     const std::shared_lock rows_differ(images_lock_);
     for (Waterfall& image : all_.images) {
