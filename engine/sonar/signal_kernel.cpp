@@ -155,7 +155,8 @@ void sum_cells_here(const CellSums& sums) {
       VU random = hn::Mul(its_across, hn::Set(fu, 0xcc9e2d51u));
       random = hn::Xor(random, hn::ShiftRight<15>(random));
       random = scrambled(hn::Add(random, hn::Add(hn::Mul(cell, hn::Set(fu, 0x1b873593u)), key)));
-      const VU more = scrambled(hn::Add(random, hn::Set(fu, 0x9e3779b9u)));
+      // Of the upper bits, whatever the lower ones are: those of the product are as even as they.
+      const VU more = hn::Mul(random, hn::Set(fu, 0x9e3779b1u));
 
       const VF jitter = hn::Mul(to_float(hn::ShiftRight<24>(random)), set(1.0f / 256.0f));
       const VF column = hn::Abs(hn::Add(begin, hn::Mul(jitter, step)));
