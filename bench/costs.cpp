@@ -206,8 +206,7 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
     compare(std::string("signal/") + effect.name, sonar, options, first ? still : usual);
     effect.apply(all_sonar, all);
   }
-  all_sonar.receiver = plain.receiver;
-  all_sonar.pulse = plain.pulse;
+  all_sonar.receiver.looks = 1;  // more are as many echoes
   compare("signal/all arrivals and artefacts", all_sonar, all, usual);
   compare("signal/all, and speckle", all_sonar, all, still);
 }

@@ -29,15 +29,15 @@ TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping) const
                          .block = static_cast<int>(block_of(ping))}};
   if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
     heard.record.artefacts.add(Artefact::stale_navigation);
-  if (is_lost(artefacts_, seed_, ping)) {  // its row stays empty
-    heard.record.artefacts.add(Artefact::lost);
-    return heard;
-  }
-  // What is recorded again is what was heard then; the truth beside it as well.
+  // What is recorded again is what was recorded last; the truth beside it as well.
+  const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   std::size_t then = ping;
-  while (is_repeated(artefacts_, seed_, then)) --then;
+  while (!lost(ping) && then > 0 &&
+         (is_repeated(artefacts_, seed_, then) || (then != ping && lost(then))))
+    --then;
   if (then != ping) heard.record.artefacts.add(Artefact::repeated);
-  heard.lines = simulator.ping(poses_[then], then);
+  if (lost(ping)) heard.record.artefacts.add(Artefact::lost);
+  if (!lost(then)) heard.lines = simulator.ping(poses_[then], then);  // else its row stays empty
   return heard;
 }
 

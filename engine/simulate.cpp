@@ -172,12 +172,13 @@ struct Simulator::Ready {
     made.by_material.emplace_back(scatter::Lambert());  // of none: no face has it
     for (std::size_t i = 1; i < materials.size(); ++i)
       made.by_material.push_back(table_of(materials[i], sonar, its_warnings));
-    made.chain = std::make_unique<const SignalChain>(sonar, chain_options(number, made));
+    made.chain = std::make_unique<const SignalChain>(sonar, chain_options(number, made, materials));
     made.calibration = calibration_of(made);
     return std::make_shared<const Instrument>(std::move(made));
   }
 
-  ChainOptions chain_options(std::size_t number, const Instrument& its) const {
+  ChainOptions chain_options(std::size_t number, const Instrument& its,
+                             const std::vector<std::string>& materials) const {
     // For the automatic gain and the level bed: the first material is the bed's own.
     const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
     const double nominal_altitude_m = std::min(scene.track.altitude_m, 0.45 * its.sonar.range_m);
@@ -190,6 +191,8 @@ struct Simulator::Ready {
         .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
         .nominal_altitude_m = nominal_altitude_m,
         .nominal_strength = [&bed_table](double sine) { return bed_table.over_sine(sine) * sine; },
+        .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
+                                    : std::nullopt,
         .sea = scene.sea.state,
         .arrivals = scene.arrivals,
         .artefacts = scene.artefacts};
@@ -330,9 +333,10 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
       watch.lap(worker.times.echo_s);
     }
     const RayFan& fan = worker.fans[first_line];
+    const Eigen::Vector3d down = body_to_world(mounted(pose, worker.sonars[i].mounting)).col(2);
     worker.instruments[i]->chain->receive({.ping = number,
                                            .t_s = pose.t_s,
-                                           .array = {fan.origin, fan.array_axis},
+                                           .array = {fan.origin, fan.array_axis, down},
                                            .altitude_m = worker.heights_m[i]},
                                           lines, worker.memory);
     watch.lap(worker.times.speckle_s);

@@ -362,7 +362,9 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::arrivals, &ArrivalOptions::volume)},
            {"multiples", "", {}, "Copies of the direct echo that came by way of the surface.",
             at(&Scene::arrivals, &ArrivalOptions::multiples)},
-           {"bottom_loss_db", "dB", {0, 60}, "Of a reflection at the bed, in multiples.",
+           {"bottom_loss_db", "dB", {0, 60},
+            "Of a reflection at the bed, in multiples; unset: the reflection loss of seafloor.material at "
+            "that angle, 10 dB if it is no sediment.",
             at(&Scene::arrivals, &ArrivalOptions::bottom_loss_db)},
            {"double_bounce", "", {},
             "Echoes by way of an object's wall and the bed before it, at the wall's foot.",

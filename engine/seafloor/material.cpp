@@ -22,7 +22,7 @@ struct Cover {
 };
 constexpr std::array covers = {Cover{"seagrass", -15.0}, Cover{"shells", -14.0}};
 
-Sediment sediment_of(const Material& material) {
+Sediment parameters_of(const Material& material) {
   Sediment sediment = material.mean_grain_size_phi
                           ? scatter::sediment_of_grain_size(*material.mean_grain_size_phi)
                           : scatter::sediment_named(material.like);
@@ -87,7 +87,7 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
     return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
   if (material.model == MaterialModel::solid)
     return std::make_unique<scatter::SolidTarget>(solid_of(material));
-  const Sediment sediment = sediment_of(material);
+  const Sediment sediment = parameters_of(material);
   const double k_per_cm =
       scatter::relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps);
   return std::make_unique<scatter::Bottom>(
@@ -99,9 +99,14 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
           : 0.0);
 }
 
+std::optional<Sediment> sediment_of(const Material& material) {
+  if (!is_sediment(material)) return std::nullopt;
+  return parameters_of(material);
+}
+
 std::optional<std::string> validity_warning(const Material& material, double frequency_hz) {
   if (!is_sediment(material)) return std::nullopt;
-  const auto warning = scatter::validity_warning(sediment_of(material), frequency_hz);
+  const auto warning = scatter::validity_warning(parameters_of(material), frequency_hz);
   if (!warning) return std::nullopt;
   return fmt::format("material {}: {}", material.name, *warning);
 }

@@ -38,6 +38,9 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double sound_speed_mps,
                                                      double relief_spacing_m);
 
+/// Its parameters, if it is a sediment; a cover or a solid has none. Throws as above.
+std::optional<scatter::Sediment> sediment_of(const Material& material);
+
 /// What should be said once a run of the model's validity; nothing inside its range.
 std::optional<std::string> validity_warning(const Material& material, double frequency_hz);
 

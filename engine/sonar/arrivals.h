@@ -12,6 +12,7 @@
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/motion.h>
 #include <ensonify/engine/sonar/scatterers.h>
+#include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
 
@@ -24,12 +25,13 @@ struct SeaState {
 
 /// What else comes back beside the direct echo; nothing by default.
 struct ArrivalOptions {
-  bool surface = false;          ///< the sea surface's return and its reverberation
-  bool volume = false;           ///< the water's
-  bool multiples = false;        ///< echoes by way of the surface
-  double bottom_loss_db = 10.0;  ///< of a reflection at the bed, in multiples
-  bool double_bounce = false;    ///< between a wall and the bed before it
-  double wall_loss_db = 5.0;     ///< of the reflection at the wall
+  bool surface = false;                  ///< the sea surface's return and its reverberation
+  bool volume = false;                   ///< the water's
+  bool multiples = false;                ///< echoes by way of the surface
+  std::optional<double> bottom_loss_db;  ///< of a reflection at the bed, in multiples; unset: the
+                                         ///< sediment's at that angle, 10 dB where it has none
+  bool double_bounce = false;            ///< between a wall and the bed before it
+  double wall_loss_db = 5.0;             ///< of the reflection at the wall
   double burst_m = 0.0;  ///< range over which the transmitted pulse blinds the receiver; 0: none
   std::optional<double> crosstalk_db;  ///< of one side in the other; unset: none
 };
@@ -42,6 +44,17 @@ struct Hearing {
   double altitude_m = 10.0;  ///< over the bed below
 
   double depth_m() const { return std::max(-array.origin.z(), 0.0); }
+};
+
+/// The plane abeam of an array, in which it hears, and how one side's pattern is turned in it. Level planes,
+/// the surface and the bed, cut it in level lines.
+struct BeamPlane {
+  double upright = 1.0;                   ///< cosine of the pitch
+  double cos_lean = 1.0, sin_lean = 0.0;  ///< of the pattern, turned down by the roll
+
+  BeamPlane(const Listener& array, Side side);
+  /// How far off in the plane a level is that lies so far above or below.
+  double slant_m(double height_m) const { return height_m / std::max(upright, 1e-6); }
 };
 
 /// What a sonar makes of a scatterer: the sonar equation without the scatterer.
@@ -66,9 +79,14 @@ class EchoLaw {
   }
   double wavelength_m() const { return wavelength_m_; }
   double frequency_hz() const { return frequency_hz_; }
-  /// One-way power of a side's vertical pattern, of a direction's parts abeam and down.
+  /// One-way power of a side's vertical pattern, of a direction's parts abeam and down: the sonar's own.
   double vertical(Side side, double abeam, double down) const {
     return vertical_[static_cast<std::size_t>(side)].power(abeam, down);
+  }
+  /// The same of a direction's parts in the plane abeam: level to the side, and down from there.
+  double vertical(Side side, const BeamPlane& plane, double level, double down) const {
+    return vertical(side, level * plane.cos_lean + down * plane.sin_lean,
+                    down * plane.cos_lean - level * plane.sin_lean);
   }
   /// Integral over depression of the two-way vertical pattern, and of the one-way.
   double vertical_width_rad(Side side, int power) const;
@@ -84,22 +102,37 @@ class EchoLaw {
 /// sweep's or pulse's band, less the directivity of the receiving array, and its own.
 double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side);
 
-/// Incoherent arrivals beside the direct echo. The surface is a plane that heaves; the bed in multiples a level
-/// one at the altitude.
+/// The two-way vertical pattern's integral over parts of the plane abeam.
+class VerticalSum {
+ public:
+  VerticalSum(const EchoLaw& law, Side side);
+  /// From one depression to another, of the sonar's own frame; anywhere on the circle.
+  double between(double from_rad, double to_rad) const { return up_to(to_rad) - up_to(from_rad); }
+
+ private:
+  double up_to(double depression_rad) const;
+  std::vector<double> sums_;  // from 0 on
+};
+
+/// Incoherent arrivals beside the direct echo. The surface is a plane that heaves; the bed in multiples and under
+/// the water's reverberation a level one at the altitude.
 class Arrivals {
  public:
+  /// `bed` is what the bed is made of, if that is a sediment. The law must outlive it.
   Arrivals(const ArrivalOptions& options, const SeaState& sea, const EchoLaw& law,
-           std::uint64_t seed);
+           const std::optional<scatter::Sediment>& bed, std::uint64_t seed);
 
   /// Adds to the intensity in each bin; `direct` is the expected direct echo. `sums` is room to work in.
   void add(const Hearing& hearing, const EchoLine& line, std::span<const float> direct,
            std::span<float> power, std::vector<double>& sums) const;
 
  private:
-  void add_surface(double depth_m, Side side, std::span<float> power) const;
-  void add_volume(Side side, std::span<float> power) const;
-  void add_multiples(double depth_m, double altitude_m, Side side, std::span<const float> direct,
-                     std::span<float> power, std::vector<double>& sums) const;
+  void add_surface(double depth_m, Side side, const BeamPlane& plane, std::span<float> power) const;
+  void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
+                  std::span<float> power) const;
+  void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
+                     std::span<const float> direct, std::span<float> power,
+                     std::vector<double>& sums) const;
   void add_double_bounce(const Hearing& hearing, const EchoLine& line,
                          std::span<const float> direct, std::span<float> power) const;
 
@@ -107,7 +140,9 @@ class Arrivals {
   const EchoLaw& law_;
   Oscillator waves_;
   std::vector<double> surface_strength_;  // over the sine of the grazing angle
-  std::array<std::vector<float>, 2> volume_;
+  std::vector<double> bed_reflection_;    // of energy, over the same
+  std::vector<double> volume_;            // of a bin, a radian of the vertical beam
+  std::array<VerticalSum, 2> vertical_sums_;
   double wall_share_;
 };
 

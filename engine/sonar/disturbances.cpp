@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
+
+#include <Eigen/Geometry>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/scatter/decibel.h>
@@ -43,6 +46,11 @@ Disturbances::Disturbances(const ArtefactOptions& options, const EchoLaw& law, d
                               : phases_[3] * law.bin_m() * static_cast<double>(law.bins());
 }
 
+bool Disturbances::any() const {
+  return options_.shimmer_db > 0.0 || options_.fish_per_hectare > 0.0 || options_.wake_db ||
+         interference_ > 0.0;
+}
+
 void Disturbances::apply(const Hearing& hearing, Side side, std::span<float> gain,
                          std::span<float> power, Artefacts& artefacts) const {
   if (options_.shimmer_db > 0.0) {
@@ -57,23 +65,27 @@ void Disturbances::apply(const Hearing& hearing, Side side, std::span<float> gai
   }
 }
 
-// Three waves of nearly the same length: bands that come and go.
+// Three waves of nearly the same length: bands that come and go. Each turns on by the same from step to step.
 void Disturbances::shimmer(const Hearing& hearing, std::span<float> gain) const {
-  const auto level_db = [&](std::size_t bin) {
-    double sum = 0.0;
-    for (std::size_t wave = 0; wave < 3; ++wave) {
-      const double tune = std::exp2((static_cast<double>(wave) - 1.0) / 3.0);
-      sum += std::cos(2.0 * pi *
-                      (tune * law_.range_m(bin) / options_.shimmer_m +
-                       tune * hearing.t_s / options_.shimmer_s + phases_[wave]));
-    }
-    return options_.shimmer_db * std::sqrt(2.0 / 3.0) * sum;
-  };
-  double here = scatter::from_db(level_db(0));
+  std::array<std::complex<double>, 3> waves, turns;
+  const double to_nepers = 0.1 * std::numbers::ln10 * options_.shimmer_db * std::sqrt(2.0 / 3.0);
+  for (std::size_t i = 0; i < waves.size(); ++i) {
+    const double tune = std::exp2((static_cast<double>(i) - 1.0) / 3.0);
+    waves[i] = std::polar(to_nepers, 2.0 * pi *
+                                         (tune * law_.range_m(0) / options_.shimmer_m +
+                                          tune * hearing.t_s / options_.shimmer_s + phases_[i]));
+    turns[i] = std::polar(1.0, 2.0 * pi * tune * coarse * law_.bin_m() / options_.shimmer_m);
+  }
+  const auto level = [&] { return std::exp(waves[0].real() + waves[1].real() + waves[2].real()); };
+  double here = level();
   for (std::size_t n = 0; n < gain.size(); n += coarse) {
-    const double next = scatter::from_db(level_db(n + coarse));
+    for (std::size_t i = 0; i < waves.size(); ++i)
+      waves[i] = {waves[i].real() * turns[i].real() - waves[i].imag() * turns[i].imag(),
+                  waves[i].real() * turns[i].imag() + waves[i].imag() * turns[i].real()};
+    const double next = level();
+    const auto slope = static_cast<float>((next - here) / coarse);
     for (std::size_t i = 0; i < coarse && n + i < gain.size(); ++i)
-      gain[n + i] *= static_cast<float>(here + static_cast<double>(i) / coarse * (next - here));
+      gain[n + i] *= static_cast<float>(here) + static_cast<float>(i) * slope;
     here = next;
   }
 }
@@ -94,24 +106,39 @@ void Disturbances::add_interference(const Hearing& hearing, std::span<float> pow
 // Bubbles at the surface, along the line where a ship went.
 void Disturbances::add_wake(const Hearing& hearing, Side side, std::span<float> power,
                             Artefacts& artefacts) const {
-  const double depth_m = hearing.depth_m();
+  const BeamPlane plane(hearing.array, side);
+  const double depth_m = plane.slant_m(hearing.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
   const double from_line_m = across.dot(hearing.array.origin.head<2>()) - options_.wake_offset_m;
   const double a_metre = across.dot(abeam(hearing, side));
-  double before_m = 0.0;
-  for (auto n = static_cast<std::size_t>(depth_m / law_.bin_m()); n < power.size(); ++n) {
-    const double far_m = static_cast<double>(n + 1) * law_.bin_m();
-    const double behind_m = std::sqrt(std::max(far_m * far_m - depth_m * depth_m, 0.0));
+  // Twice its half width to either side: from where to where over the surface.
+  double near_m = 0.0, far_m = std::numeric_limits<double>::infinity();
+  if (a_metre != 0.0) {
+    const double one_m = (options_.wake_width_m - from_line_m) / a_metre;
+    const double other_m = (-options_.wake_width_m - from_line_m) / a_metre;
+    near_m = std::max(std::min(one_m, other_m), 0.0);
+    far_m = std::max(one_m, other_m);
+  } else if (std::abs(from_line_m) > options_.wake_width_m) {
+    return;
+  }
+  const auto over_m = [&](std::size_t n) {
+    const double r = static_cast<double>(n) * law_.bin_m();
+    return std::sqrt(std::max(r * r - depth_m * depth_m, 0.0));
+  };
+  const double first = std::hypot(near_m, depth_m) / law_.bin_m();
+  if (!(far_m > 0.0 && first < static_cast<double>(power.size()))) return;
+  for (auto n = static_cast<std::size_t>(first); n < power.size(); ++n) {
+    const double before_m = over_m(n), behind_m = over_m(n + 1);
+    if (before_m > far_m) break;
     const double middle_m = 0.5 * (before_m + behind_m), strip_m = behind_m - before_m;
-    before_m = behind_m;
     const double from_middle = (from_line_m + middle_m * a_metre) / (0.5 * options_.wake_width_m);
-    if (std::abs(from_middle) > 2.0) continue;
-    const double pattern = law_.vertical(side, middle_m, -depth_m);
-    power[n] += static_cast<float>(law_.per_m2(n) * strength *
-                                   std::exp(-from_middle * from_middle) * law_.width_m(n) *
-                                   strip_m * law_.cell_m() / law_.bin_m() * pattern * pattern);
+    const double pattern = law_.vertical(side, plane, middle_m, -depth_m);
+    power[n] +=
+        static_cast<float>(law_.per_m2(n) * strength * std::exp(-from_middle * from_middle) *
+                           plane.slant_m(law_.width_m(n)) * strip_m * law_.cell_m() / law_.bin_m() *
+                           pattern * pattern);
     artefacts.add(Artefact::wake);
   }
 }
@@ -165,7 +192,10 @@ void Disturbances::add_fish(const Hearing& hearing, Side side, const Eigen::Vect
   if (!(in_beam > 0.0)) return;
   artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
-  const double pattern = law_.vertical(side, over_m, -from_array.z());
+  const Eigen::Vector3d to_side =
+      (side == Side::starboard ? 1.0 : -1.0) * hearing.array.down.cross(hearing.array.axis);
+  const double pattern =
+      law_.vertical(side, from_array.dot(to_side), from_array.dot(hearing.array.down));
   const double thick_m = fish_height_share * options_.fish_length_m;
   const auto bins = static_cast<std::size_t>(thick_m / law_.bin_m()) + 1;
   const double echo = law_.per_m2(bin) * scatter::from_db(options_.fish_strength_db) * in_beam *

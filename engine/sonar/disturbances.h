@@ -16,6 +16,8 @@ class Disturbances {
   Disturbances(const ArtefactOptions& options, const EchoLaw& law, double noise,
                std::uint64_t seed);
 
+  /// Whether there are any.
+  bool any() const;
   /// Changes the direct echo's gain in each bin and adds to the incoherent power.
   void apply(const Hearing& hearing, Side side, std::span<float> gain, std::span<float> power,
              Artefacts& artefacts) const;

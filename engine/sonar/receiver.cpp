@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <ensonify/engine/sonar/signal_kernel.h>
+
 namespace ensonify::engine {
 
 Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
@@ -20,15 +22,20 @@ Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
 }
 
 std::uint32_t Recorder::sample(float amplitude) const {
-  float out = std::min(amplitude, 1.0f);
-  switch (curve_) {
-    case TransferCurve::linear: break;
-    case TransferCurve::square_root: out = std::sqrt(out); break;
-    case TransferCurve::logarithmic:
-      out = out > 0.0f ? std::max(0.0f, 1.0f + 20.0f * std::log10(out) / curve_range_db_) : 0.0f;
-      break;
-  }
-  return static_cast<std::uint32_t>(static_cast<double>(out) * full_scale_ + 0.5);
+  std::uint32_t one;
+  samples({&amplitude, 1}, 1.0f, {&one, 1});
+  return one;
+}
+
+void Recorder::samples(std::span<const float> amplitudes, float gain,
+                       std::span<std::uint32_t> samples) const {
+  digitise({.bins = samples.size(),
+            .amplitude = amplitudes.data(),
+            .gain = gain,
+            .square_root = curve_ == TransferCurve::square_root,
+            .curve_range_db = curve_ == TransferCurve::logarithmic ? curve_range_db_ : 0.0,
+            .full_scale = static_cast<double>(full_scale_),
+            .samples = samples.data()});
 }
 
 double Recorder::amplitude(std::uint32_t sample) const {

@@ -25,6 +25,8 @@ struct ReceiverOptions {
                   ///< 1 m, dB re 1/uPa; unset: automatic
   int looks = 1;  ///< independent echoes a sample is made of
   Detector detector = Detector::mean;
+  double ping_mean =
+      0.0;  ///< mean amplitude over full scale that each side's ping is scaled to; 0: as it is
   TransferCurve curve = TransferCurve::linear;
   double curve_range_db = 90.0;  ///< of a logarithmic curve: what lies so far below full scale is 0
   int bits = 15;                 ///< 15: what readers of XTF and JSF take
@@ -43,6 +45,9 @@ class Recorder {
   std::span<const float> gains() const { return gains_; }
   /// Of an amplitude over full scale.
   std::uint32_t sample(float amplitude) const;
+  /// Of as many, each times a gain.
+  void samples(std::span<const float> amplitudes, float gain,
+               std::span<std::uint32_t> samples) const;
   /// The amplitude over full scale that a sample stands for.
   double amplitude(std::uint32_t sample) const;
   std::uint32_t full_scale() const { return full_scale_; }

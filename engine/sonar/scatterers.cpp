@@ -1,10 +1,12 @@
 #include <ensonify/engine/sonar/scatterers.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <optional>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/signal_kernel.h>
@@ -54,14 +56,14 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
                                         columns_per_cell);
   // Nearer than an array's length nothing is seen but the array itself.
   const double nearest_m = 0.5 * (sonar.array_length_m + sonar.receive_length_m());
-  int levels = 0;
+  std::size_t levels = 0;
   for (int bin = 0; bin < sonar.bins; ++bin) {
     const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m);
     const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m));
     while (rows_.size() <= row) {
       const double middle = (static_cast<double>(rows_.size()) + 0.5) / rows_per_octave;
       rows_.push_back(make_row(sonar, wavelength_m, nearest_m * std::exp2(middle)));
-      levels = std::max(levels, rows_.back().level + 1);
+      levels = std::max(levels, static_cast<std::size_t>(rows_.back().level) + 1);
     }
     row_of_bin_.push_back(static_cast<std::uint16_t>(row));
   }
@@ -77,15 +79,28 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
     const Row& next = rows_[std::min(row + 1, rows_.size() - 1)];
     width_of_bin_m_.push_back(rows_[row].width_m + share * (next.width_m - rows_[row].width_m));
   }
-  for (std::uint64_t frame = 0; frame < frames; ++frame) {
-    const double heading = reference_rad_ + static_cast<double>(frame) * pi / frames;
-    Frame& made = frames_.emplace_back();
-    made.along = {std::sin(heading), std::cos(heading)};
-    made.across = {std::cos(heading), -std::sin(heading)};
-    std::vector<double> random(static_cast<std::size_t>(levels));
-    Stream(seed, Purpose::speckle, {std::bit_cast<std::uint64_t>(sonar.frequency_hz), frame, 0})
+  // Keys of 32 bits; of a bin's level of cells and a frame the sum counts.
+  const auto keys = [&](std::uint64_t number, std::size_t count) {
+    std::vector<double> random(count);
+    Stream(seed, Purpose::speckle, {std::bit_cast<std::uint64_t>(sonar.frequency_hz), number, 0})
         .uniform(random);
-    for (const double r : random) made.keys.push_back(static_cast<std::uint32_t>(r * 0x1p32 - 1.0));
+    std::vector<std::uint32_t> made;
+    for (const double r : random) made.push_back(static_cast<std::uint32_t>(r * 0x1p32 - 1.0));
+    return made;
+  };
+  const std::vector<std::uint32_t> of_frame = keys(0, frames), of_level = keys(1, levels);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    const double heading = reference_rad_ + static_cast<double>(frame) * pi / frames;
+    frames_.push_back({.along = {std::sin(heading), std::cos(heading)},
+                       .across = {std::cos(heading), -std::sin(heading)},
+                       .key = of_frame[frame]});
+  }
+  for (std::size_t bin = 0; bin < whole_groups(row_of_bin_.size()); ++bin) {
+    const Row& row = rows_[row_of_bin_[std::min(bin, row_of_bin_.size() - 1)]];
+    cells_per_m_.push_back(static_cast<float>(row.cells_per_m));
+    reach_.push_back(row.reach);
+    first_weight_.push_back(row.first_weight);
+    key_.push_back(of_level[static_cast<std::size_t>(row.level)]);
   }
 }
 
@@ -135,92 +150,110 @@ double Scatterers::pattern(std::size_t bin, double along_m) const {
   return power(static_cast<std::size_t>(cells * columns_per_cell)) / power(0);
 }
 
-void Scatterers::gather(const Listener& listener, const Layers& bins, int look, Memory& memory,
-                        std::span<float> re, std::span<float> im) const {
-  const std::size_t room = (re.size() + signal_group - 1) / signal_group * signal_group;
-  for (auto* of_bin : {&memory.bin, &memory.across_cell, &memory.across_within, &memory.first_cell,
-                       &memory.first_weight, &memory.key})
+const Scatterers::Frame& Scatterers::frame_of(const Listener& listener) const {
+  const double heading = std::atan2(listener.axis.x(), listener.axis.y());
+  const auto turned = std::lround((heading - reference_rad_) * frames / pi);
+  return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
+}
+
+void Scatterers::place(const Listener& listener, const Layers& bins, Memory& memory) const {
+  const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
+  for (auto* of_bin : {&memory.across_cell, &memory.across_within, &memory.first_cell})
     of_bin->resize(room);
-  for (auto* of_bin : {&memory.first_column, &memory.turns, &memory.re, &memory.im})
-    of_bin->resize(room);
-  memory.cells.assign(room / signal_group, 0);
-  const std::size_t lit = place_cells(listener, bins, look, memory);
-  std::fill(re.begin(), re.end(), 0.0f);
-  std::fill(im.begin(), im.end(), 0.0f);
+  for (auto* of_bin : {&memory.first_column, &memory.phase_turns}) of_bin->resize(room);
+  for (auto* of_group : {&memory.cells, &memory.placeless}) of_group->resize(room / signal_group);
+  const Frame& frame = frame_of(listener);
+  memory.frame_key = frame.key;
+  // Where the row of a bin crosses the beam's middle.
+  const double along_axis = frame.along.dot(listener.axis.head<2>());
+  const double per_axis = 1.0 / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
+  const auto place_groups = [&](std::size_t begin, std::size_t count,
+                                const std::array<const float*, 5>& layers) {
+    place_cells(
+        {.bins = count,
+         .intensity = layers[0],
+         .x_m = layers[1],
+         .y_m = layers[2],
+         .z_m = layers[3],
+         .range_m = layers[4],
+         .cells_per_m = &cells_per_m_[begin],
+         .reach = &reach_[begin],
+         .across = {frame.across.x(), frame.across.y(), 0.0},
+         .along = {frame.along.x() - per_axis * listener.axis.x(),
+                   frame.along.y() - per_axis * listener.axis.y(), -per_axis * listener.axis.z()},
+         .along_from = per_axis * listener.axis.dot(listener.origin),
+         .across_from = frame.across.dot(listener.origin.head<2>()),
+         .across_cells_per_m = 1.0 / cell_m_,
+         .turns = turns_per_cell_,
+         .rise = rise,
+         .columns_per_cell = columns_per_cell,
+         .across_cell = &memory.across_cell[begin],
+         .across_within = &memory.across_within[begin],
+         .first_cell = &memory.first_cell[begin],
+         .first_column = &memory.first_column[begin],
+         .phase_turns = &memory.phase_turns[begin],
+         .cells = &memory.cells[begin / signal_group],
+         .placeless = &memory.placeless[begin / signal_group]});
+  };
+  const std::array layers = {bins.intensity_mean.data(), bins.x_m.data(), bins.y_m.data(),
+                             bins.z_m.data(), bins.range_m.data()};
+  const std::size_t begin = whole * signal_group;
+  if (whole > 0) place_groups(0, begin, layers);
+  if (begin < room) {  // the last group has fewer bins
+    std::array<std::array<float, signal_group>, 5> last{};
+    std::array<const float*, 5> padded{};
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      std::copy(layers[i] + begin, layers[i] + bins.intensity_mean.size(), last[i].begin());
+      padded[i] = last[i].data();
+    }
+    place_groups(begin, signal_group, padded);
+  }
+  place_side_lobes(bins, memory);
+}
+
+/// A bin that has nothing but another's side lobe hears the cells that follow on the last one's.
+void Scatterers::place_side_lobes(const Layers& bins, Memory& memory) const {
+  if (std::ranges::all_of(memory.placeless, [](std::uint32_t any) { return any == 0; })) return;
+  std::optional<std::size_t> last;
+  for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
+    if (!(bins.intensity_mean[n] > 0.0f)) continue;
+    if (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f && bins.z_m[n] == 0.0f) {
+      const std::size_t from = last.value_or(0);
+      const bool outwards = !(memory.phase_turns[from] > 0.0f);
+      const auto way = static_cast<std::uint32_t>(n - from);
+      memory.across_cell[n] = memory.across_cell[from] + (outwards ? way : ~way + 1u);
+      memory.across_within[n] = memory.across_within[from];
+      memory.phase_turns[n] = memory.phase_turns[from];
+      if (last) {
+        const double to_cells = double(cells_per_m_[n]) / double(cells_per_m_[from]);
+        const auto first = static_cast<std::int32_t>(memory.first_cell[from]);
+        memory.first_cell[n] =
+            static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(to_cells * first)));
+        memory.first_column[n] = memory.first_column[from];
+      }
+    }
+    last = n;
+  }
+}
+
+void Scatterers::gather(const Memory& memory, int look, std::span<const float> power, float* re,
+                        float* im) const {
   sum_cells({.across_cell = memory.across_cell.data(),
              .across_within = memory.across_within.data(),
              .first_cell = memory.first_cell.data(),
              .first_column = memory.first_column.data(),
-             .first_weight = memory.first_weight.data(),
-             .key = memory.key.data(),
-             .turns = memory.turns.data(),
+             .first_weight = first_weight_.data(),
+             .key = key_.data(),
+             .phase_turns = memory.phase_turns.data(),
+             .power = power.data(),
              .cells = memory.cells.data(),
-             .bins = (lit + signal_group - 1) / signal_group * signal_group,
+             .bins = reach_.size(),
+             .common_key = memory.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
              .weights = weights_.data(),
              .columns_per_cell = columns_per_cell,
              .last_column = columns_ - 1,
-             .re = memory.re.data(),
-             .im = memory.im.data()});
-  for (std::size_t i = 0; i < lit; ++i) {
-    re[memory.bin[i]] = memory.re[i];
-    im[memory.bin[i]] = memory.im[i];
-  }
-}
-
-/// Which cells each bin with an echo has; returns how many bins.
-std::size_t Scatterers::place_cells(const Listener& listener, const Layers& bins, int look,
-                                    Memory& memory) const {
-  const Eigen::Vector2d level_axis = listener.axis.head<2>();
-  const double heading = std::atan2(level_axis.x(), level_axis.y());
-  const auto turned = std::lround((heading - reference_rad_) * frames / pi);
-  const Frame& frame = frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
-  const double along_axis = frame.along.dot(level_axis);
-  const double per_axis = 1.0 / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
-  const double across_origin = frame.across.dot(listener.origin.head<2>());
-  const double cells_per_m = 1.0 / cell_m_;
-  const std::uint32_t of_look = static_cast<std::uint32_t>(look) * 0x85157af5u;
-
-  double across = 0.0, along = 0.0, side = 1.0, turns = 0.0;
-  std::size_t lit = 0;
-  for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
-    if (!(bins.intensity_mean[n] > 0.0f)) continue;
-    const Eigen::Vector3d place(bins.x_m[n], bins.y_m[n], bins.z_m[n]);
-    if (!place.isZero(0.0)) {
-      // Where the row of this bin crosses the beam's middle.
-      across = frame.across.dot(place.head<2>());
-      along =
-          frame.along.dot(place.head<2>()) - per_axis * listener.axis.dot(place - listener.origin);
-      side = across < across_origin ? -1.0 : 1.0;
-      turns = -side * turns_per_cell_ * std::abs(across - across_origin) /
-              std::max<double>(bins.range_m[n], 1e-3);
-      across -= side * rise * place.z();
-    } else {
-      across += side * cell_m_;  // nothing but another bin's side lobe
-    }
-    const Row& row = rows_[row_of_bin_[n]];
-    const double cell = across * cells_per_m, whole = std::floor(cell);
-    const double middle = along * row.cells_per_m;
-    const double first = std::floor(middle - row.reach);
-    const auto cells = static_cast<std::uint32_t>(std::floor(middle + row.reach) - first) + 1;
-    memory.bin[lit] = static_cast<std::uint32_t>(n);
-    memory.across_cell[lit] = static_cast<std::uint32_t>(static_cast<std::int64_t>(whole));
-    memory.across_within[lit] = static_cast<std::uint32_t>((cell - whole) * 0x1p32);
-    memory.first_cell[lit] = static_cast<std::uint32_t>(static_cast<std::int64_t>(first));
-    memory.first_column[lit] = static_cast<float>((first - middle) * columns_per_cell);
-    memory.first_weight[lit] = row.first_weight;
-    memory.key[lit] = frame.keys[static_cast<std::size_t>(row.level)] + of_look;
-    memory.turns[lit] = static_cast<float>(turns);
-    std::uint32_t& most = memory.cells[lit / signal_group];
-    most = std::max(most, cells);
-    ++lit;
-  }
-  // The rest of the last group is like its last bin.
-  for (std::size_t i = lit; lit > 0 && i % signal_group != 0; ++i) {
-    memory.first_weight[i] = memory.first_weight[lit - 1];
-    memory.first_column[i] = 0.0f;
-    memory.turns[i] = 0.0f;
-  }
-  return lit;
+             .re = re,
+             .im = im});
 }
 
 }  // namespace ensonify::engine

@@ -15,6 +15,7 @@ namespace ensonify::engine {
 struct Listener {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< local metres
   Eigen::Vector3d axis = Eigen::Vector3d::UnitY();   ///< unit, along the array
+  Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();  ///< unit, across it: the sonar's own down
 };
 
 /// The scatterers of the ground, as an array's beam sums them up.
@@ -39,13 +40,16 @@ class Scatterers {
 
   /// What gather() needs on a thread, kept from ping to ping.
   struct Memory {
-    std::vector<std::uint32_t> bin, across_cell, across_within, first_cell, first_weight, key,
-        cells;
-    std::vector<float> first_column, turns, re, im;
+    std::uint32_t frame_key = 0;
+    std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
+    std::vector<float> first_column, phase_turns;
   };
-  /// The field of each bin whose intensity_mean is not 0, as re and im; 0 elsewhere. Places are the line's.
-  void gather(const Listener& listener, const Layers& bins, int look, Memory& memory,
-              std::span<float> re, std::span<float> im) const;
+  /// Finds the cells that each bin hears whose intensity_mean is not 0. Places are the line's.
+  void place(const Listener& listener, const Layers& bins, Memory& memory) const;
+  /// The field of a look of that variance in each bin, in whole groups of the kernels' (signal_kernel.h); 0 where
+  /// the bin has no cells.
+  void gather(const Memory& memory, int look, std::span<const float> power, float* re,
+              float* im) const;
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
   /// That pattern so far along the array from its middle, to the axis' at a bin's range.
@@ -62,10 +66,10 @@ class Scatterers {
   };
   struct Frame {
     Eigen::Vector2d along, across;
-    std::vector<std::uint32_t> keys;  // by level
+    std::uint32_t key;
   };
-  std::size_t place_cells(const Listener& listener, const Layers& bins, int look,
-                          Memory& memory) const;
+  const Frame& frame_of(const Listener& listener) const;
+  void place_side_lobes(const Layers& bins, Memory& memory) const;
   Row make_row(const Sonar& sonar, double wavelength_m, double range_m);
 
   double cell_m_, turns_per_cell_;
@@ -73,6 +77,9 @@ class Scatterers {
   std::vector<std::uint16_t> row_of_bin_;
   std::vector<double> width_of_bin_m_;
   std::vector<Row> rows_;
+  // Of each bin, in whole groups:
+  std::vector<float> cells_per_m_, reach_;
+  std::vector<std::uint32_t> first_weight_, key_;
   std::uint32_t columns_;       // of a row of weights, the last ones 0
   std::vector<float> weights_;  // real and imaginary parts over the distance from the beam's middle
   std::vector<Frame> frames_;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, below full scale
 constexpr double burst_over_full_scale_db = 30.0;
-constexpr int output_noise_look = 1000;     // of no echo
+constexpr int behind_gain = 1000;           // number of its noise's first look
 constexpr std::size_t gain_bins = 8;        // for which an automatic gain is set
 constexpr std::uint64_t of_gain_steps = 5;  // artefacts.cpp and disturbances.cpp have the others
 
@@ -46,7 +46,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       noise_{noise_power(sonar, law_, options.sea, Side::port),
              noise_power(sonar, law_, options.sea, Side::starboard)},
-      arrivals_(options.arrivals, options.sea, law_, options.seed),
+      arrivals_(options.arrivals, options.sea, law_, options.bed, options.seed),
       disturbances_(options.artefacts, law_, noise_[0], options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
                 automatic_gain_db(sonar, options, law_)),
@@ -56,6 +56,8 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                 : 0.0f) {
   if (!sonar.receiver.noise) noise_ = {};
   for (const float tap : taps_) energy_taps_.push_back(tap * tap);
+  gains_.assign(recorder_.gains().begin(), recorder_.gains().end());
+  gains_.resize(whole_groups(gains_.size()), 0.0f);
 }
 
 std::vector<double> SignalChain::level_bed(Side side) const {
@@ -78,23 +80,30 @@ void SignalChain::receive(const Hearing& hearing, std::span<EchoLine> lines, Mem
   const auto channel = [&](const EchoLine& line) -> Channel& {
     return memory.channels[static_cast<std::size_t>(line.side)];
   };
-  for (EchoLine& line : lines) expect(hearing, line, channel(line));
+  for (EchoLine& line : lines) {
+    expect(hearing, line, channel(line));
+    if (options_.speckle) scatterers_.place(hearing.array, line.bins, channel(line).cells);
+  }
+  const float step = gain_step(hearing);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
-      sum_scatterers(hearing, line, look, channel(line));
-      draw_noise(hearing, line.side, look, channel(line));
+      sum_scatterers(look, channel(line));
+      if (options_.speckle) draw_noise(hearing, line.side, look, channel(line));
     }
     for (const EchoLine& line : lines) {
       const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
       const bool heard = leak_ > 0.0f && lines.size() == 2;
-      detect(channel(line), heard ? &memory.channels[static_cast<std::size_t>(opposite)] : nullptr,
-             look, channel(line));
+      detect_look(heard ? &memory.channels[static_cast<std::size_t>(opposite)] : nullptr, look,
+                  step, channel(line));
     }
   }
   for (EchoLine& line : lines) {
     Channel& its = channel(line);
-    std::copy(its.energy.begin(), its.energy.end(), line.bins.intensity.begin());
-    amplify(hearing, line, its);
+    std::copy_n(its.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
+    if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
+    if (options_.artefacts.automatic_gain > 0.0) follow_level(its);
+    if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
+      line.artefacts.add(Artefact::automatic_gain);
     record(its, line);
   }
 }
@@ -103,19 +112,25 @@ void SignalChain::receive(const Hearing& hearing, std::span<EchoLine> lines, Mem
 void SignalChain::expect(const Hearing& hearing, EchoLine& line, Channel& channel) const {
   const std::size_t bins = line.bins.intensity_mean.size();
   line.artefacts = {};
-  channel.direct.assign(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end());
-  channel.power.assign(bins, static_cast<float>(noise(line.side)));
-  channel.gain.assign(bins, 1.0f);
-  arrivals_.add(hearing, line, channel.direct, channel.power, channel.sums);
-  disturbances_.apply(hearing, line.side, channel.gain, channel.power, line.artefacts);
-  for (std::size_t n = 0; n < bins; ++n) channel.direct[n] *= channel.gain[n];
+  const std::size_t room = whole_groups(bins), reach = taps_.size() - 1;
+  channel.direct.assign(room + 2 * reach, 0.0f);
+  const std::span<float> direct = std::span(channel.direct).subspan(reach, bins);
+  std::ranges::copy(line.bins.intensity_mean, direct.begin());
+  channel.power.assign(room, static_cast<float>(noise(line.side)));
+  const std::span<float> power = std::span(channel.power).first(bins);
+  arrivals_.add(hearing, line, direct, power, channel.sums);
+  if (disturbances_.any()) {
+    channel.gain.assign(bins, 1.0f);
+    disturbances_.apply(hearing, line.side, channel.gain, power, line.artefacts);
+    for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
+  }
   if (options_.arrivals.burst_m > 0.0) {
     // The pulse itself, through the hull: beyond full scale, then dying away.
     for (std::size_t n = 0; n < bins; ++n) {
       const double over = law_.range_m(n) / options_.arrivals.burst_m - 1.0;
       if (over > 2.0) break;
       const double full = recorder_.gain(n);
-      channel.power[n] += static_cast<float>(
+      power[n] += static_cast<float>(
           scatter::from_db(burst_over_full_scale_db - 60.0 * std::max(over, 0.0)) / (full * full));
     }
     line.artefacts.add(Artefact::transmit_burst);
@@ -123,154 +138,133 @@ void SignalChain::expect(const Hearing& hearing, EchoLine& line, Channel& channe
   if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
 }
 
-void SignalChain::sum_scatterers(const Hearing& hearing, const EchoLine& line, int look,
-                                 Channel& channel) const {
-  const std::size_t bins = channel.direct.size(), reach = taps_.size() - 1;
-  channel.re.resize(bins);
-  channel.im.resize(bins);
+void SignalChain::sum_scatterers(int look, Channel& channel) const {
+  const std::size_t room = gains_.size(), reach = taps_.size() - 1;
+  const std::span<const float> direct = std::span(channel.direct).subspan(reach, room);
+  channel.re.resize(room);
+  channel.im.resize(room);
   if (!options_.speckle) {
-    for (std::size_t n = 0; n < bins; ++n) channel.re[n] = std::sqrt(channel.direct[n]);
-    std::fill(channel.im.begin(), channel.im.end(), 0.0f);
+    for (std::size_t n = 0; n < room; ++n) channel.re[n] = std::sqrt(direct[n]);
+    std::ranges::fill(channel.im, 0.0f);
     return;
-  }
-  channel.spread_re.assign(bins + 2 * reach, 0.0f);
-  channel.spread_im.assign(bins + 2 * reach, 0.0f);
-  scatterers_.gather(hearing.array, line.bins, look, channel.cells,
-                     std::span(channel.spread_re).subspan(reach, bins),
-                     std::span(channel.spread_im).subspan(reach, bins));
-  for (std::size_t n = 0; n < bins; ++n) {
-    const float amplitude = std::sqrt(channel.direct[n]);
-    channel.spread_re[n + reach] *= amplitude;
-    channel.spread_im[n + reach] *= amplitude;
   }
   if (reach == 0) {
-    std::copy(channel.spread_re.begin(), channel.spread_re.end(), channel.re.begin());
-    std::copy(channel.spread_im.begin(), channel.spread_im.end(), channel.im.begin());
+    scatterers_.gather(channel.cells, look, direct, channel.re.data(), channel.im.data());
     return;
   }
-  convolve(taps_.data(), reach, channel.spread_re.data(), bins, channel.re.data());
-  convolve(taps_.data(), reach, channel.spread_im.data(), bins, channel.im.data());
-  // Back to the expected mean, which has gone through the pulse already.
-  channel.weight.assign(bins + 2 * reach, 0.0f);
-  std::copy(channel.direct.begin(), channel.direct.end(),
-            channel.weight.begin() + static_cast<std::ptrdiff_t>(reach));
-  std::vector<float>& spread = channel.spread_re;
-  convolve(energy_taps_.data(), reach, channel.weight.data(), bins, spread.data());
-  for (std::size_t n = 0; n < bins; ++n) {
-    const float scale = spread[n] > 0.0f ? std::sqrt(channel.direct[n] / spread[n]) : 0.0f;
-    channel.re[n] *= scale;
-    channel.im[n] *= scale;
-  }
+  channel.spread_re.assign(room + 2 * reach, 0.0f);
+  channel.spread_im.assign(room + 2 * reach, 0.0f);
+  scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
+                     &channel.spread_im[reach]);
+  // And back to the expected mean, which has gone through the pulse already.
+  shape({.taps = taps_.data(),
+         .energy_taps = energy_taps_.data(),
+         .reach = reach,
+         .bins = room,
+         .spread_re = channel.spread_re.data(),
+         .spread_im = channel.spread_im.data(),
+         .power = channel.direct.data(),
+         .re = channel.re.data(),
+         .im = channel.im.data()});
 }
 
-/// White complex noise of a look, into spread_re and spread_im.
+/// White complex noise of a look.
 void SignalChain::draw_white(const Hearing& hearing, Side side, int look, std::size_t count,
-                             Channel& channel) const {
+                             std::vector<float>& re, std::vector<float>& im) const {
   std::array<double, 1> random;
   Stream(options_.seed, Purpose::noise,
          {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), hearing.ping,
           static_cast<std::uint64_t>(look)})
       .uniform(random);
-  channel.spread_re.resize(count + signal_group);
-  channel.spread_im.resize(count + signal_group);
-  draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), count,
-                      channel.spread_re.data(), channel.spread_im.data());
+  re.resize(whole_groups(count));
+  im.resize(whole_groups(count));
+  draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), count, re.data(),
+                      im.data());
 }
 
 void SignalChain::draw_noise(const Hearing& hearing, Side side, int look, Channel& channel) const {
-  const std::size_t bins = channel.power.size(), reach = taps_.size() - 1;
-  channel.noise_re.assign(bins, 0.0f);
-  channel.noise_im.assign(bins, 0.0f);
-  if (!options_.speckle) return;
-  draw_white(hearing, side, look, bins + 2 * reach, channel);
-  convolve(taps_.data(), reach, channel.spread_re.data(), bins, channel.noise_re.data());
-  convolve(taps_.data(), reach, channel.spread_im.data(), bins, channel.noise_im.data());
-  for (std::size_t n = 0; n < bins; ++n) {
-    const float amplitude = std::sqrt(channel.power[n]);
-    channel.noise_re[n] *= amplitude;
-    channel.noise_im[n] *= amplitude;
-  }
+  const std::size_t room = gains_.size();
+  draw_white(hearing, side, look, room + 2 * (taps_.size() - 1), channel.white_re,
+             channel.white_im);
+  if (sonar_.receiver.output_noise_db)
+    draw_white(hearing, side, behind_gain + look, room, channel.behind_re, channel.behind_im);
 }
 
-void SignalChain::detect(const Channel& own, const Channel* other, int look, Channel& into) const {
-  const std::size_t bins = own.re.size();
-  into.energy.resize(bins);
-  into.detected.resize(bins);
-  const float share = 1.0f / static_cast<float>(sonar_.receiver.looks);
-  const bool peak = sonar_.receiver.detector == Detector::peak;
-  for (std::size_t n = 0; n < bins; ++n) {
-    float re = own.re[n] + own.noise_re[n], im = own.im[n] + own.noise_im[n];
-    if (other) {
-      re += leak_ * other->re[n];
-      im += leak_ * other->im[n];
-    }
-    float energy = re * re + im * im;
-    if (!options_.speckle) energy += own.power[n];
-    const float amplitude = std::sqrt(energy);
-    const float detected = peak ? amplitude : share * amplitude;
-    if (look == 0) {
-      into.energy[n] = share * energy;
-      into.detected[n] = detected;
-    } else {
-      into.energy[n] += share * energy;
-      into.detected[n] = peak ? std::max(into.detected[n], detected) : into.detected[n] + detected;
-    }
-  }
+/// The echo with all that comes before and behind the gain; `other` leaks into it.
+void SignalChain::detect_look(const Channel* other, int look, float step, Channel& channel) const {
+  const ReceiverOptions& receiver = sonar_.receiver;
+  channel.energy.resize(gains_.size());
+  channel.detected.resize(gains_.size());
+  const double behind =
+      receiver.output_noise_db ? std::sqrt(scatter::from_db(*receiver.output_noise_db)) : 0.0;
+  detect({.bins = gains_.size(),
+          .re = channel.re.data(),
+          .im = channel.im.data(),
+          .other_re = other ? other->re.data() : nullptr,
+          .other_im = other ? other->im.data() : nullptr,
+          .leak = leak_,
+          .white_re = options_.speckle ? channel.white_re.data() : nullptr,
+          .white_im = options_.speckle ? channel.white_im.data() : nullptr,
+          .taps = taps_.data(),
+          .reach = taps_.size() - 1,
+          .power = channel.power.data(),
+          .gain = gains_.data(),
+          .step = step,
+          .behind_re = options_.speckle && behind > 0.0 ? channel.behind_re.data() : nullptr,
+          .behind_im = options_.speckle && behind > 0.0 ? channel.behind_im.data() : nullptr,
+          .behind_rms = static_cast<float>(behind),
+          .first = look == 0,
+          .peak = receiver.detector == Detector::peak,
+          .share = 1.0f / static_cast<float>(receiver.looks),
+          .energy = channel.energy.data(),
+          .detected = channel.detected.data()});
 }
 
-/// The detected amplitudes behind the varied gain, over full scale, and what noise comes with it.
-void SignalChain::amplify(const Hearing& hearing, EchoLine& line, Channel& channel) const {
-  const std::size_t bins = channel.detected.size();
+/// What the operator's hand has made of the gain by then.
+float SignalChain::gain_step(const Hearing& hearing) const {
   const ArtefactOptions& artefacts = options_.artefacts;
-  float step = 1.0f;
-  if (artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0) {
-    const auto number = static_cast<std::int64_t>(std::floor(hearing.t_s / artefacts.gain_step_s));
-    std::array<double, 1> random{};
-    if (number != 0)
-      Stream(options_.seed, Purpose::artefact,
-             {of_gain_steps, options_.sonar_number, static_cast<std::uint64_t>(number)})
-          .normal(random);
-    step = static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
-    if (number != 0) line.artefacts.add(Artefact::gain_step);
+  if (!(artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0)) return 1.0f;
+  const auto number = static_cast<std::int64_t>(std::floor(hearing.t_s / artefacts.gain_step_s));
+  if (number == 0) return 1.0f;
+  std::array<double, 1> random;
+  Stream(options_.seed, Purpose::artefact,
+         {of_gain_steps, options_.sonar_number, static_cast<std::uint64_t>(number)})
+      .normal(random);
+  return static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
+}
+
+/// The automatic gain by the level over the last metres, against where the nominal bed is.
+void SignalChain::follow_level(Channel& channel) const {
+  const ArtefactOptions& artefacts = options_.artefacts;
+  const auto forget =
+      static_cast<float>(1.0 - std::exp(-law_.bin_m() / artefacts.automatic_gain_m));
+  const auto nominal = static_cast<float>(scatter::from_db(automatic_level_db));
+  const auto power = static_cast<float>(0.5 * artefacts.automatic_gain);
+  float level = nominal, gain = 1.0f;
+  for (std::size_t n = 0; n < channel.detected.size(); ++n) {
+    float& amplitude = channel.detected[n];
+    level += forget * (std::min(1.0f, amplitude * amplitude) - level);
+    if (n % gain_bins == 0) gain = std::pow(nominal / level, power);
+    amplitude *= gain;
   }
-  for (std::size_t n = 0; n < bins; ++n) channel.detected[n] *= step * recorder_.gain(n);
-  if (!sonar_.receiver.output_noise_db) return;
-  const auto rms =
-      static_cast<float>(std::sqrt(scatter::from_db(*sonar_.receiver.output_noise_db)));
-  if (options_.speckle) {
-    draw_white(hearing, line.side, output_noise_look, bins, channel);
-    for (std::size_t n = 0; n < bins; ++n) {
-      const float re = channel.detected[n] + rms * channel.spread_re[n],
-                  im = rms * channel.spread_im[n];
-      channel.detected[n] = std::sqrt(re * re + im * im);
-    }
-  } else {
-    for (float& amplitude : channel.detected)
-      amplitude = std::sqrt(amplitude * amplitude + rms * rms);
-  }
+}
+
+/// What brings the mean amplitude of the ping, behind the transmitted pulse, to where it is wanted.
+float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
+  if (!(sonar_.receiver.ping_mean > 0.0)) return 1.0f;
+  const std::size_t first =
+      std::min(static_cast<std::size_t>(3.0 * options_.arrivals.burst_m / law_.bin_m()), bins);
+  double sum = 0.0;
+  for (std::size_t n = first; n < bins; ++n) sum += channel.detected[n];
+  return sum > 0.0 ? static_cast<float>(sonar_.receiver.ping_mean *
+                                        static_cast<double>(bins - first) / sum)
+                   : 1.0f;
 }
 
 void SignalChain::record(const Channel& channel, EchoLine& line) const {
-  const std::size_t bins = channel.detected.size();
-  const ArtefactOptions& artefacts = options_.artefacts;
-  if (artefacts.automatic_gain > 0.0) {
-    // The level over the last metres, against where the nominal bed is.
-    const double forget = 1.0 - std::exp(-law_.bin_m() / artefacts.automatic_gain_m);
-    const double nominal = scatter::from_db(automatic_level_db);
-    double level = nominal;
-    float gain = 1.0f;
-    for (std::size_t n = 0; n < bins; ++n) {
-      const float amplitude = channel.detected[n];
-      level += forget * (std::min(1.0, double(amplitude) * amplitude) - level);
-      if (n % gain_bins == 0)
-        gain = static_cast<float>(std::pow(nominal / level, 0.5 * artefacts.automatic_gain));
-      line.bins.sample[n] = recorder_.sample(gain * amplitude);
-    }
-    line.artefacts.add(Artefact::automatic_gain);
-    return;
-  }
-  for (std::size_t n = 0; n < bins; ++n)
-    line.bins.sample[n] = recorder_.sample(channel.detected[n]);
+  const std::size_t bins = line.bins.sample.size();
+  recorder_.samples(std::span(channel.detected).first(bins), ping_scale(channel, bins),
+                    line.bins.sample);
 }
 
 }  // namespace ensonify::engine

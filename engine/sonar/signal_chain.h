@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct ChainOptions {
   double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed
   /// Of the bed, m^2 of backscattering cross-section a m^2 by the sine of the grazing angle, for the same.
   std::function<double(double sine)> nominal_strength = [](double) { return 3e-4; };
+  std::optional<scatter::Sediment> bed;  ///< unset: it is no sediment
   SeaState sea;
   ArrivalOptions arrivals;
   ArtefactOptions artefacts;
@@ -34,7 +36,8 @@ struct ChainOptions {
 ///
 /// Echoes of complex scatterers, summed by beam and pulse, scaled so that each bin's mean intensity is the
 /// expected one; on them complex noise of the sea, the receiver and of incoherent arrivals, through the same pulse
-/// (the matched filter); then gain, detector, transfer curve, clip and digitiser.
+/// (the matched filter); then gain, noise behind it, detector, the ping's own scale, transfer curve, clip and
+/// digitiser.
 class SignalChain {
  public:
   SignalChain(const Sonar& sonar, const ChainOptions& options);
@@ -44,9 +47,10 @@ class SignalChain {
   /// One thread's memory, kept from ping to ping.
   struct Memory {
     struct Channel {
-      std::vector<float> direct, power, gain;  // expected: echo, all else; and the echo's own gain
-      std::vector<float> re, im, spread_re, spread_im, weight;
-      std::vector<float> noise_re, noise_im;
+      // Expected: the echo, as far beyond its bins as the pulse reaches; all else; and the echo's own gain.
+      std::vector<float> direct, power, gain;
+      std::vector<float> re, im, spread_re, spread_im;
+      std::vector<float> white_re, white_im, behind_re, behind_im;
       std::vector<float> energy, detected;
       std::vector<double> sums;
       Scatterers::Memory cells;
@@ -70,13 +74,14 @@ class SignalChain {
  private:
   using Channel = Memory::Channel;
   void expect(const Hearing& hearing, EchoLine& line, Channel& channel) const;
-  void sum_scatterers(const Hearing& hearing, const EchoLine& line, int look,
-                      Channel& channel) const;
+  void sum_scatterers(int look, Channel& channel) const;
   void draw_noise(const Hearing& hearing, Side side, int look, Channel& channel) const;
   void draw_white(const Hearing& hearing, Side side, int look, std::size_t count,
-                  Channel& channel) const;
-  void detect(const Channel& own, const Channel* other, int look, Channel& into) const;
-  void amplify(const Hearing& hearing, EchoLine& line, Channel& channel) const;
+                  std::vector<float>& re, std::vector<float>& im) const;
+  void detect_look(const Channel* other, int look, float step, Channel& channel) const;
+  float gain_step(const Hearing& hearing) const;
+  void follow_level(Channel& channel) const;
+  float ping_scale(const Channel& channel, std::size_t bins) const;
   void record(const Channel& channel, EchoLine& line) const;
 
   Sonar sonar_;
@@ -88,7 +93,8 @@ class SignalChain {
   Disturbances disturbances_;
   Recorder recorder_;
   std::vector<float> taps_, energy_taps_;
-  float leak_;  // amplitude of one side in the other
+  std::vector<float> gains_;  // the recorder's, in whole groups
+  float leak_;                // amplitude of one side in the other
 };
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "support/lines.h"
 
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/reflection.h>
 #include <ensonify/scatter/surface_scatter.h>
 #include <ensonify/scatter/volume_scatter.h>
 
@@ -30,15 +32,28 @@ Sonar open_sonar() {  // hears alike in all vertical directions
 }
 
 /// The mean intensity of a ping with these arrivals over a bed that answers where `direct` says.
+struct Circumstances {
+  Side side = Side::starboard;
+  Listener ear = hearing.array;
+  ArtefactOptions artefacts = {};
+  std::optional<scatter::Sediment> bed = {};
+};
 std::vector<double> received(const Sonar& sonar, const ArrivalOptions& arrivals,
-                             const std::vector<float>& direct = {}, const SeaState& sea = {}) {
-  const SignalChain chain(
-      sonar, {.speckle = false, .absorption_db_per_m = 0.03, .sea = sea, .arrivals = arrivals});
-  EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+                             const std::vector<float>& direct = {}, const SeaState& sea = {},
+                             const Circumstances& under = {}) {
+  const SignalChain chain(sonar, {.speckle = false,
+                                  .absorption_db_per_m = 0.03,
+                                  .bed = under.bed,
+                                  .sea = sea,
+                                  .arrivals = arrivals,
+                                  .artefacts = under.artefacts});
+  EchoLine line = level_line(sonar, under.side, array, altitude_m);
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
   SignalChain::Memory memory;
-  chain.receive(hearing, std::span(&line, 1), memory);
+  Hearing now = hearing;
+  now.array = under.ear;
+  chain.receive(now, std::span(&line, 1), memory);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
 
@@ -91,20 +106,89 @@ TEST_CASE("the surface's return wanders with the waves, within their height") {
   CHECK(std::sqrt(squares / pings - std::pow(sum / pings, 2)) == Approx(0.342).epsilon(0.15));
 }
 
-TEST_CASE("volume reverberation has the level of the sonar equation at every range") {
+TEST_CASE(
+    "volume reverberation has the level of the sonar equation, of the water there is at a range") {
   const Sonar sonar = open_sonar();
   const std::vector<double> volume = received(sonar, {.volume = true});
-  for (const double r : {2.0, 10.0, 40.0, 74.0}) {
+  for (const double r : {2.0, 9.5, 12.0, 20.0, 40.0, 74.0}) {
     const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
     const double at = (static_cast<double>(bin) + 0.5) * sonar.bin_m();
-    // Of sinc^4 two thirds of lambda / L, all around.
+    // Of sinc^4 two thirds of lambda / L, around as far as there is neither surface nor bed.
     const double angle = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
-    const scatter::InsonifiedWater water{.solid_angle_sr = angle * 2.0 * 3.14159265358979,
+    const double around =
+        2.0 * (std::asin(std::min(depth_m / at, 1.0)) + std::asin(std::min(altitude_m / at, 1.0)));
+    const scatter::InsonifiedWater water{.solid_angle_sr = angle * around,
                                          .pulse_s = sonar.pulse.effective_length_s(),
                                          .strength_db = -80.0};
+    CAPTURE(r);
     CHECK(scatter::to_db(volume[bin]) ==
           Approx(scatter::volume_reverberation_db(water, sonar.source_level_db, 0.03, at))
               .margin(0.1));
+  }
+}
+
+TEST_CASE(
+    "a sonar that rolls hears what one hears whose sides are mounted lower and higher by as much") {
+  const double roll_rad = 0.3;  // starboard down
+  Sonar upright = quiet_sonar(), mounted = upright;
+  mounted.vertical.starboard_mount_rad = roll_rad;
+  mounted.vertical.port_mount_rad = -roll_rad;
+  const Listener level{array, {0, 1, 0}};
+  const Listener rolled{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
+  std::vector<float> direct(upright.bins, 0.0f);
+  std::fill(direct.begin() + 250, direct.end(), 1.0f);
+  const ArtefactOptions wake{.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_offset_m = 12.0};
+  const ArtefactOptions fish{.fish_per_hectare = 3000.0};
+  struct Case {
+    const char* name;
+    ArrivalOptions arrivals;
+    ArtefactOptions artefacts = {};
+  };
+  for (const Case& what :
+       {Case{"surface", {.surface = true}}, Case{"volume", {.volume = true}},
+        Case{"multiples", {.multiples = true}}, Case{"wake", {}, wake}, Case{"fish", {}, fish}})
+    for (const Side side : {Side::port, Side::starboard}) {
+      const auto hear = [&](const Sonar& sonar, const Listener& ear) {
+        const bool bed = what.arrivals.multiples;
+        return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, {},
+                        {.side = side, .ear = ear, .artefacts = what.artefacts});
+      };
+      const std::vector<double> by_roll = hear(upright, rolled), by_mount = hear(mounted, level);
+      CAPTURE(what.name, static_cast<int>(side));
+      double changed = 0.0;
+      const std::vector<double> unrolled = hear(upright, level);
+      for (std::size_t n = 0; n < by_roll.size(); ++n) {
+        REQUIRE(by_roll[n] == Approx(by_mount[n]).epsilon(2e-3).margin(1e-30));
+        if (unrolled[n] > 0.0)
+          changed = std::max(changed, std::abs(by_roll[n] - unrolled[n]) / unrolled[n]);
+      }
+      const bool nothing_there = what.artefacts.wake_db && side == Side::port;
+      CHECK((nothing_there || changed > 0.02));
+    }
+}
+
+TEST_CASE("in open water, nearer than surface and bed, reverberation does not mind a roll") {
+  const Sonar sonar = quiet_sonar();
+  for (const double roll_rad : {-0.7, 0.2, 1.4}) {
+    const Listener ear{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
+    const std::vector<double> level = received(sonar, {.volume = true});
+    const std::vector<double> rolled = received(sonar, {.volume = true}, {}, {}, {.ear = ear});
+    for (std::size_t n = 0; (n + 1) * sonar.bin_m() < altitude_m; ++n)
+      REQUIRE(rolled[n] == Approx(level[n]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE(
+    "a pitched array meets the surface, as the bed, at its distance over the pitch's cosine") {
+  const Sonar sonar = open_sonar();
+  for (const double pitch_rad : {-0.35, 0.2}) {
+    const Eigen::Vector3d ahead{0.0, std::cos(pitch_rad), std::sin(pitch_rad)};
+    const Listener ear{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
+    const std::vector<double> surface =
+        received(sonar, {.surface = true}, {}, {.wind_mps = 0.0}, {.ear = ear});
+    const auto first = std::ranges::find_if(surface, [](double i) { return i > 0.0; });
+    CHECK(double(first - surface.begin()) ==
+          Approx(depth_m / std::cos(pitch_rad) / sonar.bin_m()).margin(1.0));
   }
 }
 
@@ -157,6 +241,34 @@ TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
   const double expected =
       9e9 * 2.0 * std::pow(r / back_m, 2) * scatter::from_db(-0.03 * (back_m - r));
   CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.05));
+}
+
+TEST_CASE("a multiple by the bed loses what the sediment does not reflect at that angle") {
+  Sonar sonar = open_sonar();
+  sonar.bins = 3000;
+  const SeaState calm{.wind_mps = 0.0};
+  const scatter::Sediment sand = scatter::sediment_named("medium sand");
+  for (const double over_m : {0.5, 20.0}) {
+    std::vector<float> direct(3000, 0.0f);
+    const double r = std::hypot(over_m, altitude_m);
+    const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
+    for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+    const double down_m = 3.0 * altitude_m + 2.0 * depth_m, back_m = std::hypot(over_m, down_m);
+    const auto energy = [&](std::optional<double> loss_db, std::optional<scatter::Sediment> bed) {
+      const std::vector<double> all = received(
+          sonar, {.multiples = true, .bottom_loss_db = loss_db}, direct, calm, {.bed = bed});
+      const auto bin = static_cast<std::ptrdiff_t>(0.5 * (r + back_m) / sonar.bin_m());
+      return std::accumulate(all.begin() + bin - 20, all.begin() + bin + 21, 0.0);
+    };
+    const double whole = energy(0.0, sand);
+    const double loss_db = scatter::reflection_loss_db(sand, std::asin(down_m / back_m));
+    CAPTURE(over_m, loss_db);
+    CHECK(-scatter::to_db(energy({}, sand) / whole) == Approx(loss_db).margin(0.02));
+    CHECK(-scatter::to_db(energy(6.0, sand) / whole) == Approx(6.0).margin(0.02));
+    CHECK(-scatter::to_db(energy({}, {}) / whole) == Approx(10.0).margin(0.02));
+    // |R(90)| of medium sand by the handbook's regressions is 0.369775.
+    if (over_m < 1.0) CHECK(loss_db == Approx(-20.0 * std::log10(0.369775)).margin(0.05));
+  }
 }
 
 TEST_CASE("the transmitted pulse blinds the first samples and no more") {

@@ -77,3 +77,34 @@ TEST_CASE("A picture whose pixels do not fit its size is refused") {
   picture = sample_picture(2'000'000, 1, 1);  // wider than libpng allows
   CHECK_THROWS_AS(encode_png(picture), std::runtime_error);
 }
+
+TEST_CASE("A PNG of 16 bits holds them, the higher byte first, grey and in colour") {
+  for (const int channels : {1, 3}) {
+    Picture picture = sample_picture(2 * 37, 11, channels);  // bytes
+    picture.width = 37;
+    picture.bits = 16;
+    const auto bytes = encode_png(picture);
+    // IHDR: width, height, bits, colour type.
+    CHECK(static_cast<int>(bytes.at(24)) == 16);
+    CHECK(static_cast<int>(bytes.at(25)) == (channels == 1 ? 0 : 2));
+    struct Source {
+      const std::vector<std::byte>& bytes;
+      std::size_t place;
+    } source{bytes, 0};
+    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    png_set_read_fn(png, &source, [](png_structp reader, png_bytep to, png_size_t count) {
+      auto& from = *static_cast<Source*>(png_get_io_ptr(reader));
+      std::memcpy(to, from.bytes.data() + from.place, count);
+      from.place += count;
+    });
+    png_read_png(png, info, PNG_TRANSFORM_IDENTITY, nullptr);
+    CHECK(png_get_bit_depth(png, info) == 16);
+    const std::size_t row_bytes = 37 * 2 * static_cast<std::size_t>(channels);
+    REQUIRE(png_get_rowbytes(png, info) == row_bytes);
+    for (std::size_t row = 0; row < 11; ++row)
+      CHECK(std::memcmp(png_get_rows(png, info)[row], picture.pixels.data() + row * row_bytes,
+                        row_bytes) == 0);
+    png_destroy_read_struct(&png, &info, nullptr);
+  }
+}

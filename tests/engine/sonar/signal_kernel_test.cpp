@@ -1,0 +1,98 @@
+#include <ensonify/engine/sonar/signal_kernel.h>
+
+#include <cmath>
+#include <vector>
+
+#include <hwy/targets.h>
+
+#include "support/catch.h"
+#include "support/lines.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+/// All that both sides of a sonar record and receive in some pings, with everything on.
+std::vector<float> everything(const Sonar& sonar) {
+  ChainOptions options;
+  options.absorption_db_per_m = 0.05;
+  options.arrivals = {.surface = true,
+                      .volume = true,
+                      .multiples = true,
+                      .double_bounce = true,
+                      .burst_m = 0.3,
+                      .crosstalk_db = -30.0};
+  options.artefacts = {.interference_db = 30.0,
+                       .gain_step_db = 3.0,
+                       .automatic_gain = 0.5,
+                       .fish_per_hectare = 100.0,
+                       .wake_db = -10.0,
+                       .shimmer_db = 1.5};
+  const SignalChain chain(sonar, options);
+  SignalChain::Memory memory;
+  std::vector<float> all;
+  for (std::uint64_t ping = 0; ping < 3; ++ping) {
+    const Eigen::Vector3d array{0.4, 0.2 * static_cast<double>(ping), -10.0};
+    EchoLine lines[] = {level_line(sonar, Side::port, array, 10.0),
+                        level_line(sonar, Side::starboard, array, 10.0)};
+    for (EchoLine& line : lines) {
+      for (std::size_t i = 0; i < 7; ++i)  // side lobes: an echo, but no place
+        line.bins.intensity_mean[150 + 3 * i] = 1e-3f;
+      for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
+    }
+    chain.receive(
+        {.ping = ping, .t_s = 30.0 * static_cast<double>(ping), .array = {array, {0, 1, 0}}}, lines,
+        memory);
+    for (const EchoLine& line : lines) {
+      all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
+      for (const std::uint32_t sample : line.bins.sample) all.push_back(static_cast<float>(sample));
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("the signal chain gives the same bits on every instruction set") {
+  std::vector<Sonar> sonars(4);
+  sonars[1].bins = 1499;  // not whole groups
+  sonars[1].pulse.kind = PulseKind::lfm;
+  sonars[1].receiver = {
+      .output_noise_db = -50.0, .looks = 3, .detector = Detector::peak, .ping_mean = 0.2};
+  sonars[2].bins = 300;  // shorter pulse than a bin
+  sonars[2].receiver.curve = TransferCurve::logarithmic;
+  sonars[3].receiver.curve = TransferCurve::square_root;
+  sonars[3].receiver.bits = 24;
+  for (const Sonar& sonar : sonars) {
+    const std::vector<float> expected = everything(sonar);
+    int targets = 0;
+    for (std::int64_t there = hwy::SupportedTargets(); there != 0; there &= there - 1) {
+      const std::int64_t target = there & -there;
+      CAPTURE(hwy::TargetName(target), sonar.bins);
+      hwy::SetSupportedTargetsForTest(target);
+      CHECK(everything(sonar) == expected);
+      ++targets;
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    CHECK(targets >= 2);
+  }
+}
+
+TEST_CASE("the kernel's logarithm is a logarithm") {
+  std::vector<float> amplitudes;
+  for (double a = 1e-12; a < 1.5; a *= 1.0007) amplitudes.push_back(static_cast<float>(a));
+  std::vector<std::uint32_t> samples(amplitudes.size());
+  const double range_db = 200.0, full_scale = 16777215.0;
+  digitise({.bins = samples.size(),
+            .amplitude = amplitudes.data(),
+            .gain = 1.0f,
+            .square_root = false,
+            .curve_range_db = range_db,
+            .full_scale = full_scale,
+            .samples = samples.data()});
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double level = 1.0 + 20.0 * std::log10(std::min(1.0, double(amplitudes[i]))) / range_db;
+    REQUIRE(std::abs(samples[i] - full_scale * std::max(0.0, level)) <= 0.51);
+  }
+}

@@ -1,0 +1,121 @@
+// Lost and repeated pings and stale navigation through all pings of a scene.
+
+#include <ensonify/engine/ping_all.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/tiny_scene.h"
+
+#include <ensonify/engine/scene/reader.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+/// Blocks of 4 pings, so that repeated ones lie in other blocks than what they repeat.
+Scene spoilt_scene() {
+  Scene scene = parse_scene(ensonify::tests::tiny_scene, "tiny", {}, {});
+  scene.track.pings = 61;
+  scene.track.speed_mps = 1.0;
+  scene.artefacts = {.lost = 0.2, .repeated = 0.3, .stale_navigation = 0.4, .stale_s = 0.1};
+  return scene;
+}
+
+bool same_pose(const Pose& a, const Pose& b) {
+  return a.position == b.position && a.roll_rad == b.roll_rad && a.pitch_rad == b.pitch_rad &&
+         a.heading_rad == b.heading_rad;
+}
+
+/// All layers of a row as numbers.
+std::vector<double> row_of(const Waterfall& image, std::size_t row) {
+  std::vector<double> all;
+  Layers::for_each([&](std::string_view, auto layer) {
+    const auto from =
+        (image.pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * image.columns());
+    all.insert(all.end(), from, from + static_cast<std::ptrdiff_t>(image.columns()));
+  });
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a run with lost and repeated pings has the others' rows as they are, and says which were "
+    "what") {
+  const Scene scene = spoilt_scene();
+  Simulator simulator(scene);
+  const ScenePings all = ping_all(scene, simulator, 1);
+  const Waterfall& image = all.images.front();
+  Scene clean = scene;
+  clean.artefacts = {};
+  Simulator other(clean);
+  const ScenePings unspoilt = ping_all(clean, other, 1);
+  const Waterfall& whole = unspoilt.images.front();
+
+  int lost = 0, repeated = 0, repeated_after_lost = 0, kept = 0;
+  std::size_t recorded = 0;  // the last ping that was
+  bool any_yet = false;
+  for (std::size_t ping = 0; ping < image.rows(); ++ping) {
+    CAPTURE(ping);
+    const Artefacts said = image.pings[ping].artefacts;
+    REQUIRE(said.has(Artefact::lost) == is_lost(scene.artefacts, scene.seed, ping));
+    const std::vector<double> row = row_of(image, ping);
+    if (said.has(Artefact::lost)) {
+      REQUIRE(std::ranges::all_of(row, [](double value) { return value == 0.0; }));
+      REQUIRE(image.pings[ping].first_return_port == -1);
+      REQUIRE_FALSE(said.has(Artefact::repeated));
+      ++lost;
+      continue;
+    }
+    REQUIRE(said.has(Artefact::repeated) == is_repeated(scene.artefacts, scene.seed, ping));
+    if (said.has(Artefact::repeated)) {
+      REQUIRE(any_yet);
+      REQUIRE(row == row_of(whole, recorded));
+      ++repeated;
+      repeated_after_lost += image.pings[ping - 1].artefacts.has(Artefact::lost);
+    } else {
+      REQUIRE(row == row_of(whole, ping));
+      recorded = ping;
+      any_yet = true;
+      ++kept;
+    }
+    // The record beside it is the ping's own.
+    REQUIRE(same_pose(image.pings[ping].pose, whole.pings[ping].pose));
+  }
+  CHECK(lost > 5);
+  CHECK(repeated > 5);
+  CHECK(repeated_after_lost > 0);
+  CHECK(kept > 20);
+}
+
+TEST_CASE("while the navigation stands still a run reports the pose it had, and says so") {
+  const Scene scene = spoilt_scene();
+  Simulator simulator(scene);
+  const ScenePings all = ping_all(scene, simulator, 1);
+  const std::vector<PingRecord>& pings = all.images.front().pings;
+  int stale = 0;
+  for (std::size_t i = 1; i < pings.size(); ++i) {
+    CAPTURE(i);
+    const bool stands = pings[i].artefacts.has(Artefact::stale_navigation);
+    REQUIRE(pings[i].reported.t_s == pings[i].pose.t_s);
+    REQUIRE(same_pose(pings[i].reported, stands ? pings[i - 1].reported : pings[i].pose));
+    REQUIRE_FALSE(same_pose(pings[i].pose, pings[i - 1].pose));
+    stale += stands;
+  }
+  CHECK(stale > 5);
+  CHECK(stale < int(pings.size()) - 5);
+}
+
+TEST_CASE("a spoilt run is the same whichever thread does which block") {
+  const Scene scene = spoilt_scene();
+  Simulator one(scene), several(scene);
+  const ScenePings alone = ping_all(scene, one, 1), shared = ping_all(scene, several, 3);
+  const Waterfall &a = alone.images.front(), &b = shared.images.front();
+  for (std::size_t ping = 0; ping < a.rows(); ++ping) {
+    REQUIRE(row_of(a, ping) == row_of(b, ping));
+    REQUIRE(a.pings[ping].artefacts.bits == b.pings[ping].artefacts.bits);
+    REQUIRE(same_pose(a.pings[ping].reported, b.pings[ping].reported));
+  }
+}
