@@ -314,4 +314,12 @@ TEST_CASE("Refraction in water of one speed changes nothing, and times alone shi
   CHECK(first(RefractionMode::time_only) == Approx(off * mean / 1470.0).margin(1.0));
   CHECK(first(RefractionMode::full) == Approx(off * mean / 1470.0).margin(1.0));
   CHECK(first(RefractionMode::full) > off);
+
+  const std::vector<double> by_embree = everything(scene);
+  scene.run.intersector = "fan_scan";  // what it cannot answer goes to a tree of lists
+  const std::vector<double> by_scan = everything(scene);
+  REQUIRE(by_scan.size() == by_embree.size());
+  for (std::size_t i = 0; i < by_scan.size(); ++i)
+    if (!(std::isnan(by_scan[i]) && std::isnan(by_embree[i])))
+      REQUIRE(by_scan[i] == Approx(by_embree[i]).epsilon(1e-3));
 }
