@@ -65,8 +65,19 @@ struct Bright {
     return picture.pixels[i] << 8 | picture.pixels[i + 1];
   }
 };
+/// As of a scene whose level bed is flat.
+Picture shown(const Waterfall& waterfall, const Display& display, int bits = 8,
+              const Recorder* recorder = nullptr) {
+  Calibration calibration{.recorder = recorder};
+  for (std::size_t column = 0; column < columns; ++column) {
+    const std::size_t bin = column < bins ? bins - 1 - column : column - bins;
+    const double r = (static_cast<double>(bin) + 0.5) * waterfall.sonar.bin_m();
+    calibration.level_bed.push_back(r > 8.0 ? 1e9 * std::pow(r, -3.0) : 0.0);
+  }
+  return render(waterfall, display, calibration, bits);
+}
 Bright render16(const Waterfall& waterfall, const Display& display) {
-  return {render(waterfall, display, 0.0, nullptr, 16)};
+  return {shown(waterfall, display, 16)};
 }
 
 /// Smallest and largest brightness of the bed, off nadir.
@@ -201,7 +212,7 @@ TEST_CASE("more sound is never darker, by any mapping and palette, and on paper 
       Display display = levelling();
       display.mapping = mapping;
       display.palette = palette;
-      const Picture picture = render(waterfall, display, 0.0);
+      const Picture picture = shown(waterfall, display);
       const auto channels = static_cast<std::size_t>(picture.channels);
       CHECK(channels == (palette == Palette::grey || palette == Palette::paper ? 1 : 3));
       int steps = 0;
@@ -240,7 +251,7 @@ TEST_CASE(
           Approx(80 * 20.0 / columns).margin(0.01));
 
   display.mapping = Mapping::equalised;
-  const Picture equalised = render(waterfall, display, 0.0);
+  const Picture equalised = shown(waterfall, display);
   std::array<int, 4> quarters{};
   int all = 0;
   for (std::size_t column = 0; column < columns; ++column)
@@ -257,7 +268,7 @@ TEST_CASE("a picture of 16 bits is that of 8 bits between its steps, with steps 
   };
   const Waterfall waterfall = bed(3, ramp);
   const Display display = levelling();
-  const Picture coarse = render(waterfall, display, 0.0);
+  const Picture coarse = shown(waterfall, display);
   const Bright fine = render16(waterfall, display);
   CHECK(fine.picture.bits == 16);
   CHECK(fine.picture.pixels.size() == 2 * coarse.pixels.size());
@@ -288,7 +299,7 @@ TEST_CASE("a picture of samples undoes the recorder's gain, of whatever law") {
       waterfall.pixels.sample[i] =
           recorder.sample(recorder.gain(bin) * std::sqrt(waterfall.pixels.intensity[i]));
     }
-    const Bright of_samples{render(waterfall, display, 0.0, &recorder, 16)};
+    const Bright of_samples{shown(waterfall, display, 16, &recorder)};
     for (std::size_t column = 0; column < columns; ++column)
       REQUIRE(std::abs(of_samples.at(1, column) - of_intensity.at(1, column)) <= 100);
   }
