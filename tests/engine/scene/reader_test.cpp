@@ -296,7 +296,7 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:3:15: 'track.heading_deg' is 361, expected a number from -360 to 360 degrees"},
       {head + "[display]\npalette = \"gray\"",
        "s.toml:3:11: 'display.palette' is the string \"gray\", expected one of grey, copper, "
-       "bronze, paper; did you "
+       "bronze, paper, viridis; did you "
        "mean 'grey'?"},
       {head + "[run]\nsurface = \"refine\"",
        "s.toml:3:11: 'run.surface' is the string \"refine\", expected one of auto, static, "
