@@ -439,7 +439,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "of a mesh refined at each ping; footprint: the same by a query; auto: refined, unless the "
             "run is too short to pay for the analysis.",
             at(&Scene::run, &RunOptions::surface), surface_choices()},
-           {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`).",
+           {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`); fan_scan in datasets, unless given.",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
            {"robust", "", {}, "Whether no ray may slip between faces, at some cost in speed.",
             at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::robust)},
