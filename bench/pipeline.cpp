@@ -23,7 +23,7 @@ std::vector<PipelineMeasurement> measure_pipeline(
         continue;
       if (progress) progress(name);
       engine::Scene scene = make(quick ? 0.5e6 : 2e6);
-      scene.track.pings = quick ? 128 : 1024;
+      scene.track.pings = quick ? 128 : 960;  // as long as the bed is
       const engine::RunReport report =
           engine::run(scene, folder, {.threads = threads, .cache = folder / "cache"});
       all.push_back({.name = name,
