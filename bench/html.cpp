@@ -317,7 +317,8 @@ std::string html(const Json& report) {
                      report.at("cores").get<int>(), sets);
   if (!grid.empty()) {
     out +=
-        "<p>A cell is whole pings, two sides of 8 planes and 4096 elevations: faces found, rays "
+        "<p>A cell is whole pings, two sides of 12 planes, 8 of them across the main lobe, and "
+        "4096 elevations: faces found, rays "
         "traced, echoes "
         "scattered and binned, without speckle and noise; on one core, in the thread's own time. "
         "Surfaces: "
