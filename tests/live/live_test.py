@@ -97,7 +97,7 @@ class InABrowser(unittest.TestCase):
             browser.wait("window.live?.lines > 30")
             mean = ("(() => { const c = document.getElementById('picture'), d = c.getContext('2d').getImageData(0, 0, "
                     "c.width, 20).data; let s = 0; for (let i = 0; i < d.length; i += 4) s += d[i]; return 4 * s / d.length })()")
-            before = browser.run("return " + mean)
+            before = browser.wait(f"{mean} > 10 && {mean}")  # drawn, not only received
             browser.choose("gain", 12, "input")
             browser.wait(f"{mean} > 1.4 * {before}")
             browser.choose("contrast", 1.8, "input")
