@@ -20,13 +20,13 @@ struct Speedup {
 std::map<std::string, Speedup> speedups(const Json& report) {
   std::map<std::string, Speedup> all;
   try {
-    if (!report.contains("cells")) return all;
-    for (const Json& cell : report.at("cells")) {
-      if (!cell.at("agrees").get<bool>()) continue;
-      const double median = cell.at("speedup");
-      const double low = cell.at("speedup_low"), high = cell.at("speedup_high");
-      all[cell.at("name")] = {median, 0.5 * (high - low) / median};
-    }
+    for (const char* list : {"cells", "runs"})
+      for (const Json& one : report.value(list, Json::array())) {
+        if (!one.value("agrees", true) || !one.contains("speedup")) continue;
+        const double median = one.at("speedup");
+        const double low = one.at("speedup_low"), high = one.at("speedup_high");
+        all[one.at("name")] = {median, 0.5 * (high - low) / median};
+      }
   } catch (const Json::exception& error) {
     throw std::runtime_error(fmt::format("is no report of this program: {}", error.what()));
   }
@@ -38,10 +38,10 @@ std::map<std::string, Speedup> speedups(const Json& report) {
 std::vector<Change> compare(const Json& before, const Json& now) {
   const std::map<std::string, Speedup> old = speedups(before);
   std::vector<Change> changes;
-  for (const auto& [cell, speedup] : speedups(now)) {
-    const auto then = old.find(cell);
+  for (const auto& [name, speedup] : speedups(now)) {
+    const auto then = old.find(name);
     if (then == old.end()) continue;
-    changes.push_back({cell, then->second.median, speedup.median,
+    changes.push_back({name, then->second.median, speedup.median,
                        std::hypot(then->second.spread, speedup.spread)});
   }
   return changes;
@@ -52,7 +52,7 @@ std::string table(const std::vector<Change>& changes) {
                                  "change", "noise");
   for (const Change& c : changes)
     text +=
-        fmt::format("{:<46} {:>8.2f} {:>8.2f} {:>+7.1f}% {:>6.1f}%{}\n", c.cell, c.before, c.now,
+        fmt::format("{:<46} {:>8.2f} {:>8.2f} {:>+7.1f}% {:>6.1f}%{}\n", c.name, c.before, c.now,
                     100.0 * (c.now / c.before - 1.0), 100.0 * c.noise, c.fell() ? "  fell" : "");
   return text + fmt::format("{} of {} fell by more than the noise\n",
                             std::ranges::count_if(changes, &Change::fell), changes.size());

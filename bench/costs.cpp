@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -45,12 +44,11 @@ CostMeasurement in_turns(std::string name, std::size_t faces, int rounds,
 }
 
 /// The same mesh with its labels, and as if it were all one thing.
-void measure_labels(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
-                    int pings) {
+void measure_labels(std::vector<CostMeasurement>& results, std::string_view filter,
+                    const fs::path& data, int rounds, int pings) {
   const std::string name = "labels/wreck/2M";
-  const char* data = std::getenv("ENSONIFY_DATA");
-  const fs::path wreck = fs::path(data ? data : "") / "mesh_underwater/skytteren_wreck.ply";
-  if (name.find(filter) == std::string::npos || !data || !fs::exists(wreck)) return;
+  const fs::path wreck = data / "mesh_underwater/skytteren_wreck.ply";
+  if (name.find(filter) == std::string::npos || !fs::exists(wreck)) return;
   SeafloorOptions bed;
   bed.extent_east_m = bed.extent_north_m = 300.0;
   bed.cell_m = 0.31;
@@ -213,9 +211,10 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
 
 }  // namespace
 
-std::vector<CostMeasurement> measure_costs(std::string_view filter, int rounds, int pings) {
+std::vector<CostMeasurement> measure_costs(std::string_view filter, const fs::path& data,
+                                           int rounds, int pings) {
   std::vector<CostMeasurement> results;
-  measure_labels(results, filter, rounds, pings);
+  measure_labels(results, filter, data, rounds, pings);
   measure_refraction(results, filter, rounds, pings);
   measure_signal(results, filter, rounds, pings);
   return results;

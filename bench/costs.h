@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,8 +19,10 @@ struct CostMeasurement {
 };
 
 /// Labels over a wreck on a seabed of several sediments and features (skipped without the wreck, which is
-/// mesh_underwater/skytteren_wreck.ply under ENSONIFY_DATA), and refraction over ripples and rock under a
+/// mesh_underwater/skytteren_wreck.ply in the folder of data), and refraction over ripples and rock under a
 /// strong thermocline; the signal chain and each of its effects. Cases whose name holds the filter.
-std::vector<CostMeasurement> measure_costs(std::string_view filter, int rounds, int pings);
+std::vector<CostMeasurement> measure_costs(std::string_view filter,
+                                           const std::filesystem::path& data, int rounds,
+                                           int pings);
 
 }  // namespace ensonify::bench

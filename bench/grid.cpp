@@ -17,6 +17,7 @@
 #include <ensonify/refine/footprint.h>
 
 #include "clock.h"
+#include "harness.h"
 #include "scenes.h"
 
 namespace ensonify::bench {
@@ -24,7 +25,6 @@ namespace {
 
 using namespace engine;
 
-constexpr int turn_pings = 8;      // as many as a query may do for
 constexpr double cell_s = 2.5;     // a slow cell gets fewer turns
 constexpr int turns_of_grid = 24;  // and a fast one no more
 constexpr int turns_of_quick = 8;
@@ -69,6 +69,7 @@ struct Running {
   Cell cell;
   std::unique_ptr<Simulator> simulator;
   std::vector<double> ping_ms, speedup;
+  StageTimes stages;
   double spent_s = 0.0;
 };
 
@@ -180,16 +181,17 @@ class BedMeasurement {
     const int turns = options_.quick ? turns_of_quick : turns_of_grid;
     if (options_.progress)
       options_.progress(fmt::format("ping/{}/{}: {} turns", bed_.name, size_.name, turns));
-    for (Running& one : running_) before_.push_back(one.simulator->times());
     for (int turn = 0; turn < turns; ++turn) {
       const std::size_t last = poses_.size() - turn_pings - 1;
       const std::size_t begin =
           last * static_cast<std::size_t>(turn) / static_cast<std::size_t>(turns);
       double reference_ms = 0.0;
       for (Running& one : running_) {
-        if (!one.cell.agrees() || one.spent_s > cell_s * (options_.quick ? 0.3 : 1.0)) continue;
+        const double enough_s = cell_s * (options_.quick ? 0.3 : 1.0);
+        const bool is_reference = &one == &running_.front();
+        if (!one.cell.agrees() || (!is_reference && one.spent_s > enough_s)) continue;
         const double ms = take_turn(one, begin);
-        if (&one == &running_.front()) reference_ms = ms;
+        if (is_reference) reference_ms = ms;
         one.ping_ms.push_back(ms);
         one.speedup.push_back(reference_ms / ms);
       }
@@ -198,13 +200,16 @@ class BedMeasurement {
 
   /// The first ping after the leap is not counted: what it leaves is what a track's next finds.
   double take_turn(Running& one, std::size_t begin) {
-    one.simulator->reset();
-    one.simulator->ping(poses_[begin], begin);
-    const double start_s = thread_s();
-    for (std::size_t ping = begin + 1; ping <= begin + turn_pings; ++ping)
-      one.simulator->ping(poses_[ping], ping);
-    const double took_s = thread_s() - start_s;
-    if (&one != &running_.front()) one.spent_s += took_s;
+    Simulator& simulator = *one.simulator;
+    simulator.reset();
+    simulator.ping(poses_[begin], begin);
+    const StageTimes before = simulator.times();
+    const double took_s = turn_s([&](int i) {
+      const std::size_t ping = begin + 1 + static_cast<std::size_t>(i);
+      simulator.ping(poses_[ping], ping);
+    });
+    one.stages += simulator.times() - before;
+    one.spent_s += took_s;
     return 1e3 * took_s / turn_pings;
   }
 
@@ -213,12 +218,13 @@ class BedMeasurement {
     cell.ping_ms = spread_of(one.ping_ms);
     cell.speedup = spread_of(one.speedup);
     if (one.ping_ms.empty()) return;
-    const StageTimes& before = before_[static_cast<std::size_t>(&one - running_.data())];
-    const StageTimes& after = one.simulator->times();
-    const double to_ms = 1e3 / (static_cast<double>(one.ping_ms.size()) * (turn_pings + 1));
-    cell.surface_ms = (after.surface_s - before.surface_s) * to_ms;
-    cell.trace_ms = (after.trace_s - before.trace_s) * to_ms;
-    cell.echo_ms = (after.echo_s - before.echo_s) * to_ms;
+    const StageTimes& stages = one.stages;
+    const double to_ms = 1e3 / static_cast<double>(one.ping_ms.size() * turn_pings);
+    cell.surface_ms = stages.surface_s * to_ms;
+    cell.trace_ms = stages.trace_s * to_ms;
+    cell.echo_ms = stages.echo_s * to_ms;
+    cell.stages_over_ping =
+        (stages.surface_s + stages.trace_s + stages.echo_s + stages.speckle_s) / one.spent_s;
   }
 
   const Bed& bed_;
@@ -227,7 +233,6 @@ class BedMeasurement {
   const GridOptions& options_;
   std::vector<Scheme> wanted_;
   std::vector<Running> running_;
-  std::vector<StageTimes> before_;
   std::vector<Pose> poses_;
 };
 

@@ -26,8 +26,9 @@ struct Cell {
   double first_ping_ms = 0.0;
   Spread ping_ms;
   Spread speedup;  ///< over static Embree packets, the best there are here, pair by pair in one run
-  double surface_ms = 0.0, trace_ms = 0.0, echo_ms = 0.0;  ///< means
-  double mesh_mb = 0.0, progressive_mb = 0.0;              ///< what the surface needs
+  double surface_ms = 0.0, trace_ms = 0.0, echo_ms = 0.0;  ///< means over the same pings
+  double stages_over_ping = 0.0;               ///< all stages' times over the pings' own
+  double mesh_mb = 0.0, progressive_mb = 0.0;  ///< what the surface needs
   double tree_mb = 0.0;  ///< how the process grew while the trees were built, the mesh apart
   // The rays of one ping against the exact reference.
   std::uint64_t checked_rays = 0;

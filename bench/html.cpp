@@ -286,14 +286,30 @@ std::string verdict_on(const Grid& grid, const std::string& bed, const std::stri
 std::string runs_table(const Json& runs) {
   std::string out =
       "<table><tr><th>run</th><th>threads</th><th>pings</th><th>prepare, s</th><th>pings, s</th>"
-      "<th>files, s</th><th>pings/s</th></tr>\n";
-  for (const Json& run : runs)
+      "<th>files, s</th><th>pings/s</th><th>samples/s</th><th>faster than on one "
+      "thread</th></tr>\n";
+  for (const Json& run : runs) {
+    out += fmt::format("<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>",
+                       run.at("name").get<std::string>(), run.at("threads").get<int>(),
+                       run.at("pings").get<int>());
+    for (const char* key :
+         {"prepare_s", "pings_s", "files_s", "pings_per_s", "samples_per_s", "speedup"})
+      out += fmt::format("<td class=\"n\">{}</td>", run.contains(key) ? number(run.at(key)) : "");
+    out += "</tr>\n";
+  }
+  return out + "</table>\n";
+}
+
+std::string costs_table(const Json& costs) {
+  std::string out =
+      "<table><tr><th>what</th><th>faces</th><th>without, ms/ping</th><th>with, "
+      "ms/ping</th><th>ratio</th></tr>\n";
+  for (const Json& cost : costs)
     out += fmt::format(
         "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td "
-        "class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-        run.at("name").get<std::string>(), run.at("threads").get<int>(), run.at("pings").get<int>(),
-        number(run.at("prepare_s")), number(run.at("pings_s")), number(run.at("files_s")),
-        number(run.at("pings_per_s")));
+        "class=\"n\">{}</td></tr>\n",
+        cost.at("name").get<std::string>(), cost.at("faces").get<std::uint64_t>(),
+        number(cost.at("without_ms")), number(cost.at("with_ms")), number(cost.at("ratio")));
   return out + "</table>\n";
 }
 
@@ -329,8 +345,10 @@ std::string html(const Json& report) {
         "packets with the widest registers there are here (<i>embree-best</i>), turn by turn in "
         "one run. Each "
         "cell's hits of one ping agreed with an exact reference before it was "
-        "timed.</p>\n<h2>Where each wins "
-        "and loses</h2>\n<ul>\n";
+        "timed.";
+    if (report.contains("harness"))
+      out += fmt::format(" Here {}.", report.at("harness").at("words").get<std::string>());
+    out += "</p>\n<h2>Where each wins and loses</h2>\n<ul>\n";
     for (const std::string& size : grid.sizes)
       for (const std::string& bed : grid.beds) out += verdict_on(grid, bed, size);
     out += "</ul>\n<h2>Pings a second over faces</h2>\n" + key(grid) + "<figure class=\"pair\">\n";
@@ -346,8 +364,18 @@ std::string html(const Json& report) {
            "analysed before is mapped from its file: preparing is short then.</p>\n";
   }
   if (report.contains("runs"))
-    out += "<h2>Whole runs, files and all</h2>\n<figure>" + runs_table(report.at("runs")) +
-           "</figure>\n";
+    out +=
+        "<h2>From scene or recipe to files</h2>\n<p>A run makes the seafloor, pings over it and "
+        "writes its "
+        "files; a dataset makes samples of a recipe, seafloors, labels and all. By the clock on "
+        "the wall; pings a second are of a run's pings, of a dataset's whole time. A dataset's "
+        "stages are summed over threads.</p>\n<figure>" +
+        runs_table(report.at("runs")) + "</figure>\n";
+  if (report.contains("costs"))
+    out +=
+        "<h2>What else costs a ping</h2>\n<p>Pings with it and pings without, in turns, in the "
+        "thread's own time: refracted rays, labels, and what is done to a signal.</p>\n<figure>" +
+        costs_table(report.at("costs")) + "</figure>\n";
   if (!grid.empty())
     out +=
         "<h2>Agreement</h2>\n<p>Rays of one ping by what became of them, against the exact "

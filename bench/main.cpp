@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -50,8 +51,11 @@ int measure_all(const Arguments& arguments) {
   if (!arguments.grid.quick) {
     results.traces = measure_traces(pattern, arguments.grid.data, rounds, pings);
     results.refinements = measure_refinement(pattern);
-    results.costs = measure_costs(pattern, rounds, pings);
+    results.costs = measure_costs(pattern, arguments.grid.data, rounds, pings);
   }
+  if (std::ranges::any_of(results.cells,
+                          [](const Cell& cell) { return cell.ping_ms.median > 0.0; }))
+    results.harness = measure_harness(results.cells);
   if (results.empty()) {
     fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", pattern);
     return 2;
@@ -68,6 +72,11 @@ int measure_all(const Arguments& arguments) {
       fmt::print(stderr, "ensonify-bench: {} disagrees with the reference\n", cell.name);
       code = 1;
     }
+  if (results.harness && results.harness->share() > Harness::most_share) {
+    fmt::print(stderr, "ensonify-bench: {}: that is too much to believe the cell\n",
+               words(*results.harness));
+    code = 1;
+  }
   if (!arguments.compare.empty()) {
     const std::vector<Change> changes = compare(read(arguments.compare), report);
     fmt::print(stderr, "{}", table(changes));
@@ -83,8 +92,9 @@ int main(int argc, char** argv) try {
   CLI::App app("Times pings of ensonify, case by case: surfaces x intersectors x beds x sizes");
   Arguments arguments;
   bool quiet = false;
-  app.add_option("--filter", arguments.grid.pattern,
-                 "Only cases whose name holds this, as in ping/smooth/2M, trace/ or run/");
+  app.add_option(
+      "--filter", arguments.grid.pattern,
+      "Only cases whose name holds this, as in ping/smooth/2M, trace/, run/ or dataset/");
   app.add_flag("--quick", arguments.grid.quick, "Small beds and few turns: about a minute");
   app.add_option("--data", arguments.grid.data, "The folder with the wreck and the survey")
       ->type_name("DIR")
@@ -97,7 +107,8 @@ int main(int argc, char** argv) try {
       ->check(CLI::Range(1, 1000));
   app.add_option("--pings", arguments.pings, "Pings of such a turn")->check(CLI::Range(1, 1000));
   app.add_option("--json-file", arguments.json, "Where the report goes as JSON")->type_name("FILE");
-  app.add_option("--csv", arguments.csv, "Where the grid's cells go as CSV")->type_name("FILE");
+  app.add_option("--csv", arguments.csv, "Where the grid's cells and the runs go as CSV")
+      ->type_name("FILE");
   app.add_option("--html", arguments.html, "Where the report goes as a page")->type_name("FILE");
   app.add_option("--compare", arguments.compare,
                  "An older report as JSON: exit code 1 if a speedup fell by more than the noise")

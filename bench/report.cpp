@@ -36,12 +36,17 @@ std::string table(const Results& results) {
                       c.surface_ms, c.trace_ms, c.echo_ms)
                 : fmt::format("{:<46} {:>9} not timed: it disagrees with the reference\n", c.name,
                               c.faces);
+  if (results.harness) text += words(*results.harness) + "\n";
   if (!results.runs.empty())
-    text += fmt::format("{:<28} {:>8} {:>7} {:>10} {:>10} {:>9} {:>9}\n", "whole runs", "threads",
-                        "pings", "prepare s", "pings s", "files s", "pings/s");
+    text += fmt::format("{:<28} {:>8} {:>7} {:>10} {:>10} {:>9} {:>9} {:>9} {:>20}\n",
+                        "from scene or recipe to files", "threads", "pings", "prepare s", "pings s",
+                        "files s", "pings/s", "samples/s", "faster x (within)");
   for (const PipelineMeasurement& m : results.runs)
-    text += fmt::format("{:<28} {:>8} {:>7} {:>10.2f} {:>10.2f} {:>9.2f} {:>9.1f}\n", m.name,
-                        m.threads, m.pings, m.prepare_s, m.pings_s, m.files_s, m.pings_per_s);
+    text += fmt::format(
+        "{:<28} {:>8} {:>7} {:>10.2f} {:>10.2f} {:>9.2f} {:>9.1f} {:>9} {:>6.2f} ({:.2f}-{:.2f})\n",
+        m.name, m.threads, m.pings, m.prepare_s, m.pings_s, m.files_s, m.pings_per_s,
+        m.samples > 0 ? fmt::format("{:.2f}", m.samples_per_s) : "", m.speedup.median,
+        m.speedup.low, m.speedup.high);
   if (!results.traces.empty())
     text += fmt::format("{:<38} {:>9} {:>9} {:>9} {:>20} {:>6} {:>14}   {}\n", "trace", "faces",
                         "rays/pair", "build ms", "us/pair (spread)", "ratio", "us: query take",
@@ -76,6 +81,15 @@ std::string table(const Results& results) {
   return text;
 }
 
+std::string words(const Harness& harness) {
+  return fmt::format(
+      "measuring adds {:.2f} us to a ping, {:.2f} % of the fastest cell's {:.0f} us; the stages' "
+      "times "
+      "account for {:.1f} to {:.1f} % of the pings'",
+      harness.ping_us, 100.0 * harness.share(), harness.fastest_ping_us,
+      100.0 * harness.stages_over_ping.low, 100.0 * harness.stages_over_ping.high);
+}
+
 std::string csv(const Results& results) {
   std::string text =
       "cell,bed,size,faces,surface,intersector,query_pings,instruction_set,rays,pings_per_s,ping_"
@@ -83,7 +97,7 @@ std::string csv(const Results& results) {
       "ping_ms_low,ping_ms_high,speedup,speedup_low,speedup_high,surface_ms,trace_ms,echo_ms,"
       "prepare_s,first_ping_ms,mesh_mb,progressive_mb,tree_mb,checked_rays";
   for (const std::string_view verdict : engine::verdict_names) text += fmt::format(",{}", verdict);
-  text += "\n";
+  text += ",threads,samples,pings,pings_s,files_s,wall_s,samples_per_s\n";
   for (const Cell& c : results.cells) {
     text += fmt::format("{},{},{},{},{},{},{},{},{:.0f},", c.name, c.bed, c.size, c.faces,
                         c.surface, c.intersector, c.query_pings, c.code_path, c.rays);
@@ -97,7 +111,17 @@ std::string csv(const Results& results) {
     text += fmt::format("{:.2f},{:.3f},{:.1f},{:.1f},{:.1f},{}", c.prepare_s, c.first_ping_ms,
                         c.mesh_mb, c.progressive_mb, c.tree_mb, c.checked_rays);
     for (const std::uint64_t count : c.verdicts) text += fmt::format(",{}", count);
-    text += "\n";
+    text += ",1,,,,,,\n";
+  }
+  for (const PipelineMeasurement& m : results.runs) {
+    text +=
+        fmt::format("{},,,,,,,,,{:.1f},,,,{:.3f},{:.3f},{:.3f},,,,{:.2f},,,,,", m.name,
+                    m.pings_per_s, m.speedup.median, m.speedup.low, m.speedup.high, m.prepare_s);
+    text.append(engine::verdict_names.size(), ',');
+    text +=
+        fmt::format(",{},{},{},{:.2f},{:.2f},{:.2f},{}\n", m.threads,
+                    m.samples > 0 ? std::to_string(m.samples) : "", m.pings, m.pings_s, m.files_s,
+                    m.wall_s, m.samples > 0 ? fmt::format("{:.3f}", m.samples_per_s) : "");
   }
   return text;
 }
@@ -141,17 +165,33 @@ nlohmann::ordered_json to_json(const Results& results) {
                    {"speedup_high", c.speedup.high},
                    {"surface_ms", c.surface_ms},
                    {"trace_ms", c.trace_ms},
-                   {"echo_ms", c.echo_ms}});
+                   {"echo_ms", c.echo_ms},
+                   {"stages_over_ping", c.stages_over_ping}});
     report["cells"].push_back(std::move(cell));
   }
-  for (const PipelineMeasurement& m : results.runs)
-    report["runs"].push_back({{"name", m.name},
-                              {"threads", m.threads},
-                              {"pings", m.pings},
-                              {"prepare_s", m.prepare_s},
-                              {"pings_s", m.pings_s},
-                              {"files_s", m.files_s},
-                              {"pings_per_s", m.pings_per_s}});
+  if (results.harness)
+    report["harness"] = {{"ping_us", results.harness->ping_us},
+                         {"fastest_ping_us", results.harness->fastest_ping_us},
+                         {"share", results.harness->share()},
+                         {"stages_over_ping", results.harness->stages_over_ping.median},
+                         {"stages_over_ping_low", results.harness->stages_over_ping.low},
+                         {"stages_over_ping_high", results.harness->stages_over_ping.high},
+                         {"words", words(*results.harness)}};
+  for (const PipelineMeasurement& m : results.runs) {
+    nlohmann::ordered_json run{{"name", m.name},
+                               {"threads", m.threads},
+                               {"pings", m.pings},
+                               {"prepare_s", m.prepare_s},
+                               {"pings_s", m.pings_s},
+                               {"files_s", m.files_s},
+                               {"wall_s", m.wall_s},
+                               {"pings_per_s", m.pings_per_s},
+                               {"speedup", m.speedup.median},
+                               {"speedup_low", m.speedup.low},
+                               {"speedup_high", m.speedup.high}};
+    if (m.samples > 0) run.update({{"samples", m.samples}, {"samples_per_s", m.samples_per_s}});
+    report["runs"].push_back(std::move(run));
+  }
   for (const TraceMeasurement& m : results.traces)
     report["traces"].push_back({{"name", m.name},
                                 {"faces", m.faces},

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +8,7 @@
 
 #include "costs.h"
 #include "grid.h"
+#include "harness.h"
 #include "pipeline.h"
 #include "refinement.h"
 #include "traces.h"
@@ -20,6 +21,7 @@ struct Results {
   std::vector<TraceMeasurement> traces;
   std::vector<RefinementMeasurement> refinements;
   std::vector<CostMeasurement> costs;
+  std::optional<Harness> harness;  ///< where a cell was timed
   bool empty() const {
     return cells.empty() && runs.empty() && traces.empty() && refinements.empty() && costs.empty();
   }
@@ -28,7 +30,10 @@ struct Results {
 /// Tables to read.
 std::string table(const Results& results);
 
-/// The grid's cells, a line each.
+/// What measuring adds to the fastest cell, in a sentence.
+std::string words(const Harness& harness);
+
+/// The grid's cells and what is done from beginning to end, a line each.
 std::string csv(const Results& results);
 
 /// All of it for programs, with the machine and the build.

@@ -96,6 +96,10 @@ Scene fractal(double faces) {
   return scene;
 }
 
+const std::string_view target_recipe =
+#include "target_recipe.inc"
+    ;
+
 std::span<const Bed> beds() { return all_beds; }
 
 }  // namespace ensonify::bench

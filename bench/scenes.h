@@ -24,6 +24,9 @@ struct Bed {
 };
 std::span<const Bed> beds();
 
+/// The recipe of scenes/target_recognition.toml.
+extern const std::string_view target_recipe;
+
 /// How many faces a bed is cut into.
 struct Size {
   std::string_view name;

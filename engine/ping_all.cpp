@@ -19,9 +19,24 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   warnings_ = std::move(flight.warnings);
   reported_ = reported_poses(scene.navigation, scene.seed, poses_);
   hold_stale(scene.artefacts, scene.seed, reported_);
+  for (std::size_t ping = 0; ping < poses_.size(); ++ping) {
+    recorded_.push_back(recorded_at(ping));
+    if (recorded_.back() != none) sent_.push_back(poses_[recorded_.back()]);
+    sent_until_.push_back(sent_.size());
+  }
 }
 
-TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping) const {
+// What is recorded again is what was recorded last; the truth beside it as well.
+std::size_t TrackPings::recorded_at(std::size_t ping) const {
+  const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
+  if (lost(ping)) return none;
+  std::size_t then = ping;
+  while (then > 0 && (is_repeated(artefacts_, seed_, then) || (then != ping && lost(then)))) --then;
+  return lost(then) ? none : then;
+}
+
+TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping,
+                                   refine::SpareThreads* spare) const {
   const Pose& pose = poses_[ping];
   Heard heard{.record = {.pose = pose,
                          .reported = reported_[ping],
@@ -29,15 +44,17 @@ TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping) const
                          .block = static_cast<int>(block_of(ping))}};
   if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
     heard.record.artefacts.add(Artefact::stale_navigation);
-  // What is recorded again is what was recorded last; the truth beside it as well.
-  const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
-  std::size_t then = ping;
-  while (!lost(ping) && then > 0 &&
-         (is_repeated(artefacts_, seed_, then) || (then != ping && lost(then))))
-    --then;
-  if (then != ping) heard.record.artefacts.add(Artefact::repeated);
-  if (lost(ping)) heard.record.artefacts.add(Artefact::lost);
-  if (!lost(then)) heard.lines = simulator.ping(poses_[then], then);  // else its row stays empty
+  const std::size_t then = recorded_[ping];
+  if (is_lost(artefacts_, seed_, ping))
+    heard.record.artefacts.add(Artefact::lost);
+  else if (then != ping)
+    heard.record.artefacts.add(Artefact::repeated);
+  if (then == none) return heard;  // its row stays empty
+  if (spare) {
+    const std::size_t last = std::min((block_of(ping) + 1) * block_pings_, poses_.size()) - 1;
+    simulator.expect(std::span(sent_).first(sent_until_[last]).subspan(sent_until_[ping]), *spare);
+  }
+  heard.lines = simulator.ping(poses_[then], then);
   return heard;
 }
 
@@ -58,18 +75,20 @@ class Pings {
     threads = refine::thread_count(threads);
     std::vector<std::optional<Simulator>> others(static_cast<std::size_t>(threads));
     if (after_block) after_block(all_.images, 0, track_.count());
-    refine::parallel_for(blocks, threads, [&](std::size_t block, int worker) {
+    refine::SpareThreads spare;
+    const auto do_block = [&](std::size_t block, int worker) {
       std::optional<Simulator>& other = others[static_cast<std::size_t>(worker)];
       if (worker > 0 && !other) other = simulator.another();
       Simulator& mine = worker > 0 ? *other : simulator;
       const std::size_t begin = block * block_pings;
       const std::size_t end = std::min(begin + block_pings, track_.count());
       mine.reset();
-      for (std::size_t ping = begin; ping < end; ++ping) do_ping(mine, ping);
+      for (std::size_t ping = begin; ping < end; ++ping) do_ping(mine, ping, spare);
       const std::unique_lock alone(images_lock_);
       done_ += end - begin;
       if (after_block) after_block(all_.images, done_, track_.count());
-    });
+    };
+    refine::parallel_for(blocks, threads, do_block, &spare);
     all_.rays = rays_;
     all_.hits = hits_;
     take_counts(simulator);
@@ -90,8 +109,8 @@ class Pings {
     }
   }
 
-  void do_ping(Simulator& simulator, std::size_t ping) {
-    TrackPings::Heard heard = track_.hear(simulator, ping);
+  void do_ping(Simulator& simulator, std::size_t ping, refine::SpareThreads& spare) {
+    TrackPings::Heard heard = track_.hear(simulator, ping, &spare);
     const std::shared_lock rows_differ(images_lock_);
     for (Waterfall& image : all_.images) {
       const std::size_t sides = heard.lines.empty() ? 0 : sides_of(image.sonar).size();

@@ -38,16 +38,23 @@ class TrackPings {
     std::span<const EchoLine> lines;  ///< of a lost ping none; good until the simulator's next ping
   };
   /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may ask, each with a
-  /// simulator of its own. Throws as Simulator::ping().
-  Heard hear(Simulator& simulator, std::size_t ping) const;
+  /// simulator of its own. Threads that are spare make the surface of the block's next pings ready meanwhile.
+  /// Throws as Simulator::ping().
+  Heard hear(Simulator& simulator, std::size_t ping, refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
 
  private:
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  std::size_t recorded_at(std::size_t ping) const;
+
   ArtefactOptions artefacts_;
   std::uint64_t seed_;
   std::size_t block_pings_;
   std::vector<Pose> poses_, reported_;
+  std::vector<std::size_t> recorded_;    // by ping, which ping's echo; or none
+  std::vector<Pose> sent_;               // of those echoes, in turn,
+  std::vector<std::size_t> sent_until_;  // and how many of them there are up to a ping
   std::vector<std::string> warnings_;
 };
 

@@ -1,7 +1,6 @@
 #include <ensonify/engine/run.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <span>
@@ -9,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/truth_picture.h>
@@ -30,11 +30,6 @@ namespace ensonify::engine {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// The folder of a run, which takes back what it was given unless the run is kept.
 class OutputFolder {

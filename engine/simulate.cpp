@@ -1,7 +1,6 @@
 #include <ensonify/engine/simulate.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/value_check.h>
 #include <ensonify/engine/scene/vertical_pattern_reader.h>
@@ -27,21 +27,6 @@
 
 namespace ensonify::engine {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-/// Adds the time since the last lap to a stage.
-class StopWatch {
- public:
-  void lap(double& stage_s) {
-    const Clock::time_point now = Clock::now();
-    stage_s += std::chrono::duration<double>(now - since_).count();
-    since_ = now;
-  }
-
- private:
-  Clock::time_point since_ = Clock::now();
-};
 
 void require_finite(const Pose& pose) {
   if (!pose.position.allFinite() ||
@@ -100,6 +85,11 @@ StageTimes& StageTimes::operator+=(const StageTimes& other) {
   echo_s += other.echo_s;
   speckle_s += other.speckle_s;
   return *this;
+}
+
+StageTimes StageTimes::operator-(const StageTimes& other) const {
+  return {surface_s - other.surface_s, trace_s - other.trace_s, echo_s - other.echo_s,
+          speckle_s - other.speckle_s};
 }
 
 /// What all threads share.
@@ -226,6 +216,8 @@ struct Simulator::Worker {
   std::vector<EchoLine> lines;
   SignalChain::Memory memory;
   std::uint64_t next_ping = 0;
+  std::span<const Pose> expected;  // after the next ping
+  refine::SpareThreads* spare = nullptr;
   StageTimes times;
 
   explicit Worker(const Ready& ready)
@@ -312,8 +304,13 @@ std::vector<std::vector<Hit>> Simulator::hits(const Pose& pose) {
 std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {
   Worker& worker = *worker_;
   StopWatch watch;
+  refine::SpareThreads* spare = std::exchange(worker.spare, nullptr);
   const Intersector& surface = worker.surface.prepare(aim(pose));
   const refine::Triangles triangles = worker.surface.triangles();
+  if (spare && spare->any()) {
+    look_ahead(*spare);
+    aim(pose);
+  }
   watch.lap(worker.times.surface_s);
   if (worker.lines.empty()) worker.make_lines();
   std::size_t first_line = 0;
@@ -343,6 +340,21 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
     first_line += sides;
   }
   return worker.lines;
+}
+
+void Simulator::expect(std::span<const Pose> poses, refine::SpareThreads& spare) {
+  worker_->expected = poses;
+  worker_->spare = &spare;
+}
+
+/// As far as the surface that is there does not do.
+void Simulator::look_ahead(refine::SpareThreads& spare) {
+  try {
+    for (const Pose& pose : worker_->expected)
+      if (!worker_->surface.expect(aim(pose), spare)) return;
+  } catch (const std::exception&) {
+    // Of a ping that may never come, and finds it again if it does.
+  }
 }
 
 std::span<const EchoLine> Simulator::ping(double time_s, const Pose& pose) {

@@ -16,6 +16,7 @@
 #include <ensonify/engine/sonar/track.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refracted_path.h>
+#include <ensonify/refine/spare_threads.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -27,6 +28,7 @@ struct StageTimes {
   double echo_s = 0.0;     ///< scattering and binning
   double speckle_s = 0.0;  ///< scatterers, noise and all to the recorder's samples
   StageTimes& operator+=(const StageTimes& other);
+  StageTimes operator-(const StageTimes& other) const;
 };
 
 /// What a session puts into a scene, and moves: a vehicle, a buoy on its line, a diver.
@@ -62,6 +64,10 @@ class Simulator {
   /// std::invalid_argument for a pose that is not finite, refine::DamagedFile where an analysed
   /// seafloor's file turns out to be damaged.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
+
+  /// The poses of the pings after the next one: while that is traced, a spare thread makes the surface ready for
+  /// them. They must be there until then; other poses may come.
+  void expect(std::span<const Pose> poses, refine::SpareThreads& spare);
 
   /// The lines of the last ping, to keep; the next one makes itself new ones. Empty before the first
   /// ping, and when they were taken.
@@ -133,6 +139,7 @@ class Simulator {
   explicit Simulator(std::shared_ptr<const Ready> ready);
   double bed_height_m(double x_m, double y_m) const;
   std::size_t body_of(std::uint32_t instance) const;
+  void look_ahead(refine::SpareThreads& spare);
   std::shared_ptr<const Ready> ready_;
   std::unique_ptr<Worker> worker_;
 };

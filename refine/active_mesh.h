@@ -66,7 +66,7 @@ class ActiveMesh {
   /// steady state. Throws std::invalid_argument as ViewTest does.
   RefineStatistics refine(std::span<const ViewVolume> volumes);
 
-  /// The faces that are exact now, ascending in source_faces; good until the next change.
+  /// The faces that are exact now, ascending in source_faces; good until the second change from now.
   ExactFaces exact_faces() const;
 
   /// Splits one active vertex, and before it those that keep its two cut vertices one. Throws

@@ -29,6 +29,8 @@ void Footprint::descend(Branch branch) {
       if (view_.touches(mesh_->spheres[node])) {
         const std::uint32_t mid = mesh_->mid_of(node, lo, hi);
         split_.push_back(node);
+        __builtin_prefetch(mesh_->spheres.data() + node +
+                           (mid - lo));  // the other child is next door
         pending_.push_back({node + (mid - lo), mid, hi});
         branch = {node + 1, lo, mid};
         continue;

@@ -44,12 +44,14 @@ void on_threads(int workers, const Body& body) {
 }  // namespace
 
 void parallel_for(std::size_t items, int threads,
-                  const std::function<void(std::size_t item, int worker)>& work) {
+                  const std::function<void(std::size_t item, int worker)>& work,
+                  SpareThreads* spare) {
   if (threads < 1) throw std::invalid_argument("parallel_for: threads must be at least 1");
   std::atomic<std::size_t> next = 0;
   std::exception_ptr first;
   std::mutex first_mutex;
   const auto pull = [&](int worker) {
+    if (spare) spare->begin_items();
     try {
       for (std::size_t item; (item = next++) < items;) work(item, worker);
     } catch (...) {
@@ -57,9 +59,10 @@ void parallel_for(std::size_t items, int threads,
       const std::lock_guard lock(first_mutex);
       if (!first) first = std::current_exception();
     }
+    if (spare) spare->serve();
   };
-  const auto wanted = std::min(items, static_cast<std::size_t>(threads));
-  if (wanted > 0) on_threads(static_cast<int>(wanted), pull);
+  const auto most = static_cast<std::size_t>(threads);
+  if (items > 0) on_threads(static_cast<int>(spare ? most : std::min(items, most)), pull);
   if (first) std::rethrow_exception(first);
 }
 

@@ -28,6 +28,8 @@ struct ViewVolume {
   double elevation_high_rad = 0.0;
   double range_m = 0.0;
   double margin_m = 0.0;  ///< what is this near is taken as inside
+
+  bool operator==(const ViewVolume&) const = default;
 };
 
 /// Whether balls can touch any of several view volumes: never no where one does, sometimes yes where

@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
@@ -48,10 +48,6 @@ Scene read_input(const SceneArguments& input) {
 }
 
 void analyse_scene(const Arguments& arguments) {
-  using Clock = std::chrono::steady_clock;
-  const auto since = [](Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  };
   const Scene scene = read_input(arguments.scene);
   if (scene.seafloor.kind == SeafloorKind::progressive)
     throw UsageError(
@@ -67,19 +63,18 @@ void analyse_scene(const Arguments& arguments) {
   tell("seafloor");
   Clock::time_point start = Clock::now();
   Seafloor seafloor = seafloor_of(scene);
-  const double seafloor_s = since(start);
+  const double seafloor_s = seconds_since(start);
   tell("analysis");
   start = Clock::now();
   analyse(seafloor, threads);
-  const double analysis_s = since(start);
+  const double analysis_s = seconds_since(start);
   tell("file");
   start = Clock::now();
   save_analysed(seafloor, seafloor_key(scene), arguments.file);
-  const double file_s = since(start);
+  const double file_s = seconds_since(start);
   progress.reset();
 
-  for (const std::string& warning : seafloor.warnings)
-    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  print_warnings(seafloor.warnings);
   const std::uintmax_t bytes = fs::file_size(arguments.file);
   if (!arguments.quiet)
     fmt::print(stderr,
@@ -101,7 +96,7 @@ void analyse_scene(const Arguments& arguments) {
         {"times_s", {{"seafloor", seafloor_s}, {"analysis", analysis_s}, {"file", file_s}}},
         {"threads", threads},
     };
-    print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    print_object(json);
   }
 }
 
@@ -116,9 +111,7 @@ void add_analyse(CLI::App& app, Action& action) {
       "keeps it in its cache)");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file")->type_name("FILE")->required();
-  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_threads(command, arguments->threads);
   command.add_flag("--json", arguments->json, "Print counts, size and times on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors stay");

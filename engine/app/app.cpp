@@ -1,5 +1,8 @@
 #include "app.h"
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
 #include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/reader.h>
 
@@ -14,12 +17,16 @@ void SceneArguments::add_to(CLI::App& command) {
           "Change a key of the scene, as in -D sonar.sidescan.range_m=50; as often as wanted")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  command.add_option("--data", data_folder, "The folder of a scene's data:path")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_DATA");
+  add_data(command, data_folder);
 }
 
 Scene SceneArguments::read() const { return read_scene(file, overrides, data_folder); }
+
+void add_data(CLI::App& command, std::filesystem::path& folder) {
+  command.add_option("--data", folder, "The folder of a scene's or a recipe's data:path")
+      ->type_name("DIR")
+      ->envname("ENSONIFY_DATA");
+}
 
 void add_cache(CLI::App& command, std::filesystem::path& cache) {
   cache = default_cache();
@@ -30,10 +37,25 @@ void add_cache(CLI::App& command, std::filesystem::path& cache) {
       ->envname("ENSONIFY_CACHE");
 }
 
+void add_threads(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "Default: as many as the machine has")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+}
+
 void print(std::string_view text) {
   if (text.empty()) return;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw std::runtime_error("stdout: cannot be written to its end");
+}
+
+void print_object(const nlohmann::ordered_json& json) {
+  print(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+void print_warnings(std::span<const std::string> warnings) {
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "ensonify: warning: {}\n", warning);
 }
 
 volatile std::sig_atomic_t SignalWatch::caught_ = 0;

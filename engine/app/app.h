@@ -6,12 +6,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json_fwd.hpp>
+
 #include <ensonify/engine/scene/scene.h>
 
 namespace ensonify::engine::app {
@@ -59,17 +62,23 @@ void add_presets(CLI::App& app, Action& action);
 struct SceneArguments {
   std::filesystem::path file;
   std::vector<std::string> overrides;
-  std::string data_folder;
+  std::filesystem::path data_folder;
 
   void add_to(CLI::App& command);
   Scene read() const;
 };
 
+/// --data: the folder of a scene's or a recipe's data:path.
+void add_data(CLI::App& command, std::filesystem::path& folder);
 /// --cache: the folder for analysed seafloors.
 void add_cache(CLI::App& command, std::filesystem::path& cache);
+/// --threads; 0, unless it is given.
+void add_threads(CLI::App& command, int& threads);
 
 /// Data goes to stdout. Throws std::runtime_error if it does not arrive.
 void print(std::string_view text);
+void print_object(const nlohmann::ordered_json& json);  ///< the same, what --json promises
+void print_warnings(std::span<const std::string> warnings);
 
 /// Notes the signals that ask a program to end (SIGINT, SIGTERM) while it lives.
 class SignalWatch {

@@ -1,15 +1,14 @@
-#include <chrono>
 #include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/trace/agreement.h>
-#include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
@@ -24,19 +23,12 @@ constexpr double slow_tests = 1e9;  // of a ray against a face: a quarter of a m
 
 struct Arguments {
   SceneArguments scene;
+  std::filesystem::path cache;
   std::uint64_t rays = 1000000;
   int threads = 0;
   bool json = false;
   bool quiet = false;
 };
-
-std::uint64_t rays_within_beam(const FanGrid& grid) {
-  std::uint64_t rays = 0;
-  for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
-    for (std::size_t elevation = 0; elevation < grid.elevation_rad.size(); ++elevation)
-      rays += grid.within_beam(plane, elevation);
-  return rays;
-}
 
 /// Fans of all sonars along the track, at least so many rays. Where the track has not enough pings it
 /// is flown again, the sonar turned a little.
@@ -71,10 +63,10 @@ std::vector<RayFan> scene_fans(std::uint64_t seed, Simulator& simulator, std::ui
 }
 
 /// Every surface with every intersector.
-std::vector<Candidate> candidates(const refine::TriangleMesh& mesh, const Scene& scene,
-                                  std::uint64_t rays) {
+std::vector<Candidate> candidates(const refine::TriangleMesh& mesh,
+                                  const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
+                                  const Scene& scene, std::uint64_t rays) {
   const double tests = static_cast<double>(rays) * static_cast<double>(mesh.faces.size());
-  const auto progressive = make_progressive_mesh(mesh);
   std::vector<Candidate> all;
   for (const IntersectorKind& kind : intersector_kinds()) {
     const SurfaceParts parts{.all = mesh,
@@ -92,7 +84,7 @@ std::vector<Candidate> candidates(const refine::TriangleMesh& mesh, const Scene&
                                   ? static_cast<std::uint64_t>(std::ceil(tests / slow_tests))
                                   : 1,
                      // Such fans are all over the place, and each wants its faces found afresh.
-                     .every_aimed_fan = surface.needs_progressive_mesh ? 10u : 1u});
+                     .every_aimed_fan = surface.needs_progressive_mesh ? 50u : 1u});
   }
   return all;
 }
@@ -142,46 +134,52 @@ void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_ori
 }
 
 void check(const Arguments& arguments) {
-  using Clock = std::chrono::steady_clock;
-  const auto since = [](Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  };
   Scene scene = arguments.scene.read();
-  scene.run.surface = "static";
   const int threads = refine::thread_count(arguments.threads);
   const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const auto tell = [&](std::string_view stage, std::uint64_t done, std::uint64_t of) {
-    progress->tell(stage, done, of);
-    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; there is no table");
-  };
+  const Preparation how{
+      .cache = arguments.cache, .threads = threads, .progress = [&](std::string_view stage) {
+        progress->tell(stage, 0, 1);
+        if (SignalWatch::caught() != 0)
+          throw Stopped("stopped on request, before a ray was compared");
+      }};
 
   Clock::time_point start = Clock::now();
-  tell("seafloor and trees", 0, 1);
-  Simulator simulator(scene);
+  // The mesh is the scene's own, not what its analysis gives back: that is on trial, too.
+  scene.run.surface = "static";
+  Simulator simulator(scene, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+  scene.run.surface = "refined";
+  const PreparedSeafloor analysed = prepare_seafloor(scene, how);
+  progress->tell("trees", 0, 1);
   const std::unique_ptr<Intersector> reference = make_intersector(reference_name, mesh);
-  const std::vector<Candidate> all = candidates(mesh, scene, arguments.rays);
+  const std::vector<Candidate> all =
+      candidates(mesh, analysed.seafloor.progressive, scene, arguments.rays);
   const std::vector<RayFan> fans = scene_fans(scene.seed, simulator, (arguments.rays + 1) / 2);
-  tell("seafloor and trees", 1, 1);
-  const double prepare_s = since(start);
+  const double prepare_s = seconds_since(start);
 
   start = Clock::now();
-  const std::vector<AgreementRow> rows =
-      compare(mesh, *reference, all, fans,
-              {.seed = scene.seed,
-               .aimed_fan_rays = arguments.rays / 4,
-               .aimed_rays = arguments.rays / 4,
-               .threads = threads,
-               .progress = [&](std::uint64_t done, std::uint64_t of) { tell("rays", done, of); }});
-  const double compare_s = since(start);
+  AgreementProgress reached;
+  bool stopped = false;
+  const std::vector<AgreementRow> rows = compare(
+      mesh, *reference, all, fans,
+      {.seed = scene.seed,
+       .aimed_fan_rays = arguments.rays / 4,
+       .aimed_rays = arguments.rays / 4,
+       .threads = threads,
+       .progress = [&](const AgreementProgress& now) {
+         reached = now;
+         progress->tell("rays", now.rays, now.of,
+                        fmt::format("{} unexplained, {} leaked", now.unexplained, now.leaks));
+         stopped = SignalWatch::caught() != 0;
+         return !stopped;
+       }});
+  const double compare_s = seconds_since(start);
   progress.reset();
 
-  std::uint64_t unexplained = 0;
-  for (const AgreementRow& row : rows) {
-    print_unexplained(row, simulator.seafloor().mesh.world_origin);
-    unexplained += row.count(Verdict::unexplained);
-  }
+  print_warnings(analysed.warnings);
+  for (const AgreementRow& row : rows) print_unexplained(row, mesh.world_origin);
   if (arguments.json) {
     nlohmann::ordered_json table = nlohmann::ordered_json::array();
     for (const AgreementRow& row : rows) table.push_back(to_json(row));
@@ -190,19 +188,23 @@ void check(const Arguments& arguments) {
         {"seed", scene.seed},
         {"faces", simulator.seafloor().faces},
         {"reference", reference_name},
-        {"unexplained", unexplained},
+        {"stopped", stopped},
+        {"unexplained", reached.unexplained},
         {"rows", table},
         {"times_s", {{"prepare", prepare_s}, {"compare", compare_s}}},
         {"threads", threads},
     };
-    print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    print_object(json);
   } else {
     print(csv(rows));
   }
-  if (unexplained > 0)
+  if (stopped)
+    throw Stopped(fmt::format("stopped on request after {} of {} rays; the table is of those",
+                              reached.rays, reached.of));
+  if (reached.unexplained > 0)
     throw std::runtime_error(fmt::format(
         "{} differences from the reference are unexplained; the first of each row are above",
-        unexplained));
+        reached.unexplained));
 }
 
 }  // namespace
@@ -212,8 +214,9 @@ void add_check(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "check",
       "Compare every surface and intersector with the exact reference, on a scene's own rays and "
-      "on "
-      "rays aimed at vertices and edges; exit code 1 if a difference is unexplained");
+      "on rays aimed at vertices and edges; exit code 1 if a difference is unexplained. Ctrl-C "
+      "ends "
+      "it with the table of what it has compared");
   arguments->scene.add_to(command);
   command
       .add_option(
@@ -222,9 +225,8 @@ void add_check(CLI::App& app, Action& action) {
           "it can do in half a minute)")
       ->type_name("N")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000000}));
-  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_cache(command, arguments->cache);
+  add_threads(command, arguments->threads);
   command.add_flag("--json", arguments->json, "Print the table and times as one JSON object");
   command.add_flag("--quiet", arguments->quiet, "No progress; differences and errors stay");
   command.callback([&action, arguments] { action = [arguments] { check(*arguments); }; });

@@ -74,7 +74,7 @@ void print_json(const GenerateReport& report, const fs::path& folder, int thread
                                        {"stages_s", report.stages_s},
                                        {"wall_s", report.wall_s},
                                        {"threads", threads}};
-  print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  print_object(json);
 }
 
 /// Draws every sample of the shard without making any.
@@ -95,7 +95,7 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
       {"sediments", recipe.material_names()},
       {"refused", failed},
       {"shard", {{"samples", state.samples}, {"finished", state.finished}}}};
-  print(json.dump(2) + "\n");
+  print_object(json);
   if (failed > 0)
     throw UsageError(
         fmt::format("{} of {} samples draw what no scene can have", failed, recipe.samples()));
@@ -124,8 +124,7 @@ void generate_dataset(const Arguments& arguments) {
                              fmt::print(stderr, "ensonify: sample {} failed: {}\n", sample, why);
                            }});
   }
-  for (const std::string& warning : report.warnings)
-    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  print_warnings(report.warnings);
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (report.stopped)
@@ -153,12 +152,8 @@ void add_generate(CLI::App& app, Action& action) {
       .add_option("--shard", arguments->shard,
                   "Only part I of N, counted from 0, for many machines at once")
       ->type_name("I/N");
-  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  command.add_option("--data", arguments->data_folder, "The folder of a recipe's data:path")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_DATA");
+  add_threads(command, arguments->threads);
+  add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,
                    "Draw every sample, tell what would be made and what is there, make nothing");

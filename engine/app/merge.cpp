@@ -43,13 +43,11 @@ void merge_dataset(const Arguments& arguments) {
   for (std::size_t i = 0; i < std::min(most_lines, report.damaged.size()); ++i)
     fmt::print(stderr, "ensonify: {}\n", report.damaged[i]);
   if (arguments.json)
-    print(nlohmann::ordered_json{{"samples", report.samples},
-                                 {"missing", report.missing},
-                                 {"damaged", report.damaged},
-                                 {"splits", report.samples_by_split},
-                                 {"images", report.images}}
-              .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-          "\n");
+    print_object({{"samples", report.samples},
+                  {"missing", report.missing},
+                  {"damaged", report.damaged},
+                  {"splits", report.samples_by_split},
+                  {"images", report.images}});
   if (!report.missing.empty() || !report.damaged.empty())
     throw std::runtime_error(fmt::format(
         "{}: {}{}{}nothing was written; remove what is damaged and generate again",

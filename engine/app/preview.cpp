@@ -66,12 +66,8 @@ void add_preview(CLI::App& app, Action& action) {
   command.add_option("-n", arguments->samples, "How many samples (16)")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
-  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
-  command.add_option("--data", arguments->data_folder, "The folder of a recipe's data:path")
-      ->type_name("DIR")
-      ->envname("ENSONIFY_DATA");
+  add_threads(command, arguments->threads);
+  add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
   command.add_flag("--quiet", arguments->quiet, "No progress; errors stay");
   command.callback([&action, arguments] { action = [arguments] { make_preview(*arguments); }; });

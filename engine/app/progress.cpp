@@ -30,7 +30,8 @@ Progress::~Progress() {
   if (way_ == Way::bar) fmt::print(stderr, "{}", clear_line);
 }
 
-void Progress::tell(std::string_view stage, std::size_t done, std::size_t of) {
+void Progress::tell(std::string_view stage, std::size_t done, std::size_t of,
+                    std::string_view found) {
   using namespace std::chrono_literals;
   if (way_ == Way::none) return;
   const Clock::time_point now = Clock::now();
@@ -43,17 +44,18 @@ void Progress::tell(std::string_view stage, std::size_t done, std::size_t of) {
   shown_ = now;
 
   const double elapsed_s = std::chrono::duration<double>(now - stage_began_).count();
-  std::string rate;
+  std::string more;
   if (done > 0 && elapsed_s > 0.0) {
     const double per_s = static_cast<double>(done) / elapsed_s;
-    rate = fmt::format(", {:.3g}/s, {:.0f} s left", per_s, static_cast<double>(of - done) / per_s);
+    more = fmt::format(", {:.3g}/s, {:.0f} s left", per_s, static_cast<double>(of - done) / per_s);
   }
+  if (!found.empty()) more += fmt::format("; {}", found);
   if (way_ == Way::lines) {
-    fmt::print(stderr, "{} {}/{}{}\n", stage, done, of, rate);
+    fmt::print(stderr, "{} {}/{}{}\n", stage, done, of, more);
   } else {
     const auto filled = of > 0 ? static_cast<int>(bar_width * done / of) : 0;
     fmt::print(stderr, "{}[{:#>{}}{:.>{}}] {} {}/{}{}", clear_line, "", filled, "",
-               bar_width - filled, stage, done, of, rate);
+               bar_width - filled, stage, done, of, more);
     std::fflush(stderr);
   }
 }

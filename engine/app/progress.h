@@ -15,7 +15,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void tell(std::string_view stage, std::size_t done, std::size_t of);
+  /// `found` is what is known so far, said behind how far it is.
+  void tell(std::string_view stage, std::size_t done, std::size_t of, std::string_view found = {});
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -84,7 +84,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
         {"machine", system.machine},
         {"cores", std::thread::hardware_concurrency()}}},
   };
-  print(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  print_object(json);
 }
 
 void run_scene(Arguments arguments) {
@@ -109,8 +109,7 @@ void run_scene(Arguments arguments) {
                       },
                   .cache = arguments.cache});
   }
-  for (const std::string& warning : report.warnings)
-    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  print_warnings(report.warnings);
   if (!arguments.quiet) print_report(report, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
 }
@@ -134,9 +133,7 @@ void add_run(CLI::App& app, Action& action) {
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
   add_cache(command, arguments->cache);
-  command.add_option("--threads", arguments->threads, "Default: as many as the machine has")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1024));
+  add_threads(command, arguments->threads);
   command.add_flag("--json", arguments->json, "Print counts, files, times and host on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors stay");

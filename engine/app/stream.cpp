@@ -1,7 +1,6 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/seafloor/objects.h>
-#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/session_keys.h>
 
 #include <algorithm>
 #include <bit>
@@ -156,24 +155,19 @@ class Stream {
   void set(const Json& keys) {
     if (!keys.is_object() || keys.empty())
       throw UsageError(R"('set' names no key, expected as in {"set": {"sonar.NAME.range_m": 40}})");
-    SceneArguments changed = arguments_.scene;
+    std::vector<std::string> set;
     for (const auto& [key, value] : keys.items()) {
       if (!key.starts_with("sonar."))
         throw UsageError(
             fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
                         "sonar.NAME.range_m",
                         key));
-      changed.overrides.push_back(as_override(key, value));
+      set.push_back(as_override(key, value));
     }
+    SceneArguments changed = arguments_.scene;
+    changed.overrides.insert(changed.overrides.end(), set.begin(), set.end());
     const Scene scene = changed.read();
-    for (std::size_t i = 0; i < scene.sonars.size(); ++i) {
-      const std::string prefix = "sonar." + scene.sonars[i].name + ".";
-      for (const auto& [key, value] : keys.items())
-        if (key.starts_with(prefix)) {
-          simulator_.set_sonar(i, scene.sonars[i]);
-          break;
-        }
-    }
+    for (const std::size_t i : changed_sonars(scene, set)) simulator_.set_sonar(i, scene.sonars[i]);
     arguments_.scene.overrides = std::move(changed.overrides);
     tell_scene();
   }
@@ -188,11 +182,7 @@ class Stream {
     const Scene scene = parse_scene(text, "'add'", {},
                                     {file.has_parent_path() ? file.parent_path() : fs::path("."),
                                      arguments_.scene.data_folder});
-    const ObjectOptions& options = scene.objects.front();
-    const std::uint32_t number = simulator_.add({.mesh = body_of(options, scene.seed),
-                                                 .material = options.material,
-                                                 .class_name = options.class_name},
-                                                pose);
+    const std::uint32_t number = simulator_.add(only_object(scene), pose);
     say({{"added", number},
          {"classes", strings(simulator_.classes())},
          {"materials", strings(simulator_.materials())}});
@@ -248,8 +238,8 @@ class Stream {
     say({{"sonars", sonars},
          {"classes", strings(simulator_.classes())},
          {"materials", strings(simulator_.materials())}});
-    for (; warned_ < simulator_.warnings().size(); ++warned_)
-      fmt::print(stderr, "ensonify: warning: {}\n", simulator_.warnings()[warned_]);
+    print_warnings(simulator_.warnings().subspan(warned_));
+    warned_ = simulator_.warnings().size();
   }
 
   static std::vector<std::string> strings(std::span<const std::string> all) {

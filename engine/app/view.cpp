@@ -64,8 +64,7 @@ void view_scene(const Arguments& arguments) {
              .threads = refine::thread_count(0),
              .progress = [&](auto done, auto of) { tell("picture", done, of); }});
   refine::write_file(arguments.file, encode_png(view.picture));
-  for (const std::string& warning : simulator.warnings())
-    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  print_warnings(simulator.warnings());
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/products.h>
 #include <ensonify/engine/dataset/sample_folder.h>
@@ -27,11 +28,6 @@ namespace ensonify::engine {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 struct Interval {
   std::size_t begin = 0, end = 0;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -11,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/clock.h>
 #include <ensonify/engine/dataset/view.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/output/masks.h>
@@ -23,7 +23,6 @@ namespace ensonify::engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
 /// Numbers in the dataset of a seafloor's own names.
 std::vector<std::uint16_t> numbers_of(const std::vector<std::string>& own,
@@ -99,7 +98,7 @@ class Products {
     const std::filesystem::path file = folder_ / name;
     std::filesystem::create_directories(file.parent_path());
     refine::write_staged(file, content);
-    disk_s_ += std::chrono::duration<double>(Clock::now() - start).count();
+    disk_s_ += seconds_since(start);
   }
 
   /// The run has looked how much of each object is seen, and has just written it.
@@ -312,7 +311,7 @@ ProductTimes write_products(const DatasetOptions& options, const SampleScene& sa
   Products products(options, sample, names, simulator.seafloor(), folder);
   for (std::size_t i = 0; i < lines.size(); ++i)
     products.add_line(lines[i], simulator.calibration(i), i);
-  const double all_s = std::chrono::duration<double>(Clock::now() - start).count();
+  const double all_s = seconds_since(start);
   return {all_s - products.disk_s(), products.disk_s()};
 }
 

@@ -1,6 +1,5 @@
 #include <ensonify/engine/live/mesh_view.h>
 
-#include <chrono>
 #include <cmath>
 
 #include <ensonify/engine/trace/exact_surface.h>
@@ -19,14 +18,11 @@ MeshView::MeshView(const Seafloor& seafloor)
       mesh_(std::make_unique<refine::ActiveMesh>(*progressive_)) {}
 
 MeshPatch MeshView::look(std::span<const refine::ViewVolume> volumes, double within_m) {
-  const auto start = std::chrono::steady_clock::now();
   const refine::RefineStatistics did = mesh_->refine(volumes);
   counts_ = {.splits = did.splits,
              .collapses = did.collapses,
              .active_faces = mesh_->face_count(),
              .exact_faces = mesh_->exact_faces().faces.size()};
-  counts_.refine_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   MeshPatch patch{.middle = volumes.front().apex, .step_m = 4.0 * within_m / steps};
   const auto middle = patch.middle.cast<float>().eval();

@@ -14,7 +14,6 @@ namespace ensonify::engine {
 struct MeshCounts {
   std::size_t splits = 0, collapses = 0;
   std::size_t active_faces = 0, exact_faces = 0;
-  double refine_s = 0.0;
 };
 
 /// An active mesh of its own for the eye, refined for the pings that are shown.

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <span>
 #include <string_view>
 
 namespace ensonify::engine {
 
-/// The page's files as they lie beside this one, put into the program when it is built.
-extern const std::string_view page_html, page_css, page_js;
+/// A file of the page as it lies beside this one, put into the program when it is built.
+struct PageFile {
+  std::string_view path;  ///< "/page.css"
+  std::string_view content;
+};
+std::span<const PageFile> page_files();
 
 }  // namespace ensonify::engine

@@ -1,12 +1,10 @@
 // The page of `ensonify live`: reads the frames that engine/live/frames.h describes, draws, and asks for changes.
-'use strict';
+import {$, clamp, css, dark, fitCanvas, portsOf, rgb} from './common.js';
+import {drawMap, map, onMap, takeBed} from './map.js';
+import {drawMesh, scene, startMesh, takeMesh} from './mesh.js';
 
-const $ = id => document.getElementById(id);
 const token = document.querySelector('meta[name=token]').content;
 const ask = {headers: {'X-Ensonify-Token': token}};
-const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
-const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const dark = matchMedia('(prefers-color-scheme: dark)');
 const fixed = (x, digits) => Number.isFinite(x) ? x.toFixed(digits) : '–';
 const mostRows = 6000, stripRows = 2048;
 // Written pixel by pixel: a canvas on the graphics card would have to be sent there again and again.
@@ -16,7 +14,7 @@ const regions = ['no data', 'water column', 'seabed', 'object', 'shadow'];
 let setting = null, settingNumber = 0, status = null;
 let lastLine = -1, linesSeen = 0, missed = 0;
 const rows = new Map();  // by sonar: the rows there are, the oldest first
-let newestRow = null;
+let newestRow = null, newLine = false;  // since the side panels were drawn
 const of = sonar => rows.get(sonar) ?? rows.set(sonar, {first: 0, list: []}).get(sonar);
 
 // ---- what comes in ----
@@ -65,7 +63,7 @@ function frame(kind, bytes) {
   else if (kind === 3) takeStatus(json());
   else if (kind === 4) takeMesh(bytes);
   else if (kind === 5) takeGap(json());
-  else if (kind === 6) takeBed(bytes);
+  else if (kind === 6) takeBed(bytes, of(picture.sonar).list, picture.colours);
 }
 
 function takeLine(bytes) {
@@ -89,8 +87,8 @@ function takeLine(bytes) {
   keep(row.sonar, row);
   if (row.sonar === picture.sonar) {
     newestRow = row;
-    onMap(row);
-    views.line = true;
+    onMap(row, picture.colours);
+    newLine = true;
   }
 }
 
@@ -255,7 +253,6 @@ const columnsNow = () => {
   const sonar = setting.sonars[picture.sonar];
   return sonar.bins * (sonar.sides === 'both' ? 2 : 1);
 };
-const portsOf = sonar => sonar.sides === 'starboard' ? 0 : sonar.bins;
 
 function tint(colour, id, region) {
   // Shadows and the water are darkened towards blue, what has a class is drawn towards a colour of its own.
@@ -323,16 +320,6 @@ function makeRow(row, index, {across, left, margin}) {
   }
   picture.paper.putImageData(line, 0, stripRows - 1 - index % stripRows);
   picture.made[index % stripRows] = index + '/' + picture.version;
-}
-const rgb = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
-
-function fitCanvas(canvas) {
-  const scale = devicePixelRatio || 1;
-  const width = Math.max(1, Math.round(canvas.clientWidth * scale)), height = Math.max(1, Math.round(canvas.clientHeight * scale));
-  if (canvas.width === width && canvas.height === height) return false;
-  canvas.width = width;
-  canvas.height = height;
-  return true;
 }
 
 // Device pixels a column and a row; the column at the left edge.
@@ -683,312 +670,6 @@ function bindControls() {
   });
 }
 
-// ---- from above ----
-
-const views = {line: false};
-const map = {dirty: true};
-
-function takeBed(bytes) {
-  const view = new DataView(bytes), columns = view.getUint32(0, true), rowCount = view.getUint32(4, true);
-  const [west, south, east, north] = new Float32Array(bytes, 8, 4);
-  const heights = new Float32Array(bytes, 24, columns * rowCount), at = 24 + 4 * columns * rowCount;
-  const track = new Float32Array(bytes, at + 4, 2 * view.getUint32(at, true));
-  Object.assign(map, {columns, rows: rowCount, west, south, east, north, heights, track, dirty: true, shade: null});
-  const mosaic = document.createElement('canvas'), long = 800, size = Math.max(east - west, north - south);
-  mosaic.width = Math.ceil((east - west) / size * long);
-  mosaic.height = Math.ceil((north - south) / size * long);
-  map.mosaic = mosaic;
-  map.pen = mosaic.getContext('2d', {willReadFrequently: true});
-  map.image = map.pen.createImageData(mosaic.width, mosaic.height);
-  map.pixels = new Uint32Array(map.image.data.buffer);
-  map.perMetre = long / size;
-  for (const row of of(picture.sonar).list) onMap(row);
-}
-
-function shadeBed() {
-  const {columns, rows: rowCount, heights} = map, canvas = document.createElement('canvas');
-  canvas.width = columns;
-  canvas.height = rowCount;
-  const context = canvas.getContext('2d'), image = context.createImageData(columns, rowCount);
-  const cell = (map.east - map.west) / (columns - 1);
-  let low = Infinity, high = -Infinity, slope = 0, n = 0;
-  for (const h of heights) if (h === h) { low = Math.min(low, h); high = Math.max(high, h); }
-  const gradient = (c, r) => {
-    const h = (i, j) => heights[clamp(j, 0, rowCount - 1) * columns + clamp(i, 0, columns - 1)];
-    return [(h(c + 1, r) - h(c - 1, r)) / (2 * cell), (h(c, r + 1) - h(c, r - 1)) / (2 * cell)];
-  };
-  for (let r = 0; r < rowCount; r += 3) for (let c = 0; c < columns; c += 3) {
-    const [a, b] = gradient(c, r);
-    if (a === a && b === b) { slope += a * a + b * b; ++n; }
-  }
-  const steep = 0.35 / Math.max(1e-6, Math.sqrt(slope / Math.max(1, n)));
-  const base = dark.matches ? [30, 46, 58] : [186, 200, 208], peak = dark.matches ? [74, 104, 116] : [238, 240, 234];
-  for (let r = 0; r < rowCount; ++r) for (let c = 0; c < columns; ++c) {
-    const h = heights[r * columns + c], [a, b] = gradient(c, r), out = 4 * ((rowCount - 1 - r) * columns + c);
-    if (!(h === h)) continue;
-    const up = (h - low) / Math.max(1e-6, high - low), light = clamp(1 + steep * (a - b) * 0.4, 0.7, 1.3);
-    for (let k = 0; k < 3; ++k) image.data[out + k] = clamp((base[k] + up * (peak[k] - base[k])) * light, 0, 255);
-    image.data[out + 3] = 255;
-  }
-  context.putImageData(image, 0, 0);
-  map.shade = canvas;
-}
-
-// A line's echoes where they lie, on a level bed.
-function onMap(row) {
-  if (!map.pixels || row.gap || row.lost) return;
-  const sonar = row.setting.sonars[row.sonar], ports = portsOf(sonar), height = row.altitude > 0 ? row.altitude : 0;
-  const forward = [Math.sin(row.heading), Math.cos(row.heading)], right = [forward[1], -forward[0]];
-  const size = Math.max(2, Math.ceil(0.45 * map.perMetre)), {width, height: high} = map.image;
-  const step = Math.max(1, Math.round(size / 1.5 / map.perMetre / sonar.bin_m));
-  for (let bin = Math.ceil(height / sonar.bin_m); bin < sonar.bins; bin += step) {
-    const slant = (bin + 0.5) * sonar.bin_m, over = Math.sqrt(Math.max(0, slant * slant - height * height));
-    for (const side of [-1, 1]) {
-      if ((side < 0 && !ports) || (side > 0 && sonar.sides === 'port')) continue;
-      const light = row.brightness[side < 0 ? ports - 1 - bin : ports + bin];
-      const x = Math.round((row.x + side * over * right[0] - map.west) * map.perMetre - size / 2);
-      const y = Math.round((map.north - row.y - side * over * right[1]) * map.perMetre - size / 2);
-      for (let v = Math.max(0, y); v < Math.min(high, y + size); ++v)
-        for (let u = Math.max(0, x); u < Math.min(width, x + size); ++u) map.pixels[v * width + u] = picture.colours[light];
-    }
-  }
-}
-
-function drawMap() {
-  const canvas = $('map');
-  if (!map.heights || !setting || !(map.dirty || views.line)) return;
-  map.dirty = false;
-  fitCanvas(canvas);
-  if (!map.shade) shadeBed();
-  const context = canvas.getContext('2d', {willReadFrequently: true}), scale = devicePixelRatio || 1, pad = 12 * scale, head = 26 * scale;
-  const zoom = Math.min((canvas.width - 2 * pad) / (map.east - map.west), (canvas.height - head - pad) / (map.north - map.south));
-  const left = (canvas.width - zoom * (map.east - map.west)) / 2, top = head + (canvas.height - head - pad - zoom * (map.north - map.south)) / 2;
-  const at = (x, y) => [left + (x - map.west) * zoom, top + (map.north - y) * zoom];
-  context.clearRect(0, 0, canvas.width, canvas.height);
-  context.imageSmoothingEnabled = true;
-  context.drawImage(map.shade, left, top, zoom * (map.east - map.west), zoom * (map.north - map.south));
-  map.pen.putImageData(map.image, 0, 0);
-  context.drawImage(map.mosaic, left, top, zoom * (map.east - map.west), zoom * (map.north - map.south));
-  context.strokeStyle = dark.matches ? 'rgba(255,255,255,.55)' : 'rgba(20,30,40,.55)';
-  context.lineWidth = scale;
-  context.setLineDash([4 * scale, 4 * scale]);
-  context.beginPath();
-  for (let i = 0; i < map.track.length; i += 2) context.lineTo(...at(map.track[i], map.track[i + 1]));
-  context.stroke();
-  context.setLineDash([]);
-  const row = newestRow;
-  if (row) {
-    const sonar = row.setting.sonars[row.sonar], height = row.altitude > 0 ? row.altitude : 0;
-    const swath = Math.sqrt(Math.max(0, sonar.range_m ** 2 - height ** 2)), right = [Math.cos(row.heading), -Math.sin(row.heading)];
-    context.strokeStyle = context.fillStyle = css('--accent');
-    context.lineWidth = 2 * scale;
-    context.beginPath();
-    context.moveTo(...at(row.x - (sonar.sides === 'starboard' ? 0 : swath) * right[0], row.y - (sonar.sides === 'starboard' ? 0 : swath) * right[1]));
-    context.lineTo(...at(row.x + (sonar.sides === 'port' ? 0 : swath) * right[0], row.y + (sonar.sides === 'port' ? 0 : swath) * right[1]));
-    context.stroke();
-    const [x, y] = at(row.x, row.y);
-    context.save();
-    context.translate(x, y);
-    context.rotate(row.heading);
-    context.beginPath();
-    context.moveTo(0, -9 * scale);
-    context.lineTo(5 * scale, 6 * scale);
-    context.lineTo(0, 3 * scale);
-    context.lineTo(-5 * scale, 6 * scale);
-    context.closePath();
-    context.fill();
-    context.strokeStyle = css('--deep');
-    context.lineWidth = scale;
-    context.stroke();
-    context.restore();
-    $('map-note').textContent = `${row.x.toFixed(1)} m E, ${row.y.toFixed(1)} m N, ${(row.heading * 180 / Math.PI).toFixed(0)}°`;
-  }
-  const bar = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000].find(m => m * zoom > 40 * scale) ?? 10000;
-  context.fillStyle = css('--ink');
-  context.fillRect(pad, canvas.height - pad, bar * zoom, 2 * scale);
-  context.font = `${11 * scale}px system-ui, sans-serif`;
-  context.fillText(`${bar} m`, pad, canvas.height - pad - 4 * scale);
-}
-
-// ---- the mesh ----
-
-const scene = {gl: null, faces: 0, turn: 0.8, lift: 0.55, far: 1, dirty: true};
-
-const meshShader = `#version 300 es
-in vec3 corner; in float exact; uniform mat4 camera; uniform vec3 middle; uniform float step_m;
-out vec3 place; out vec3 weight; out float whole;
-void main() {
-  place = corner * step_m + middle; whole = exact;
-  int k = gl_VertexID % 3;
-  weight = vec3(k == 0, k == 1, k == 2);
-  gl_Position = camera * vec4(place, 1.0);
-}`;
-const meshPaint = `#version 300 es
-precision highp float;
-in vec3 place; in vec3 weight; in float whole; out vec4 colour;
-uniform vec3 plain, amber, ground, lowHigh; uniform float reach;
-void main() {
-  vec3 n = normalize(cross(dFdx(place), dFdy(place)));
-  if (n.z < 0.0) n = -n;
-  float light = 0.35 + 0.75 * max(0.0, dot(n, normalize(vec3(-0.55, 0.35, 0.75))));
-  vec3 paint = mix(plain, amber, whole) * light;
-  vec3 w = weight / max(fwidth(weight), vec3(1e-6));
-  float edge = clamp(min(min(w.x, w.y), w.z) - 0.2, 0.0, 1.0);
-  vec3 size = fwidth(weight);
-  float fine = clamp(1.0 - max(max(size.x, size.y), size.z) * 1.6, 0.0, 1.0);
-  paint = mix(mix(paint, lowHigh, 0.62 * fine), paint, edge);
-  float away = length(place.xy) / reach;
-  colour = vec4(mix(paint, ground, smoothstep(0.8, 1.15, away)), 1.0);
-}`;
-const lineShader = `#version 300 es
-in vec4 corner; uniform mat4 camera; out float strength;
-void main() { strength = corner.w; gl_Position = camera * vec4(corner.xyz, 1.0); }`;
-const linePaint = `#version 300 es
-precision highp float;
-in float strength; out vec4 colour; uniform vec3 ink;
-void main() { colour = vec4(ink, 1.0) * strength; }`;
-
-function startMesh() {
-  const gl = $('mesh').getContext('webgl2', {antialias: true, alpha: false});
-  if (!gl) { $('mesh-note').textContent = 'this browser has no WebGL 2'; return; }
-  const program = (vertex, fragment) => {
-    const made = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-      gl.attachShader(made, shader);
-    }
-    gl.linkProgram(made);
-    return made;
-  };
-  Object.assign(scene, {gl, mesh: program(meshShader, meshPaint), lines: program(lineShader, linePaint),
-    corners: gl.createBuffer(), exact: gl.createBuffer(), strokes: gl.createBuffer()});
-  const canvas = $('mesh');
-  let grip = null;
-  canvas.addEventListener('pointerdown', event => { canvas.setPointerCapture(event.pointerId); grip = event; });
-  canvas.addEventListener('pointermove', event => {
-    if (!grip) return;
-    scene.turn -= (event.clientX - grip.clientX) / 160;
-    scene.lift = clamp(scene.lift + (event.clientY - grip.clientY) / 200, 0.05, 1.5);
-    grip = event;
-    scene.dirty = true;
-  });
-  const letGo = () => { grip = null; };
-  canvas.addEventListener('pointerup', letGo);
-  canvas.addEventListener('pointercancel', letGo);
-  canvas.addEventListener('wheel', event => {
-    event.preventDefault();
-    scene.far = clamp(scene.far * (event.deltaY > 0 ? 1.12 : 0.89), 0.1, 3);
-    scene.dirty = true;
-  }, {passive: false});
-}
-
-function takeMesh(bytes) {
-  const view = new DataView(bytes), faces = view.getUint32(0, true);
-  scene.middle = [4, 8, 12].map(i => view.getFloat32(i, true));
-  scene.step = view.getFloat32(16, true);
-  scene.faces = faces;
-  scene.dirty = true;
-  if (!scene.gl) return;
-  const gl = scene.gl, flags = new Uint16Array(bytes, 20 + 18 * faces, faces), exact = new Uint8Array(3 * faces);
-  for (let i = 0; i < faces; ++i) exact.fill(flags[i] ? 255 : 0, 3 * i, 3 * i + 3);
-  gl.bindBuffer(gl.ARRAY_BUFFER, scene.corners);
-  gl.bufferData(gl.ARRAY_BUFFER, new Int16Array(bytes, 20, 9 * faces), gl.DYNAMIC_DRAW);
-  gl.bindBuffer(gl.ARRAY_BUFFER, scene.exact);
-  gl.bufferData(gl.ARRAY_BUFFER, exact, gl.DYNAMIC_DRAW);
-}
-
-function product(a, b) {
-  const c = new Float32Array(16);
-  for (let i = 0; i < 4; ++i) for (let j = 0; j < 4; ++j) for (let k = 0; k < 4; ++k) c[4 * j + i] += a[4 * k + i] * b[4 * j + k];
-  return c;
-}
-function look(eye, target, aspect, near, far) {
-  const unit = v => { const l = Math.hypot(...v); return v.map(x => x / l); };
-  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  const back = unit(eye.map((x, k) => x - target[k])), right = unit(cross([0, 0, 1], back)), up = cross(back, right);
-  const turn = [right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0, -dot(right, eye), -dot(up, eye), -dot(back, eye), 1];
-  const f = 1 / Math.tan(0.35);
-  return product([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0], turn);
-}
-
-function drawMesh() {
-  const {gl} = scene, row = newestRow;
-  if (!gl || !row) return;
-  if (fitCanvas($('mesh'))) scene.dirty = true;
-  if (!scene.dirty && !views.line) return;
-  scene.dirty = false;
-  const canvas = $('mesh'), range = row.setting.sonars[row.sonar].range_m, height = row.altitude > 0 ? row.altitude : 5;
-  // All about the sonar; it looks along its track, from behind, to starboard and above.
-  const round = row.heading + Math.PI + scene.turn * -1, away = scene.far * 1.75 * range;
-  const eye = [Math.sin(round) * Math.cos(scene.lift) * away, Math.cos(round) * Math.cos(scene.lift) * away, Math.sin(scene.lift) * away - height];
-  const camera = look(eye, [0, 0, -height], canvas.width / canvas.height, 0.02 * away, 4 * away);
-  const colour = name => rgb(css(name)).map(x => x / 255);
-  const ground = colour('--deep'), accent = colour('--accent');
-  gl.viewport(0, 0, canvas.width, canvas.height);
-  gl.clearColor(...ground, 1);
-  gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-  gl.enable(gl.DEPTH_TEST);
-  const use = (program, values) => {
-    gl.useProgram(program);
-    gl.uniformMatrix4fv(gl.getUniformLocation(program, 'camera'), false, camera);
-    for (const [name, value] of Object.entries(values)) {
-      const place = gl.getUniformLocation(program, name);
-      if (typeof value === 'number') gl.uniform1f(place, value);
-      else gl.uniform3fv(place, value);
-    }
-  };
-  const feed = (program, name, buffer, size, type, normal) => {
-    const place = gl.getAttribLocation(program, name);
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.enableVertexAttribArray(place);
-    gl.vertexAttribPointer(place, size, type, normal, 0, 0);
-  };
-  if (scene.faces) {
-    use(scene.mesh, {middle: [scene.middle[0] - row.x, scene.middle[1] - row.y, scene.middle[2] - row.z], step_m: scene.step, reach: range,
-      plain: dark.matches ? [0.36, 0.47, 0.54] : [0.66, 0.73, 0.77], amber: accent, ground, lowHigh: dark.matches ? [0.05, 0.08, 0.1] : [0.32, 0.38, 0.42]});
-    feed(scene.mesh, 'corner', scene.corners, 3, gl.SHORT, false);
-    feed(scene.mesh, 'exact', scene.exact, 1, gl.UNSIGNED_BYTE, true);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 1);
-    gl.drawArrays(gl.TRIANGLES, 0, 3 * scene.faces);
-    gl.disable(gl.POLYGON_OFFSET_FILL);
-  }
-  const strokes = [];
-  const stroke = (a, b, from, to) => strokes.push(...a, from, ...b, to);
-  for (let i = 0; i < row.ends.length; i += 3)
-    stroke([0, 0, 0], [row.ends[i] - row.x, row.ends[i + 1] - row.y, row.ends[i + 2] - row.z], 0.85, 0.3);
-  const list = of(row.sonar).list;
-  for (let i = Math.max(1, list.length - 800); i < list.length; ++i) {
-    const a = list[i - 1], b = list[i];
-    if (!a.gap && !b.gap) stroke([a.x - row.x, a.y - row.y, a.z - row.z], [b.x - row.x, b.y - row.y, b.z - row.z], 1, 1);
-  }
-  // The sonar, a towfish drawn large, over its plumb line.
-  const size = 0.05 * range, ahead = [Math.sin(row.heading), Math.cos(row.heading)], side = [ahead[1], -ahead[0]];
-  const hull = (f, s, u) => [size * (f * ahead[0] + s * side[0]), size * (f * ahead[1] + s * side[1]), size * u];
-  for (let k = 0; k < 12; ++k) {
-    const a = k * Math.PI / 6, b = (k + 1) * Math.PI / 6;
-    for (const [f, r] of [[-1, 0.16], [0, 0.24], [0.9, 0.2]]) stroke(hull(f, r * Math.cos(a), r * Math.sin(a)), hull(f, r * Math.cos(b), r * Math.sin(b)), 1, 1);
-    stroke(hull(-1, 0.16 * Math.cos(a), 0.16 * Math.sin(a)), hull(0, 0.24 * Math.cos(a), 0.24 * Math.sin(a)), 1, 1);
-    stroke(hull(0, 0.24 * Math.cos(a), 0.24 * Math.sin(a)), hull(0.9, 0.2 * Math.cos(a), 0.2 * Math.sin(a)), 1, 1);
-    stroke(hull(0.9, 0.2 * Math.cos(a), 0.2 * Math.sin(a)), hull(1.25, 0, 0), 1, 1);
-  }
-  for (const s of [-1, 1]) { stroke(hull(-1, 0, 0), hull(-1.35, 0.5 * s, 0), 1, 1); stroke(hull(-1, 0, 0), hull(-1.35, 0, 0.5 * s), 1, 1); }
-  stroke([0, 0, 0], [0, 0, -height], 0.5, 0.5);
-  use(scene.lines, {ink: dark.matches ? [1, 0.93, 0.8] : [0.12, 0.14, 0.18]});
-  gl.bindBuffer(gl.ARRAY_BUFFER, scene.strokes);
-  gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(strokes), gl.DYNAMIC_DRAW);
-  feed(scene.lines, 'corner', scene.strokes, 4, gl.FLOAT, false);
-  gl.enable(gl.BLEND);
-  gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-  gl.drawArrays(gl.LINES, 0, strokes.length / 4);
-  gl.disable(gl.BLEND);
-  $('mesh-note').textContent = status?.mesh ? `${status.mesh.exact_faces.toLocaleString('en')} exact of ${status.mesh.active_faces.toLocaleString('en')} active` : 'analysing the seafloor';
-}
-
 // ---- all of it ----
 
 // The picture comes first: the side panels take their turns, and no more than a third of the time. What the graphics
@@ -1004,9 +685,12 @@ function draw(now) {
   drawMarks();
   if (now >= sideDue) {
     sideBegun = performance.now();
-    if (++turn % 2) drawMesh();
-    else drawMap();
-    if (turn % 2 === 0) views.line = false;
+    if (++turn % 2) {
+      if (newestRow) drawMesh(newestRow, of(newestRow.sonar).list, newLine, status?.mesh);
+    } else {
+      if (setting) drawMap(newestRow, newLine);
+      newLine = false;
+    }
   }
 }
 

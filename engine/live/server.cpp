@@ -181,6 +181,15 @@ bool is_numeric_host(std::string_view host) {
          (host.front() == '[' || host.find_first_not_of("0123456789.") == std::string_view::npos);
 }
 
+std::string_view served_at(const PageFile& file) {
+  return file.path == "/page.html" ? "/" : file.path;
+}
+
+const char* type_of(std::string_view path) {
+  if (path.ends_with(".js")) return "text/javascript; charset=utf-8";
+  return path.ends_with(".css") ? "text/css; charset=utf-8" : "text/html; charset=utf-8";
+}
+
 }  // namespace
 
 struct LiveServer::Inner {
@@ -191,8 +200,6 @@ struct LiveServer::Inner {
           fmt::format("--bind {}: others could reach this address, and nothing but the page's own "
                       "token keeps them out; take 127.0.0.1, or say --remote",
                       options.bind));
-    html = page_html;
-    html.replace(html.find(token_mark), token_mark.size(), token);
     server.new_task_queue = [] { return new httplib::ThreadPool(most_connections); };
     server.set_payload_max_length(most_body_bytes);
     server.set_tcp_nodelay(true);
@@ -220,15 +227,13 @@ struct LiveServer::Inner {
           response.set_content(fmt::format("{}\n", refused), "text/plain");
           return httplib::Server::HandlerResponse::Handled;
         });
-    server.Get("/", [this](const auto&, auto& response) {
-      response.set_content(html, "text/html; charset=utf-8");
-    });
-    server.Get("/page.css", [](const auto&, auto& response) {
-      response.set_content(std::string(page_css), "text/css; charset=utf-8");
-    });
-    server.Get("/page.js", [](const auto&, auto& response) {
-      response.set_content(std::string(page_js), "text/javascript; charset=utf-8");
-    });
+    for (const PageFile& file : page_files())
+      server.Get(std::string(served_at(file)), [this, file](const auto&, auto& response) {
+        std::string content(file.content);
+        if (const std::size_t mark = content.find(token_mark); mark != content.npos)
+          content.replace(mark, token_mark.size(), token);
+        response.set_content(std::move(content), type_of(file.path));
+      });
     server.Get("/lines",
                [this](const auto& request, auto& response) { send_lines(request, response); });
     server.Get("/truth",
@@ -255,8 +260,6 @@ struct LiveServer::Inner {
 
   /// The status to refuse a request with, or 0.
   int why_not(const httplib::Request& request) const {
-    static constexpr std::array<std::string_view, 5> to_get{"/", "/page.css", "/page.js", "/lines",
-                                                            "/truth"};
     if (request.get_header_value_count("Host") != 1 || !is_ours(request.get_header_value("Host")))
       return 421;
     if (const std::size_t origins = request.get_header_value_count("Origin");
@@ -267,13 +270,14 @@ struct LiveServer::Inner {
       const std::string site = request.get_header_value("Sec-Fetch-Site");
       if (site != "same-origin" && site != "none") return 403;
     }
-    const bool gets = std::ranges::find(to_get, request.path) != to_get.end();
+    const bool tells = request.path == "/lines" || request.path == "/truth";
+    const bool gets =
+        tells || std::ranges::find(page_files(), request.path, served_at) != page_files().end();
     if (!gets && request.path != "/change") return 404;
     if (request.method != (gets ? "GET" : "POST")) return 405;
     if (request.method == "POST" && request.get_header_value_count("Origin") != 1) return 403;
-    const bool data = request.path == "/lines" || request.path == "/truth" || !gets;
-    if (data && (request.get_header_value_count("X-Ensonify-Token") != 1 ||
-                 !same(request.get_header_value("X-Ensonify-Token"), token)))
+    if ((tells || !gets) && (request.get_header_value_count("X-Ensonify-Token") != 1 ||
+                             !same(request.get_header_value("X-Ensonify-Token"), token)))
       return 403;
     return 0;
   }
@@ -359,7 +363,6 @@ struct LiveServer::Inner {
   LiveSession& session;
   ServerOptions options;
   std::string token = random_token();
-  std::string html;
   std::atomic<bool> stopping = false;
   std::atomic<int> readers = 0;
   GuardedServer server;

@@ -2,7 +2,7 @@
 
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
 
 #include <filesystem>
@@ -194,12 +194,8 @@ class Session {
     const std::vector<std::string> more = overrides_of(keys);
     const Scene changed = source_.read(more);
     alone([&](Simulator& simulator) {
-      for (std::size_t i = 0; i < changed.sonars.size(); ++i)
-        for (const std::string& key : more)
-          if (key.starts_with("sonar." + changed.sonars[i].name + ".")) {
-            simulator.set_sonar(i, changed.sonars[i]);
-            break;
-          }
+      for (const std::size_t i : changed_sonars(changed, more))
+        simulator.set_sonar(i, changed.sonars[i]);
     });
     source_.overrides.insert(source_.overrides.end(), more.begin(), more.end());
   }
@@ -214,7 +210,9 @@ class Session {
     if (!is_table(vertices) || !is_table(faces))
       throw py::value_error(
           "vertices and faces have three columns: x, y, z in metres, and three vertices");
-    MovingObject object{.material = material, .class_name = class_name};
+    MovingObject object;
+    object.material = material;
+    object.class_name = class_name;
     for (py::ssize_t i = 0; i < vertices.shape(0); ++i)
       object.mesh.positions.emplace_back(vertices.at(i, 0), vertices.at(i, 1), vertices.at(i, 2));
     for (py::ssize_t i = 0; i < faces.shape(0); ++i)
@@ -224,13 +222,8 @@ class Session {
 
   std::uint32_t add(const py::dict& keys, const Pose& pose) {
     const SceneSource holder{py::dict(py::arg("objects") = py::make_tuple(keys)), {}, source_.data};
-    const ObjectOptions options = holder.read().objects.front();
-    return alone([&](Simulator& simulator) {
-      return simulator.add({.mesh = body_of(options, 0),
-                            .material = options.material,
-                            .class_name = options.class_name},
-                           pose);
-    });
+    MovingObject object = only_object(holder.read());
+    return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
   }
 
  private:

@@ -1,6 +1,7 @@
 #include <ensonify/engine/sonar/aperture.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -44,20 +45,62 @@ std::uint64_t add_stretches(const FanGrid& grid, std::size_t plane,
   return rays;
 }
 
-void lay_steps(const std::vector<double>& elevation_rad, Aperture& aperture) {
-  constexpr double widest_rad = 0.0025, unevenness = 0.05;
-  constexpr std::size_t most = 16;
+/// How many rays count as one: what lies between them must be even, and straight in what they share, which
+/// is the vertical pattern. (How their ranges differ is their face's affair.)
+class Steps {
+ public:
+  Steps(const FanGrid& grid, const VerticalPattern& pattern) : elevation_rad_(grid.elevation_rad) {
+    for (const Side side : {Side::port, Side::starboard})
+      for (const double elevation_rad : elevation_rad_)
+        power_[static_cast<std::size_t>(side)].push_back(
+            pattern.power(grid.middle_depression_rad - elevation_rad, side));
+  }
+
+  std::size_t longest(std::size_t j) const {
+    std::size_t rays = 1;
+    while (even(j) && rays < most && even(j + rays) &&
+           elevation_rad_[j + rays] - elevation_rad_[j] < widest_rad)
+      ++rays;
+    while (rays > 2 && !straight(j, rays)) rays /= 2;
+    return rays;
+  }
+
+ private:
+  static constexpr double widest_rad = 0.005, unevenness = 0.05, bend = 0.002;
+  static constexpr std::size_t most = 255;
+
+  /// Each ray is in the middle of what it stands for.
+  bool even(std::size_t j) const {
+    if (j == 0 || j + 1 >= elevation_rad_.size()) return false;
+    const double below = elevation_rad_[j] - elevation_rad_[j - 1];
+    const double above = elevation_rad_[j + 1] - elevation_rad_[j];
+    return std::abs(above - below) < unevenness * below;
+  }
+  /// From the rays' neighbours on one side to those on the other, whose difference tells how the beam changes.
+  bool straight(std::size_t j, std::size_t rays) const {
+    const std::size_t from = j - std::min(j, rays);
+    const std::size_t last = std::min(j + 2 * rays, elevation_rad_.size()) - 1;
+    const double length_rad = elevation_rad_[last] - elevation_rad_[from];
+    for (const std::vector<double>& power : power_)
+      for (const std::size_t k : {j, j + rays - 1}) {
+        const double share = (elevation_rad_[k] - elevation_rad_[from]) / length_rad;
+        if (std::abs(std::lerp(power[from], power[last], share) - power[k]) > bend * power[k])
+          return false;
+      }
+    return true;
+  }
+
+  const std::vector<double>& elevation_rad_;
+  std::array<std::vector<double>, 2> power_;  // one-way, by side
+};
+
+void lay_steps(const FanGrid& grid, const VerticalPattern& pattern, Aperture& aperture) {
+  const std::vector<double>& elevation_rad = grid.elevation_rad;
+  const Steps steps(grid, pattern);
   const std::size_t count = elevation_rad.size();
   const auto add = [&](double angle_rad) {
     aperture.cosines.push_back(std::cos(angle_rad));
     aperture.sines.push_back(std::sin(angle_rad));
-  };
-  // Rays count as one only where each is in the middle of what it stands for.
-  const auto even = [&](std::size_t j) {
-    if (j == 0 || j + 1 >= count) return false;
-    const double below = elevation_rad[j] - elevation_rad[j - 1];
-    const double above = elevation_rad[j + 1] - elevation_rad[j];
-    return std::abs(above - below) < unevenness * below;
   };
   aperture.edge_rad.push_back(elevation_rad.front());
   for (std::size_t j = 0; j < count; ++j) {
@@ -65,11 +108,7 @@ void lay_steps(const std::vector<double>& elevation_rad, Aperture& aperture) {
     add(elevation_rad[j]);
     add(halfway_rad);
     aperture.edge_rad.push_back(halfway_rad);
-    std::size_t rays = 1;
-    while (even(j) && rays < most && even(j + rays) &&
-           elevation_rad[j + rays] - elevation_rad[j] < widest_rad)
-      ++rays;
-    aperture.longest.push_back(static_cast<std::uint8_t>(rays));
+    aperture.longest.push_back(static_cast<std::uint8_t>(steps.longest(j)));
   }
 }
 
@@ -105,7 +144,7 @@ Aperture make_aperture(const Sonar& sonar, double wavelength_m, double range_ove
 
   for (std::size_t plane = 0; plane < grid->planes.size(); ++plane)
     aperture.rays += add_stretches(*grid, plane, aperture.within.emplace_back());
-  lay_steps(grid->elevation_rad, aperture);
+  lay_steps(*grid, sonar.vertical, aperture);
   aperture.grid = std::move(grid);
   return aperture;
 }

@@ -81,7 +81,7 @@ void EchoFormer::begin(const RayFan& fan, const Aperture& aperture, const Recept
   const std::size_t room = fan.elevations() + echo_room;
   if (room_ < room) {
     room_ = room;
-    for (auto* row : {&begin_, &end_, &index_, &breaks_}) row->resize(room);
+    for (auto* row : {&begin_, &end_, &index_, &breaks_, &most_rays_}) row->resize(room);
     for (auto* row : {&level_, &pole_, &distance_, &sine_, &range_m_, &energy_of_, &to_last_m_,
                       &to_end_m_, &from_m_, &until_m_})
       row->resize(room);
@@ -154,17 +154,30 @@ void EchoFormer::begin_plane(std::size_t plane) {
 }
 
 void EchoFormer::take_runs(const FanRuns& runs, std::size_t plane) {
+  const std::size_t first = runs.first[plane], count = runs.first[plane + 1] - first;
+  limit_runs({.begin = &runs.begin[first],
+              .end = &runs.end[first],
+              .level = &runs.level[first],
+              .pole = &runs.pole[first],
+              .runs = count,
+              .edge_rad = aperture_->edge_rad.data(),
+              .cosines = aperture_->cosines.data(),
+              .sines = aperture_->sines.data(),
+              .most_growth = most_growth,
+              .most = most_rays_.data()});
   const std::uint8_t* longest = aperture_->longest.data();
   std::size_t pieces = 0;
-  for (std::size_t run = runs.first[plane]; run < runs.first[plane + 1]; ++run) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t run = first + i;
     const std::uint16_t label = labels_.label_of(runs.face[run]);
     // The back of a surface that has none is its front, turned.
     const double sign = runs.distance[run] > 0.0 && labels_[label].two_sided ? -1.0 : 1.0;
-    const std::uint32_t end_of_run = runs.end[run];
+    const double level = sign * runs.level[run], pole = sign * runs.pole[run],
+                 distance = sign * runs.distance[run];
+    const std::uint32_t end_of_run = runs.end[run], most = most_rays_[i], index = runs.index[run];
     for (std::uint32_t begin = runs.begin[run]; begin < end_of_run;) {
-      const std::uint32_t end = std::min(end_of_run, begin + longest[begin]);
-      set_piece(pieces++, begin, end, runs.index[run], label, sign * runs.level[run],
-                sign * runs.pole[run], sign * runs.distance[run]);
+      const std::uint32_t end = std::min({end_of_run, begin + longest[begin], begin + most});
+      set_piece(pieces++, begin, end, index, label, level, pole, distance);
       begin = end;
     }
   }
@@ -182,7 +195,10 @@ void EchoFormer::take_rays(std::span<const Hit> hits, RayArrivals& arrivals, std
       const std::size_t most = std::min(stretch.until, begin + aperture_->longest[begin]);
       end = begin + 1;
       if (!of_plane[begin]) continue;
-      while (end < most && of_plane[end].index == of_plane[begin].index) ++end;
+      const double most_m = most_growth * of_plane[begin].t;
+      while (end < most && of_plane[end].index == of_plane[begin].index &&
+             std::abs(of_plane[end].t - of_plane[begin].t) <= most_m)
+        ++end;
       const std::size_t middle = (begin + end - 1) / 2;
       Hit hit = of_plane[middle];
       const Arrival arrival = arrivals.tell(plane * fan_->elevations() + middle, hit);

@@ -51,6 +51,7 @@ class EchoFormer {
 
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  static constexpr double most_growth = 0.02;  // of a piece's range from end to end
 
   void begin(const RayFan& fan, const Aperture& aperture, const Reception& reception,
              refine::Triangles triangles, EchoLine& line);
@@ -107,6 +108,7 @@ class EchoFormer {
   EchoPlane pass_{};
   std::size_t room_ = 0;
   CacheLines<std::uint32_t> begin_, end_, index_, breaks_;
+  CacheLines<std::uint32_t> most_rays_;  // by run, of a piece
   CacheLines<std::uint16_t> label_;
   CacheLines<std::uint8_t> broken_;
   CacheLines<double> level_, pole_, distance_;

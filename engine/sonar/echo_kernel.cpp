@@ -1,10 +1,9 @@
 // Compiled once for each of Highway's targets; see the header.
 
-#define HWY_BROKEN_EMU128 1  // so that plain code is the last resort with any compiler
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/sonar/echo_kernel.cpp"
-#define HWY_DISABLED_TARGETS \
-  (HWY_SSSE3 | HWY_SSE4 | HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include <ensonify/engine/trace/vector_targets.h>
+
 #include <hwy/foreach_target.h>
 
 #include <cmath>
@@ -34,6 +33,8 @@ constexpr D d;
 constexpr F f;
 constexpr I i32;
 constexpr L i64;
+[[maybe_unused]] constexpr hn::RebindToUnsigned<I> u32;
+[[maybe_unused]] constexpr hn::RebindToUnsigned<L> u64;
 constexpr std::size_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
 static_assert(lanes <= echo_room);
 
@@ -53,8 +54,21 @@ HWY_INLINE V set(double value) { return hn::Set(d, value); }
 HWY_INLINE VF set(float value) { return hn::Set(f, value); }
 
 // From the value of two neighbours in a table.
+struct Neighbours {
+  VF from, to;
+};
+HWY_INLINE Neighbours neighbours(const float* table, VI below) {
+#if HWY_TARGET == HWY_SCALAR
+  return {hn::GatherIndex(f, table, below), hn::GatherIndex(f, table + 1, below)};
+#else  // both at once
+  const auto offset = hn::ShiftLeft<2>(hn::PromoteTo(i64, below));
+  const auto both = hn::GatherOffset(i64, reinterpret_cast<const std::int64_t*>(table), offset);
+  return {hn::BitCast(f, hn::TruncateTo(u32, hn::BitCast(u64, both))),
+          hn::BitCast(f, hn::TruncateTo(u32, hn::ShiftRight<32>(hn::BitCast(u64, both))))};
+#endif
+}
 HWY_INLINE VF between(const float* table, VI below, VF share) {
-  const VF from = hn::GatherIndex(f, table, below), to = hn::GatherIndex(f, table + 1, below);
+  const auto [from, to] = neighbours(table, below);
   return fma(share, hn::Sub(to, from), from);
 }
 
@@ -157,8 +171,7 @@ HWY_INLINE VF strength_over_sine(const EchoPlane& plane, VI from, VF sine, VF co
   const VI fraction =
       hn::And(hn::ShiftLeft<cells_per_octave_bits>(bits), hn::Set(i32, significand));
   const VF place = hn::Sub(hn::BitCast(f, hn::Or(fraction, one)), set(1.0f));
-  const VF begin = hn::GatherIndex(f, plane.strengths, cell);
-  const VF end = hn::GatherIndex(f, plane.strengths + 1, cell);
+  const auto [begin, end] = neighbours(plane.strengths, cell);
   const VF rise = hn::Sub(end, begin);
   const VF value = fma(place, rise, begin);
   const VF mantissa = hn::BitCast(f, hn::Or(hn::And(bits, hn::Set(i32, significand)), one));
@@ -171,6 +184,37 @@ HWY_INLINE VF strength_over_sine(const EchoPlane& plane, VI from, VF sine, VF co
 
 HWY_INLINE VI load(const std::uint32_t* from) {
   return hn::LoadU(i32, reinterpret_cast<const std::int32_t*>(from));
+}
+
+// At the middle of some rays, twice their number: sine and cosine of the elevation; and between their ends.
+struct Middle {
+  V cosine, sine, width;
+};
+HWY_INLINE Middle middle_of(const double* cosines, const double* sines, const double* edge_rad,
+                            VI begin, VI end) {
+  const auto middle = hn::PromoteTo(i64, hn::Sub(hn::Add(begin, end), hn::Set(i32, 1)));
+  return {hn::GatherIndex(d, cosines, middle), hn::GatherIndex(d, sines, middle),
+          hn::Sub(hn::GatherIndex(d, edge_rad, hn::PromoteTo(i64, end)),
+                  hn::GatherIndex(d, edge_rad, hn::PromoteTo(i64, begin)))};
+}
+
+void limit_runs_here(const RunLimits& limits) {
+  for (std::size_t i = 0; i < limits.runs; i += lanes) {
+    const auto within = hn::FirstN(i32, limits.runs - i);
+    const VI begin = hn::IfThenElse(within, load(limits.begin + i), hn::Zero(i32));
+    const VI end = hn::IfThenElse(within, load(limits.end + i), hn::Set(i32, 1));
+    const Middle at = middle_of(limits.cosines, limits.sines, limits.edge_rad, begin, end);
+    const V level = hn::LoadU(d, limits.level + i), pole = hn::LoadU(d, limits.pole + i);
+    const V facing = fma(level, at.cosine, hn::Mul(pole, at.sine));
+    const V turning = hn::Sub(hn::Mul(pole, at.cosine), hn::Mul(level, at.sine));
+    const V growth = hn::Abs(hn::Mul(turning, at.width));
+    const V most = hn::Mul(set(limits.most_growth), hn::Abs(facing));
+    const auto grows = hn::Gt(growth, most);
+    const V share = hn::IfThenElse(grows, hn::Div(most, growth), set(1.0));
+    const V rays = hn::ConvertTo(d, hn::PromoteTo(i64, hn::Sub(end, begin)));
+    const VI few = hn::DemoteTo(i32, hn::Max(hn::Mul(rays, share), set(1.0)));
+    hn::StoreU(few, i32, reinterpret_cast<std::int32_t*>(limits.most + i));
+  }
 }
 
 // What the beam adds to the slants, by its change from a piece's one neighbour to the other, if they see about
@@ -242,11 +286,8 @@ void shade_pieces_here(EchoPlane& plane) {
   const VF none = set(0.0f), unity = set(1.0f);
   for (std::size_t i = 0; i < plane.pieces; i += lanes) {
     const VI begin = load(plane.begin + i), end = load(plane.end + i);
-    const auto middle = hn::PromoteTo(i64, hn::Sub(hn::Add(begin, end), hn::Set(i32, 1)));
-    const V cosine = hn::GatherIndex(d, plane.cosines, middle);
-    const V sine = hn::GatherIndex(d, plane.sines, middle);
-    const V width = hn::Sub(hn::GatherIndex(d, plane.edge_rad, hn::PromoteTo(i64, end)),
-                            hn::GatherIndex(d, plane.edge_rad, hn::PromoteTo(i64, begin)));
+    const auto [cosine, sine, width] =
+        middle_of(plane.cosines, plane.sines, plane.edge_rad, begin, end);
     const V level = hn::LoadU(d, plane.level + i), pole = hn::LoadU(d, plane.pole + i);
 
     // range = distance / facing, facing being minus the grazing angle's sine.
@@ -390,6 +431,7 @@ std::size_t lay_pieces_here(const EchoPlane& plane, const std::uint16_t* labels,
 }  // namespace
 
 // What is exported must not be unnamed.
+void limit_runs_on(const RunLimits& limits) { limit_runs_here(limits); }
 void shade_pieces_on(EchoPlane& plane) { shade_pieces_here(plane); }
 std::size_t lay_pieces_on(const EchoPlane& plane, const std::uint16_t* labels,
                           const std::uint8_t* broken, EchoBins& bins, std::size_t from) {
@@ -403,9 +445,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
+HWY_EXPORT(limit_runs_on);
 HWY_EXPORT(shade_pieces_on);
 HWY_EXPORT(lay_pieces_on);
 
+void limit_runs(const RunLimits& limits) { HWY_DYNAMIC_DISPATCH(limit_runs_on)(limits); }
 void shade_pieces(EchoPlane& plane) { HWY_DYNAMIC_DISPATCH(shade_pieces_on)(plane); }
 
 std::size_t lay_pieces(const EchoPlane& plane, const std::uint16_t* labels,

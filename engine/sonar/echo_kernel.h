@@ -75,6 +75,19 @@ struct EchoPlane {
   std::size_t break_count;
 };
 
+/// How many rays of a run count as one piece: so many that its range grows no more from end to end than a
+/// straight line can tell.
+struct RunLimits {
+  // Of each run, as in FanRuns, and of the elevations, as above:
+  const std::uint32_t *begin, *end;
+  const double *level, *pole;
+  std::size_t runs;
+  const double *edge_rad, *cosines, *sines;
+  double most_growth;   ///< as a share of the range
+  std::uint32_t* most;  ///< out
+};
+void limit_runs(const RunLimits& limits);
+
 /// Energy is per bin width of one, without absorption and source level: weight * strength / sine / range^2
 /// times the elevation that the piece stands for. Fills all that is put out.
 void shade_pieces(EchoPlane& plane);

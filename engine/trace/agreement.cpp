@@ -1,6 +1,7 @@
 #include <ensonify/engine/trace/agreement.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <mutex>
 #include <numbers>
@@ -46,6 +47,7 @@ struct Judge::Sight {
   double largest_m;   // M
   double rounding_m;  // of t, u and v; infinite exactly edge on
   double edge_m;      // from the ray's line to the nearest edge
+  double outside_m;   // how far it is beyond the edges' lines, at most; not above 0 inside
   double plane_m;     // from the ray abeam of a corner to the face's plane
   bool inside;        // the line goes through the face, by plain arithmetic
 
@@ -57,7 +59,8 @@ struct Judge::Sight {
   double reach_m(double t) const {
     return edge_reach * metres(t) + 4.0 * float_rounding * largest_m;
   }
-  bool passes_edge(const Hit& hit) const { return edge_m <= reach_m(hit.t); }
+  /// Of edges that meet sharply the ray may be near both, and yet far from where they meet.
+  bool passes_edge(const Hit& hit) const { return (inside ? edge_m : outside_m) <= reach_m(hit.t); }
   bool meets_end(const Hit& hit) const {
     return metres(std::abs(hit.t - ray.t_min)) <= rounding_m ||
            metres(std::abs(hit.t - ray.t_max)) <= rounding_m;
@@ -95,6 +98,13 @@ Judge::Sight Judge::look(const Ray& ray, std::uint32_t face) const {
                        distance_to_segment(s.across[2], s.across[0])});
   const double ab = unit.dot(a.cross(b)), bc = unit.dot(b.cross(c)), ca = unit.dot(c.cross(a));
   s.inside = (ab > 0.0 && bc > 0.0 && ca > 0.0) || (ab < 0.0 && bc < 0.0 && ca < 0.0);
+  const double turn = ab + bc + ca > 0.0 ? 1.0 : -1.0;
+  const auto beyond_m = [&](double side, const Vector3d& p, const Vector3d& q) {
+    return (q - p).isZero(0.0) ? p.norm() : -turn * side / (q - p).norm();
+  };
+  s.outside_m =
+      std::max({beyond_m(ab, s.across[0], s.across[1]), beyond_m(bc, s.across[1], s.across[2]),
+                beyond_m(ca, s.across[2], s.across[0])});
   return s;
 }
 
@@ -224,8 +234,8 @@ class Comparison {
         aimed_fans_((options.aimed_fan_rays + fan_rays - 1) / fan_rays),
         lists_((options.aimed_rays + list_rays - 1) / list_rays),
         workers_(static_cast<std::size_t>(std::max(1, options.threads))) {
-    for (const RayFan& fan : scene_fans) total_ += fan.grid->rays();
-    total_ += aimed_fans_ * fan_rays + options.aimed_rays;
+    for (const RayFan& fan : scene_fans) told_.of += rays_within_beam(*fan.grid);
+    told_.of += aimed_fans_ * fan_rays + options.aimed_rays;
     make_surfaces(workers_.front());
     for (std::size_t i = 0; i < candidates.size(); ++i)
       takes_lists_.push_back(candidates[i].has_every_face && takes_lists(*workers_[0].surfaces[i]));
@@ -238,13 +248,14 @@ class Comparison {
         sums.push_back({candidate.surface, candidate.intersector, source});
     // In rounds, whose parts are summed in order: threads cannot tell, and memory has a bound.
     const std::size_t items = scene_fans_.size() + aimed_fans_ + lists_;
-    for (std::size_t begin = 0; begin < items; begin += round) {
+    for (std::size_t begin = 0; begin < items && !stopped_; begin += round) {
       std::vector<std::vector<AgreementRow>> parts(std::min(round, items - begin));
       refine::parallel_for(parts.size(), options_.threads, [&](std::size_t part, int worker) {
+        if (stopped_) return;
         parts[part] = compare_item(begin + part, workers_[static_cast<std::size_t>(worker)]);
       });
       for (std::size_t part = 0; part < parts.size(); ++part)
-        for (std::size_t c = 0; c < candidates_.size(); ++c)
+        for (std::size_t c = 0; c < parts[part].size(); ++c)
           sums[c * ray_sources.size() + static_cast<std::size_t>(source_of(begin + part))] +=
               parts[part][c];
     }
@@ -300,7 +311,7 @@ class Comparison {
     std::vector<AgreementRow> rows(candidates_.size());
     for (std::size_t c = 0; c < candidates_.size(); ++c)
       if (asks(c, item, source)) compare_candidate(c, item, fan, worker, rows[c]);
-    tell(worker.numbers.size());
+    tell(worker.numbers.size(), rows);
     return rows;
   }
 
@@ -357,10 +368,14 @@ class Comparison {
       row.largest_dt_relative = std::max(row.largest_dt_relative, dt / expected.t);
   }
 
-  void tell(std::uint64_t rays) {
+  void tell(std::uint64_t rays, std::span<const AgreementRow> rows) {
     const std::lock_guard lock(telling_);
-    done_ += rays;
-    if (options_.progress) options_.progress(std::min(done_, total_), total_);
+    told_.rays = std::min(told_.rays + rays, told_.of);
+    for (const AgreementRow& row : rows) {
+      told_.unexplained += row.count(Verdict::unexplained);
+      told_.leaks += row.count(Verdict::leak);
+    }
+    if (options_.progress && !options_.progress(told_)) stopped_ = true;
   }
 
   Judge judge_;
@@ -373,10 +388,19 @@ class Comparison {
   std::vector<bool> takes_lists_;  // one a candidate
   std::vector<Worker> workers_;
   std::mutex telling_;
-  std::uint64_t done_ = 0, total_ = 0;
+  AgreementProgress told_;
+  std::atomic<bool> stopped_ = false;
 };
 
 }  // namespace
+
+std::uint64_t rays_within_beam(const FanGrid& grid) {
+  std::uint64_t rays = 0;
+  for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
+    for (std::size_t elevation = 0; elevation < grid.elevation_rad.size(); ++elevation)
+      rays += grid.within_beam(plane, elevation);
+  return rays;
+}
 
 std::vector<AgreementRow> compare(refine::Triangles triangles, const Intersector& reference,
                                   std::span<const Candidate> candidates,

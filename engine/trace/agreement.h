@@ -37,7 +37,8 @@ inline constexpr std::array verdict_names{"same", "tie",      "end",        "edg
 ///   tolerance is 8 times that. Where it exceeds L, and the ray is within reach of the face's plane, it
 ///   lies in that plane as far as float can tell: all edge functions vanish, and rounding decides
 ///   whether it is met, and where.
-/// - Reach, how far from the ray an edge matters, is 1e-6 r + 4 e M.
+/// - Reach, how far from the ray an edge matters, is 1e-6 r + 4 e M. A ray outside of a face is within reach
+///   of it if it is of every edge's line that it is beyond: of a needle's tip that is farther away.
 class Judge {
  public:
   /// The reference answers lists of rays, exactly; both must outlive this.
@@ -97,13 +98,23 @@ struct AgreementRow {
   AgreementRow& operator+=(const AgreementRow& other);
 };
 
+/// Of a fan's rays, those that are compared.
+std::uint64_t rays_within_beam(const FanGrid& grid);
+
+/// How far a comparison is, and what it has found till then, in the answers of all candidates.
+struct AgreementProgress {
+  std::uint64_t rays = 0, of = 0;
+  std::uint64_t unexplained = 0, leaks = 0;
+};
+
 struct AgreementOptions {
   std::uint64_t seed = 1;
   std::uint64_t aimed_fan_rays = 0;  ///< about so many in fans whose tables go through the mesh
   std::uint64_t aimed_rays = 0;      ///< so many in lists (for both see adversarial_rays.h)
   int threads = 1;                   ///< no number changes the result
-  /// Told how far it is, from one thread at a time; what it throws ends the comparison.
-  std::function<void(std::uint64_t rays_done, std::uint64_t of)> progress;
+  /// Told how far it is, from one thread at a time. Returning false ends the comparison: its rows are of
+  /// the rays that were asked till then.
+  std::function<bool(const AgreementProgress&)> progress;
 };
 
 /// Asks every candidate and the reference the same rays: the scene's fans, and rays aimed at the

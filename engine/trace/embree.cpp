@@ -272,7 +272,7 @@ class Embree final : public Intersector {
         for (std::size_t i = 0; i < lanes; ++i) {
           // Lanes past the end repeat the last ray, switched off: every lane holds a sound ray.
           const std::size_t elevation = first + std::min(i, count - 1);
-          const Eigen::Vector3f direction = fan.direction(broadside, elevation).cast<float>();
+          const Eigen::Vector3f direction = rounded(fan.direction(broadside, elevation));
           packet.ray.dir_x[i] = direction.x();
           packet.ray.dir_y[i] = direction.y();
           packet.ray.dir_z[i] = direction.z();
@@ -340,8 +340,15 @@ class Embree final : public Intersector {
     one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     return one;
   }
+  /// Embree takes a component up to 1e-18 for 1e-18, whatever its sign, but still goes by that sign: packets
+  /// with such a ray miss. Of 0 it knows.
+  static Eigen::Vector3f rounded(const Eigen::Vector3d& direction) {
+    constexpr float taken_for_itself = 2e-18f;
+    const Eigen::Array3f to = direction.array().cast<float>();
+    return (to.abs() < taken_for_itself).select(0.0f, to);
+  }
   static void set_direction(RTCRayHit& one, const Eigen::Vector3d& direction) {
-    const Eigen::Vector3f to = direction.cast<float>();
+    const Eigen::Vector3f to = rounded(direction);
     one.ray.dir_x = to.x(), one.ray.dir_y = to.y(), one.ray.dir_z = to.z();
   }
   /// Not beyond the fan's own, and finite, so that a distance that overflows is no hit.

@@ -1,8 +1,10 @@
 #include <ensonify/engine/trace/exact_surface.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include <ensonify/refine/active_mesh.h>
@@ -15,11 +17,12 @@ namespace {
 
 using refine::ViewVolume;
 
-/// The active mesh as a source of exact faces.
+/// The active mesh as a source of exact faces: there is one, which is always that of the last ping, and
+/// two lists of its faces, which take turns.
 struct Refined {
   refine::ActiveMesh mesh;
   explicit Refined(const refine::ProgressiveMesh& of) : mesh(of) {}
-  refine::ExactFaces faces(std::span<const ViewVolume> volumes) {
+  refine::ExactFaces faces(std::span<const ViewVolume> volumes, std::size_t) {
     mesh.refine(volumes);
     return mesh.exact_faces();
   }
@@ -28,9 +31,14 @@ struct Refined {
 
 /// The top-down query as one.
 struct Walked {
-  refine::Footprint footprint;
-  explicit Walked(const refine::ProgressiveMesh& of) : footprint(of) {}
-  refine::ExactFaces faces(std::span<const ViewVolume> volumes) { return footprint.query(volumes); }
+  const refine::ProgressiveMesh& progressive;
+  std::array<std::optional<refine::Footprint>, 2> footprints;
+  explicit Walked(const refine::ProgressiveMesh& of) : progressive(of) {}
+  refine::ExactFaces faces(std::span<const ViewVolume> volumes, std::size_t turn) {
+    std::optional<refine::Footprint>& footprint = footprints[turn];
+    if (!footprint) footprint.emplace(progressive);
+    return footprint->query(volumes);
+  }
   void reset() {}
 };
 
@@ -46,72 +54,134 @@ bool same_shape(const ViewVolume& a, const ViewVolume& b) {
          a.elevation_high_rad == b.elevation_high_rad && a.range_m == b.range_m;
 }
 
+void take_volumes(std::span<const RayFan> fans, std::vector<ViewVolume>& volumes) {
+  volumes.clear();
+  for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
+}
+
+/// Exact faces, and the intersector over them.
+struct Stage {
+  std::unique_ptr<Intersector> intersector;
+  refine::Triangles triangles;
+  std::vector<ViewVolume> built;  // for which; none while nothing is there
+
+  /// Whether that is all that other volumes can touch.
+  bool holds(std::span<const ViewVolume> volumes) const {
+    if (volumes.size() != built.size() || volumes.empty()) return false;
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+      if (!same_shape(volumes[i], built[i]) ||
+          moved_m(built[i], volumes[i]) + volumes[i].margin_m > built[i].margin_m)
+        return false;
+    return true;
+  }
+};
+
+/// Pings use the one stage while a spare thread makes the other one ready for those to come.
 template <class Source>
 class ExactSurface final : public Surface {
  public:
   explicit ExactSurface(const SurfaceParts& parts)
       : progressive_(parts.progressive),
-        source_(*progressive_),
-        intersector_(make_intersector(parts.intersector, {}, parts.options.of_one_ping())),
-        tree_pings_(parts.tree_pings) {}
-
-  const Intersector& prepare(std::span<const RayFan> fans) override {
-    wanted_.clear();
-    for (const RayFan& fan : fans) wanted_.push_back(view_volume(fan));
-    if (!still_inside()) {
-      const double margin_m = tree_pings_ > 1 ? (tree_pings_ - 1) * advance_m() : 0.0;
-      for (ViewVolume& volume : wanted_) volume.margin_m += margin_m;
-      const refine::ExactFaces exact = source_.faces(wanted_);
-      triangles_ = {exact.points, exact.faces, exact.source_faces};
-      intersector_->build(triangles_);
-      ++version_;
-      std::swap(built_, wanted_);
-      last_ = built_;
-    } else {
-      last_ = wanted_;
-    }
-    return *intersector_;
+        intersector_(parts.intersector),
+        options_(parts.options.of_one_ping()),
+        tree_pings_(parts.tree_pings),
+        source_(*progressive_) {
+    stages_[turn_].intersector = make_intersector(intersector_, {}, options_);
   }
 
-  refine::Triangles triangles() const override { return triangles_; }
+  const Intersector& prepare(std::span<const RayFan> fans) override {
+    take_volumes(fans, wanted_);
+    if (!stages_[turn_].holds(wanted_)) {
+      widen(wanted_, last_, wide_);
+      const bool ready = ahead_.finish();
+      if (std::exchange(fault_ahead_, false)) source_.reset();
+      // Only what would be built now: whether a thread was spare must not show, not even in a tie.
+      if (ready && stages_[1 - turn_].built == wide_)
+        turn_ = 1 - turn_;
+      else
+        build(turn_, wide_);
+      ++version_;
+    }
+    std::swap(last_, wanted_);
+    before_expected_ = last_;
+    return *stages_[turn_].intersector;
+  }
+
+  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    if (ahead_.is_out()) return false;
+    take_volumes(fans, expected_);
+    if (stages_[turn_].holds(expected_)) {
+      std::swap(before_expected_, expected_);
+      return true;
+    }
+    widen(expected_, before_expected_, wide_ahead_);
+    ahead_.send(spare);
+    return false;
+  }
+
+  refine::Triangles triangles() const override { return stages_[turn_].triangles; }
   std::uint64_t version() const override { return version_; }
 
   void reset() override {
+    ahead_.finish();
+    fault_ahead_ = false;
     source_.reset();
-    built_.clear();
+    for (Stage& stage : stages_) stage.built.clear();
     last_.clear();
   }
 
  private:
-  /// Whether the tree that is there holds all that the wanted volumes can touch.
-  bool still_inside() const {
-    if (tree_pings_ <= 1 || wanted_.size() != built_.size() || wanted_.empty()) return false;
-    for (std::size_t i = 0; i < wanted_.size(); ++i)
-      if (!same_shape(wanted_[i], built_[i]) ||
-          moved_m(built_[i], wanted_[i]) + wanted_[i].margin_m > built_[i].margin_m)
-        return false;
-    return true;
+  /// By as much as the next pings will go if they go as the last two did.
+  void widen(const std::vector<ViewVolume>& volumes, const std::vector<ViewVolume>& before,
+             std::vector<ViewVolume>& wide) const {
+    wide = volumes;
+    if (tree_pings_ <= 1) return;
+    const double margin_m = (tree_pings_ - 1) * advance_m(before, volumes);
+    for (ViewVolume& volume : wide) volume.margin_m += margin_m;
   }
-  /// How far the fans went since the last ping; none the first time, nor after a leap (the end of a
+  void build(std::size_t turn, std::vector<ViewVolume>& volumes) {
+    Stage& stage = stages_[turn];
+    stage.built.clear();
+    if (!stage.intersector) stage.intersector = make_intersector(intersector_, {}, options_);
+    const refine::ExactFaces exact = source_.faces(volumes, turn);
+    stage.triangles = {exact.points, exact.faces, exact.source_faces};
+    stage.intersector->build(stage.triangles);
+    std::swap(stage.built, volumes);
+  }
+  /// What is wrong with the faces to come is told to the ping that wants them: it finds it, too.
+  void build_ahead() noexcept {
+    try {
+      build(1 - turn_, wide_ahead_);
+    } catch (...) {
+      fault_ahead_ = true;
+    }
+  }
+  /// How far the fans went since the ping before; none the first time, nor after a leap (the end of a
   /// line), which nothing says will be made again.
-  double advance_m() const {
+  static double advance_m(const std::vector<ViewVolume>& before,
+                          const std::vector<ViewVolume>& volumes) {
     double most_m = 0.0;
-    if (last_.size() == wanted_.size())
-      for (std::size_t i = 0; i < wanted_.size(); ++i)
-        most_m = std::max(most_m, moved_m(last_[i], wanted_[i]));
-    const bool leap = most_m > 0.0 && most_m > leap_of_range * wanted_.front().range_m;
+    if (before.size() == volumes.size())
+      for (std::size_t i = 0; i < volumes.size(); ++i)
+        most_m = std::max(most_m, moved_m(before[i], volumes[i]));
+    const bool leap = most_m > 0.0 && most_m > leap_of_range * volumes.front().range_m;
     return leap ? 0.0 : most_m;
   }
 
   static constexpr double leap_of_range = 0.05;
 
   std::shared_ptr<const refine::ProgressiveMesh> progressive_;
-  Source source_;
-  std::unique_ptr<Intersector> intersector_;
-  refine::Triangles triangles_;
-  std::uint64_t version_ = 0;
+  std::string intersector_;
+  IntersectorOptions options_;
   int tree_pings_;
-  std::vector<ViewVolume> wanted_, built_, last_;
+  Source source_;
+  std::array<Stage, 2> stages_;
+  std::size_t turn_ = 0;  // which of them is there now
+  std::uint64_t version_ = 0;
+  std::vector<ViewVolume> wanted_, last_, wide_;  // by a ping; and with the next ones
+  std::vector<ViewVolume> expected_, before_expected_, wide_ahead_;
+  bool fault_ahead_ = false;
+  refine::SpareThreads::Errand ahead_{[this] { build_ahead(); }};  // the last: it uses the others
 };
 
 }  // namespace

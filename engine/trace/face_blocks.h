@@ -21,7 +21,7 @@ struct FaceBlocks {
   static constexpr std::size_t together = 16;           ///< boxes are padded to a multiple of it
 
   std::size_t count = 0;
-  CacheLines<float> rows_of;  ///< [block][row][face]
+  CacheLines<float> rows_of;  ///< [block][row][face], and what larger meshes left behind
   CacheLines<float> boxes;    ///< [middle x y z, half width x y z][block], rows of boxes_in_row()
 
   std::size_t boxes_in_row() const { return (count + together - 1) / together * together; }

@@ -1,10 +1,9 @@
 // Compiled once for each of Highway's targets, as fan_kernel.cpp is.
 
-#define HWY_BROKEN_EMU128 1
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/face_planes.cpp"
-#define HWY_DISABLED_TARGETS \
-  (HWY_SSSE3 | HWY_SSE4 | HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include <ensonify/engine/trace/vector_targets.h>
+
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>
@@ -17,15 +16,8 @@ namespace ensonify::engine {
 namespace HWY_NAMESPACE {
 namespace {
 
-// As FaceBlocks orders corners.
-HWY_INLINE M before(V3 a, V3 b) {
-  const M at_z = hn::Lt(a.z, b.z);
-  const M at_y = hn::Or(hn::Lt(a.y, b.y), hn::And(hn::Eq(a.y, b.y), at_z));
-  return hn::Or(hn::Lt(a.x, b.x), hn::And(hn::Eq(a.x, b.x), at_y));
-}
-
 void find_face_planes_here(const FacePlanes& planes, std::int64_t count) {
-  const Frame frame = frame_of(&planes.origin[0], &planes.axes[0]);
+  const Frame frame = laid(planes.frame);
   const V sine = hn::Set(d, planes.sin_azimuth), cosine = hn::Set(d, planes.cos_azimuth);
   for (std::int64_t i = 0; i < count; i += lanes) {
     alignas(64) float rows[9 * lanes];
@@ -42,17 +34,14 @@ void find_face_planes_here(const FacePlanes& planes, std::int64_t count) {
       const float* at = rows + 3 * k * lanes;
       return V3{promoted(at), promoted(at + lanes), promoted(at + 2 * lanes)};
     };
-    const V3 first = corner(0), second = corner(1), third = corner(2);
-    const M by_second = before(second, first);
-    const M by_third = before(third, choose(by_second, second, first));
-    const V3 a = into(frame, choose(by_third, third, choose(by_second, second, first)));
-    const V3 b = into(frame, choose(by_third, first, choose(by_second, third, second)));
-    const V3 c = into(frame, choose(by_third, second, choose(by_second, first, third)));
-    const V3 normal = hn::Set(d, planes.handedness) * cross(b - a, c - a);
-    const CutPlane cut = cut_plane(normal, dot(normal, a), sine, cosine);
-    hn::StoreU(cut.level, d, planes.level + i);
-    hn::StoreU(cut.pole, d, planes.pole + i);
-    hn::StoreU(cut.distance, d, planes.distance + i);
+    Corners face{corner(0), corner(1), corner(2)};
+    put_in_order(face);
+    const V3 a = into(frame, face.a), b = into(frame, face.b), c = into(frame, face.c);
+    const V3 normal = hn::Set(d, planes.frame.handedness) * cross(b - a, c - a);
+    const FacePlane plane = face_plane(normal, dot(normal, a));
+    hn::StoreU(level_of(plane, sine, cosine), d, planes.level + i);
+    hn::StoreU(plane.normal.z, d, planes.pole + i);
+    hn::StoreU(plane.distance, d, planes.distance + i);
   }
 }
 

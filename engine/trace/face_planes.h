@@ -1,15 +1,14 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
+
+#include <ensonify/engine/trace/fan_frame.h>
 
 namespace ensonify::engine {
 
 /// What find_face_planes reads and writes, as plain arrays: it is compiled as fan_kernel is.
 struct FacePlanes {
-  std::array<double, 3> origin;
-  std::array<double, 9> axes;  ///< array axis, middle, pole
-  double handedness;           ///< as in FanPass
+  FanFrame frame;
   double sin_azimuth, cos_azimuth;
   const float* positions;      ///< x y z of each
   const std::uint32_t* faces;  ///< three of each

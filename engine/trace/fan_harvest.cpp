@@ -1,10 +1,9 @@
 // What a scan has found, handed out: as hits, or as runs of rays. Compiled as fan_kernel.cpp is.
 
-#define HWY_BROKEN_EMU128 1
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_harvest.cpp"
-#define HWY_DISABLED_TARGETS \
-  (HWY_SSSE3 | HWY_SSE4 | HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include <ensonify/engine/trace/vector_targets.h>
+
 #include <hwy/foreach_target.h>
 
 #include <cmath>
@@ -20,12 +19,12 @@ namespace HWY_NAMESPACE {
 namespace {
 
 using U = hn::ScalableTag<std::uint32_t>;
+using Half = hn::Rebind<std::int32_t, D>;
 constexpr U du;
-constexpr std::int64_t block_faces = 16;
+constexpr Half half;
 
-std::uint32_t index_of(const FanPass& pass, std::int64_t slot) {
-  const auto block = static_cast<std::int64_t>(pass.met_blocks[slot / block_faces]);
-  return static_cast<std::uint32_t>(block * block_faces + slot % block_faces);
+HWY_INLINE hn::Vec<Half> load(const std::uint32_t* from) {
+  return hn::LoadU(half, reinterpret_cast<const std::int32_t*>(from));
 }
 
 // How many rays from j on have the same nearest face, at most up to the end.
@@ -58,7 +57,7 @@ HWY_INLINE std::int64_t finish_run(const FanPass& pass, std::int64_t plane, std:
                                    std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
   const std::int64_t slot = pass.nearest[plane * pass.stride + from];
   const float* nearness = pass.nearness + plane * pass.stride;
-  const std::uint32_t index = index_of(pass, slot);
+  const std::uint32_t index = pass.index[slot];
   const std::uint32_t number = pass.numbers ? pass.numbers[index] : index;
   const V names =
       hn::BitCast(d, hn::Set(di, static_cast<std::int64_t>(std::uint64_t{index} << 32 | number)));
@@ -150,7 +149,7 @@ HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t fr
     const auto differ =
         hn::And(hn::Ne(here, next), hn::FirstN(du, static_cast<std::size_t>(until - 1 - j)));
     if (hn::AllFalse(du, differ)) continue;
-    const auto behind = hn::Iota(du, static_cast<std::uint32_t>(j + 1));
+    const auto behind = hn::Add(hn::Iota(du, 0), hn::Set(du, static_cast<std::uint32_t>(j + 1)));
     const auto end = hn::And(differ, hn::Ne(here, none));
     const auto begin = hn::And(differ, hn::Ne(next, none));
     ends += static_cast<std::int64_t>(hn::CompressStore(behind, end, du, rows.end + ends));
@@ -190,32 +189,39 @@ std::int64_t list_runs_here(const FanPass& pass, std::int64_t plane, std::int64_
   const std::int64_t end = bound_runs(pass.nearest + plane * pass.stride, from, until, rows, count);
   const float* nearness = pass.nearness + plane * pass.stride;
   const auto surely_within = static_cast<float>((1.0 + 0x1p-9) / pass.range_m);
-  const double* x = pass.forms;
-  const double* y = x + 4 * pass.slots;
-  const double* z = y + 4 * pass.slots;
   const V sine = hn::Set(d, pass.sin_azimuth[plane]), cosine = hn::Set(d, pass.cos_azimuth[plane]);
   bool empty = false;
   for (std::int64_t i = count; i < end; i += lanes) {
     const std::int64_t some = end - i < lanes ? end - i : lanes;
-    alignas(64) std::int64_t place[lanes];
-    for (std::int64_t k = 0; k < lanes; ++k)
-      place[k] = 4 * std::int64_t{rows.index[i + (k < some ? k : 0)]};
-    const auto at = hn::Load(di, place);
-    const V sign = hn::Mul(hn::Set(d, pass.handedness), hn::GatherIndex(d, z + 3, at));
-    const V3 normal{hn::GatherIndex(d, x + 2, at), hn::GatherIndex(d, y + 2, at),
-                    hn::GatherIndex(d, z + 2, at)};
-    const CutPlane cut =
-        cut_plane(sign * normal, hn::Mul(sign, hn::GatherIndex(d, x + 3, at)), sine, cosine);
-    hn::StoreU(cut.level, d, rows.level + i);
-    hn::StoreU(cut.pole, d, rows.pole + i);
-    hn::StoreU(cut.distance, d, rows.distance + i);
+    // 32 bits are signed to Highway; so many slots there are not.
+    const auto within = hn::FirstN(half, static_cast<std::size_t>(some));
+    const auto slot = hn::IfThenElseZero(within, load(rows.index + i));
+    const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, slot));
+    const auto row = [&](std::int64_t k)
+                         HWY_ATTR { return hn::GatherIndex(d, pass.face_planes + k, at); };
+    const FacePlane face{{row(0), row(1), row(2)}, row(3)};
+    hn::StoreU(level_of(face, sine, cosine), d, rows.level + i);
+    hn::StoreU(face.normal.z, d, rows.pole + i);
+    hn::StoreU(face.distance, d, rows.distance + i);
+    const auto gather = [&](const std::uint32_t* table, hn::Vec<Half> index) HWY_ATTR {
+      return hn::GatherIndex(half, reinterpret_cast<const std::int32_t*>(table), index);
+    };
+    const auto store = [&](hn::Vec<Half> values, std::uint32_t* to) HWY_ATTR {
+      hn::StoreU(values, half, reinterpret_cast<std::int32_t*>(to));
+    };
+    const auto index = gather(pass.index, slot);
+    store(pass.numbers ? gather(pass.numbers, index) : index, rows.face + i);
+    const auto last = hn::Sub(load(rows.end + i), hn::Set(half, 1));
+    const auto near_at = [&](hn::Vec<Half> ray) HWY_ATTR {
+      return hn::GatherIndex(df, nearness, hn::IfThenElseZero(within, ray));
+    };
+    const auto least = hn::Min(near_at(load(rows.begin + i)), near_at(last));
+    store(index, rows.index + i);
+    const auto far = hn::And(hn::Lt(least, hn::Set(df, surely_within)), hn::RebindMask(df, within));
+    if (HWY_LIKELY(hn::AllFalse(df, far))) continue;
     for (std::int64_t k = i; k < i + some; ++k) {
-      rows.index[k] = index_of(pass, rows.index[k]);
-      rows.face[k] = pass.numbers ? pass.numbers[rows.index[k]] : rows.index[k];
-      if (nearness[rows.begin[k]] < surely_within || nearness[rows.end[k] - 1] < surely_within) {
-        trim(pass, rows, k);
-        empty |= rows.begin[k] == rows.end[k];
-      }
+      trim(pass, rows, k);
+      empty |= rows.begin[k] == rows.end[k];
     }
   }
   forget(pass, plane, from, until);

@@ -1,15 +1,13 @@
-// Compiled once for each of Highway's targets. All of them do the same operations on each number, fused
-// multiply-adds included, so their results are the same to the last bit; targets without fused ones are
-// left out, down to plain code with std::fma.
+// Compiled once for each of Highway's targets (vector_targets.h).
 
-#define HWY_BROKEN_EMU128 1  // so that plain code is the last resort with any compiler
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_kernel.cpp"
-#define HWY_DISABLED_TARGETS \
-  (HWY_SSSE3 | HWY_SSE4 | HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include <ensonify/engine/trace/vector_targets.h>
+
 #include <hwy/foreach_target.h>
 
 #include <cmath>
+#include <limits>
 
 #include <hwy/highway.h>
 
@@ -28,6 +26,16 @@ static_assert(block_faces % lanes == 0);
 
 constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin itself
 constexpr double in_the_plane = 1e-30;   // metres from the origin
+constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
+
+// Stores the lanes of the mask side by side; what lies behind them, up to a register's width, is overwritten.
+HWY_INLINE void store_some(V values, M mask, double* to) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  hn::StoreU(V{_mm512_maskz_compress_pd(mask.raw, values.raw)}, d, to);
+#else
+  hn::CompressStore(values, mask, d, to);
+#endif
+}
 
 // How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
 // which side of the plane a place is.
@@ -45,7 +53,7 @@ HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
 
 // A block may be met if it is within range, and for some plane on both of its sides and not behind.
 void find_blocks_here(FanPass& pass) {
-  const Frame frame = frame_of(&pass.origin[0], &pass.axes[0]);
+  const Frame frame = laid(pass.frame);
   const V range2 = hn::Set(d, pass.range_m * pass.range_m);
   const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
   std::int64_t met = 0;
@@ -88,41 +96,52 @@ void find_blocks_here(FanPass& pass) {
   pass.met = met;
 }
 
-// What is common to all rays that a face meets. With a, b, c its corners from the origin, N its normal
+// What is common to all rays that faces meet. With a, b, c a face's corners from the origin, N its normal
 // (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at t = (N.a) / (N.d), and
 // the point there weighs b by d.((c - a) x a) / (N.d), c by d.(a x (b - a)) / (N.d) and a by the rest.
 // All signs are turned so that N.a >= 0.
-HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t slot,
-                              std::int64_t place, V turn, V3 a, V3 b, V3 c) {
+HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t first_slot,
+                              std::int64_t place, const Corners& at) {
+  const V3 a = at.a, b = at.b, c = at.c;
   const V3 ab = b - a, ac = c - a, bc = c - b;
   const V zero = hn::Zero(d);
-  V3 normal = cross(ab, ac), to_b = cross(ac, a), to_c = cross(a, ab);
+  V3 normal = cross(ab, ac);
   V distance = dot(normal, a);
+  const std::int64_t slot = first_slot + place;
+  if (!pass.hits_wanted) {
+    const V turn = hn::Set(d, pass.frame.handedness);
+    const FacePlane face = face_plane(turn * normal, hn::Mul(turn, distance));
+    hn::StoreInterleaved4(face.normal.x, face.normal.y, face.normal.z, face.distance, d,
+                          pass.face_planes + 4 * slot);
+  }
   const V sign = hn::IfThenElse(hn::Lt(distance, zero), hn::Set(d, -1.0), hn::Set(d, 1.0));
-  normal = sign * normal, to_b = sign * to_b, to_c = sign * to_c;
+  normal = sign * normal;
   distance = hn::Mul(sign, distance);
-  const V3 to_a = normal - to_b - to_c;
-
-  // The source's corners are the face's, turned.
-  const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
-  const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
-  const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
   const V size = hn::Add(hn::Add(hn::Abs(normal.x), hn::Abs(normal.y)), hn::Abs(normal.z));
   const M apart = hn::Gt(distance, hn::Mul(hn::Set(d, in_the_plane), size));
   const V inverse =
       hn::IfThenElse(apart, hn::Div(hn::Set(d, 1.0), hn::IfThenElse(apart, distance, size)), zero);
-  double* forms = pass.forms + 4 * slot;
-  const std::int64_t step = 4 * pass.slots;
-  hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
-  hn::StoreInterleaved4(u.y, v.y, normal.y, inverse, d, forms + step);
-  hn::StoreInterleaved4(u.z, v.z, normal.z, sign, d, forms + 2 * step);
+  if (pass.hits_wanted) {
+    const V3 to_b = sign * cross(ac, a), to_c = sign * cross(a, ab);
+    const V3 to_a = normal - to_b - to_c;
+    // The source's corners are the face's, turned.
+    const V turn = promoted(&batch.rows[0] + 9 * batch_room + place);
+    const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
+    const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
+    const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
+    double* forms = pass.forms + 4 * slot;
+    const std::int64_t step = 4 * pass.slots;
+    hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
+    hn::StoreInterleaved4(u.y, v.y, normal.y, inverse, d, forms + step);
+    hn::StoreInterleaved4(u.z, v.z, normal.z, zero, d, forms + 2 * step);
+  }
   hn::StoreU(hn::IfThenElse(apart, zero, hn::Set(d, 1.0)), d, &batch.sees_origin[0] + place);
   batch.through_origin |= !hn::AllTrue(d, apart);
   const V3 scaled = inverse * normal;
   float* planes = &batch.planes[0] + place;
   hn::StoreU(hn::DemoteTo(df, scaled.x), df, planes);
-  hn::StoreU(hn::DemoteTo(df, scaled.y), df, planes + batch_faces);
-  hn::StoreU(hn::DemoteTo(df, scaled.z), df, planes + 2 * batch_faces);
+  hn::StoreU(hn::DemoteTo(df, scaled.y), df, planes + batch_room);
+  hn::StoreU(hn::DemoteTo(df, scaled.z), df, planes + 2 * batch_room);
 
   // No point of the face is farther than its farthest corner, nor nearer than that less the longest edge.
   const auto one = hn::Set(df, 1.0f);
@@ -133,10 +152,10 @@ HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t
   const auto inner = hn::Sub(hn::Mul(far, hn::Set(df, 1.0f - 0x1p-20f)),
                              hn::Mul(longest, hn::Set(df, 1.0f + 0x1p-20f)));
   const auto apart_from = hn::Gt(inner, hn::Set(df, 1.0f / nearest_of_all));
-  hn::StoreU(hn::Div(one, outer), df, planes + 3 * batch_faces);
+  hn::StoreU(hn::Div(one, outer), df, planes + 3 * batch_room);
   hn::StoreU(hn::IfThenElse(apart_from, hn::Div(one, hn::IfThenElse(apart_from, inner, one)),
                             hn::Set(df, nearest_of_all)),
-             df, planes + 4 * batch_faces);
+             df, planes + 4 * batch_room);
 }
 
 // A place where an edge crosses a plane: along the plane and along the pole, times a positive number.
@@ -162,50 +181,114 @@ HWY_INLINE double* crossings_of(const FanBatch& batch, std::int64_t plane) {
   return batch.crossings + plane * FanBatch::list_rows * FanBatch::list_room;
 }
 
-// Brings one block into the fan's frame and lists where its faces cross which planes.
-HWY_INLINE void cross_block(const FanPass& pass, const Frame& frame, FanBatch& batch,
-                            std::int64_t met, std::int64_t place) {
-  const float* rows =
-      pass.block_rows + static_cast<std::int64_t>(pass.met_blocks[met]) * 10 * block_faces;
-  const V zero = hn::Zero(d);
-  const auto in_row = hn::Iota(di, 0);
-  for (std::int64_t i = 0; i < block_faces; i += lanes, rows += lanes, place += lanes) {
-    const auto corner = [&](std::int64_t k) HWY_ATTR {
-      const float* at = rows + 3 * k * block_faces;
-      return into(frame,
-                  {promoted(at), promoted(at + block_faces), promoted(at + 2 * block_faces)});
-    };
-    const V3 a = corner(0), b = corner(1), c = corner(2);
-    const V places = hn::BitCast(d, hn::Add(in_row, hn::Set(di, place)));
-    bool any = false;
-    for (std::int64_t k = 0; k < pass.planes; ++k) {
-      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
-      const V off_a = off_plane(sine, cosine, a.x, a.y), off_b = off_plane(sine, cosine, b.x, b.y),
-              off_c = off_plane(sine, cosine, c.x, c.y);
-      const M side_a = hn::Ge(off_a, zero), side_b = hn::Ge(off_b, zero),
-              side_c = hn::Ge(off_c, zero);
-      const M a_from_b = hn::Xor(side_a, side_b), a_from_c = hn::Xor(side_a, side_c);
-      const M crosses = hn::Or(a_from_b, a_from_c);
-      if (hn::AllFalse(d, crosses)) continue;
-      any = true;
-      const InPlane in_a{off_a, along_plane(sine, cosine, a.x, a.y), a.z},
-          in_b{off_b, along_plane(sine, cosine, b.x, b.y), b.z},
-          in_c{off_c, along_plane(sine, cosine, c.x, c.y), c.z};
-      const M lone_b = hn::Not(a_from_c), lone_c = hn::Not(a_from_b);
-      const InPlane lone = choose(lone_b, in_b, choose(lone_c, in_c, in_a));
-      const Crossing p = between(lone, choose(lone_b, in_a, in_b));
-      const Crossing q = between(lone, choose(lone_c, in_a, in_c));
-      std::int64_t& count = batch.counts[k];
-      double* const list = crossings_of(batch, k) + count;
-      const auto note = [&](std::int64_t row, V values) HWY_ATTR {
-        hn::CompressStore(values, crosses, d, list + row * FanBatch::list_room);
+// Adds those faces of a block to the batch that may cross a plane of the fan, told in float: in front of the
+// pole a face sees as much of the azimuth as its corners do, x / y being the tangent.
+//
+// Places from the origin err by 2^-24 of the origin's coordinates and a few times as much of their own, so x and
+// y by less than e = 2^-21 of both; where y is more than 2 e, x / y by less than 2 e (1 + |x / y|) / y.
+// Twice that is allowed, for the rounding of all this.
+HWY_INLINE void add_block(const FanPass& pass, FanBatch& batch, std::uint32_t block,
+                          std::uint32_t* index) {
+  constexpr F f;
+  constexpr hn::RebindToUnsigned<F> u;
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(f));
+  static_assert(block_faces % width == 0);
+  using VF = hn::Vec<F>;
+  const auto set = [&](double value) HWY_ATTR { return hn::Set(f, static_cast<float>(value)); };
+  const double* o = &pass.frame.origin[0];
+  const double* axes = &pass.frame.axes[0];
+  const float origin_size = static_cast<float>(std::fabs(o[0]) + std::fabs(o[1]) + std::fabs(o[2]));
+  const float* rows = pass.block_rows + std::int64_t{block} * 10 * block_faces;
+  for (std::int64_t i = 0; i < block_faces; i += width, rows += width) {
+    VF least_y = set(0.0), least = least_y, greatest = least_y, size = least_y;
+    const auto see = [&](std::int64_t corner) HWY_ATTR {
+      const auto from = [&](std::int64_t axis) HWY_ATTR {
+        return hn::Sub(hn::LoadU(f, rows + (3 * corner + axis) * block_faces), set(o[axis]));
       };
-      note(0, p.x), note(1, p.y), note(2, q.x), note(3, q.y), note(4, places);
-      count += static_cast<std::int64_t>(hn::CountTrue(d, crosses));
+      const VF p = from(0), q = from(1), r = from(2);
+      const auto along = [&](const double* axis) HWY_ATTR {
+        return fma(f, set(axis[0]), p, fma(f, set(axis[1]), q, hn::Mul(set(axis[2]), r)));
+      };
+      const VF x = along(axes), y = along(axes + 3), tangent = hn::Div(x, y);
+      const VF far = hn::Add(hn::Add(hn::Abs(p), hn::Abs(q)), hn::Abs(r));
+      least_y = corner == 0 ? y : hn::Min(least_y, y);
+      least = corner == 0 ? tangent : hn::Min(least, tangent);
+      greatest = corner == 0 ? tangent : hn::Max(greatest, tangent);
+      size = corner == 0 ? far : hn::Max(size, far);
+    };
+    see(0), see(1), see(2);
+    const VF error = hn::Mul(hn::Add(size, hn::Set(f, origin_size)), set(0x1p-21));
+    const auto in_front = hn::Gt(least_y, hn::Add(error, error));
+    const VF steepest = hn::Max(hn::Abs(least), hn::Abs(greatest));
+    const VF slack =
+        hn::Mul(hn::Div(hn::Mul(error, set(4.0)), least_y), hn::Add(steepest, set(1.0)));
+    const VF from = hn::Sub(least, slack), until = hn::Add(greatest, slack);
+    auto may_cross = hn::Not(in_front);
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      const VF tangent = hn::Set(f, pass.tan_azimuth[k]);
+      may_cross = hn::Or(may_cross, hn::And(hn::Ge(tangent, from), hn::Le(tangent, until)));
     }
-    if (any)
-      prepare_faces(pass, batch, met * block_faces + i, place, promoted(rows + 9 * block_faces), a,
-                    b, c);
+    if (hn::AllFalse(f, may_cross)) continue;
+    float* to = &batch.rows[0] + batch.count;
+    const auto keep = [&](std::int64_t row, VF values) HWY_ATTR {
+      hn::StoreU(hn::Compress(values, may_cross), f, to + row * batch_room);
+    };
+    for (std::int64_t row = 0; row < 10; ++row) keep(row, hn::LoadU(f, rows + row * block_faces));
+    keep(FanBatch::least_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
+    keep(FanBatch::greatest_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
+    const auto number =
+        hn::Add(hn::Iota(u, 0),
+                hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i)));
+    hn::StoreU(hn::Compress(number, hn::RebindMask(u, may_cross)), u, index + batch.count);
+    batch.count += static_cast<std::int64_t>(hn::CountTrue(f, may_cross));
+  }
+}
+
+// Brings faces of the batch from a place on into the fan's frame and lists which planes they cross, and where.
+HWY_INLINE void cross_faces(const FanPass& pass, const Frame& frame, FanBatch& batch,
+                            std::int64_t first_slot, std::int64_t place) {
+  const V zero = hn::Zero(d);
+  const auto corner = [&](std::int64_t k) HWY_ATTR {
+    const float* at = &batch.rows[0] + 3 * k * batch_room + place;
+    return into(frame, {promoted(at), promoted(at + batch_room), promoted(at + 2 * batch_room)});
+  };
+  const Corners at{corner(0), corner(1), corner(2)};
+  const V3 a = at.a, b = at.b, c = at.c;
+  prepare_faces(pass, batch, first_slot, place, at);
+  const M within = hn::FirstN(d, static_cast<std::size_t>(batch.count - place));
+  const V places = hn::BitCast(d, hn::Add(hn::Iota(di, 0), hn::Set(di, place)));
+  const auto tangents = [&](std::int64_t row) HWY_ATTR {
+    return promoted(&batch.rows[0] + row * batch_room + place);
+  };
+  const V none = hn::Set(d, std::numeric_limits<double>::infinity());
+  const double least = hn::GetLane(
+      hn::MinOfLanes(d, hn::IfThenElse(within, tangents(FanBatch::least_tangent), none)));
+  const double greatest = hn::GetLane(hn::MaxOfLanes(
+      d, hn::IfThenElse(within, tangents(FanBatch::greatest_tangent), hn::Neg(none))));
+  for (std::int64_t k = 0; k < pass.planes; ++k) {
+    if (pass.tan_azimuth[k] < least || pass.tan_azimuth[k] > greatest) continue;
+    const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+    const V off_a = off_plane(sine, cosine, a.x, a.y), off_b = off_plane(sine, cosine, b.x, b.y),
+            off_c = off_plane(sine, cosine, c.x, c.y);
+    const M side_a = hn::Ge(off_a, zero), side_b = hn::Ge(off_b, zero),
+            side_c = hn::Ge(off_c, zero);
+    const M a_from_b = hn::Xor(side_a, side_b), a_from_c = hn::Xor(side_a, side_c);
+    const M crosses = hn::And(hn::Or(a_from_b, a_from_c), within);
+    if (hn::AllFalse(d, crosses)) continue;
+    const InPlane in_a{off_a, along_plane(sine, cosine, a.x, a.y), a.z},
+        in_b{off_b, along_plane(sine, cosine, b.x, b.y), b.z},
+        in_c{off_c, along_plane(sine, cosine, c.x, c.y), c.z};
+    const M lone_b = hn::Not(a_from_c), lone_c = hn::Not(a_from_b);
+    const InPlane lone = choose(lone_b, in_b, choose(lone_c, in_c, in_a));
+    const Crossing p = between(lone, choose(lone_b, in_a, in_b));
+    const Crossing q = between(lone, choose(lone_c, in_a, in_c));
+    std::int64_t& count = batch.counts[k];
+    double* const list = crossings_of(batch, k) + count;
+    const auto note = [&](std::int64_t row, V values) HWY_ATTR {
+      store_some(values, crosses, list + row * FanBatch::list_room);
+    };
+    note(0, p.x), note(1, p.y), note(2, q.x), note(3, q.y), note(4, places);
+    count += static_cast<std::int64_t>(hn::CountTrue(d, crosses));
   }
 }
 
@@ -218,31 +301,36 @@ HWY_INLINE V order_of(M in_front, const Crossing& at) {
 // How many of the plane's rays are below a crossing: a function of the crossing alone, so that faces
 // that share it share the answer. First a guess: one ray decides whether it or one more is right, but
 // where it says that it may be far off.
-HWY_INLINE V guess_below(const FanPass& pass, V order) {
+struct Guess {
+  hn::Vec<I> below;
+  M far_off;
+};
+HWY_INLINE Guess guess_below(const FanPass& pass, V order) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
   const V stepped = hn::Max(
       hn::Mul(hn::Sub(order, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q)), zero);
   const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, pass.steps - 1.0)));
   const V fraction = hn::Min(hn::Sub(stepped, hn::ConvertTo(d, step)), one);
-  return fma(fraction, hn::GatherIndex(d, pass.rise, step), hn::GatherIndex(d, pass.below, step));
+  constexpr hn::RebindToUnsigned<D> du;
+  constexpr hn::RebindToUnsigned<HalfF> half;
+  const auto line = hn::GatherIndex(du, pass.lines, step);
+  const auto number = [&](hn::Vec<decltype(du)> bits) HWY_ATTR {
+    return hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(half, bits)));
+  };
+  const V below = number(line), rise = number(hn::ShiftRight<32>(line));
+  return {hn::ConvertTo(di, fma(fraction, rise, hn::Abs(below))), hn::Lt(below, zero)};
 }
 HWY_INLINE void find_below(const FanPass& pass, V p_order, V q_order, hn::Vec<I>& p,
                            hn::Vec<I>& q) {
-  V p_guess = guess_below(pass, p_order), q_guess = guess_below(pass, q_order);
-  const V far_off = hn::Set(d, FanPass::far_off), none = hn::Zero(d);
-  const M p_far = hn::Ge(p_guess, far_off), q_far = hn::Ge(q_guess, far_off);
-  const bool all_near = hn::AllFalse(d, hn::Or(p_far, q_far));
+  const Guess p_guess = guess_below(pass, p_order), q_guess = guess_below(pass, q_order);
+  p = p_guess.below, q = q_guess.below;
   // A mask's lanes are -1 as integers.
   const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
-  if (HWY_LIKELY(all_near)) {
-    p = hn::ConvertTo(di, p_guess);
-    q = hn::ConvertTo(di, q_guess);
+  if (HWY_LIKELY(hn::AllFalse(d, hn::Or(p_guess.far_off, q_guess.far_off)))) {
     p = hn::Sub(p, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order)));
     q = hn::Sub(q, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order)));
     return;
   }
-  p = hn::ConvertTo(di, hn::Sub(p_guess, hn::IfThenElse(p_far, far_off, none)));
-  q = hn::ConvertTo(di, hn::Sub(q_guess, hn::IfThenElse(q_far, far_off, none)));
   for (;;) {
     const M p_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, p), p_order);
     const M q_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, q), q_order);
@@ -309,8 +397,8 @@ HWY_INLINE Taker taker_of(const FanPass& pass, const FanBatch& batch, std::int64
   const float* face = &batch.planes[0] + place;
   const float sine = static_cast<float>(pass.sin_azimuth[plane]);
   const float cosine = static_cast<float>(pass.cos_azimuth[plane]);
-  return {std::fma(face[0], sine, face[batch_faces] * cosine), face[2 * batch_faces],
-          face[3 * batch_faces], face[4 * batch_faces],
+  return {std::fma(face[0], sine, face[batch_room] * cosine), face[2 * batch_room],
+          face[3 * batch_room], face[4 * batch_room],
           static_cast<std::uint32_t>(first_slot + place)};
 }
 
@@ -375,8 +463,8 @@ HWY_INLINE void find_intervals(const FanPass& pass, FanBatch& batch, std::int64_
       some = hn::AndNot(at_origin, some);
     }
     const V interval = hn::BitCast(d, hn::Or(from, hn::ShiftLeft<32>(until)));
-    hn::CompressStore(interval, some, d, rows + intervals);
-    hn::CompressStore(places, some, d, rows + room + intervals);
+    store_some(interval, some, rows + intervals);
+    store_some(places, some, rows + room + intervals);
     intervals += static_cast<std::int64_t>(hn::CountTrue(d, some));
   }
   batch.counts[plane] = intervals;
@@ -399,16 +487,20 @@ HWY_INLINE void take_intervals(const FanPass& pass, FanBatch& batch, std::int64_
 }
 
 void scan_faces_here(const FanPass& pass, FanBatch& batch) {
-  const Frame frame = frame_of(&pass.origin[0], &pass.axes[0]);
-  for (std::int64_t first = 0; first < pass.met; first += batch_blocks) {
-    const std::int64_t end = first + batch_blocks < pass.met ? first + batch_blocks : pass.met;
+  const Frame frame = laid(pass.frame);
+  std::int64_t slots = 0;
+  for (std::int64_t met = 0; met < pass.met;) {
+    batch.count = 0;
+    for (; met < pass.met && batch.count <= batch_faces - block_faces; ++met)
+      add_block(pass, batch, pass.met_blocks[met], pass.index + slots);
     for (std::int64_t k = 0; k < pass.planes; ++k) batch.counts[k] = 0;
     batch.through_origin = false;
-    for (std::int64_t met = first; met < end; ++met)
-      cross_block(pass, frame, batch, met, (met - first) * block_faces);
+    for (std::int64_t place = 0; place < batch.count; place += lanes)
+      cross_faces(pass, frame, batch, slots, place);
     for (std::int64_t k = 0; k < pass.planes; ++k)
-      if (batch.counts[k] > 0) find_intervals(pass, batch, k, first * block_faces);
-    take_intervals(pass, batch, first * block_faces);
+      if (batch.counts[k] > 0) find_intervals(pass, batch, k, slots);
+    take_intervals(pass, batch, slots);
+    slots += batch.count;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <ensonify/engine/trace/fan_frame.h>
 #include <ensonify/engine/trace/ray.h>
 
 namespace ensonify::engine {
@@ -12,19 +13,17 @@ namespace ensonify::engine {
 /// vector register, and must share no inline function with the rest of the program, which might end up
 /// with code that the machine cannot run.
 ///
-/// The fan's frame is x along the array, y to the middle of the sector, z along the pole. A slot is a
-/// place for a face of a block that may be met; slots are filled in the faces' order.
+/// A slot is a place for a face that may cross a plane of the fan; slots are filled in the faces' order.
 struct FanPass {
   static constexpr std::uint32_t no_slot = 0xffffffff;
 
   // The fan.
-  std::array<double, 3> origin;
-  std::array<double, 9> axes;  ///< array axis, middle, pole
-  double handedness;           ///< of those: 1, or -1 if they are left-handed
+  FanFrame frame;
   double range_m;
   std::int64_t planes, elevations;
   const double* sin_azimuth;
   const double* cos_azimuth;
+  const float* tan_azimuth;
   const std::int64_t* left_out_from;  ///< by plane: rays [from, until) are outside the beam
   const std::int64_t* left_out_until;
   const double* sin_elevation;
@@ -34,10 +33,8 @@ struct FanPass {
 
   // Its tables (fan_tables.h).
   const double* ascending;
-  const double* below;
-  const double* rise;
+  const std::uint64_t* lines;
   double first_q, steps_per_q, steps;
-  static constexpr double far_off = 0x1p+30;  ///< is added to guesses that may be more than one off
 
   // The faces (face_blocks.h).
   const float* block_rows;
@@ -48,10 +45,12 @@ struct FanPass {
   // What is found. Blocks that may be met; per slot, and per ray in rows of `stride`.
   std::uint32_t* met_blocks;
   std::int64_t met;
-  /// [x y z][slot][u, v, direction . normal, and behind x the distance of the plane, behind y 1 over it,
-  /// behind z the sign that the face's own normal was turned by]
+  std::uint32_t* index;  ///< by slot, of the face
+  bool hits_wanted;      ///< or else runs: which of the next two is filled
+  /// [x y z][slot][u, v, direction . normal, and behind x the distance of the plane, behind y 1 over it]
   double* forms;
-  std::int64_t slots;
+  std::int64_t slots;      ///< room for so many
+  double* face_planes;     ///< [slot][FacePlane]
   float* nearness;         ///< 1 / t of the nearest face so far, 0 for none
   std::uint32_t* nearest;  ///< its slot, or no_slot
   std::int64_t stride;
@@ -60,13 +59,15 @@ struct FanPass {
 /// Room for a register's width behind rows.
 inline constexpr std::size_t widest_vector = 64;  // floats
 
-/// How many faces go through the first steps together, and room for what they leave.
-inline constexpr std::int64_t batch_blocks = 16;
-inline constexpr std::int64_t batch_faces = batch_blocks * 16;
+/// How many faces go through the steps together, and room for what they leave.
+inline constexpr std::int64_t batch_faces = 256, batch_room = batch_faces + widest_vector;
 struct FanBatch {
-  std::array<float, 5 * batch_faces> planes;    // normal over distance, least and greatest 1 / t
-  std::array<double, batch_faces> sees_origin;  // 1 where the face's plane goes through the origin
-  bool through_origin;                          // any of them
+  std::int64_t count;  // faces
+  static constexpr std::int64_t least_tangent = 10, greatest_tangent = 11;
+  std::array<float, 12 * batch_room> rows;  // of them, as in a block, and of azimuths that they see
+  std::array<float, 5 * batch_room> planes;    // normal over distance, least and greatest 1 / t
+  std::array<double, batch_room> sees_origin;  // 1 where the face's plane goes through the origin
+  bool through_origin;                         // any of them
   /// By plane, rows of a list: where its faces' edges cross the plane (along the plane and the pole, for
   /// two edges) and which face; later which rays, and which face.
   static constexpr std::int64_t list_rows = 5, list_room = batch_faces + 8;
@@ -77,7 +78,7 @@ struct FanBatch {
 /// Which blocks may be met: fills met_blocks and met.
 void find_blocks(FanPass& pass);
 
-/// Every face of those blocks takes the rays it is the nearest to: fills forms, nearness, nearest.
+/// Every face of those blocks takes the rays it is the nearest to: fills what is found but for the blocks.
 void scan_faces(const FanPass& pass, FanBatch& batch);
 
 /// The hits of rays [from, until) of a plane from what was found, into places from `hits` on; up to

@@ -19,14 +19,7 @@ void FanRuns::take(const RayFan& fan, refine::Triangles triangles, std::span<con
   start(*fan.grid);
   std::size_t count = 0;
   FacePlanes planes{};
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    planes.origin[k] = fan.origin[i];
-    planes.axes[k] = fan.array_axis[i];
-    planes.axes[3 + k] = fan.middle[i];
-    planes.axes[6 + k] = fan.pole[i];
-  }
-  planes.handedness = fan.handedness();
+  planes.frame = frame_of(fan);
   static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
   planes.positions = triangles.positions.empty() ? nullptr : triangles.positions.front().data();
   planes.faces = triangles.faces.empty() ? nullptr : triangles.faces.front().data();

@@ -24,9 +24,9 @@ struct Scratch {
   FanBatch batch;
   CacheLines<double> crossings;
   CacheLines<std::int64_t> counts;
-  CacheLines<std::uint32_t> met_blocks, nearest, doubtful;
+  CacheLines<std::uint32_t> met_blocks, index, nearest, doubtful;
   CacheLines<float> nearness;  // 0 between queries, as nearest is no_slot
-  CacheLines<double> forms;
+  CacheLines<double> forms, face_planes;
 };
 
 template <class Vector>
@@ -71,18 +71,18 @@ class FanScan final : public Intersector {
     check_fan(fan, hits);
     if (hits.empty()) return;
     const Borrowed scratch(*this, fan);
-    const FanPass pass = scan(fan, *scratch);
+    const FanPass pass = scan(fan, *scratch, true);
     for (std::size_t plane = 0; plane < fan.planes(); ++plane)
       finish(pass, fan, plane, hits.subspan(plane * fan.elevations()), *scratch);
   }
 
   bool list_runs(const RayFan& fan, FanRuns& runs) const override {
-    check_fan(fan);
+    check_frame(fan);
     const Borrowed scratch(*this, fan);
     const FanTables& tables = scratch->tables;
     if (std::ranges::find(tables.uneven, 1) != tables.uneven.end()) return false;
     runs.start(*fan.grid);
-    const FanPass pass = scan(fan, *scratch);
+    const FanPass pass = scan(fan, *scratch, false);
     const RunRows rows{runs.begin.data(), runs.end.data(),  runs.index.data(),   runs.face.data(),
                        runs.level.data(), runs.pole.data(), runs.distance.data()};
     std::int64_t count = 0;
@@ -132,7 +132,7 @@ class FanScan final : public Intersector {
   };
 
   /// What the fan's rays are nearest to; whoever reads it forgets it.
-  FanPass scan(const RayFan& fan, Scratch& scratch) const {
+  FanPass scan(const RayFan& fan, Scratch& scratch, bool hits_wanted) const {
     const FanTables& tables = scratch.tables;
     FanPass pass = pass_over(fan, tables);
     pass.met_blocks = at_least(scratch.met_blocks, blocks_.boxes_in_row() + widest_vector);
@@ -141,8 +141,15 @@ class FanScan final : public Intersector {
     const std::size_t planes = fan.planes(), elevations = fan.elevations();
     const std::size_t stride = (elevations / widest_vector + 2) * widest_vector;
     pass.stride = static_cast<std::int64_t>(stride);
-    pass.slots = pass.met * static_cast<std::int64_t>(FaceBlocks::faces);
-    pass.forms = at_least(scratch.forms, 12 * static_cast<std::size_t>(pass.slots));
+    const std::size_t slots =
+        static_cast<std::size_t>(pass.met) * FaceBlocks::faces + widest_vector;
+    pass.slots = static_cast<std::int64_t>(slots);
+    pass.index = at_least(scratch.index, slots);
+    pass.hits_wanted = hits_wanted;
+    if (hits_wanted)
+      pass.forms = at_least(scratch.forms, 12 * slots);
+    else
+      pass.face_planes = at_least(scratch.face_planes, 4 * slots);
     at_least(scratch.doubtful, elevations);
     if (scratch.nearness.size() < planes * stride) {
       scratch.nearness.assign(planes * stride, 0.0f);
@@ -193,19 +200,13 @@ class FanScan final : public Intersector {
 
   FanPass pass_over(const RayFan& fan, const FanTables& tables) const {
     FanPass pass{};
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      pass.origin[k] = fan.origin[i];
-      pass.axes[k] = fan.array_axis[i];
-      pass.axes[3 + k] = fan.middle[i];
-      pass.axes[6 + k] = fan.pole[i];
-    }
-    pass.handedness = fan.handedness();
+    pass.frame = frame_of(fan);
     pass.range_m = fan.range_m;
     pass.planes = static_cast<std::int64_t>(fan.planes());
     pass.elevations = static_cast<std::int64_t>(fan.elevations());
     pass.sin_azimuth = tables.sin_azimuth.data();
     pass.cos_azimuth = tables.cos_azimuth.data();
+    pass.tan_azimuth = tables.tan_azimuth.data();
     pass.left_out_from = tables.left_out_from.data();
     pass.left_out_until = tables.left_out_until.data();
     pass.sin_elevation = fan.grid->sin_elevation.data();
@@ -213,8 +214,7 @@ class FanScan final : public Intersector {
     pass.sin_elevation_rounded = tables.sin_elevation.data();
     pass.cos_elevation_rounded = tables.cos_elevation.data();
     pass.ascending = tables.ascending.data();
-    pass.below = tables.below.data();
-    pass.rise = tables.rise.data();
+    pass.lines = tables.lines.data();
     pass.first_q = tables.first;
     pass.steps_per_q = tables.steps_per_q;
     pass.steps = static_cast<double>(FanTables::steps);

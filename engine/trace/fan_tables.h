@@ -23,14 +23,16 @@ class FanTables {
   static constexpr std::int64_t steps = 2048;
 
   CacheLines<double> sin_azimuth, cos_azimuth;  ///< by plane
+  CacheLines<float> tan_azimuth;
   /// By plane: rays [from, until) are outside the beam, and no others unless it is uneven.
   CacheLines<std::int64_t> left_out_from, left_out_until;
   CacheLines<std::uint8_t> uneven;
   CacheLines<float> sin_elevation, cos_elevation;  ///< with room behind them for a vector's width
   CacheLines<double> ascending;                    ///< -2, q of each elevation, 2
-  /// By step of q: how many elevations are below its start, plus a half to round by, and how many more
-  /// below its end. Rounded down it is at most one too few; where it may not be, far_off is added.
-  CacheLines<double> below, rise;
+  /// By step of q, as floats: how many elevations are below its start, plus a half to round by, and in the
+  /// upper half how many more below its end. Rounded down that is at most one too few; where it may not be, the
+  /// first is negative.
+  CacheLines<std::uint64_t> lines;
   double first = 0.0;  ///< q of step 0
   double steps_per_q = 0.0;
 

@@ -66,17 +66,24 @@ void check_fan(const RayFan& fan, std::span<const Hit> hits) {
 }
 
 void check_fan(const RayFan& fan) {
+  check_frame(fan);
+  check_grid(*fan.grid);
+}
+
+void check_frame(const RayFan& fan) {
   for (const Eigen::Vector3d& direction : {fan.array_axis, fan.middle, fan.pole}) {
     check_ray({fan.origin, direction, 0.0, fan.range_m});
     if (!(std::abs(direction.squaredNorm() - 1.0) <= 1e-6))
       throw std::invalid_argument("a fan's array axis, middle and pole must be unit vectors");
   }
+}
+
+void check_grid(const FanGrid& grid) {
   bool within = true;  // no ray is looked at one by one: a sine beyond 1 is as far as it goes
-  for (const FanGrid::Plane& plane : fan.grid->planes)
+  for (const FanGrid::Plane& plane : grid.planes)
     within &= std::abs(plane.sin_azimuth) <= 1.0 && std::abs(plane.cos_azimuth) <= 1.0;
-  for (std::size_t i = 0; i < fan.elevations(); ++i)
-    within &=
-        std::abs(fan.grid->sin_elevation[i]) <= 1.0 && std::abs(fan.grid->cos_elevation[i]) <= 1.0;
+  for (std::size_t i = 0; i < grid.elevation_rad.size(); ++i)
+    within &= std::abs(grid.sin_elevation[i]) <= 1.0 && std::abs(grid.cos_elevation[i]) <= 1.0;
   if (!within) throw std::invalid_argument("a fan's sines and cosines must be within 1");
 }
 

@@ -80,9 +80,11 @@ std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Tri
                                               const IntersectorOptions& options = {});
 
 /// The guards of the contract, for back-ends to call. check_fan also wants the fan's frame to be unit
-/// vectors and its sines and cosines within 1, so that no ray need be looked at by itself;
-/// check_vertices looks at the vertices that faces use.
+/// vectors and its grid's sines and cosines within 1, so that no ray need be looked at by itself (a grid
+/// once is enough); check_vertices looks at the vertices that faces use.
 void check_ray(const Ray& ray);
+void check_frame(const RayFan& fan);
+void check_grid(const FanGrid& grid);
 void check_fan(const RayFan& fan);
 void check_fan(const RayFan& fan, std::span<const Hit> hits);
 void check_vertices(refine::Triangles triangles, double largest_m = largest_component);

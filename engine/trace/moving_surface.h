@@ -38,6 +38,9 @@ class MovingSurface final : public Surface {
   std::size_t bodies() const { return bodies_.size(); }
 
   const Intersector& prepare(std::span<const RayFan> fans) override;
+  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    return still_->expect(fans, spare);
+  }
   refine::Triangles triangles() const override;
   std::uint64_t version() const override { return version_ + still_->version(); }
   void reset() override { still_->reset(); }

@@ -80,8 +80,6 @@ struct RayFan {
   std::size_t planes() const { return grid->planes.size(); }
   std::size_t elevations() const { return grid->elevation_rad.size(); }
 
-  /// Of array axis, middle and pole: 1, or -1 if they are left-handed, as to starboard.
-  double handedness() const { return array_axis.cross(middle).dot(pole) < 0.0 ? -1.0 : 1.0; }
   /// A plane's direction at elevation 0, from which its rays turn towards the pole.
   Eigen::Vector3d plane_direction(std::size_t plane) const {
     const FanGrid::Plane& p = grid->planes[plane];

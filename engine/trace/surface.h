@@ -10,6 +10,7 @@
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/progressive_mesh.h>
+#include <ensonify/refine/spare_threads.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -21,6 +22,9 @@ class Surface {
   virtual ~Surface() = default;
   /// The intersector over the faces that these fans can touch; good until the next call.
   virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
+  /// The fans of a ping to come: what they need is made ready while what is there is used, if there is a spare
+  /// thread. Whether what is there does for them, too, so that a later ping may be named.
+  virtual bool expect(std::span<const RayFan>, refine::SpareThreads&) { return true; }
   /// What that intersector was built over: Hit::index counts in it.
   virtual refine::Triangles triangles() const = 0;
   /// Another number whenever those are others.

@@ -6,6 +6,7 @@
 
 #include "support/catch.h"
 #include "support/grids.h"
+#include "support/spare_thread.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/simulate.h>
@@ -90,6 +91,30 @@ TEST_CASE("a steady ping allocates nothing") {
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
   CHECK(allocations == before);
   CHECK(before > 0);  // the count counts
+}
+
+TEST_CASE(
+    "a steady ping whose faces a spare thread made ready allocates nothing, nor does that thread") {
+  Scene scene = small_scene();
+  scene.run.intersector = "fan_scan";
+  scene.run.surface = "footprint";
+  scene.run.tree_pings = 1;
+  Simulator simulator(scene);
+  const std::vector<Pose> poses = simulator.track();
+  tests::SpareThread spare;
+  std::size_t before = 0;
+  // In each round the two sets of faces have changed places: twice to warm up.
+  for (int round = 0; round < 3; ++round) {
+    before = allocations;
+    simulator.reset();
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      simulator.expect(std::span(poses).subspan(i + 1), spare.threads);
+      simulator.ping(poses[i], i);
+      spare.settle();
+    }
+  }
+  CHECK(allocations == before);
+  CHECK(before > 0);
 }
 
 TEST_CASE("a steady ping of an object that moves allocates nothing, and what went leaves nothing") {

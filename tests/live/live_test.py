@@ -296,7 +296,7 @@ class ByStrangers(unittest.TestCase):
         self.assertEqual(request(port, "POST", "/change", **change).status, 200)
 
     def test_every_answer_has_its_guards(self):
-        for path in ("/", "/page.js", "/page.css", "/nothing"):
+        for path in ("/", "/page.js", "/map.js", "/page.css", "/nothing"):
             headers = request(self.live.port, path=path).headers
             self.assertEqual(headers["X-Content-Type-Options"], "nosniff")
             self.assertEqual(headers["Cache-Control"], "no-store")

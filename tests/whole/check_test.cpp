@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -11,6 +13,7 @@
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify::tests;
+namespace fs = std::filesystem;
 
 TEST_CASE("check compares every intersector with the reference, and finds nothing unexplained") {
   const TemporaryFolder folder;
@@ -47,7 +50,7 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   CHECK(scene_rays >= 15000);  // more than the track has pings for: it is flown again
 }
 
-TEST_CASE("check refuses what it cannot do, and stops when asked") {
+TEST_CASE("check refuses what it cannot do") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   for (const char* rays : {"0", "-5", "many"}) {
@@ -57,12 +60,37 @@ TEST_CASE("check refuses what it cannot do, and stops when asked") {
     CHECK(wrong.err.find("--rays") != std::string::npos);
   }
   CHECK(run_program(folder.path(), {"check", "none.toml"}).code == 2);
+}
+
+TEST_CASE("check keeps the analysed seafloor, and when stopped tells what it has compared") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const fs::path cache = folder / "cache";
+  const auto kept = [&] {
+    return fs::exists(cache) &&
+           std::ranges::any_of(fs::directory_iterator(cache),
+                               [](const auto& file) { return file.path().extension() == ".mesh"; });
+  };
+  // Once the analysis is kept, whatever else it makes ready is followed by rays.
   const Outcome stopped = run_program(
-      folder.path(), {"check", "tiny.toml", "--rays", "1000000000"}, {}, [](pid_t process) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+      folder.path(), {"check", "tiny.toml", "--rays", "100000000", "--json", "--cache", "cache"},
+      {}, [&](pid_t process) {
+        for (int i = 0; i < 1000 && !kept(); ++i)
+          std::this_thread::sleep_for(std::chrono::milliseconds(10));
         kill(process, SIGINT);
       });
-  CHECK(stopped.code == 130);
-  CHECK(stopped.out.empty());
-  CHECK(stopped.err.find("stopped on request") != std::string::npos);
+  CHECK(stopped.code == 128 + SIGINT);
+  CHECK(stopped.err.find("stopped on request after ") != std::string::npos);
+  const auto report = nlohmann::json::parse(stopped.out);
+  CHECK(report["stopped"] == true);
+  CHECK(!report["rows"].empty());
+
+  const auto small = [&](const char* more) {
+    return run_program(folder.path(),
+                       {"check", "tiny.toml", "--quiet", "--rays", "3000", "--cache", more});
+  };
+  const Outcome warm = small("cache");
+  CHECK(warm.code == 0);
+  CHECK(warm.out == small("another").out);
+  CHECK(fs::exists(folder / "another"));
 }

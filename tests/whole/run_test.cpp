@@ -1,6 +1,8 @@
 #include <fstream>
 #include <sstream>
 
+#include <fmt/format.h>
+
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/data.h"
@@ -61,6 +63,32 @@ TEST_CASE("a run writes the same bytes on one, two and four threads, and a secon
       CHECK(found.at(file) == bytes);
     }
   }
+}
+
+TEST_CASE(
+    "a run writes the same bytes where threads that have no block refine ahead for those that "
+    "have") {
+  const TemporaryFolder folder;
+  for (const auto& [surface, intersector] :
+       {std::pair{"refined", "embree"}, std::pair{"footprint", "fan_scan"}})
+    for (const int tree_pings : {1, 6}) {
+      Scene scene = small_scene();
+      scene.output.exr = false;
+      scene.artefacts = {.lost = 0.1, .repeated = 0.1};
+      scene.run.block_pings = 30;  // two blocks
+      scene.run.surface = surface;
+      scene.run.intersector = intersector;
+      scene.run.tree_pings = tree_pings;
+      const std::string name = fmt::format("{}{}", surface, tree_pings);
+      run(scene, folder / name, {.threads = 1});
+      const auto expected = contents(folder / name);
+      for (const int threads : {3, 5}) {
+        CAPTURE(name, threads);
+        const std::string again = fmt::format("{}on{}", name, threads);
+        run(scene, folder / again, {.threads = threads});
+        CHECK(contents(folder / again) == expected);
+      }
+    }
 }
 
 TEST_CASE("a surface or an intersector that is not there is refused by the library, too") {

@@ -91,7 +91,7 @@ TEST_CASE("A level is sent to a 256th of a decibel, and nothing as nothing") {
   CHECK(level_number(1e30f) == 65535);
 }
 
-TEST_CASE("A ring keeps what has room, the newest; who was up to date and falls out is told") {
+TEST_CASE("A ring keeps what has room, the newest, and tells who was up to date and falls out") {
   LineRing ring(10'000);
   const Bytes setting = json_frame(FrameKind::setting, "{}");
   const auto push = [&](std::uint64_t first, std::uint64_t end) {

@@ -61,7 +61,7 @@ TEST_CASE("a sweep's first side lobe is 13.3 dB down, under a Hann window 31.5 d
 }
 
 TEST_CASE(
-    "a sweep is 0.886 / B wide at -3 dB, under a Hann window 1.44 / B; a tone all its length") {
+    "a sweep is 0.886 / B wide at -3 dB, under a Hann window 1.44 / B, a tone all its length") {
   CHECK(width(sweep) == Approx(0.8859).epsilon(1e-3));
   CHECK(width(hann) == Approx(1.4407).epsilon(1e-3));
   CHECK(width(tone) == Approx(1.0).epsilon(1e-3));

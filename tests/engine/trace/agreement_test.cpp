@@ -102,12 +102,17 @@ Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
 
 std::vector<AgreementRow> compare_one(refine::Triangles mesh,
                                       std::shared_ptr<const Intersector> candidate, int threads = 2,
-                                      std::uint64_t every = 1) {
+                                      std::uint64_t every = 1,
+                                      decltype(AgreementOptions::progress) progress = {}) {
   const auto reference = make_intersector("pluecker", mesh);
   const Candidate one{"static", "candidate",
                       [&] { return make_static_surface({.whole = candidate}); }, true, every};
   return compare(mesh, *reference, {&one, 1}, bed_fans(),
-                 {.seed = 7, .aimed_fan_rays = 20000, .aimed_rays = 20000, .threads = threads});
+                 {.seed = 7,
+                  .aimed_fan_rays = 20000,
+                  .aimed_rays = 20000,
+                  .threads = threads,
+                  .progress = std::move(progress)});
 }
 
 std::uint64_t total(const std::vector<AgreementRow>& rows, Verdict verdict) {
@@ -195,6 +200,22 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
   CHECK(verdict(down(0.5, 0.5), {4, 4, 1.0, 0.25, 0.25}) == Verdict::unexplained);  // no such face
   CHECK(verdict(down(0.5, 0.5), {0, 0, std::nan(""), 0.25, 0.25}) == Verdict::unexplained);
   CHECK(verdict(down(0.5, 0.5), {0, 0, 1.0, std::nan(""), 0.25}) == Verdict::unexplained);
+}
+
+TEST_CASE("beyond a needle's tip both edges may be taken for met, beside it neither") {
+  const refine::TriangleMesh needle{
+      .positions = {{0.0f, 0.0f, 0.0f}, {0.9f, 0.0f, 0.0f}, {0.9f, 0.003f, 0.0f}},
+      .faces = {{0, 1, 2}}};
+  const auto reference = make_intersector("pluecker", needle);
+  const Judge judge(needle, *reference);
+  const Hit tip{0, 0, 1.0, 0.0, 0.0};
+  const auto verdict = [&](const Ray& ray) {
+    REQUIRE(!ask(*reference, ray));
+    return judge.judge(ray, {}, tip);
+  };
+  CHECK(verdict(down(-1e-4, 0.0)) == Verdict::edge);  // 3e-7 from the farther edge's line
+  CHECK(verdict(down(-1e-4, -1e-4)) == Verdict::unexplained);
+  CHECK(verdict(down(-1e-2, 0.0)) == Verdict::unexplained);
 }
 
 TEST_CASE("every intersector agrees with the reference, the exact ones wholly") {
@@ -323,6 +344,34 @@ TEST_CASE("an intersector that lets rays through along edges has leaks, not unex
                   }));
   CHECK(total(rows, Verdict::unexplained) == 0);
   CHECK(total(rows, Verdict::leak) > 1000);
+}
+
+TEST_CASE("what a comparison told of when it was stopped is what its rows hold") {
+  const refine::TriangleMesh mesh = rough_bed();
+  const auto faulty = std::make_shared<Spoilt>(mesh, [](auto& ray, Hit hit, auto& sound) {
+    if (hit.face % 64 == 7) return hit.t *= 1.0 + 1e-4, hit;
+    const bool at_edge = std::min({hit.u, hit.v, 1.0 - hit.u - hit.v}) < 1e-12;
+    return hit && at_edge ? next(ray, hit, sound) : hit;
+  });
+  const int items = static_cast<int>(bed_fans().size()) + 3;
+  for (const int threads : {1, 3}) {
+    AgreementProgress told;
+    int tellings = 0;
+    const auto rows = compare_one(mesh, faulty, threads, 1, [&](const AgreementProgress& now) {
+      told = now;
+      return ++tellings < items;
+    });
+    std::uint64_t rays = 0;
+    for (const AgreementRow& row : rows) rays += row.rays;
+    CHECK(tellings >= items);
+    CHECK(tellings < items + threads);
+    CHECK(told.rays < told.of / 2);
+    CHECK(rays == told.rays);
+    CHECK(total(rows, Verdict::unexplained) == told.unexplained);
+    CHECK(total(rows, Verdict::leak) == told.leaks);
+    CHECK(told.unexplained > 0);
+    CHECK(told.leaks > 0);
+  }
 }
 
 TEST_CASE("an answer computed for the ray rounded to float lies within the tolerance") {

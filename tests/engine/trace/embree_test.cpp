@@ -187,6 +187,30 @@ TEST_CASE("packets give what single rays give, to the bit") {
   });
 }
 
+TEST_CASE("rays of a packet of which one hardly leaves a plane of the tree meet the bed") {
+  const refine::TriangleMesh mesh = ripples(100);
+  RayFan fan = fan_over(16);
+  auto grid = std::make_shared<FanGrid>(*fan.grid);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const double across = i < 15 ? -0.7 + 0.0467 * static_cast<double>(i) : -1.8e-19;
+    grid->elevation_rad[i] = grid->sin_elevation[i] = across;
+    grid->cos_elevation[i] = std::sqrt(1.0 - across * across);
+  }
+  for (FanGrid::Plane& plane : grid->planes) plane.sin_azimuth = 0.0, plane.cos_azimuth = 1.0;
+  const double s = std::sqrt(0.5);
+  fan = {.grid = grid,
+         .origin = {0.0, 0.2, 0.5},  // where vertices are
+         .array_axis = {0, -s, s},
+         .middle = {0, -s, -s},
+         .pole = {1, 0, 0},
+         .range_m = 40.0};
+  const std::vector<Hit> expected = trace(*make_intersector("pluecker", mesh), fan);
+  on_every_instruction_set([&](const IntersectorOptions& options) {
+    const std::vector<Hit> found = trace(*make_intersector("embree", mesh, options), fan);
+    for (std::size_t i = 0; i < found.size(); ++i) CHECK(found[i].t == Approx(expected[i].t));
+  });
+}
+
 TEST_CASE("of faces that lie upon each other the lowest is hit, wherever the tree has them") {
   refine::TriangleMesh mesh = ripples(60);
   const std::size_t once = mesh.faces.size();
@@ -255,7 +279,7 @@ TEST_CASE("a triangle's memory is shared, not changed, and read to its end only"
 }
 
 TEST_CASE(
-    "an instruction set is pinned by name; one that is not there is refused with those that are") {
+    "an instruction set is pinned by name, and one that is not there refused with those that are") {
   const refine::TriangleMesh mesh = ripples(40);
   const std::vector<std::string_view> there = instruction_sets();
   REQUIRE(!there.empty());

@@ -7,6 +7,7 @@
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/meshes.h"
+#include "support/spare_thread.h"
 
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
@@ -123,6 +124,107 @@ TEST_CASE(
   for (refine::Sphere& sphere : broken.spheres) sphere.radius *= 0.7f;
   const Count count = walk(bed, std::make_shared<refine::ProgressiveMesh>(broken), "embree", 6, 1);
   CHECK(count.differences > count.hits / 1000);
+}
+
+namespace {
+
+/// Over a place, looking down to one side.
+RayFan fan_over(const Eigen::Vector3d& place) {
+  tests::Random random(3);
+  const double half = std::sqrt(0.5);
+  RayFan fan = random_fan(random, {Eigen::Vector3f::Zero(), Eigen::Vector3f::Ones()});
+  fan.origin = place;
+  fan.array_axis = Eigen::Vector3d::UnitY();
+  fan.middle = {half, 0.0, -half};
+  fan.pole = {half, 0.0, half};
+  fan.range_m = 8.0;
+  return fan;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "Faces made ready by a spare thread give each ray the same hit, and leave those in use alone") {
+  const refine::TriangleMesh bed = tests::open_grid(40, 40, 0.5, 0.4, 3);
+  const refine::Bounds box = refine::bounds(bed);
+  const Eigen::Vector3d middle = (0.5f * (box.lowest + box.highest)).cast<double>();
+  tests::SpareThread spare;
+  for (const auto& [make, intersector] :
+       {std::pair{&make_refined_surface, "embree"}, std::pair{&make_footprint_surface, "fan_scan"}})
+    for (const int tree_pings : {1, 4}) {
+      CAPTURE(intersector, tree_pings);
+      const auto whole = make_intersector(intersector, bed);
+      const auto surface = make({.progressive = make_progressive_mesh(bed),
+                                 .intersector = intersector,
+                                 .tree_pings = tree_pings});
+      Count count;
+      int made_ahead = 0;
+      const Intersector* before = nullptr;
+      for (int ping = 0; ping < 60; ++ping) {
+        const auto at = [&](int p) {
+          const double along_m = 0.05 * p - (p > 40 ? 2.0 : 0.0);  // once it leaps
+          return fan_over(middle + Eigen::Vector3d(0.0, along_m, 2.0));
+        };
+        const RayFan fan = at(ping);
+        const std::uint64_t version = surface->version();
+        const Intersector& exact = surface->prepare({&fan, 1});
+        const refine::Triangles triangles = surface->triangles();
+        if (&exact != before) CHECK(surface->version() != version);
+        made_ahead += before && &exact != before;
+        before = &exact;
+        bool does = true;
+        for (int next = ping + 1; does && next < ping + 6; ++next) {
+          // Now and then another ping comes than was expected.
+          const RayFan expected = at(ping % 7 == 0 ? next + 20 : next);
+          does = surface->expect({&expected, 1}, spare.threads);
+        }
+        compare(fan, *whole, exact, count);  // meanwhile
+        spare.settle();
+        compare(fan, *whole, exact, count);  // and when it is there
+        CHECK(surface->triangles().faces.data() == triangles.faces.data());
+        if (ping == 30) surface->reset();
+      }
+      CHECK(made_ahead > 30 / tree_pings);
+      CHECK(count.hits > 1000);
+      CHECK(count.differences == 0);
+      CHECK(count.ties <= count.rays / 10000);
+    }
+}
+
+TEST_CASE(
+    "Damage that a spare thread meets is told to the ping that wants those faces, to no other") {
+  const refine::TriangleMesh bed = tests::open_grid(60, 20, 0.5, 0.4, 3);
+  const refine::Bounds box = refine::bounds(bed);
+  const Eigen::Vector3d middle = (0.5f * (box.lowest + box.highest)).cast<double>();
+  const double end_m = 0.8 * (box.highest.x() - middle.x());
+  refine::ProgressiveMeshArrays broken = tests::arrays_of(*make_progressive_mesh(bed));
+  for (std::size_t node = 0; node < broken.mid.size(); ++node)
+    if (broken.spheres[node].centre.x() > middle.x() + 0.5 * end_m &&
+        broken.spheres[node].radius < 2.0f)
+      broken.mid[node] = 0;
+  const auto progressive = std::make_shared<refine::ProgressiveMesh>(broken);
+  const RayFan sound = fan_over(middle + Eigen::Vector3d(-end_m, 0.0, 2.0));
+  const RayFan damaged = fan_over(middle + Eigen::Vector3d(end_m - 4.0, 0.0, 2.0));
+  const auto whole = make_intersector("embree", bed);
+  tests::SpareThread spare;
+  for (const auto make : {&make_refined_surface, &make_footprint_surface}) {
+    const auto surface = make({.progressive = progressive, .intersector = "embree"});
+    Count count;
+    for (int round = 0; round < 3; ++round) {
+      RayFan fan = sound;
+      for (int ping = 0; ping < 3; ++ping) {
+        fan.origin.y() += 0.1;
+        const Intersector& exact = surface->prepare({&fan, 1});
+        CHECK_FALSE(surface->expect({&damaged, 1}, spare.threads));
+        spare.settle();
+        compare(fan, *whole, exact, count);
+      }
+      CHECK_THROWS_AS(surface->prepare({&damaged, 1}), refine::DamagedFile);
+      surface->reset();
+    }
+    CHECK(count.hits > 100);
+    CHECK(count.differences == 0);
+  }
 }
 
 TEST_CASE(

@@ -1,0 +1,74 @@
+#include <ensonify/engine/live/mesh_viewer.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/live/frames.h>
+
+namespace ensonify::engine {
+
+MeshViewer::MeshViewer(LineRing& ring, std::function<void(const std::string& what)> trouble)
+    : ring_(ring), trouble_(std::move(trouble)), thread_([this] { work(); }) {}
+
+MeshViewer::~MeshViewer() {
+  {
+    const std::lock_guard lock(lock_);
+    stopping_ = true;
+  }
+  woken_.notify_all();
+  thread_.join();
+}
+
+void MeshViewer::show(std::shared_ptr<const LiveWorld> world,
+                      std::vector<refine::ViewVolume> volumes) {
+  {
+    const std::lock_guard lock(lock_);
+    wanted_ = {std::move(world), std::move(volumes)};
+  }
+  woken_.notify_all();
+}
+
+std::optional<MeshCounts> MeshViewer::counts() const {
+  const std::lock_guard lock(lock_);
+  return counts_;
+}
+
+void MeshViewer::work() {
+  using Clock = std::chrono::steady_clock;
+  std::shared_ptr<const LiveWorld> shown;
+  std::unique_ptr<MeshView> view;
+  while (true) {
+    Wanted wanted;
+    {
+      std::unique_lock lock(lock_);
+      woken_.wait(lock, [&] { return stopping_ || wanted_.world; });
+      if (stopping_) return;
+      wanted = std::exchange(wanted_, {});
+    }
+    try {
+      if (wanted.world != shown) {
+        view.reset();
+        shown = wanted.world;
+        view = std::make_unique<MeshView>(shown->simulator.seafloor());
+        continue;  // what was wanted then is past
+      }
+      if (!view) continue;
+      double range_m = 0.0;
+      for (const refine::ViewVolume& volume : wanted.volumes)
+        range_m = std::max(range_m, volume.range_m);
+      const Clock::time_point start = Clock::now();
+      ring_.post(News::mesh, mesh_frame(view->look(wanted.volumes, 1.15 * range_m)));
+      std::unique_lock lock(lock_);
+      counts_ = view->counts();
+      woken_.wait_for(lock, 3 * (Clock::now() - start), [&] { return stopping_; });
+    } catch (const std::exception& error) {
+      view.reset();
+      trouble_(fmt::format("the mesh cannot be shown: {}", error.what()));
+    }
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,92 @@
+#include <ensonify/engine/live/setting.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/live/frames.h>
+#include <ensonify/scatter/sediment.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array palettes{
+    std::pair{"copper", Palette::copper}, std::pair{"grey", Palette::grey},
+    std::pair{"viridis", Palette::viridis}, std::pair{"bronze", Palette::bronze},
+    std::pair{"paper", Palette::paper}};
+
+Json colours_of(Palette palette) {
+  Json colours = Json::array();
+  for (int step = 0; step <= 255; ++step)
+    for (const double channel : colour_of(palette, step / 255.0))
+      colours.push_back(std::lround(255.0 * channel));
+  return colours;
+}
+
+Json to_json(const Sonar& sonar) {
+  return {{"name", sonar.name},
+          {"sides", sonar.sides == Sides::both   ? "both"
+                    : sonar.sides == Sides::port ? "port"
+                                                 : "starboard"},
+          {"bins", sonar.bins},
+          {"range_m", sonar.range_m},
+          {"bin_m", sonar.bin_m()},
+          {"frequency_hz", sonar.frequency_hz},
+          {"source_level_db", sonar.source_level_db},
+          {"array_length_m", sonar.array_length_m}};
+}
+
+}  // namespace
+
+Display line_display(Display display) {
+  display.beam_normalisation = display.flat_field = false;
+  if (display.mapping == Mapping::equalised) display.mapping = Mapping::gamma;
+  display.palette = Palette::grey;  // the page has the palettes
+  return display;
+}
+
+Bytes setting_frame(const LiveWorld& world, const Display& display, const std::string& name) {
+  const Simulator& simulator = world.simulator;
+  const Display shown = line_display(display);
+  Json sonars = Json::array();
+  for (const Sonar& sonar : simulator.sonars()) sonars.push_back(to_json(sonar));
+  Json palette, colours;
+  for (const auto& [its_name, its] : palettes) {
+    if (its == display.palette) palette = its_name;
+    colours[its_name] = colours_of(its);
+  }
+  std::vector<std::string> beds;
+  for (const Material& material : world.scene.materials) beds.push_back(material.name);
+  for (const scatter::NamedSediment& sediment : scatter::named_sediments())
+    beds.emplace_back(sediment.name);
+  const SeafloorOptions& bed = world.scene.seafloor;
+  const Json json{{"scene", name},
+                  {"sonars", sonars},
+                  {"classes", simulator.classes()},
+                  {"materials", simulator.materials()},
+                  {"palette", palette},
+                  {"palettes", colours},
+                  {"display",
+                   {{"gain_db", shown.gain_db},
+                    {"gamma", shown.gamma},
+                    {"range_db", shown.range_db},
+                    {"mapping", shown.mapping == Mapping::gamma ? "gamma" : "logarithmic"},
+                    {"ground", shown.slant_range_correction},
+                    {"mid_amplitude", mid_amplitude}}},
+                  {"beds", beds},
+                  {"bed",
+                   {{"material", bed.material},
+                    {"fractal", bed.kind == SeafloorKind::fractal},
+                    {"height_at_1m_m", bed.fractal.height_at_1m_m},
+                    {"ripple_height_m", bed.ripples.rms_height_m},
+                    {"ripple_length_m", bed.ripples.wavelength_m}}},
+                  {"faces", simulator.seafloor().faces}};
+  return json_frame(FrameKind::setting, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,60 @@
+#include <ensonify/refine/spare_threads.h>
+
+namespace ensonify::refine {
+
+void SpareThreads::Errand::send(SpareThreads& threads) {
+  if (is_out() || !threads.any()) return;
+  const std::lock_guard lock(threads.mutex_);
+  if (!threads.any()) return;
+  threads_ = &threads;
+  state_ = State::offered;
+  --threads.idle_;
+  threads.offered_.push_back(this);
+  threads.offered_or_over_.notify_one();
+}
+
+bool SpareThreads::Errand::finish() {
+  // What is at home or done may be so for long: its threads need not be there any more.
+  if (state_ == State::offered || state_ == State::running) {
+    std::unique_lock lock(threads_->mutex_);
+    if (state_ == State::offered) {
+      std::erase(threads_->offered_, this);
+      ++threads_->idle_;
+      state_ = State::at_home;
+    }
+    threads_->done_.wait(lock, [&] { return state_ != State::running; });
+  }
+  return state_.exchange(State::at_home) == State::done;
+}
+
+void SpareThreads::begin_items() {
+  const std::lock_guard lock(mutex_);
+  ++at_items_;
+}
+
+void SpareThreads::serve() {
+  std::unique_lock lock(mutex_);
+  if (--at_items_ == 0) offered_or_over_.notify_all();
+  ++idle_;
+  offered_.reserve(offered_.capacity() + 1);  // for what any of them may be offered
+  while (true) {
+    offered_or_over_.wait(lock, [&] { return !offered_.empty() || at_items_ == 0; });
+    if (at_items_ == 0) break;
+    Errand& errand = *offered_.back();
+    offered_.pop_back();
+    errand.state_ = Errand::State::running;
+    lock.unlock();
+    errand.work_();
+    lock.lock();
+    errand.state_ = Errand::State::done;
+    ++idle_;
+    done_.notify_all();
+  }
+  --idle_;
+  // Nobody is there any more who would ask for them.
+  for (Errand* errand : offered_) errand->state_ = Errand::State::at_home;
+  idle_ += static_cast<int>(offered_.size());
+  offered_.clear();
+}
+
+}  // namespace ensonify::refine

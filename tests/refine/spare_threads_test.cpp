@@ -1,0 +1,100 @@
+#include <ensonify/refine/spare_threads.h>
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include "support/catch.h"
+#include "support/spare_thread.h"
+
+#include <ensonify/refine/parallel_for.h>
+
+using ensonify::refine::parallel_for;
+using ensonify::refine::SpareThreads;
+using ensonify::tests::SpareThread;
+
+TEST_CASE("An errand is done by the spare thread, as often as it is sent") {
+  SpareThread spare;
+  std::thread::id its;
+  int done = 0, finished = 0;
+  SpareThreads::Errand errand([&] {
+    its = std::this_thread::get_id();
+    ++done;
+  });
+  for (int i = 0; i < 100; ++i) {
+    errand.send(spare.threads);
+    CHECK(errand.is_out());
+    spare.settle();
+    finished += errand.finish();
+    CHECK_FALSE(errand.is_out());
+    CHECK_FALSE(errand.finish());
+  }
+  CHECK(done == 100);
+  CHECK(finished == 100);
+  CHECK(its != std::this_thread::get_id());
+}
+
+TEST_CASE("An errand is either done or taken back, and finish() says which") {
+  SpareThread spare;
+  std::atomic<int> miscounted = 0, sent = 0;
+  const auto send_often = [&] {
+    int done = 0;
+    SpareThreads::Errand errand([&] { ++done; });
+    for (int i = 0; i < 3000; ++i) {
+      const int before = done;
+      errand.send(spare.threads);
+      sent += errand.is_out();
+      const int finished = errand.finish();
+      miscounted += done != before + finished;
+    }
+  };
+  std::thread other(send_often);
+  send_often();
+  other.join();
+  CHECK(miscounted == 0);
+  CHECK(sent > 0);
+}
+
+TEST_CASE("Without a spare thread no errand is sent: outside of loops and on one thread") {
+  SpareThreads spare;
+  SpareThreads::Errand errand([] { FAIL("was done"); });
+  errand.send(spare);
+  CHECK_FALSE(errand.is_out());
+  parallel_for(
+      3, 1,
+      [&](std::size_t, int) {
+        errand.send(spare);
+        CHECK_FALSE(errand.is_out());
+      },
+      &spare);
+  CHECK_FALSE(errand.finish());
+}
+
+TEST_CASE("A loop lends the threads that have no item, and ends with an errand out") {
+  if (std::thread::hardware_concurrency() < 2) {
+    WARN("skipped: a machine of one core");
+    return;
+  }
+  for (const bool throws : {false, true}) {
+    SpareThreads spare;
+    std::atomic<int> done = 0;
+    SpareThreads::Errand errand([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      ++done;
+    });
+    const auto item = [&](std::size_t, int) {
+      while (!spare.any()) std::this_thread::yield();
+      errand.send(spare);
+      if (throws) throw std::runtime_error("item");
+    };
+    if (throws)
+      CHECK_THROWS_WITH(parallel_for(1, 2, item, &spare), "item");
+    else
+      parallel_for(1, 2, item, &spare);
+    const int then = done;
+    CHECK(errand.finish() == (then == 1));
+    CHECK(done == then);
+    CHECK_FALSE(spare.any());
+  }
+}
