@@ -65,6 +65,15 @@ class Scene:
         return read_png((out / "sidescan.png").read_bytes())
 
 
+def pixels(left, width, height):
+    """An expression in the page: what these of the picture's newest pixels show, four values each. Of a
+    copy: a canvas that is read again and again changes how it is drawn, and Chromium says so in the log."""
+    return ("(() => { const c = document.getElementById('picture');"
+            "const copy = Object.assign(document.createElement('canvas'), {width: c.width, height: c.height})"
+            ".getContext('2d', {willReadFrequently: true}); copy.drawImage(c, 0, 0);"
+            f"return copy.getImageData({left}, 0, {width}, {height}).data }})()")
+
+
 @unittest.skipIf(Browser.missing(), f"not installed: {', '.join(Browser.missing())}")
 class InABrowser(unittest.TestCase):
     def test_the_picture_grows_and_is_that_of_the_run_pixel_for_pixel(self):
@@ -82,10 +91,7 @@ class InABrowser(unittest.TestCase):
                     browser.click("one")
                     browser.wait("document.getElementById('state').textContent.includes('done')")
                     time.sleep(0.5)
-                    shown = bytes(browser.run(
-                        "const c = document.getElementById('picture'), w = arguments[0];"
-                        "return [...c.getContext('2d').getImageData(Math.floor((c.width - w) / 2), 0, w,"
-                        " arguments[1]).data]", width, height))
+                    shown = bytes(browser.run(f"return [...{pixels(f'(c.width - {width}) >> 1', width, height)}]"))
                     self.assertEqual([shown[k::4] for k in range(3)],
                                      [expected[k % channels::channels] for k in range(3)])
                     self.assertEqual(browser.complaints(), [])
@@ -95,8 +101,8 @@ class InABrowser(unittest.TestCase):
                 Browser(1300, 900) as browser:
             browser.open(live.address)
             browser.wait("window.live?.lines > 30")
-            mean = ("(() => { const c = document.getElementById('picture'), d = c.getContext('2d').getImageData(0, 0, "
-                    "c.width, 20).data; let s = 0; for (let i = 0; i < d.length; i += 4) s += d[i]; return 4 * s / d.length })()")
+            mean = (f"(() => {{ const d = {pixels(0, 'c.width', 20)};"
+                    "let s = 0; for (let i = 0; i < d.length; i += 4) s += d[i]; return 4 * s / d.length })()")
             before = browser.wait(f"{mean} > 10 && {mean}")  # drawn, not only received
             browser.choose("gain", 12, "input")
             browser.wait(f"{mean} > 1.4 * {before}")
@@ -104,8 +110,7 @@ class InABrowser(unittest.TestCase):
             browser.choose("range", "40")
             browser.choose("palette", "viridis")
             # The water column in the middle: violet.
-            browser.wait("(() => { const c = document.getElementById('picture'), d = c.getContext('2d')"
-                         ".getImageData(c.width / 2, 0, 1, 1).data; return d[2] > 60 && d[1] < 20 })()")
+            browser.wait(f"(() => {{ const d = {pixels('c.width / 2', 1, 1)}; return d[2] > 60 && d[1] < 20 }})()")
             browser.click("ground")
             browser.click("labels")
             browser.click("plain")
