@@ -152,9 +152,11 @@ HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t fr
     const auto behind = hn::Add(hn::Iota(du, 0), hn::Set(du, static_cast<std::uint32_t>(j + 1)));
     const auto end = hn::And(differ, hn::Ne(here, none));
     const auto begin = hn::And(differ, hn::Ne(next, none));
-    ends += static_cast<std::int64_t>(hn::CompressStore(behind, end, du, rows.end + ends));
-    hn::CompressStore(next, begin, du, rows.index + begins);
-    begins += static_cast<std::int64_t>(hn::CompressStore(behind, begin, du, rows.begin + begins));
+    store_some(du, behind, end, rows.end + ends);
+    store_some(du, next, begin, rows.index + begins);
+    store_some(du, behind, begin, rows.begin + begins);
+    ends += static_cast<std::int64_t>(hn::CountTrue(du, end));
+    begins += static_cast<std::int64_t>(hn::CountTrue(du, begin));
   }
   if (nearest[until - 1] != FanPass::no_slot) rows.end[ends] = static_cast<std::uint32_t>(until);
   return begins;
@@ -190,7 +192,7 @@ std::int64_t list_runs_here(const FanPass& pass, std::int64_t plane, std::int64_
   const float* nearness = pass.nearness + plane * pass.stride;
   const auto surely_within = static_cast<float>((1.0 + 0x1p-9) / pass.range_m);
   const V sine = hn::Set(d, pass.sin_azimuth[plane]), cosine = hn::Set(d, pass.cos_azimuth[plane]);
-  bool empty = false;
+  std::int64_t full = end;  // so many runs, at least, have rays
   for (std::int64_t i = count; i < end; i += lanes) {
     const std::int64_t some = end - i < lanes ? end - i : lanes;
     // 32 bits are signed to Highway; so many slots there are not.
@@ -221,11 +223,11 @@ std::int64_t list_runs_here(const FanPass& pass, std::int64_t plane, std::int64_
     if (HWY_LIKELY(hn::AllFalse(df, far))) continue;
     for (std::int64_t k = i; k < i + some; ++k) {
       trim(pass, rows, k);
-      empty |= rows.begin[k] == rows.end[k];
+      if (rows.begin[k] == rows.end[k] && k < full) full = k;
     }
   }
   forget(pass, plane, from, until);
-  return empty ? without_empty(rows, count, end) : end;
+  return without_empty(rows, full, end);
 }
 
 }  // namespace

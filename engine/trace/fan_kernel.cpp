@@ -28,15 +28,6 @@ constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin itself
 constexpr double in_the_plane = 1e-30;   // metres from the origin
 constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
 
-// Stores the lanes of the mask side by side; what lies behind them, up to a register's width, is overwritten.
-HWY_INLINE void store_some(V values, M mask, double* to) {
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-  hn::StoreU(V{_mm512_maskz_compress_pd(mask.raw, values.raw)}, d, to);
-#else
-  hn::CompressStore(values, mask, d, to);
-#endif
-}
-
 // How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
 // which side of the plane a place is.
 HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
@@ -230,16 +221,15 @@ HWY_INLINE void add_block(const FanPass& pass, FanBatch& batch, std::uint32_t bl
     }
     if (hn::AllFalse(f, may_cross)) continue;
     float* to = &batch.rows[0] + batch.count;
-    const auto keep = [&](std::int64_t row, VF values) HWY_ATTR {
-      hn::StoreU(hn::Compress(values, may_cross), f, to + row * batch_room);
-    };
+    const auto keep = [&](std::int64_t row, VF values)
+                          HWY_ATTR { store_some(f, values, may_cross, to + row * batch_room); };
     for (std::int64_t row = 0; row < 10; ++row) keep(row, hn::LoadU(f, rows + row * block_faces));
     keep(FanBatch::least_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
     keep(FanBatch::greatest_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
     const auto number =
         hn::Add(hn::Iota(u, 0),
                 hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i)));
-    hn::StoreU(hn::Compress(number, hn::RebindMask(u, may_cross)), u, index + batch.count);
+    store_some(u, number, hn::RebindMask(u, may_cross), index + batch.count);
     batch.count += static_cast<std::int64_t>(hn::CountTrue(f, may_cross));
   }
 }
@@ -285,7 +275,7 @@ HWY_INLINE void cross_faces(const FanPass& pass, const Frame& frame, FanBatch& b
     std::int64_t& count = batch.counts[k];
     double* const list = crossings_of(batch, k) + count;
     const auto note = [&](std::int64_t row, V values) HWY_ATTR {
-      store_some(values, crosses, list + row * FanBatch::list_room);
+      store_some(d, values, crosses, list + row * FanBatch::list_room);
     };
     note(0, p.x), note(1, p.y), note(2, q.x), note(3, q.y), note(4, places);
     count += static_cast<std::int64_t>(hn::CountTrue(d, crosses));
@@ -463,8 +453,8 @@ HWY_INLINE void find_intervals(const FanPass& pass, FanBatch& batch, std::int64_
       some = hn::AndNot(at_origin, some);
     }
     const V interval = hn::BitCast(d, hn::Or(from, hn::ShiftLeft<32>(until)));
-    store_some(interval, some, rows + intervals);
-    store_some(places, some, rows + room + intervals);
+    store_some(d, interval, some, rows + intervals);
+    store_some(d, places, some, rows + room + intervals);
     intervals += static_cast<std::int64_t>(hn::CountTrue(d, some));
   }
   batch.counts[plane] = intervals;
