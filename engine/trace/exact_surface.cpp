@@ -42,11 +42,15 @@ struct Walked {
   void reset() {}
 };
 
-/// No point within range of the one volume is farther than this from the same point of the other.
-double moved_m(const ViewVolume& from, const ViewVolume& to) {
+/// By turning alone no point within range of a volume moves farther than this.
+double turned_m(const ViewVolume& from, const ViewVolume& to) {
   const double turned = (from.array_axis - to.array_axis).norm() +
                         (from.middle - to.middle).norm() + (from.pole - to.pole).norm();
-  return (to.apex - from.apex).norm() + turned * std::max(from.range_m, to.range_m);
+  return turned * std::max(from.range_m, to.range_m);
+}
+/// No point within range of the one volume is farther than this from the same point of the other.
+double moved_m(const ViewVolume& from, const ViewVolume& to) {
+  return (to.apex - from.apex).norm() + turned_m(from, to);
 }
 
 bool same_shape(const ViewVolume& a, const ViewVolume& b) {
@@ -131,13 +135,18 @@ class ExactSurface final : public Surface {
   }
 
  private:
-  /// By as much as the next pings will go if they go as the last two did.
+  /// Over what the next pings will see if they go on as the last two did: from the middle of their way they
+  /// are half of it off, and turned by all that they turn.
   void widen(const std::vector<ViewVolume>& volumes, const std::vector<ViewVolume>& before,
              std::vector<ViewVolume>& wide) const {
     wide = volumes;
-    if (tree_pings_ <= 1) return;
-    const double margin_m = (tree_pings_ - 1) * advance_m(before, volumes);
-    for (ViewVolume& volume : wide) volume.margin_m += margin_m;
+    if (!go_on(before, volumes)) return;
+    const double more = (tree_pings_ - 1) * (1.0 + 1e-6);  // and what rounding takes
+    for (std::size_t i = 0; i < wide.size(); ++i) {
+      const Eigen::Vector3d half_way = 0.5 * more * (volumes[i].apex - before[i].apex);
+      wide[i].apex += half_way;
+      wide[i].margin_m += half_way.norm() + more * turned_m(before[i], volumes[i]);
+    }
   }
   void build(std::size_t turn, std::vector<ViewVolume>& volumes) {
     Stage& stage = stages_[turn];
@@ -156,16 +165,12 @@ class ExactSurface final : public Surface {
       fault_ahead_ = true;
     }
   }
-  /// How far the fans went since the ping before; none the first time, nor after a leap (the end of a
-  /// line), which nothing says will be made again.
-  static double advance_m(const std::vector<ViewVolume>& before,
-                          const std::vector<ViewVolume>& volumes) {
-    double most_m = 0.0;
-    if (before.size() == volumes.size())
-      for (std::size_t i = 0; i < volumes.size(); ++i)
-        most_m = std::max(most_m, moved_m(before[i], volumes[i]));
-    const bool leap = most_m > 0.0 && most_m > leap_of_range * volumes.front().range_m;
-    return leap ? 0.0 : most_m;
+  /// Not the first time, nor after a leap (the end of a line), which nothing says will be made again.
+  static bool go_on(const std::vector<ViewVolume>& before, const std::vector<ViewVolume>& volumes) {
+    if (before.size() != volumes.size()) return false;
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+      if (moved_m(before[i], volumes[i]) > leap_of_range * volumes[i].range_m) return false;
+    return true;
   }
 
   static constexpr double leap_of_range = 0.05;

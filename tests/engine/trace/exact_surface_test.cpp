@@ -249,16 +249,27 @@ TEST_CASE(
   fan.pole = {half, 0.0, half};
   fan.range_m = 8.0;
   Count count;
+  std::vector<int> built_at;
   for (int ping = 0; ping < 40; ++ping) {
-    fan.origin += 0.05 * fan.array_axis;
-    if (ping == 20) fan.origin += 3.0 * fan.array_axis;  // a jump
+    if (ping == 20) fan.origin.y() += 3.0;  // a jump
+    fan.origin += Eigen::Vector3d(0.0, 0.05, 0.0);
+    if (ping > 31) {  // turns as it goes
+      const Eigen::AngleAxisd turn(0.002, Eigen::Vector3d::UnitZ());
+      fan.array_axis = turn * fan.array_axis;
+      fan.middle = turn * fan.middle;
+      fan.pole = turn * fan.pole;
+    }
+    const std::uint64_t before = surface->version();
     compare(fan, *whole, surface->prepare({&fan, 1}), count);
+    if (surface->version() != before) built_at.push_back(ping);
     alone->prepare({&fan, 1});
     const std::size_t faces = surface->triangles().faces.size();
     const std::size_t needed = alone->triangles().faces.size();
     if (ping == 20) CHECK(faces == needed);  // nothing says that it will jump again
     if (ping == 2) CHECK(faces > needed);
   }
+  // Five pings each, but at first, at the jump and soon after it begins to turn.
+  CHECK(built_at == std::vector{0, 1, 6, 11, 16, 20, 21, 26, 31, 34, 39});
   CHECK(count.hits > 1000);
   CHECK(count.differences == 0);
 }
