@@ -66,7 +66,7 @@ class Steps {
   }
 
  private:
-  static constexpr double widest_rad = 0.005, unevenness = 0.05, bend = 0.002;
+  static constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
   static constexpr std::size_t most = 255;
 
   /// Each ray is in the middle of what it stands for.

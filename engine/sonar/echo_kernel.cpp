@@ -21,37 +21,68 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Doubles, as many floats as a register holds, and half of them, as many as there are doubles.
 using D = hn::CappedTag<double, 8>;
-using F = hn::Rebind<float, D>;
+using F = hn::CappedTag<float, 16>;
+using H = hn::Rebind<float, D>;
 using I = hn::RebindToSigned<F>;
+using J = hn::RebindToSigned<H>;
 using L = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using VF = hn::Vec<F>;
+using VH = hn::Vec<H>;
 using VI = hn::Vec<I>;
+using VJ = hn::Vec<J>;
 
 constexpr D d;
 constexpr F f;
+constexpr H h;
 constexpr I i32;
+constexpr J j32;
 constexpr L i64;
-[[maybe_unused]] constexpr hn::RebindToUnsigned<I> u32;
-[[maybe_unused]] constexpr hn::RebindToUnsigned<L> u64;
 constexpr std::size_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
-static_assert(lanes <= echo_room);
+constexpr std::size_t wide = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(f);
+constexpr std::size_t halves = wide / lanes;
+static_assert(wide <= echo_room);
 
 // a b + c, rounded once.
-template <class Tag, class Vector>
-HWY_INLINE Vector fma(Tag tag, Vector a, Vector b, Vector c) {
+template <class Vector>
+HWY_INLINE Vector fma(Vector a, Vector b, Vector c) {
 #if HWY_TARGET == HWY_SCALAR
-  return hn::Set(tag, std::fma(hn::GetLane(a), hn::GetLane(b), hn::GetLane(c)));
+  return hn::Set(hn::DFromV<Vector>(), std::fma(hn::GetLane(a), hn::GetLane(b), hn::GetLane(c)));
 #else
-  (void)tag;
   return hn::MulAdd(a, b, c);
 #endif
 }
-HWY_INLINE V fma(V a, V b, V c) { return fma(d, a, b, c); }
-HWY_INLINE VF fma(VF a, VF b, VF c) { return fma(f, a, b, c); }
 HWY_INLINE V set(double value) { return hn::Set(d, value); }
 HWY_INLINE VF set(float value) { return hn::Set(f, value); }
+
+// The doubles of a register of floats.
+struct Halves {
+  V of[halves];
+};
+template <class Function>
+HWY_INLINE Halves each_half(Function value) {
+#if HWY_TARGET == HWY_SCALAR
+  return {{value(0)}};
+#else
+  return {{value(0), value(1)}};
+#endif
+}
+HWY_INLINE VF narrowed(const Halves& value) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::DemoteTo(f, value.of[0]);
+#else
+  return hn::Combine(f, hn::DemoteTo(h, value.of[1]), hn::DemoteTo(h, value.of[0]));
+#endif
+}
+HWY_INLINE Halves widened(VF value) {
+#if HWY_TARGET == HWY_SCALAR
+  return {{hn::PromoteTo(d, value)}};
+#else
+  return {{hn::PromoteTo(d, hn::LowerHalf(h, value)), hn::PromoteTo(d, hn::UpperHalf(h, value))}};
+#endif
+}
 
 // From the value of two neighbours in a table.
 struct Neighbours {
@@ -61,10 +92,13 @@ HWY_INLINE Neighbours neighbours(const float* table, VI below) {
 #if HWY_TARGET == HWY_SCALAR
   return {hn::GatherIndex(f, table, below), hn::GatherIndex(f, table + 1, below)};
 #else  // both at once
-  const auto offset = hn::ShiftLeft<2>(hn::PromoteTo(i64, below));
-  const auto both = hn::GatherOffset(i64, reinterpret_cast<const std::int64_t*>(table), offset);
-  return {hn::BitCast(f, hn::TruncateTo(u32, hn::BitCast(u64, both))),
-          hn::BitCast(f, hn::TruncateTo(u32, hn::ShiftRight<32>(hn::BitCast(u64, both))))};
+  const auto both = [&](VJ half) HWY_ATTR {
+    const auto offset = hn::ShiftLeft<2>(hn::PromoteTo(i64, half));
+    return hn::BitCast(f,
+                       hn::GatherOffset(i64, reinterpret_cast<const std::int64_t*>(table), offset));
+  };
+  const VF low = both(hn::LowerHalf(j32, below)), high = both(hn::UpperHalf(j32, below));
+  return {hn::ConcatEven(f, high, low), hn::ConcatOdd(f, high, low)};
 #endif
 }
 HWY_INLINE VF between(const float* table, VI below, VF share) {
@@ -182,8 +216,9 @@ HWY_INLINE VF strength_over_sine(const EchoPlane& plane, VI from, VF sine, VF co
   return value;
 }
 
-HWY_INLINE VI load(const std::uint32_t* from) {
-  return hn::LoadU(i32, reinterpret_cast<const std::int32_t*>(from));
+template <class Tag>
+HWY_INLINE hn::Vec<Tag> load(Tag tag, const std::uint32_t* from) {
+  return hn::LoadU(tag, reinterpret_cast<const std::int32_t*>(from));
 }
 
 // At the middle of some rays, twice their number: sine and cosine of the elevation; and between their ends.
@@ -191,8 +226,8 @@ struct Middle {
   V cosine, sine, width;
 };
 HWY_INLINE Middle middle_of(const double* cosines, const double* sines, const double* edge_rad,
-                            VI begin, VI end) {
-  const auto middle = hn::PromoteTo(i64, hn::Sub(hn::Add(begin, end), hn::Set(i32, 1)));
+                            VJ begin, VJ end) {
+  const auto middle = hn::PromoteTo(i64, hn::Sub(hn::Add(begin, end), hn::Set(j32, 1)));
   return {hn::GatherIndex(d, cosines, middle), hn::GatherIndex(d, sines, middle),
           hn::Sub(hn::GatherIndex(d, edge_rad, hn::PromoteTo(i64, end)),
                   hn::GatherIndex(d, edge_rad, hn::PromoteTo(i64, begin)))};
@@ -200,9 +235,9 @@ HWY_INLINE Middle middle_of(const double* cosines, const double* sines, const do
 
 void limit_runs_here(const RunLimits& limits) {
   for (std::size_t i = 0; i < limits.runs; i += lanes) {
-    const auto within = hn::FirstN(i32, limits.runs - i);
-    const VI begin = hn::IfThenElse(within, load(limits.begin + i), hn::Zero(i32));
-    const VI end = hn::IfThenElse(within, load(limits.end + i), hn::Set(i32, 1));
+    const auto within = hn::FirstN(j32, limits.runs - i);
+    const VJ begin = hn::IfThenElse(within, load(j32, limits.begin + i), hn::Zero(j32));
+    const VJ end = hn::IfThenElse(within, load(j32, limits.end + i), hn::Set(j32, 1));
     const Middle at = middle_of(limits.cosines, limits.sines, limits.edge_rad, begin, end);
     const V level = hn::LoadU(d, limits.level + i), pole = hn::LoadU(d, limits.pole + i);
     const V facing = fma(level, at.cosine, hn::Mul(pole, at.sine));
@@ -212,8 +247,8 @@ void limit_runs_here(const RunLimits& limits) {
     const auto grows = hn::Gt(growth, most);
     const V share = hn::IfThenElse(grows, hn::Div(most, growth), set(1.0));
     const V rays = hn::ConvertTo(d, hn::PromoteTo(i64, hn::Sub(end, begin)));
-    const VI few = hn::DemoteTo(i32, hn::Max(hn::Mul(rays, share), set(1.0)));
-    hn::StoreU(few, i32, reinterpret_cast<std::int32_t*>(limits.most + i));
+    const VJ few = hn::DemoteTo(j32, hn::Max(hn::Mul(rays, share), set(1.0)));
+    hn::StoreU(few, j32, reinterpret_cast<std::int32_t*>(limits.most + i));
   }
 }
 
@@ -221,16 +256,17 @@ void limit_runs_here(const RunLimits& limits) {
 // the same.
 void slant_beam(const EchoPlane& plane) {
   const VF half = set(0.5f), one = set(1.0f);
-  for (std::size_t i = 1; i + 1 < plane.pieces; i += lanes) {
+  for (std::size_t i = 1; i + 1 < plane.pieces; i += wide) {
     const float* weight = plane.weight + i;
     const float* width = plane.width_rad + i;
     const VF here = hn::LoadU(f, weight);
     const VF change = hn::Sub(hn::LoadU(f, weight + 1), hn::LoadU(f, weight - 1));
     const VF widths =
         fma(half, hn::Add(hn::LoadU(f, width - 1), hn::LoadU(f, width + 1)), hn::LoadU(f, width));
-    const auto neighbours = hn::And(hn::Eq(load(plane.end + i - 1), load(plane.begin + i)),
-                                    hn::Eq(load(plane.end + i), load(plane.begin + i + 1)));
-    const auto slight = hn::Lt(hn::Abs(change), hn::Mul(set(0.2f), here));
+    const auto neighbours =
+        hn::And(hn::Eq(load(i32, plane.end + i - 1), load(i32, plane.begin + i)),
+                hn::Eq(load(i32, plane.end + i), load(i32, plane.begin + i + 1)));
+    const auto slight = hn::Lt(hn::Abs(change), hn::Mul(set(0.5f), here));
     const auto use = hn::And(hn::RebindMask(f, neighbours), slight);
     const VF share = hn::Div(hn::Mul(change, hn::LoadU(f, width)),
                              hn::IfThenElse(use, hn::Mul(here, widths), one));
@@ -257,39 +293,49 @@ void join_pieces(EchoPlane& plane) {
     hn::StoreU(meets_m, d, plane.from_m + i);
     hn::StoreU(meets_m, d, plane.until_m + i - 1);
 
-    const VF apart_m = hn::Abs(hn::DemoteTo(f, hn::Sub(first_m, last_m)));
+    const VH apart_m = hn::Abs(hn::DemoteTo(h, hn::Sub(first_m, last_m)));
     const auto half_run_m = [&](std::size_t k) HWY_ATTR {
-      return hn::Abs(hn::DemoteTo(f, hn::Sub(at(plane.to_end_m, k), at(plane.to_last_m, k))));
+      return hn::Abs(hn::DemoteTo(h, hn::Sub(at(plane.to_end_m, k), at(plane.to_last_m, k))));
     };
-    const VF step = hn::Max(hn::LoadU(f, plane.step_rad + i - 1), hn::LoadU(f, plane.step_rad + i));
-    const VF far_m = fma(hn::DemoteTo(f, last_m), step, apart_m);
-    const auto near =
-        hn::And(hn::Le(apart_m, hn::Mul(set(4.0f), hn::Max(half_run_m(i - 1), half_run_m(i)))),
-                hn::Le(far_m, set(static_cast<float>(2.0 * plane.bin_m))));
-    const auto same = hn::RebindMask(f, hn::Eq(load(plane.index + i - 1), load(plane.index + i)));
+    const VH step = hn::Max(hn::LoadU(h, plane.step_rad + i - 1), hn::LoadU(h, plane.step_rad + i));
+    const VH far_m = fma(hn::DemoteTo(h, last_m), step, apart_m);
+    const auto near = hn::And(
+        hn::Le(apart_m, hn::Mul(hn::Set(h, 4.0f), hn::Max(half_run_m(i - 1), half_run_m(i)))),
+        hn::Le(far_m, hn::Set(h, static_cast<float>(2.0 * plane.bin_m))));
+    const auto same =
+        hn::RebindMask(h, hn::Eq(load(j32, plane.index + i - 1), load(j32, plane.index + i)));
     const auto neighbours =
-        hn::RebindMask(f, hn::Eq(load(plane.end + i - 1), load(plane.begin + i)));
+        hn::RebindMask(h, hn::Eq(load(j32, plane.end + i - 1), load(j32, plane.begin + i)));
     const auto answer = hn::Ge(
-        hn::Min(hn::LoadU(f, plane.weight + i - 1), hn::LoadU(f, plane.weight + i)), hn::Zero(f));
+        hn::Min(hn::LoadU(h, plane.weight + i - 1), hn::LoadU(h, plane.weight + i)), hn::Zero(h));
     const auto sure = hn::And(hn::And(neighbours, answer), hn::Or(same, near));
-    const auto broken = hn::AndNot(sure, hn::FirstN(f, plane.pieces - i));
-    if (hn::AllFalse(f, broken)) continue;
-    const VI numbers = hn::Iota(i32, static_cast<std::int32_t>(i));
-    count += hn::CompressStore(numbers, hn::RebindMask(i32, broken), i32,
-                               reinterpret_cast<std::int32_t*>(plane.breaks + count));
+    const auto broken = hn::AndNot(sure, hn::FirstN(h, plane.pieces - i));
+    if (hn::AllFalse(h, broken)) continue;
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(h, broken, bits);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      plane.breaks[count] = static_cast<std::uint32_t>(i + lane);
+      count += bits[0] >> lane & 1;
+    }
   }
   plane.break_count = count;
 }
 
-void shade_pieces_here(EchoPlane& plane) {
+// Where the middles of pieces are, told from the plane's elevations in doubles.
+struct Found {
+  Middle at[halves];
+  Halves range_m, to_end_m, facing_sine, turning;
+  hn::Mask<D> answers[halves];
+};
+HWY_INLINE Found find_pieces(const EchoPlane& plane, std::size_t first) {
   const V zero = hn::Zero(d), one = set(1.0);
-  const VF none = set(0.0f), unity = set(1.0f);
-  for (std::size_t i = 0; i < plane.pieces; i += lanes) {
-    const VI begin = load(plane.begin + i), end = load(plane.end + i);
-    const auto [cosine, sine, width] =
-        middle_of(plane.cosines, plane.sines, plane.edge_rad, begin, end);
+  Found found;
+  for (std::size_t half = 0; half < halves; ++half) {
+    const std::size_t i = first + half * lanes;
+    found.at[half] = middle_of(plane.cosines, plane.sines, plane.edge_rad,
+                               load(j32, plane.begin + i), load(j32, plane.end + i));
+    const auto& [cosine, sine, width] = found.at[half];
     const V level = hn::LoadU(d, plane.level + i), pole = hn::LoadU(d, plane.pole + i);
-
     // range = distance / facing, facing being minus the grazing angle's sine.
     const V facing = fma(level, cosine, hn::Mul(pole, sine));
     const V turning = hn::Sub(hn::Mul(pole, cosine), hn::Mul(level, sine));
@@ -303,72 +349,101 @@ void shade_pieces_here(EchoPlane& plane) {
     const V half_m = hn::Mul(set(0.25), range_m);
     const V free_m =
         hn::Mul(hn::Mul(range_m, turning), hn::Mul(inverse, hn::Mul(set(-0.5), width)));
-    const V to_end_m = hn::Max(hn::Min(free_m, half_m), hn::Neg(half_m));
+    found.range_m.of[half] = range_m;
+    found.to_end_m.of[half] = hn::Max(hn::Min(free_m, half_m), hn::Neg(half_m));
+    found.facing_sine.of[half] = hn::Min(hn::Max(hn::Neg(facing), zero), one);
+    found.turning.of[half] = turning;
+    found.answers[half] = answers;
+  }
+  return found;
+}
 
-    const VF near_m = hn::DemoteTo(f, range_m), out = hn::DemoteTo(f, cosine),
-             up = hn::DemoteTo(f, sine), width_rad = hn::DemoteTo(f, width);
-    const V bounded = hn::Min(hn::Max(hn::Neg(facing), zero), one);
-    const VF grazing_sine = hn::DemoteTo(f, bounded), rest = hn::DemoteTo(f, hn::Sub(one, bounded));
-    const VF cosine2 = hn::Max(hn::Mul(rest, hn::Add(unity, grazing_sine)), set(1e-9f));
-    const VF grazing = arcsine(grazing_sine, rest);
+// What half of them see: places and grazing angles.
+HWY_INLINE void tell_places(const EchoPlane& plane, std::size_t i, const Middle& at, V range_m,
+                            V to_end_m, V grazing, V grazing_way) {
+  const V out_m = hn::Mul(range_m, at.cosine), up_m = hn::Mul(range_m, at.sine);
+  const V longer_m = hn::Add(to_end_m, to_end_m);
+  const V out_way = fma(longer_m, at.cosine, hn::Neg(hn::Mul(at.width, up_m)));
+  const V up_way = fma(longer_m, at.sine, hn::Mul(at.width, out_m));
+  const auto axis = [&](std::size_t k, V level_m, V pole_m) HWY_ATTR {
+    return fma(level_m, set(plane.direction[k]), hn::Mul(pole_m, set(plane.pole_direction[k])));
+  };
+  hn::StoreInterleaved4(axis(0, out_m, up_m), axis(1, out_m, up_m), axis(2, out_m, up_m), grazing,
+                        d, plane.middles + 4 * i);
+  hn::StoreInterleaved4(axis(0, out_way, up_way), axis(1, out_way, up_way),
+                        axis(2, out_way, up_way), grazing_way, d, plane.changes + 4 * i);
+}
+
+void shade_pieces_here(EchoPlane& plane) {
+  const VF none = set(0.0f), one = set(1.0f);
+  for (std::size_t first = 0; first < plane.pieces; first += wide) {
+    const Found found = find_pieces(plane, first);
+    const auto narrow = [&](auto of) HWY_ATTR { return narrowed(each_half(of)); };
+    const VF out = narrow([&](std::size_t half) HWY_ATTR { return found.at[half].cosine; });
+    const VF up = narrow([&](std::size_t half) HWY_ATTR { return found.at[half].sine; });
+    const VF width_rad = narrow([&](std::size_t half) HWY_ATTR { return found.at[half].width; });
+    const VF rest = narrow([&](std::size_t half)
+                               HWY_ATTR { return hn::Sub(set(1.0), found.facing_sine.of[half]); });
+    const VF near_m = narrowed(found.range_m), end_m = narrowed(found.to_end_m);
+    const VF sine = narrowed(found.facing_sine);
+    const VF cosine2 = hn::Max(hn::Mul(rest, hn::Add(one, sine)), set(1e-9f));
     const VF grazing_way =
-        hn::Neg(hn::Div(hn::Mul(hn::DemoteTo(f, turning), width_rad), hn::Sqrt(cosine2)));
+        hn::Neg(hn::Div(hn::Mul(narrowed(found.turning), width_rad), hn::Sqrt(cosine2)));
 
     const VF weight = beam_weight(plane, near_m, out, up);
     VF falls;
-    const VF strength = strength_over_sine(plane, hn::LoadU(i32, plane.strengths_from + i),
-                                           grazing_sine, cosine2, falls);
-    const VF per_m = hn::Div(unity, near_m);
+    const VF strength = strength_over_sine(plane, hn::LoadU(i32, plane.strengths_from + first),
+                                           sine, cosine2, falls);
+    const VF per_m = hn::Div(one, near_m);
     const VF energy = hn::Mul(hn::Mul(weight, strength), hn::Mul(hn::Mul(per_m, per_m), width_rad));
-    const VF end_m = hn::DemoteTo(f, to_end_m);
     const VF slant = hn::Mul(hn::Sub(set(-2.0f), falls), hn::Mul(hn::Add(end_m, end_m), per_m));
-    const VF per_ray = hn::Div(unity, hn::ConvertTo(f, hn::Sub(end, begin)));
-    const VF half_step_m = hn::Mul(end_m, per_ray);
+    const VF per_ray = hn::Div(one, hn::ConvertTo(f, hn::Sub(load(i32, plane.end + first),
+                                                             load(i32, plane.begin + first))));
+    hn::StoreU(hn::Min(hn::Max(slant, set(-1.0f)), one), f, plane.slant + first);
+    hn::StoreU(width_rad, f, plane.width_rad + first);
+    hn::StoreU(hn::Mul(width_rad, per_ray), f, plane.step_rad + first);
 
-    hn::StoreU(range_m, d, plane.range_m_of + i);
-    hn::StoreU(to_end_m, d, plane.to_end_m + i);
-    hn::StoreU(hn::Sub(to_end_m, hn::PromoteTo(d, half_step_m)), d, plane.to_last_m + i);
-    hn::StoreU(hn::IfThenElseZero(answers, hn::PromoteTo(d, energy)), d, plane.energy + i);
-    const V weighs = hn::IfThenElse(answers, hn::PromoteTo(d, hn::Max(weight, none)), set(-1.0));
-    hn::StoreU(hn::DemoteTo(f, weighs), f, plane.weight + i);
-    hn::StoreU(hn::Min(hn::Max(slant, set(-1.0f)), unity), f, plane.slant + i);
-    hn::StoreU(width_rad, f, plane.width_rad + i);
-    hn::StoreU(hn::Mul(width_rad, per_ray), f, plane.step_rad + i);
-
-    const V out_m = hn::Mul(range_m, cosine), up_m = hn::Mul(range_m, sine);
-    const V longer_m = hn::Add(to_end_m, to_end_m);
-    const V out_way = fma(longer_m, cosine, hn::Neg(hn::Mul(width, up_m)));
-    const V up_way = fma(longer_m, sine, hn::Mul(width, out_m));
-    const auto axis = [&](std::size_t k, V level_m, V pole_m) HWY_ATTR {
-      return fma(level_m, set(plane.direction[k]), hn::Mul(pole_m, set(plane.pole_direction[k])));
-    };
-    hn::StoreInterleaved4(axis(0, out_m, up_m), axis(1, out_m, up_m), axis(2, out_m, up_m),
-                          hn::PromoteTo(d, grazing), d, plane.middles + 4 * i);
-    hn::StoreInterleaved4(axis(0, out_way, up_way), axis(1, out_way, up_way),
-                          axis(2, out_way, up_way), hn::PromoteTo(d, grazing_way), d,
-                          plane.changes + 4 * i);
+    const Halves half_step_m = widened(hn::Mul(end_m, per_ray)), energies = widened(energy),
+                 weights = widened(hn::Max(weight, none)), angles = widened(arcsine(sine, rest)),
+                 ways = widened(grazing_way);
+    for (std::size_t half = 0; half < halves; ++half) {
+      const std::size_t i = first + half * lanes;
+      const V range_m = found.range_m.of[half], to_end_m = found.to_end_m.of[half];
+      const auto answers = found.answers[half];
+      hn::StoreU(range_m, d, plane.range_m_of + i);
+      hn::StoreU(to_end_m, d, plane.to_end_m + i);
+      hn::StoreU(hn::Sub(to_end_m, half_step_m.of[half]), d, plane.to_last_m + i);
+      hn::StoreU(hn::IfThenElseZero(answers, energies.of[half]), d, plane.energy + i);
+      hn::StoreU(hn::DemoteTo(h, hn::IfThenElse(answers, weights.of[half], set(-1.0))), h,
+                 plane.weight + i);
+      tell_places(plane, i, found.at[half], range_m, to_end_m, angles.of[half], ways.of[half]);
+    }
   }
   slant_beam(plane);
   join_pieces(plane);
 }
 
-// A glint of a piece goes into a bin: so much energy, from so far along it, -1/2 to 1/2.
+// A piece as it is laid into bins.
+using Q = hn::CappedTag<double, 4>;
+constexpr Q quarter;
+constexpr std::size_t quarters = HWY_MAX_BYTES < 8 ? 4 : 4 / hn::MaxLanes(quarter);
 struct Glints {
-  const double *middle, *change;
+  hn::Vec<Q> middle[quarters], change[quarters];
   float weight;
   std::int32_t label;
+  std::uint32_t visit;
 };
+// Some of it goes into a bin: so much energy, from so far along it, -1/2 to 1/2.
 HWY_INLINE void put(EchoBins& to, std::size_t index, double energy, double along,
                     const Glints& piece) {
-  using Four = hn::CappedTag<double, 4>;
-  constexpr Four four;
   EchoBin& bin = to.bins[index];
   constexpr int bits = EchoBin::branch_bits;
-  const bool first = bin.visit >> bits != to.visit >> bits;
+  const bool first = bin.visit >> bits != piece.visit >> bits;
   bin.lit += first ? piece.weight : 0.0f;
   // Two branches of a plane in one bin are layover, but where it turns.
-  if (HWY_UNLIKELY(!first && bin.visit != to.visit && index != to.turning)) to.layover[index] = 1;
-  bin.visit = to.visit;
+  if (HWY_UNLIKELY(!first && bin.visit != piece.visit && index != to.turning))
+    to.layover[index] = 1;
+  bin.visit = piece.visit;
   if (HWY_UNLIKELY(bin.label != piece.label)) {
     if (bin.label == EchoBin::nobody)
       bin.label = piece.label;
@@ -377,23 +452,24 @@ HWY_INLINE void put(EchoBins& to, std::size_t index, double energy, double along
                                      static_cast<std::uint16_t>(piece.label)};
   }
   bin.energy += energy;
-  for (std::size_t k = 0; k < 4; k += hn::Lanes(four)) {
-    const auto place = fma(four, hn::Set(four, along), hn::LoadU(four, piece.change + k),
-                           hn::LoadU(four, piece.middle + k));
-    double* seen = &bin.seen[0] + k;
-    hn::Store(fma(four, hn::Set(four, energy), place, hn::Load(four, seen)), four, seen);
+  double* seen = &bin.seen[0];
+  for (std::size_t k = 0; k < quarters; ++k, seen += 4 / quarters) {
+    const auto place = fma(hn::Set(quarter, along), piece.change[k], piece.middle[k]);
+    hn::Store(fma(hn::Set(quarter, energy), place, hn::Load(quarter, seen)), quarter, seen);
   }
 }
 
 std::size_t lay_pieces_here(const EchoPlane& plane, const std::uint16_t* labels,
-                            const std::uint8_t* broken, EchoBins& to, std::size_t from) {
+                            const std::uint8_t* broken, EchoBins& bins, std::size_t from) {
+  EchoBins to = bins;  // no store into a bin can change what is here
   const double per_m = 1.0 / to.bin_m, last = static_cast<double>(to.count - 1);
   const auto bin_of = [&](double range_m) {
     const double place = range_m * per_m;
     return static_cast<std::size_t>(place < last ? (place > 0.0 ? place : 0.0) : last);
   };
-  for (std::size_t i = from; i < plane.pieces; ++i) {
-    if (HWY_UNLIKELY(to.other_count + to.count > to.other_room)) return i;
+  std::size_t i = from;
+  for (; i < plane.pieces; ++i) {
+    if (HWY_UNLIKELY(to.other_count + to.count > to.other_room)) break;
     if (plane.weight[i] < 0.0f) continue;
     const double from_m = plane.from_m[i], until_m = plane.until_m[i];
     const std::size_t first = bin_of(from_m), end = bin_of(until_m);
@@ -405,27 +481,36 @@ std::size_t lay_pieces_here(const EchoPlane& plane, const std::uint16_t* labels,
     }
     const double energy = plane.energy[i];
     if (!(energy > 0.0)) continue;  // out of the beam at that range
-    const Glints piece{plane.middles + 4 * i, plane.changes + 4 * i, plane.weight[i], labels[i]};
-    if (first == end) {
-      put(to, first, energy, 0.0, piece);
-      continue;
+    Glints piece{.weight = plane.weight[i], .label = labels[i], .visit = to.visit};
+    for (std::size_t k = 0; k < quarters; ++k) {
+      const std::size_t at = 4 * i + k * (4 / quarters);
+      piece.middle[k] = hn::LoadU(quarter, plane.middles + at);
+      piece.change[k] = hn::LoadU(quarter, plane.changes + at);
     }
-    const double inverse = 1.0 / (until_m - from_m), slant = plane.slant[i];
-    const std::size_t step = farther ? 1 : static_cast<std::size_t>(-1);
-    double edge_m = to.bin_m * static_cast<double>(farther ? first + 1 : first);
-    const double edge_step_m = farther ? to.bin_m : -to.bin_m;
-    double begins = 0.0;  // how far along the piece the bin begins, 0 to 1
-    for (std::size_t bin = first;; bin += step) {
-      const double there = bin == end ? 1.0 : (edge_m - from_m) * inverse;
-      const double ends = there < begins ? begins : there;  // by rounding
+    const double slant = plane.slant[i];
+    double begins = 0.0;  // how far along the piece a bin begins, 0 to 1
+    const auto until = [&](std::size_t bin, double ends) HWY_ATTR {
       const double along = 0.5 * (begins + ends) - 0.5;
       put(to, bin, energy * (ends - begins) * std::fma(slant, along, 1.0), along, piece);
-      if (bin == end) break;
-      begins = ends;
-      edge_m += edge_step_m;
+    };
+    if (first != end) {
+      const double inverse = 1.0 / (until_m - from_m);
+      const std::size_t step = farther ? 1 : static_cast<std::size_t>(-1);
+      const double edge_step_m = farther ? to.bin_m : -to.bin_m;
+      double edge_m = to.bin_m * static_cast<double>(farther ? first + 1 : first);
+      for (std::size_t bin = first; bin != end; bin += step) {
+        const double there = (edge_m - from_m) * inverse;
+        const double ends = there < begins ? begins : there;  // by rounding
+        __builtin_prefetch(to.bins + bin + 6 * step, 1);
+        until(bin, ends);
+        begins = ends;
+        edge_m += edge_step_m;
+      }
     }
+    until(end, 1.0);
   }
-  return plane.pieces;
+  bins = to;
+  return i;
 }
 
 }  // namespace
