@@ -31,7 +31,7 @@ table { border-collapse: collapse; font: 13px/1.4 system-ui, sans-serif; } td, t
 th { text-align: left; border-bottom: 1px solid var(--ink); font-weight: 600; }
 td { border-bottom: 1px solid var(--line); } td.n { text-align: right; font-variant-numeric: tabular-nums; }
 .key { display: inline-flex; flex-wrap: wrap; gap: .2rem 1.1rem; font: 13px system-ui, sans-serif; }
-.key i { display: inline-block; width: .8rem; height: .8rem; margin-right: .4rem; border-radius: 2px; }
+.key i { display: inline-block; width: 1.3rem; height: .5rem; margin-right: .4rem; border-radius: 2px; }
 </style>
 )";
 
@@ -53,11 +53,13 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
+constexpr std::string_view separator = " · ";
 std::string scheme_of(const Json& cell) {
   const int query_pings = cell.at("query_pings");
-  return fmt::format("{} · {}{}", cell.at("surface").get<std::string>(),
-                     cell.at("intersector").get<std::string>(),
-                     query_pings > 1 ? fmt::format(" · {} pings a query", query_pings) : "");
+  return fmt::format(
+      "{}{}{}{}", cell.at("surface").get<std::string>(), separator,
+      cell.at("intersector").get<std::string>(),
+      query_pings > 1 ? fmt::format("{}{} pings a query", separator, query_pings) : "");
 }
 
 /// The report's cells by bed, size and scheme, in the order they first come.
@@ -85,14 +87,21 @@ class Grid {
     return cell && cell->at("agrees").get<bool>() ? cell : nullptr;
   }
   bool empty() const { return cells_.empty(); }
-  /// Hues by place, so that neighbours differ.
+  /// A hue for a surface and an intersector; those who query for several pings are dashed.
   std::string colour(const std::string& scheme) const {
-    const auto place = std::ranges::find(schemes, scheme) - schemes.begin();
-    return fmt::format("hsl({} 62% {}%)", (place * 137 + 205) % 360, place % 2 ? 58 : 46);
+    std::vector<std::string> hues;
+    for (const std::string& other : schemes) remember(hues, of_one_ping(other));
+    const auto place = std::ranges::find(hues, of_one_ping(scheme)) - hues.begin();
+    return fmt::format("hsl({} 70% {}%)", 360 * place / std::ssize(hues), place % 2 ? 64 : 50);
   }
+  static bool dashed(const std::string& scheme) { return of_one_ping(scheme) != scheme; }
   std::vector<std::string> beds, sizes, schemes;
 
  private:
+  static std::string of_one_ping(const std::string& scheme) {
+    const std::size_t intersector = scheme.find(separator) + separator.size();
+    return scheme.substr(0, scheme.find(separator, intersector));
+  }
   static void remember(std::vector<std::string>& names, const std::string& name) {
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
@@ -102,8 +111,10 @@ class Grid {
 std::string key(const Grid& grid) {
   std::string out = "<p class=\"key\">";
   for (const std::string& scheme : grid.schemes)
-    out +=
-        fmt::format("<span><i style=\"background:{}\"></i>{}</span>", grid.colour(scheme), scheme);
+    out += fmt::format(
+        "<span><i style=\"background:repeating-linear-gradient(90deg,{0} 0 5px,{1} 5px 8px)\"></i>"
+        "{2}</span>",
+        grid.colour(scheme), grid.dashed(scheme) ? "transparent" : grid.colour(scheme), scheme);
   return out + "</p>\n";
 }
 
@@ -156,15 +167,16 @@ std::string rate_chart(const Grid& grid, const std::string& bed) {
             "</title></circle>",
             x(i), y(rate), grid.colour(scheme), scheme, grid.sizes[i], number(rate));
       }
-    out += fmt::format("<polyline class=\"curve\" stroke=\"{}\" points=\"{}\"/>{}\n",
-                       grid.colour(scheme), points, dots);
+    out += fmt::format("<polyline class=\"curve\" stroke=\"{}\"{} points=\"{}\"/>{}\n",
+                       grid.colour(scheme), grid.dashed(scheme) ? " stroke-dasharray=\"7 4\"" : "",
+                       points, dots);
   }
   return out + "</svg>\n";
 }
 
 /// Milliseconds a ping by stage, a bar a scheme.
 std::string stage_chart(const Grid& grid, const std::string& bed, const std::string& size) {
-  constexpr double width = 900, bar = 18, left = 250, right = 70;
+  constexpr double width = 900, bar = 18, left = 250, right = 80;
   struct Stage {
     const char* key;
     const char* name;
@@ -180,7 +192,9 @@ std::string stage_chart(const Grid& grid, const std::string& bed, const std::str
       // The slow ones would leave no room to see the others.
       if (cell->at("ping_ms").get<double>() > 40.0) continue;
       cells.push_back(cell);
-      longest = std::max(longest, cell->at("ping_ms").get<double>());
+      double all_ms = 0.0;
+      for (const Stage& stage : stages) all_ms += cell->at(stage.key).get<double>();
+      longest = std::max(longest, all_ms);
     }
   if (cells.empty()) return "";
   const double height = 34 + static_cast<double>(cells.size()) * (bar + 6) + 24;
