@@ -1,5 +1,7 @@
+#include <charconv>
 #include <cmath>
 #include <memory>
+#include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -207,6 +209,18 @@ void check(const Arguments& arguments) {
         reached.unexplained));
 }
 
+/// A number of rays, also as 1e7.
+std::string count_of_rays(std::string& text) {
+  const char* const end = text.data() + text.size();
+  double number = 0.0;
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || rest != end || number != std::floor(number) || number < 1.0 ||
+      number > 1e12)
+    return text + " is no whole number from 1 to 1e12";
+  text = fmt::format("{:.0f}", number);
+  return "";
+}
+
 }  // namespace
 
 void add_check(CLI::App& app, Action& action) {
@@ -224,7 +238,7 @@ void add_check(CLI::App& app, Action& action) {
           "About so many a surface and intersector (default: a million; brute_force gets what "
           "it can do in half a minute)")
       ->type_name("N")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000000}));
+      ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   command.add_flag("--json", arguments->json, "Print the table and times as one JSON object");

@@ -19,7 +19,7 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   const auto check = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"check", "tiny.toml", "--quiet", "--rays", "30000"});
+    more.insert(more.begin(), {"check", "tiny.toml", "--quiet", "--rays", "3e4"});
     return run_program(folder.path(), more);
   };
   const Outcome table = check({"--threads", "1"});
@@ -53,7 +53,7 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
 TEST_CASE("check refuses what it cannot do") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
-  for (const char* rays : {"0", "-5", "many"}) {
+  for (const char* rays : {"0", "-5", "2.5", "1e13", "nan", "many"}) {
     const Outcome wrong = run_program(folder.path(), {"check", "tiny.toml", "--rays", rays});
     CHECK(wrong.code == 2);
     CHECK(wrong.out.empty());
