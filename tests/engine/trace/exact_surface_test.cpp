@@ -252,7 +252,7 @@ TEST_CASE(
   std::vector<int> built_at;
   for (int ping = 0; ping < 40; ++ping) {
     if (ping == 20) fan.origin.y() += 3.0;  // a jump
-    fan.origin += Eigen::Vector3d(0.0, 0.05, 0.0);
+    fan.origin += Eigen::Vector3d(0.0, 0.041, 0.003);
     if (ping > 31) {  // turns as it goes
       const Eigen::AngleAxisd turn(0.002, Eigen::Vector3d::UnitZ());
       fan.array_axis = turn * fan.array_axis;
