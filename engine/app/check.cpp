@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <memory>
@@ -44,6 +45,7 @@ std::vector<RayFan> scene_fans(std::uint64_t seed, Simulator& simulator, std::ui
   place(track[track.size() / 2]);
   std::uint64_t a_ping = 0;
   for (const RayFan& fan : fans) a_ping += rays_within_beam(*fan.grid);
+  a_ping = std::max<std::uint64_t>(a_ping, 1);
   const std::uint64_t pings = (rays + a_ping - 1) / a_ping;
   fans.clear();
   for (std::uint64_t ping = 0; ping < pings; ++ping) {
