@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <ensonify/engine/sonar/beam_tables.h>
@@ -459,6 +460,8 @@ HWY_INLINE void put(EchoBins& to, std::size_t index, double energy, double along
   }
 }
 
+constexpr std::size_t bins_ahead = 6;  // are fetched: so long the second-level cache takes
+
 std::size_t lay_pieces_here(const EchoPlane& plane, const std::uint16_t* labels,
                             const std::uint8_t* broken, EchoBins& bins, std::size_t from) {
   EchoBins to = bins;  // no store into a bin can change what is here
@@ -501,7 +504,8 @@ std::size_t lay_pieces_here(const EchoPlane& plane, const std::uint16_t* labels,
       for (std::size_t bin = first; bin != end; bin += step) {
         const double there = (edge_m - from_m) * inverse;
         const double ends = there < begins ? begins : there;  // by rounding
-        __builtin_prefetch(to.bins + bin + 6 * step, 1);
+        const std::size_t later = bin + bins_ahead * step;
+        hwy::Prefetch(to.bins + (later < to.count ? later : end));
         until(bin, ends);
         begins = ends;
         edge_m += edge_step_m;
