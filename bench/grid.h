@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/trace/agreement.h>
+#include <ensonify/engine/trace/check/agreement.h>
 
 #include "spread.h"
 

@@ -5,8 +5,12 @@
 #include <mutex>
 #include <optional>
 #include <shared_mutex>
+#include <type_traits>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include <ensonify/engine/sonar/plane_spacing.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -17,6 +21,9 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   Flight flight = simulator.flight();
   poses_ = std::move(flight.poses);
   warnings_ = std::move(flight.warnings);
+  if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
+                                           simulator.seafloor(), poses_))
+    warnings_.push_back(std::move(*warning));
   reported_ = reported_poses(scene.navigation, scene.seed, poses_);
   hold_stale(scene.artefacts, scene.seed, reported_);
   for (std::size_t ping = 0; ping < poses_.size(); ++ping) {
@@ -58,12 +65,21 @@ TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping,
   return heard;
 }
 
+bool TrackPings::verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const {
+  if (recorded_[ping] == none) return false;
+  counts += simulator.verify(poses_[recorded_[ping]]);
+  return true;
+}
+
 namespace {
 
 /// A scene's pings while they are made: what their threads share.
 class Pings {
  public:
-  Pings(const Scene& scene, Simulator& simulator) : scene_(scene), track_(scene, simulator) {
+  Pings(const Scene& scene, Simulator& simulator, const MemoryLimit& memory,
+        std::size_t verify_pings)
+      : scene_(scene), track_(scene, simulator), verify_(std::min(verify_pings, track_.count())) {
+    require_images(memory, simulator.sonars(), track_.count());
     all_.warnings = track_.warnings();
     simulator.watch_objects();
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, track_.count());
@@ -121,11 +137,25 @@ class Pings {
       }
       heard.lines = heard.lines.subspan(sides);
     }
+    if (!is_verified(ping)) return;
+    AgreementCounts counts;
+    if (!track_.verify(simulator, ping, counts)) return;
+    const std::lock_guard alone(verified_lock_);
+    ++all_.verified_pings;
+    all_.verified += counts;
+  }
+
+  /// The middle pings of equal parts of the track.
+  bool is_verified(std::size_t ping) const {
+    const std::size_t part = ping * verify_ / track_.count();
+    return verify_ > 0 && ping == (2 * part + 1) * track_.count() / (2 * verify_);
   }
 
   const Scene& scene_;
   TrackPings track_;
+  std::size_t verify_;
   ScenePings all_;
+  std::mutex verified_lock_;
   std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
   std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;
   std::size_t done_ = 0;
@@ -134,8 +164,26 @@ class Pings {
 }  // namespace
 
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
-                    const AfterBlock& after_block) {
-  return Pings(scene, simulator).make(simulator, threads, after_block);
+                    const AfterBlock& after_block, const MemoryLimit& memory,
+                    std::size_t verify_pings) {
+  return with_memory_for("the pings", [&] {
+    return Pings(scene, simulator, memory, verify_pings).make(simulator, threads, after_block);
+  });
+}
+
+double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
+  double bytes_a_bin = 0.0, bins = 0.0;
+  Layers::for_each([&](std::string_view, auto layer) {
+    bytes_a_bin += sizeof(typename std::decay_t<decltype(Layers{}.*layer)>::value_type);
+  });
+  for (const Sonar& sonar : sonars)
+    bins += static_cast<double>(sides_of(sonar).size()) * sonar.bins;
+  return bytes_a_bin * bins * static_cast<double>(pings);
+}
+
+void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings) {
+  memory.require(image_bytes(sonars, pings), fmt::format("the images of {} pings", pings),
+                 "take fewer pings, or fewer bins");
 }
 
 }  // namespace ensonify::engine

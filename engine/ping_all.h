@@ -21,6 +21,8 @@ struct ScenePings {
   RefractionCounts refraction;
   StageTimes stages;                  ///< summed over threads
   std::vector<std::string> warnings;  ///< of the track
+  std::uint64_t verified_pings = 0;   ///< that were compared with the reference,
+  AgreementCounts verified;           ///< and what was found
 };
 
 /// A scene's track, ping by ping.
@@ -43,6 +45,8 @@ class TrackPings {
   Heard hear(Simulator& simulator, std::size_t ping, refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
+  /// Compares the ping with the reference as Simulator::verify(); false where nothing was recorded.
+  bool verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const;
 
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -63,9 +67,16 @@ using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
 /// Every ping of a scene's track, in aligned blocks over threads (0: as many as the machine has), by
-/// simulators over the seafloor of this one. Throws SceneError for a track that leaves the seafloor, and
-/// as Simulator::ping().
+/// simulators over the seafloor of this one. So many of them, spread over the track, are compared with
+/// the exact reference. Throws SceneError for a track that leaves the seafloor,
+/// MemoryError for images that do not fit, and as Simulator::ping().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
-                    const AfterBlock& after_block = {});
+                    const AfterBlock& after_block = {}, const MemoryLimit& memory = {},
+                    std::size_t verify_pings = 0);
+
+/// The bytes of the sonars' images of so many pings, as they are; their files come on top.
+double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
+/// Throws MemoryError unless they fit.
+void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings);
 
 }  // namespace ensonify::engine

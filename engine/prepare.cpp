@@ -11,6 +11,7 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/trace/surface.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/progressive_mesh_file.h>
@@ -21,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when a seafloor's options make another mesh than they did.
-constexpr int seafloor_version = 2;
+constexpr int seafloor_version = 3;
 
 // The analysis takes about as long for so many faces as a ping does for its echoes.
 constexpr std::size_t faces_a_ping = 5000;
@@ -50,8 +51,9 @@ fs::path file_of(const fs::path& cache, const std::string& key) {
 }
 
 /// Removes what was used longest ago until the rest is within the limit, and what a killed process left
-/// half-written (write_file's temporaries), once no living one can be at it.
-void trim_cache(const fs::path& folder) {
+/// half-written (write_file's temporaries), once no living one can be at it. The file that was just
+/// saved stays, however large it is.
+void trim_cache(const fs::path& folder, const fs::path& saved) {
   struct Entry {
     fs::file_time_type used;
     std::uintmax_t bytes;
@@ -68,7 +70,7 @@ void trim_cache(const fs::path& folder) {
       fs::remove(found.file, gone);
     if (found.file.extension() != cached_extension) continue;
     total += found.bytes;
-    entries.push_back(found);
+    if (found.file != saved) entries.push_back(found);
   }
   std::ranges::sort(entries, {}, &Entry::used);
   for (const Entry& entry : entries) {
@@ -88,6 +90,16 @@ void trim_cache(const fs::path& folder) {
   throw;
 }
 
+constexpr double mesh_bytes_a_face = 18.0;  // of faces and half as many vertices
+
+/// Bytes a face of what a surface needs over the mesh; of one that is still to be chosen the least.
+double bytes_a_face(std::string_view surface, std::string_view intersector) {
+  if (surface == "auto")
+    return std::min(bytes_a_face("static", intersector), bytes_a_face("refined", intersector));
+  const double bytes = surface_bytes_a_face(surface_kind(surface), intersector);
+  return surface_kind(surface).needs_progressive_mesh ? bytes : bytes + BedGrid::bytes_a_face;
+}
+
 class Preparing {
  public:
   Preparing(const Scene& scene, const Preparation& how) : scene_(scene), how_(how) {
@@ -95,10 +107,11 @@ class Preparing {
   }
 
   PreparedSeafloor result() {
+    check_header(scene_.seafloor);  // a large file takes long to be hashed, or read
     if (scene_.seafloor.kind == SeafloorKind::progressive) {
       make_seafloor_of_scene();
       choose("the seafloor was analysed before");
-      if (!needs_progressive()) restore_mesh(result_.seafloor);
+      if (!needs_progressive()) restore();
       return std::move(result_);
     }
     if (scene_.run.surface != "auto" && !needs_progressive()) {
@@ -125,8 +138,23 @@ class Preparing {
 
   void make_seafloor_of_scene() {
     tell("seafloor");
-    result_.seafloor = seafloor_of(scene_);
+    result_.seafloor = seafloor_of(scene_, plan());
     result_.cached = false;
+  }
+
+  MemoryPlan plan() const {
+    return {how_.memory, bytes_a_face(scene_.run.surface, scene_.run.intersector), how_.more_bytes};
+  }
+
+  void restore() {
+    const auto faces = static_cast<double>(result_.seafloor.faces);
+    how_.memory.require(
+        faces * (mesh_bytes_a_face + bytes_a_face(result_.surface, scene_.run.intersector)) +
+            how_.more_bytes,
+        fmt::format("the {:.0f} faces of {} and a tree over them", faces,
+                    scene_.seafloor.progressive.path.string()),
+        "take --surface footprint");
+    with_memory_for("the seafloor", [&] { restore_mesh(result_.seafloor); });
   }
 
   void choose(std::string_view why) {
@@ -166,12 +194,13 @@ class Preparing {
 
   void make_progressive() {
     tell("analysis");
-    analyse(result_.seafloor, refine::thread_count(how_.threads));
+    with_memory_for("the analysis of the seafloor",
+                    [&] { analyse(result_.seafloor, refine::thread_count(how_.threads)); });
     if (how_.cache.empty()) return;
     try {
       fs::create_directories(how_.cache);
       save_analysed(result_.seafloor, key_, result_.cache_file);
-      trim_cache(how_.cache);
+      trim_cache(how_.cache, result_.cache_file);
     } catch (const std::system_error& error) {
       result_.warnings.push_back(
           fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",
@@ -189,12 +218,16 @@ class Preparing {
 }  // namespace
 
 PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how) {
+  refine::thread_count(
+      how.threads);  // a wrong number is refused before any work, whatever needs it
   return how.seafloor ? *how.seafloor : Preparing(scene, how).result();
 }
 
-Seafloor seafloor_of(const Scene& scene) {
+Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan) {
   try {
-    return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects);
+    return with_memory_for("the seafloor", [&] {
+      return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan);
+    });
   } catch (const std::invalid_argument& error) {
     throw_placed(scene, error);
   } catch (const refine::MeshError& error) {

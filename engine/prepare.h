@@ -8,7 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/memory.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/memory_need.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
@@ -23,6 +25,8 @@ struct Preparation {
   std::function<void(std::string_view stage)> progress;
   /// The scene's seafloor where it has been prepared before; none: it is now.
   std::shared_ptr<const PreparedSeafloor> seafloor = {};
+  MemoryLimit memory = {};  ///< for all of the process
+  double more_bytes = 0.0;  ///< of it that the caller will take, as for a run's images
 };
 
 /// A scene's seafloor as its surface needs it.
@@ -37,7 +41,8 @@ struct PreparedSeafloor {
 
 /// Makes a scene's seafloor and, for a surface that needs it, its progressive mesh; or finds both in
 /// the cache. A file there that is damaged or of something else is made anew; one that can't be written
-/// is a warning. Throws what the seafloor's making throws, and SceneError.
+/// is a warning. Throws what the seafloor's making throws, SceneError, and MemoryError before memory is
+/// allocated that is not there.
 PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how);
 
 /// What an analysed seafloor depends on: the scene's seafloor and objects, the contents of their files,
@@ -52,7 +57,7 @@ std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path
 std::filesystem::path default_cache();
 
 /// The scene's seafloor made anew. Throws what make_seafloor does; what names a layer or an object, as
-/// SceneError with its place in the scene's file.
-Seafloor seafloor_of(const Scene& scene);
+/// SceneError with its place in the scene's file; MemoryError for a mesh that does not fit.
+Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {});
 
 }  // namespace ensonify::engine

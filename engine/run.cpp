@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <span>
 #include <string_view>
@@ -10,6 +11,7 @@
 
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
@@ -24,6 +26,7 @@
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
@@ -31,11 +34,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double nominal_sound_speed_mps = 1500.0;  // for the bins of a digitiser
+
 /// The folder of a run, which takes back what it was given unless the run is kept.
 class OutputFolder {
  public:
   explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
-    made_ = fs::create_directories(folder_);
+    made_ = refine::make_folder(folder_);
   }
   ~OutputFolder() {
     if (kept_) return;
@@ -73,6 +78,16 @@ class OutputFolder {
   std::map<std::string, FileRecord> records_;
 };
 
+/// How many sonars have a lower frequency, or the same and come before.
+int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
+  int rank = 0;
+  for (std::size_t other = 0; other < sonars.size(); ++other) {
+    const double more_hz = sonars[other].frequency_hz - sonars[sonar].frequency_hz;
+    if (more_hz < 0.0 || (more_hz == 0.0 && other < sonar)) ++rank;
+  }
+  return rank;
+}
+
 /// A scene's run while it goes on.
 class Run {
  public:
@@ -84,7 +99,9 @@ class Run {
     Simulator simulator(scene_, {.cache = control_.cache,
                                  .threads = control_.threads,
                                  .progress = [&](std::string_view stage) { tell(stage, 0, 1); },
-                                 .seafloor = control_.seafloor});
+                                 .seafloor = control_.seafloor,
+                                 .memory = control_.memory,
+                                 .more_bytes = expected_image_bytes()});
     report_.prepare_s = seconds_since(start);
     const PreparedSeafloor& prepared = simulator.prepared();
     report_.surface = prepared.surface;
@@ -96,19 +113,23 @@ class Run {
     report_.counts["faces"] = simulator.seafloor().faces;
     report_.counts["repairs"] = simulator.seafloor().repairs;
     report_.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
+    report_.extrapolation = {simulator.sonars(), simulator.materials(), scene_.materials};
 
     start = Clock::now();
-    pings_ = ping_all(scene_, simulator, control_.threads,
-                      [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
-                        tell("pings", done, of);
-                        if (done > 0) grow_pictures(simulator, images);
-                      });
+    pings_ = ping_all(
+        scene_, simulator, control_.threads,
+        [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
+          tell("pings", done, of);
+          if (done > 0) grow_pictures(simulator, images);
+        },
+        control_.memory, control_.verify_pings);
+    if (control_.verify_pings > 0) take_verification();
     report_.warnings.insert(report_.warnings.end(), pings_.warnings.begin(), pings_.warnings.end());
     report_.stages = pings_.stages;
     report_.pings_s = seconds_since(start);
 
     start = Clock::now();
-    write_files(simulator);
+    with_memory_for("the files", [&] { write_files(simulator); });
     report_.files_s = seconds_since(start);
     report_.disk_s = folder_.disk_s();
     folder_.keep();
@@ -123,6 +144,18 @@ class Run {
   void tell(std::string_view stage, std::size_t done, std::size_t of) {
     if (control_.progress && !control_.progress(stage, done, of))
       throw Stopped("stopped on request; the files of this run were removed");
+  }
+
+  /// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws
+  /// MemoryError for images that do not even fit by themselves.
+  double expected_image_bytes() const {
+    if (scene_.track.kind != TrackKind::line) return 0.0;
+    std::vector<Sonar> sonars = scene_.sonars;
+    for (Sonar& sonar : sonars)
+      sonar = sonar.sampled(scene_.sea.sound_speed_mps.value_or(nominal_sound_speed_mps));
+    const auto pings = static_cast<std::size_t>(scene_.track.pings);
+    require_images(control_.memory, sonars, pings);
+    return image_bytes(sonars, pings);
   }
 
   // The picture grows while the run goes on, from the first block, and takes a twentieth of the time
@@ -145,8 +178,12 @@ class Run {
 
   void write_files(const Simulator& simulator) {
     const std::string scene_toml = dump_scene(scene_, false);
-    const ImageOrigin origin{simulator.seafloor().mesh.world_origin, xxh128(scene_toml)};
-    const std::vector<Waterfall>& images = pings_.images;
+    const Seafloor& seafloor = simulator.seafloor();
+    std::vector<Waterfall>& images = pings_.images;
+    const OutputOptions& output = scene_.output;
+    const LabelNames names = renumber({seafloor.classes, seafloor.materials},
+                                      {output.class_names, output.sediment_names}, images);
+    const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(scene_toml), names};
     std::uint64_t starved = 0;
     for (std::size_t i = 0; i < images.size(); ++i) {
       tell("files", i, images.size());
@@ -155,8 +192,7 @@ class Run {
       if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images[i], origin));
       if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
-      write_recordings(simulator, images[i]);
-      const Seafloor& seafloor = simulator.seafloor();
+      write_recordings(simulator, i);
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
                                                            seafloor, pings_.object_views[i]));
@@ -166,7 +202,7 @@ class Run {
         folder_.write(name + "_truth.png",
                       encode_png(with_legend(lay_truth(
                           images[i], render(images[i], over_layers, simulator.calibration(i)),
-                          seafloor.classes, seafloor.materials))));
+                          names.classes, names.materials))));
       for (const PingRecord& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
@@ -187,26 +223,49 @@ class Run {
                       .surface = report_.surface,
                       .intersector = scene_.run.intersector,
                       .code_path = std::string(simulator.code_path()),
-                      .classes = simulator.seafloor().classes,
-                      .materials = simulator.seafloor().materials,
+                      .classes = names.classes,
+                      .materials = names.materials,
                       .counts = report_.counts,
-                      .warnings = report_.warnings,
+                      .verification = report_.verification,
+                      .warnings = report_.extrapolation.behind(report_.warnings),
                       .files = folder_.records()};
     folder_.write("manifest.json", manifest_json(manifest));
     tell("files", images.size(), images.size());
   }
 
-  void write_recordings(const Simulator& simulator, const Waterfall& image) {
+  void take_verification() {
+    const AgreementCounts& found = pings_.verified;
+    std::map<std::string, std::uint64_t>& counts = report_.verification;
+    counts = {{"pings", pings_.verified_pings},
+              {"rays", found.rays},
+              {"coarse", found.coarse},
+              {"wrong_index", found.wrong_index},
+              {"wrong_run", found.wrong_run}};
+    for (std::size_t i = 0; i < verdict_names.size(); ++i)
+      counts[verdict_names[i]] = found.verdicts[i];
+    const Precision precision = precision_of(scene_.run.intersector);
+    for (const Limit& limit : limits(RaySource::scene, precision))
+      if (exceeds(limit, found))
+        report_.warnings.push_back(fmt::format(
+            "of {} rays that were verified {} are of the class '{}', more than sound arithmetic "
+            "makes (a share of {:g})",
+            found.rays, limit.of(found), limit.name, limit.share));
+  }
+
+  void write_recordings(const Simulator& simulator, std::size_t sonar) {
     if (!scene_.output.xtf && !scene_.output.jsf) return;
     const TrackOptions& track = scene_.track;
     const Seafloor& seafloor = simulator.seafloor();
     RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
                          .utm_zone = seafloor.utm_zone,
                          .start_time = scene_.output.start_time,
-                         .sound_speed_mps = simulator.sound_speed_mps()};
+                         .sound_speed_mps = simulator.sound_speed_mps(),
+                         .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
+                         .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
     if (track.origin_latitude_rad)
       frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
-    const Recording recording = make_recording(image, frame);
+    const Recording recording =
+        make_recording(pings_.images[sonar], simulator.recorder(sonar), frame);
     if (scene_.output.xtf) folder_.write(recording.name + ".xtf", encode_xtf(recording));
     if (scene_.output.jsf) folder_.write(recording.name + ".jsf", encode_jsf(recording));
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/scene/extrapolation.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 
@@ -30,15 +31,20 @@ struct RunControl {
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
   std::filesystem::path cache = {};  ///< for analysed seafloors, as in Preparation
   std::shared_ptr<const PreparedSeafloor> seafloor = {};  ///< the same
+  MemoryLimit memory = {};                                ///< the same
+  std::size_t verify_pings = 0;  ///< so many are compared with the exact reference, too
   bool growing_picture = true;  ///< whether the pictures are written while the run goes on
-  /// Told what the run made, once all its files but the manifest are written.
+  /// Told what the run made, with the labels' numbers of its files, once all but the manifest are written.
   std::function<void(const Simulator&, std::span<const Waterfall>)> made = {};
 };
 
 /// What a run did. Times are of this machine and go into no file.
 struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
+  /// What was found of the pings that were verified; empty unless that was asked for.
+  std::map<std::string, std::uint64_t> verification;
   std::vector<std::string> warnings;
+  Extrapolation extrapolation;               ///< not among the warnings
   std::string surface, surface_why;          ///< as in PreparedSeafloor
   std::filesystem::path cache_file;          ///< the same
   bool cached = false;                       ///< the same
@@ -53,7 +59,7 @@ struct RunReport {
 /// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the threads,
 /// each sonar's picture while they go on, its layers and tables at the end, the manifest last. On any
 /// failure, or a stop, the files of this run are removed again and the reason is thrown: Stopped,
-/// SceneError, refine::MeshError, std::system_error.
+/// SceneError, refine::MeshError, MemoryError, std::system_error.
 RunReport run(const Scene& scene, const std::filesystem::path& folder, const RunControl& control);
 
 }  // namespace ensonify::engine

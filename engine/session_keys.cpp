@@ -21,7 +21,7 @@ std::vector<std::size_t> changed_sonars(const Scene& scene,
 MovingObject only_object(const Scene& scene) {
   if (scene.objects.size() != 1) throw std::invalid_argument("expected the keys of one object");
   const ObjectOptions& table = scene.objects.front();
-  return {.mesh = body_of(table, scene.seed),
+  return {.mesh = body_of(table, scene.seed, scene.materials),
           .material = table.material,
           .class_name = table.class_name};
 }

@@ -13,17 +13,20 @@
 #include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/value_check.h>
 #include <ensonify/engine/scene/vertical_pattern_reader.h>
+#include <ensonify/engine/scene/water_check.h>
 #include <ensonify/engine/seafloor/bed_below.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/mounting.h>
 #include <ensonify/engine/sonar/ping.h>
 #include <ensonify/engine/sonar/signal_chain.h>
+#include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/exact_surface.h>
 #include <ensonify/engine/trace/moving_surface.h>
 #include <ensonify/engine/trace/surface.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/validity.h>
 
 namespace ensonify::engine {
 namespace {
@@ -54,7 +57,8 @@ constexpr std::size_t most_labels = 65535;
 
 /// A sonar with all that it hears by.
 struct Instrument {
-  Sonar sonar;  ///< with the bins of its digitiser
+  Sonar sonar;                                        ///< with the bins of its digitiser
+  std::optional<scatter::SoundSpeedProfile> profile;  ///< with absorption at its frequency
   Medium medium;
   std::vector<scatter::BackscatterTable> by_material;
   std::unique_ptr<const SignalChain> chain;
@@ -65,10 +69,13 @@ Calibration calibration_of(const Instrument& its) {
   Calibration made{.absorption_db_per_m = its.medium.absorption_db_per_m,
                    .recorder = &its.chain->recorder(),
                    .median_share = its.chain->median_share()};
+  const auto add = [](Side side, std::vector<double> of_bins, std::vector<double>& columns) {
+    if (side == Side::port) std::ranges::reverse(of_bins);
+    columns.insert(columns.end(), of_bins.begin(), of_bins.end());
+  };
   for (const Side side : sides_of(its.sonar)) {
-    std::vector<double> bed = its.chain->level_bed(side);
-    if (side == Side::port) std::ranges::reverse(bed);
-    made.level_bed.insert(made.level_bed.end(), bed.begin(), bed.end());
+    add(side, its.chain->level_bed(side), made.level_bed);
+    add(side, its.chain->automatic_gain(side), made.automatic_gain);
   }
   return made;
 }
@@ -119,8 +126,10 @@ struct Simulator::Ready {
     if (!seafloor.progressive) {
       if (how.progress) how.progress("tree");
       parts.all = seafloor.mesh;
-      parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
-      bed.emplace(seafloor);
+      with_memory_for("the tree over the seafloor", [&] {
+        parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
+        bed.emplace(seafloor);
+      });
     }
     code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
     sound_speed_mps = scene.sea.sound_speed_mps.value_or(
@@ -138,13 +147,51 @@ struct Simulator::Ready {
     sound_speed_mps = profile->mean_speed_mps(0.0, bed_m);
     for (const std::string& remark : profile->remarks(0.0, -double(bounds.lowest.z())))
       warn(fmt::format("{}: {}", scene.sea.profile.name, remark), warnings);
+    warn_of_odd_speeds();
   }
 
-  Refraction refraction() const {
+  Refraction refraction(const Instrument& its) const {
     const auto kind =
         std::ranges::find(intersector_kinds(), parts.intersector, &IntersectorKind::name);
-    return {scene.sea.refraction, profile ? &*profile : nullptr, bounds.highest.z(),
+    return {scene.sea.refraction, its.profile ? &*its.profile : nullptr, bounds.highest.z(),
             -double(bounds.lowest.z()), kind->takes_lists};
+  }
+
+  double nominal_altitude_m(const Sonar& sonar) const {
+    return std::min(scene.track.altitude_m, 0.45 * sonar.range_m);
+  }
+
+  /// The cast with absorption. A cast has no temperatures, but they follow from its speeds.
+  scatter::SoundSpeedProfile absorbing(double frequency_hz) const {
+    return profile->with_absorption([&](double depth_m, double mps) {
+      if (scene.sea.absorption_db_per_km) return *scene.sea.absorption_db_per_km / 1000.0;
+      scatter::SeaWater water = scene.sea.water;
+      water.temperature_c = scatter::temperature_of_sound_speed_c(mps, water.salinity_psu, depth_m);
+      return scatter::absorption_db_per_m(water, depth_m, frequency_hz);
+    });
+  }
+
+  void warn_of_odd_speeds() {
+    if (scene.sea.absorption_db_per_km) return;
+    for (const scatter::SoundSpeedLayer& layer : profile->layers()) {
+      if (!std::isfinite(layer.top_m)) continue;
+      scatter::SeaWater water = scene.sea.water;
+      const auto speed_at = [&](double temperature_c) {
+        water.temperature_c = temperature_c;
+        return scatter::sound_speed_mps(water, layer.top_m);
+      };
+      const auto [coldest_c, warmest_c] = scatter::mackenzie_fit.temperature_c;
+      const double slowest_mps = speed_at(coldest_c), fastest_mps = speed_at(warmest_c);
+      if (layer.top_mps >= slowest_mps && layer.top_mps <= fastest_mps) continue;
+      return warn(
+          fmt::format(
+              "{}: at {:.1f} m the sound speed is {:.1f} m/s, but water of {} psu and {} to {} "
+              "degrees has {:.0f} to {:.0f} m/s; its absorption is that of the nearest: set "
+              "sea.salinity_psu, or sea.absorption_db_per_km",
+              scene.sea.profile.name, layer.top_m, layer.top_mps, water.salinity_psu, coldest_c,
+              warmest_c, slowest_mps, fastest_mps),
+          warnings);
+    }
   }
 
   std::shared_ptr<const Instrument> instrument(std::size_t number, const Sonar& settings,
@@ -155,7 +202,11 @@ struct Simulator::Ready {
     if (!sonar.vertical.file.path.empty())
       sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
     const Sea& sea = scene.sea;
-    made.medium = {sound_speed_mps, sea.absorption_db_per_km
+    if (profile) made.profile = absorbing(sonar.frequency_hz);
+    const double bed_m = std::max(0.0, -seafloor.mean_bed_m);
+    made.medium = {sound_speed_mps, made.profile ? made.profile->mean_absorption_db_per_m(
+                                                       bed_m - nominal_altitude_m(sonar), bed_m)
+                                    : sea.absorption_db_per_km
                                         ? *sea.absorption_db_per_km / 1000.0
                                         : scatter::absorption_db_per_m(sea.water, half_depth_m(),
                                                                        sonar.frequency_hz)};
@@ -164,14 +215,16 @@ struct Simulator::Ready {
       made.by_material.push_back(table_of(materials[i], sonar, its_warnings));
     made.chain = std::make_unique<const SignalChain>(sonar, chain_options(number, made, materials));
     made.calibration = calibration_of(made);
-    return std::make_shared<const Instrument>(std::move(made));
+    auto instrument = std::make_shared<Instrument>(std::move(made));
+    if (profile && !scene.sea.absorption_db_per_km)
+      instrument->medium.profile = &*instrument->profile;
+    return instrument;
   }
 
   ChainOptions chain_options(std::size_t number, const Instrument& its,
                              const std::vector<std::string>& materials) const {
     // For the automatic gain and the level bed: the first material is the bed's own.
     const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
-    const double nominal_altitude_m = std::min(scene.track.altitude_m, 0.45 * its.sonar.range_m);
     return {
         .seed = scene.seed,
         .sonar_number = number,
@@ -179,7 +232,7 @@ struct Simulator::Ready {
         .sound_speed_mps = sound_speed_mps,
         .absorption_db_per_m = its.medium.absorption_db_per_m,
         .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
-        .nominal_altitude_m = nominal_altitude_m,
+        .nominal_altitude_m = nominal_altitude_m(its.sonar),
         .nominal_strength = [&bed_table](double sine) { return bed_table.over_sine(sine) * sine; },
         .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
                                     : std::nullopt,
@@ -194,8 +247,10 @@ struct Simulator::Ready {
     const bool relief = name == scene.seafloor.material &&
                         scene.seafloor.kind == SeafloorKind::fractal &&
                         scene.seafloor.fractal.sediments_own;
-    if (const auto warning = validity_warning(material, sonar.frequency_hz))
-      warn(*warning, its_warnings);
+    // Of its parameters alone: how far the frequency is out of range, extrapolation.h says.
+    const double valid_hz =
+        std::clamp(sonar.frequency_hz, scatter::lowest_valid_hz, scatter::highest_valid_hz);
+    if (const auto warning = validity_warning(material, valid_hz)) warn(*warning, its_warnings);
     return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
                                                      relief ? scene.seafloor.cell_m : 0.0));
   }
@@ -240,7 +295,7 @@ struct Simulator::Worker {
       const Instrument& its = *instruments[i];
       sonars.push_back(its.sonar);
       pingers.emplace_back(its.sonar, its.medium, ready.seafloor, its.by_material,
-                           ready.refraction(), &moving);
+                           ready.refraction(its), &moving);
     }
   }
 
@@ -282,10 +337,17 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
   worker_->fans.clear();
   worker_->heights_m.clear();
   for (std::size_t i = 0; i < worker_->pingers.size(); ++i) {
-    const Pose its_own = mounted(pose, worker_->sonars[i].mounting);
-    double height_m = altitude_m(its_own.position);
-    if (!(height_m > 0.0))
-      height_m = its_own.position.z() - ready_->seafloor.mean_bed_m;  // over a hole
+    const Sonar& sonar = worker_->sonars[i];
+    const Pose its_own = mounted(pose, sonar.mounting);
+    const double bed_m = bed_height_m(its_own.position.x(), its_own.position.y());
+    if (const auto fault = out_of_water(its_own.position, bed_m))
+      throw std::invalid_argument(fmt::format(
+          "Simulator: the pose puts sonar {} {}; z is up and 0 at the sea surface, so that a depth "
+          "is negative{}",
+          sonar.name, *fault,
+          sonar.mounting == Mounting{} ? "" : "; mind where the sonar is mounted on the vehicle"));
+    const double height_m =
+        its_own.position.z() - (std::isnan(bed_m) ? ready_->seafloor.mean_bed_m : bed_m);
     worker_->heights_m.push_back(height_m);
     for (const RayFan& fan : worker_->pingers[i].aim(its_own, height_m))
       worker_->fans.push_back(fan);
@@ -299,6 +361,20 @@ std::vector<std::vector<Hit>> Simulator::hits(const Pose& pose) {
   std::vector<std::vector<Hit>> all;
   for (const RayFan& fan : fans) surface.intersect(fan, all.emplace_back(fan.grid->rays()));
   return all;
+}
+
+AgreementCounts Simulator::verify(const Pose& pose) {
+  const Seafloor& seafloor = ready_->seafloor;
+  CheckedMesh mesh{seafloor.mesh, ready_->bounds, seafloor.bed_faces};
+  if (const auto& progressive = seafloor.progressive) {
+    progressive->verify_all();
+    mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
+  }
+  AgreementCounts counts = compare_ping(worker_->surface, mesh, aim(pose),
+                                        precision_of(ready_->parts.intersector));
+  counts += compare_height(mesh, pose.position.x(), pose.position.y(),
+                           bed_height_m(pose.position.x(), pose.position.y()));
+  return counts;
 }
 
 std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {

@@ -14,6 +14,7 @@
 #include <ensonify/engine/sonar/echo.h>
 #include <ensonify/engine/sonar/object_views.h>
 #include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refracted_path.h>
 #include <ensonify/refine/spare_threads.h>
@@ -61,8 +62,8 @@ class Simulator {
   /// One ping of every sonar, the vehicle being at a pose: the sides of the first (port, then
   /// starboard, of those it has), then of the next. `number` tells pings apart in their random
   /// numbers. The lines are good until the next call. Throws
-  /// std::invalid_argument for a pose that is not finite, refine::DamagedFile where an analysed
-  /// seafloor's file turns out to be damaged.
+  /// std::invalid_argument for a pose that is not finite, or puts a sonar above the sea surface or below
+  /// the bed (over a hole, or off the seafloor, it pings); refine::DamagedFile for a damaged seafloor's file.
   std::span<const EchoLine> ping(const Pose& pose, std::uint64_t number);
 
   /// The poses of the pings after the next one: while that is traced, a spare thread makes the surface ready for
@@ -94,6 +95,11 @@ class Simulator {
   /// wants to compare intersectors. Throws as ping().
   std::vector<std::vector<Hit>> hits(const Pose& pose);
 
+  /// Compares a ping of the scene with the exact reference, along straight rays: every hit and run of its
+  /// fans, by the surface as it is, and the altitude below; of each sonar. The ping comes out as it would
+  /// without. Objects that add() brought are unknown to the reference. Throws as ping().
+  AgreementCounts verify(const Pose& pose);
+
   /// Forgets what earlier pings left in the surface. Pings do not depend on it; a block of them starts
   /// with it, so that memory and speed do not either.
   void reset();
@@ -114,7 +120,7 @@ class Simulator {
   /// What the truth's class and sediment numbers mean: the seafloor's, then what add() brought.
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
-  /// What should be said once: repairs, models outside their range, a cast that is too short.
+  /// What should be said once: repairs, odd parameters, a short cast; extrapolation.h has more to say.
   std::span<const std::string> warnings() const;
   /// What the intersector's last bits depend on.
   std::string_view code_path() const;

@@ -157,4 +157,12 @@ bool put_in_place(const std::filesystem::path& folder, const std::filesystem::pa
   return true;
 }
 
+bool make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  const bool made = std::filesystem::create_directories(folder, error);
+  if (error) fail(folder, "make this folder", error.value());
+  if (::access(folder.c_str(), W_OK) != 0) fail(folder, "write into this folder", errno);
+  return made;
+}
+
 }  // namespace ensonify::refine

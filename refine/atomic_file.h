@@ -44,4 +44,8 @@ void write_staged(const std::filesystem::path& file, std::span<const std::byte> 
 /// Throws std::system_error as write_file does.
 bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place);
 
+/// Makes a folder to write into, and those above it, as far as they are missing. False where it is there
+/// already. Throws std::system_error as write_file does, also where nothing may be written into it.
+bool make_folder(const std::filesystem::path& folder);
+
 }  // namespace ensonify::refine

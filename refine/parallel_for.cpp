@@ -5,6 +5,7 @@
 #include <exception>
 #include <mutex>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -67,6 +68,10 @@ void parallel_for(std::size_t items, int threads,
 }
 
 int thread_count(int wanted) {
+  constexpr int most = 1024;
+  if (wanted < 0 || wanted > most)
+    throw std::invalid_argument("threads is " + std::to_string(wanted) + ", expected 1 to " +
+                                std::to_string(most) + ", or 0 for as many as the machine has");
   return wanted > 0 ? wanted : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 

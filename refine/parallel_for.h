@@ -16,7 +16,7 @@ void parallel_for(std::size_t items, int threads,
                   const std::function<void(std::size_t item, int worker)>& work,
                   SpareThreads* spare = nullptr);
 
-/// How many threads to use: as many as are wanted, or for 0 as many as the machine has.
+/// How many threads to use: 1 to 1024, or for 0 as many as the machine has; others std::invalid_argument.
 int thread_count(int wanted);
 
 }  // namespace ensonify::refine

@@ -33,7 +33,8 @@ struct Step {
   double range_over_xi_m2_per_s;
   double slope_m2_per_s;  // of the range, over xi
   double time_s;
-  double path_m;  // of the arc on its chord
+  double path_m;    // of the arc on its chord
+  double middle_m;  // mean of its depths below its top
 
   Step(double xi, double dz, double from_mps, double to_mps, double from_sine, double to_sine,
        double gradient_per_s)
@@ -45,6 +46,7 @@ struct Step {
     time_s = chord_m / middle_mps * asinh_over(0.5 * gradient_per_s * chord_m / middle_mps);
     const double turn = xi * gradient_per_s * chord_m;
     path_m = chord_m * (1.0 + turn * turn / 24.0);
+    middle_m = 0.5 * dz + xi * middle_mps * turn * chord_m / 12.0;  // of its arc
   }
 };
 
@@ -66,26 +68,32 @@ void DirectRays::start_at(double source_depth_m) {
   for (std::size_t i = profile_->layer_index(source_depth_m);
        i < layers.size() && layers[i].top_m < deepest_m_; ++i) {
     const bool begins = pieces_.empty();
-    pieces_.push_back({begins ? source_depth_m : layers[i].top_m,
-                       begins ? source_mps_ : layers[i].top_mps, layers[i].gradient_per_s});
+    const double top_m = begins ? source_depth_m : layers[i].top_m;
+    pieces_.push_back({top_m, begins ? source_mps_ : layers[i].top_mps, layers[i].gradient_per_s,
+                       layers[i].absorption_db_per_m(top_m), layers[i].db_per_m2});
     if (pieces_.back().top_m <= shallowest_m_) first_ = pieces_.size() - 1;
   }
   if (pieces_.empty())  // the source is at the deepest
-    pieces_.push_back({source_depth_m, source_mps_, 0.0});
+    pieces_.push_back({source_depth_m, source_mps_, 0.0,
+                       profile_->mean_absorption_db_per_m(source_depth_m, source_depth_m), 0.0});
   nodes_ = 0;
   table_.resize((pieces_.size() - first_) * most_nodes);
   for (; nodes_ < most_nodes; ++nodes_) {
     const double w = cotangent_of(nodes_), hypotenuse = std::sqrt(1.0 + w * w);
     const double xi = w / (hypotenuse * source_mps_);
     const double xi_slope = 1.0 / (hypotenuse * hypotenuse * hypotenuse * source_mps_);
-    double range_m = 0.0, slope_m2_per_s = 0.0, time_s = 0.0, path_m = 0.0;
+    double range_m = 0.0, slope_m2_per_s = 0.0, time_s = 0.0, path_m = 0.0, absorption_db = 0.0;
     double sine = 1.0 / hypotenuse;
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
       const Piece& piece = pieces_[k];
       if (k >= first_)
-        table_[(k - first_) * most_nodes + nodes_] = {range_m, slope_m2_per_s * xi_slope, time_s,
-                                                      xi * slope_m2_per_s * xi_slope,
-                                                      time_s > 0.0 ? path_m / time_s : source_mps_};
+        table_[(k - first_) * most_nodes + nodes_] = {
+            range_m,
+            slope_m2_per_s * xi_slope,
+            time_s,
+            xi * slope_m2_per_s * xi_slope,
+            time_s > 0.0 ? path_m / time_s : source_mps_,
+            time_s > 0.0 ? absorption_db / time_s : piece.top_db_per_m * source_mps_};
       const double end_m = k + 1 < pieces_.size() ? pieces_[k + 1].top_m : deepest_m_;
       const double end_mps = piece.top_mps + piece.gradient_per_s * (end_m - piece.top_m);
       const double sine2 = 1.0 - square(xi * end_mps);
@@ -97,6 +105,7 @@ void DirectRays::start_at(double source_depth_m) {
       slope_m2_per_s += step.slope_m2_per_s;
       time_s += step.time_s;
       path_m += step.path_m;
+      absorption_db += step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m);
       sine = end_sine;
     }
     flattest_ = w;
@@ -137,7 +146,9 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
           top_s + step.time_s,
           top_s * (y * a.mean_mps + x * b.mean_mps) + step.path_m,
           xi,
-          mps};
+          mps,
+          top_s * (y * a.mean_db_per_s + x * b.mean_db_per_s) +
+              step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m)};
 }
 
 bool DirectRays::find(double range_m, double depth_m, Way& way) const {
@@ -150,8 +161,12 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
     const double off_m = here.range_m - range_m;
     if (std::abs(off_m) < close_m) {
       // At one depth time grows with range by Snell's constant.
-      way = {std::max(w - off_m / here.range_slope_m, 0.0), here.time_s - here.xi * off_m,
-             here.path_m, here.range_slope_m, here.mps};
+      way = {std::max(w - off_m / here.range_slope_m, 0.0),
+             here.time_s - here.xi * off_m,
+             here.path_m,
+             here.range_slope_m,
+             here.mps,
+             here.absorption_db};
       return true;
     }
     if (off_m < 0.0 && w >= flattest()) return false;
@@ -162,7 +177,8 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
 
 double DirectRays::follow(double cotangent, double depth_m, Way& way) const {
   const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
-  way = {cotangent, there.time_s, there.path_m, there.range_slope_m, there.mps};
+  way = {cotangent,           there.time_s, there.path_m,
+         there.range_slope_m, there.mps,    there.absorption_db};
   return there.range_m;
 }
 

@@ -20,6 +20,7 @@ class DirectRays {
     double path_m = 0.0;
     double range_per_cotangent_m = 0.0;  ///< at that depth
     double sound_speed_mps = 1500.0;     ///< there
+    double absorption_db = 0.0;          ///< along it, where the profile has absorption
   };
 
   /// To depths from one to another. The profile must outlive this. Throws std::invalid_argument unless
@@ -42,13 +43,14 @@ class DirectRays {
  private:
   struct Piece {  // of a layer, from the source or its top to the next
     double top_m, top_mps, gradient_per_s;
+    double top_db_per_m, db_per_m2;  // of absorption
   };
   struct Node {  // at a piece's top
-    double range_m, range_slope_m, time_s, time_slope_s, mean_mps;
+    double range_m, range_slope_m, time_s, time_slope_s, mean_mps, mean_db_per_s;
   };
 
   struct Place {
-    double range_m, range_slope_m, time_s, path_m, xi, mps;
+    double range_m, range_slope_m, time_s, path_m, xi, mps, absorption_db;
   };
   std::size_t piece_of(double depth_m) const;
   Place at(double cotangent, std::size_t piece, double depth_m) const;

@@ -77,6 +77,17 @@ double sound_speed_mps(const SeaWater& water, double depth_m) {
          1.630e-2 * D + 1.675e-7 * D * D - 1.025e-2 * T * (S - 35.0) - 7.139e-13 * T * D * D * D;
 }
 
+double temperature_of_sound_speed_c(double mps, double salinity_psu, double depth_m) {
+  auto [low, high] = mackenzie_fit.temperature_c;
+  for (int step = 0; step < 50; ++step) {  // it grows with temperature all over the fit
+    const double middle = 0.5 * (low + high);
+    (sound_speed_mps({.temperature_c = middle, .salinity_psu = salinity_psu}, depth_m) < mps
+         ? low
+         : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 double chen_millero_sound_speed_mps(const SeaWater& water, double pressure_dbar) {
   check(water);
   check("pressure", pressure_dbar, pressures_dbar, " dbar");

@@ -37,6 +37,10 @@ inline constexpr FittedWater ainslie_mccolm_fit = {
 /// Sound speed after Mackenzie, JASA 70, 807 (1981), eq. 1.
 double sound_speed_mps(const SeaWater& water, double depth_m);
 
+/// The temperature of water of that sound speed, by the same formula; the nearest of those in its
+/// mackenzie_fit where it is of none.
+double temperature_of_sound_speed_c(double sound_speed_mps, double salinity_psu, double depth_m);
+
 /// Sound speed after Chen and Millero, JASA 62, 1129 (1977), as in UNESCO technical papers in marine
 /// science 44 (1983), eqs. 33 to 37. The pressure is above the atmosphere's, 0..12500 dbar.
 double chen_millero_sound_speed_mps(const SeaWater& water, double pressure_dbar);

@@ -5,18 +5,17 @@
 #include <cctype>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
+
+#include <ensonify/scatter/nearest_names.h>
+#include <ensonify/scatter/validity.h>
 
 namespace ensonify::scatter {
 namespace {
 
 constexpr double finest_gravel_phi = -1.0;
-constexpr double lowest_valid_hz = 10e3;
-constexpr double highest_valid_hz = 100e3;
 
 struct Grain {
   std::string_view name;
@@ -99,27 +98,16 @@ std::string normalised(std::string_view name) {
   return out;
 }
 
-/// How many letters must be put in, taken out or changed to make one of the other (Levenshtein).
-std::size_t letters_apart(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, diagonal + 1, row[j] + 1});
-    }
-  }
-  return row.back();
-}
-
-std::string unknown_name(std::string_view name, std::vector<NamedSediment> all) {
-  const std::string wanted = normalised(name.substr(0, 64));
-  std::ranges::stable_sort(all, {},
-                           [&](const NamedSediment& s) { return letters_apart(wanted, s.name); });
-  return fmt::format("sediment '{}' is not known; the nearest names are '{}', '{}' and '{}'",
-                     name.substr(0, 64), all[0].name, all[1].name, all[2].name);
+std::string unknown_name(std::string_view name, const std::vector<NamedSediment>& all) {
+  std::vector<std::string_view> names;
+  for (const NamedSediment& one : all) names.push_back(one.name);
+  const std::vector<std::string_view> nearest =
+      nearest_names(normalised(name.substr(0, 64)), names, 3, name.npos);
+  std::string text = fmt::format("'{}'", nearest.front());
+  for (std::size_t i = 1; i < nearest.size(); ++i)
+    text += fmt::format("{}'{}'", i + 1 < nearest.size() ? ", " : " and ", nearest[i]);
+  return fmt::format("sediment '{}' is not known; the nearest {} {}", name.substr(0, 64),
+                     nearest.size() == 1 ? "name is" : "names are", text);
 }
 
 }  // namespace
@@ -160,10 +148,10 @@ std::vector<NamedSediment> named_sediments() {
 }
 
 Sediment sediment_named(std::string_view name) {
-  std::vector<NamedSediment> all = named_sediments();
+  const std::vector<NamedSediment> all = named_sediments();
   const std::string wanted = normalised(name);
   const auto found = std::ranges::find(all, wanted, &NamedSediment::name);
-  if (found == all.end()) throw std::invalid_argument(unknown_name(name, std::move(all)));
+  if (found == all.end()) throw std::invalid_argument(unknown_name(name, all));
   return found->sediment;
 }
 

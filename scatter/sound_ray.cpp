@@ -141,6 +141,11 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   const double swept = point_.along > 0.5 ? range_m / snell_s_per_m_
                        : dz == 0.0        ? 0.0
                                           : dz * (from_mps + to_mps) / (point_.down + down);
+  // Of an arc's depths the mean is the ends' and what it bows between, here to the fourth order of its angle.
+  const double half = 0.5 * curvature_per_m() * path_m;
+  const double bow_m = half * path_m / 12.0 * (point_.along + along) * (1.0 + 0.4 * half * half);
+  const double mean_m = point_.depth_m + 0.5 * dz + bow_m;
+  point_.absorption_db += path_m * profile_->layers()[layer_].absorption_db_per_m(mean_m);
   point_.range_m += range_m;
   point_.depth_m = depth_m;
   point_.time_s += chord_m / middle_mps * asinh_over(x);
@@ -181,6 +186,11 @@ void SoundRay::cross() {
 double SoundRay::spreading_m2() const {
   return std::max(std::abs(spread_m_) * sideways_m(),
                   least_spreading * point_.path_m * point_.path_m);
+}
+
+double SoundRay::spreading_back_m2() const {
+  const double ratio = source_mps_ / point_.sound_speed_mps;
+  return spreading_m2() * ratio * ratio;
 }
 
 double SoundRay::loss_db() const {

@@ -16,6 +16,7 @@ struct SoundRayPoint {
   double along = 1.0;   ///< its unit direction: the cosine, never negative,
   double down = 0.0;    ///< and the sine of its angle below the horizontal
   double sound_speed_mps = 1500.0;
+  double absorption_db = 0.0;  ///< along the ray, where the profile has absorption
 };
 
 /// A ray of sound on its way through a profile. In a layer of constant gradient g it is an arc of a
@@ -52,6 +53,9 @@ class SoundRay {
   /// their launch angles; the path squared in water of one speed. At a caustic q is 0 and ray theory
   /// ends: J is held to a hundredth of the path squared, 20 dB, about what diffraction leaves there.
   double spreading_m2() const;
+  /// The same of the way back: what 1 sr here has spread to at the source. J / c^2 of where it comes from is the
+  /// same both ways (reciprocity), so it is J (c_source / c)^2.
+  double spreading_back_m2() const;
   /// q, not held back.
   double spread_m() const { return spread_m_; }
   /// r / cos(launch angle), finite for vertical rays, too.

@@ -55,20 +55,26 @@ SoundSpeedProfile::SoundSpeedProfile(std::vector<SoundSpeedSample> samples) {
   layers_.reserve(samples.size() + 1);
   for (auto sample = samples.begin(); sample != samples.end();) {
     const double depth_m = sample->depth_m;
-    double sum_mps = 0.0;
+    double sum_mps = 0.0, sum_db_per_m = 0.0;
     int count = 0;
-    for (; sample != samples.end() && sample->depth_m - depth_m < one_depth_m; ++sample, ++count)
+    for (; sample != samples.end() && sample->depth_m - depth_m < one_depth_m; ++sample, ++count) {
       sum_mps += sample->sound_speed_mps;
-    const double speed_mps = sum_mps / count;
+      sum_db_per_m += sample->absorption_db_per_m;
+    }
+    const double speed_mps = sum_mps / count, db_per_m = sum_db_per_m / count;
     if (layers_.empty()) {
-      layers_.push_back({-inf, depth_m, speed_mps, speed_mps, 0.0});
+      layers_.push_back({-inf, depth_m, speed_mps, speed_mps, 0.0, db_per_m});
+      absorbed_db_.assign(2, 0.0);
     } else {
       SoundSpeedLayer& above = layers_.back();
       above.bottom_m = depth_m;
       above.bottom_mps = speed_mps;
-      above.gradient_per_s = (speed_mps - above.top_mps) / (depth_m - above.top_m);
+      const double thick_m = depth_m - above.top_m;
+      above.gradient_per_s = (speed_mps - above.top_mps) / thick_m;
+      above.db_per_m2 = (db_per_m - above.top_db_per_m) / thick_m;
+      absorbed_db_.push_back(absorbed_db_.back() + 0.5 * thick_m * (above.top_db_per_m + db_per_m));
     }
-    layers_.push_back({depth_m, inf, speed_mps, speed_mps, 0.0});
+    layers_.push_back({depth_m, inf, speed_mps, speed_mps, 0.0, db_per_m});
   }
 }
 
@@ -79,6 +85,31 @@ std::size_t SoundSpeedProfile::layer_index(double depth_m) const {
 
 double SoundSpeedProfile::speed_mps(double depth_m) const {
   return speed_in(layers_[layer_index(depth_m)], depth_m);
+}
+
+SoundSpeedProfile SoundSpeedProfile::with_absorption(
+    const std::function<double(double, double)>& db_per_m) const {
+  std::vector<SoundSpeedSample> samples;
+  for (const SoundSpeedLayer& layer : layers_)
+    if (std::isfinite(layer.top_m))
+      samples.push_back({layer.top_m, layer.top_mps, db_per_m(layer.top_m, layer.top_mps)});
+  SoundSpeedProfile profile(std::move(samples));
+  profile.sorted_ = sorted_;
+  return profile;
+}
+
+/// Straight down from the first sample.
+double SoundSpeedProfile::absorbed_db(double depth_m) const {
+  const std::size_t i = layer_index(depth_m);
+  const double top_m = i == 0 ? shallowest_m() : layers_[i].top_m;
+  const double middle_m = 0.5 * (top_m + depth_m);
+  return absorbed_db_[i] + (depth_m - top_m) * layers_[i].absorption_db_per_m(middle_m);
+}
+
+double SoundSpeedProfile::mean_absorption_db_per_m(double from_m, double to_m) const {
+  if (std::abs(to_m - from_m) < one_depth_m)
+    return layers_[layer_index(from_m)].absorption_db_per_m(from_m);
+  return (absorbed_db(to_m) - absorbed_db(from_m)) / (to_m - from_m);
 }
 
 double SoundSpeedProfile::mean_speed_mps(double from_m, double to_m) const {

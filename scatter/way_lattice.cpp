@@ -105,12 +105,17 @@ void WayLattice::evaluate(const Cell& cell, const Row& row, double x, double ran
   const Value ratio = value_of(cell.straight_over_launch, x, y);
   const double over_m = range_m + slope_scale * below_m;
   const double x_per_m = columns * slope_scale * below_m / (over_m * over_m);
-  const double near = cell.lengths[0] + x * (cell.lengths[1] - cell.lengths[0]);
-  const double far = cell.lengths[2] + x * (cell.lengths[3] - cell.lengths[2]);
-  way = {cotangent / ratio.at, straight_m * value_of(cell.time_s_per_m, x, y).at,
-         straight_m * (near + y * (far - near)),
+  const auto between = [&](const std::array<double, 4>& corners) {
+    const double near = corners[0] + x * (corners[1] - corners[0]);
+    const double far = corners[2] + x * (corners[3] - corners[2]);
+    return near + y * (far - near);
+  };
+  way = {cotangent / ratio.at,
+         straight_m * value_of(cell.time_s_per_m, x, y).at,
+         straight_m * between(cell.lengths),
          below_m * ratio.at * ratio.at / (ratio.at - range_m * ratio.slope * x_per_m),
-         row.top_mps + row.gradient_per_s * down_m};
+         row.top_mps + row.gradient_per_s * down_m,
+         straight_m * between(cell.db_per_m)};
 }
 
 /// The range where a cell's x is at a depth below the source.
@@ -132,7 +137,7 @@ std::uint32_t WayLattice::make(std::size_t row_number, std::size_t column) {
     return rays_.find(range_m, depth_m, way);
   };
   Cubics ratios, times;
-  std::array<double, 4> lengths;
+  std::array<double, 4> lengths, db_per_m;
   for (std::size_t node = 0; node < nodes * nodes; ++node) {
     const double depth_m = depth_at(at_nodes[node / nodes]), below_m = depth_m - source_m_;
     const double range_m = range_at(column, at_nodes[node % nodes], below_m);
@@ -149,9 +154,12 @@ std::uint32_t WayLattice::make(std::size_t row_number, std::size_t column) {
         range_m > 0.0 ? range_m / (way.cotangent * below_m) : way.range_per_cotangent_m / below_m;
     times[node] = way.time_s / straight_m;
     const std::size_t x = node % nodes, y = node / nodes;
-    if (x % 3 == 0 && y % 3 == 0) lengths[y / 3 * 2 + x / 3] = way.path_m / straight_m;
+    if (x % 3 == 0 && y % 3 == 0) {
+      lengths[y / 3 * 2 + x / 3] = way.path_m / straight_m;
+      db_per_m[y / 3 * 2 + x / 3] = way.absorption_db / straight_m;
+    }
   }
-  const Cell cell{through(ratios), through(times), lengths};
+  const Cell cell{through(ratios), through(times), lengths, db_per_m};
   for (const auto& [x, y] : {std::pair{0.5, 0.5}, {0.5, 0.25}, {0.25, 0.5}}) {
     const double depth_m = depth_at(y), range_m = range_at(column, x, depth_m - source_m_);
     Way told;

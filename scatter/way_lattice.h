@@ -42,9 +42,10 @@ class WayLattice {
   /// Of cubics in x (slope) and y (depth), from 0 to 1 over the cell: [power of y][power of x].
   using Cubics = std::array<double, nodes * nodes>;
   struct Cell {
-    Cubics straight_over_launch;    // cotangents
-    Cubics time_s_per_m;            // of the straight line
-    std::array<double, 4> lengths;  // of the way over the straight line's, at the corners
+    Cubics straight_over_launch;  // cotangents
+    Cubics time_s_per_m;          // of the straight line
+    // Of the way over the straight line's length, at the corners: its own, and its absorption.
+    std::array<double, 4> lengths, db_per_m;
   };
   void lay_rows();
   std::uint32_t make(std::size_t row, std::size_t column);

@@ -11,6 +11,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/trace/surface.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
@@ -25,6 +26,7 @@ struct Arguments {
   SceneArguments scene;
   fs::path file;
   int threads = 0;
+  MemoryLimit memory;
   bool json = false;
   bool quiet = false;
 };
@@ -62,11 +64,12 @@ void analyse_scene(const Arguments& arguments) {
 
   tell("seafloor");
   Clock::time_point start = Clock::now();
-  Seafloor seafloor = seafloor_of(scene);
+  Seafloor seafloor =
+      seafloor_of(scene, {arguments.memory, surface_bytes_a_face(surface_kind("refined"), "")});
   const double seafloor_s = seconds_since(start);
   tell("analysis");
   start = Clock::now();
-  analyse(seafloor, threads);
+  with_memory_for("the analysis of the seafloor", [&] { analyse(seafloor, threads); });
   const double analysis_s = seconds_since(start);
   tell("file");
   start = Clock::now();
@@ -112,6 +115,7 @@ void add_analyse(CLI::App& app, Action& action) {
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file")->type_name("FILE")->required();
   add_threads(command, arguments->threads);
+  add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print counts, size and times on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors stay");

@@ -1,5 +1,8 @@
 #include "app.h"
 
+#include <charconv>
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +10,31 @@
 #include <ensonify/engine/scene/reader.h>
 
 namespace ensonify::engine::app {
+
+namespace {
+
+/// A size with a unit, as 800MB or 1.5GiB, becomes its number of bytes.
+std::string size_in_bytes(std::string& text) {
+  const char* const end = text.data() + text.size();
+  double number = 0.0;
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  std::string_view unit(rest, end);
+  double factor = 1.0;
+  constexpr std::string_view prefixes = "KMGT";
+  if (const std::size_t place = prefixes.find(unit.substr(0, 1)); !unit.empty() && place < 4) {
+    unit.remove_prefix(1);
+    const bool binary = unit.starts_with('i');
+    if (binary) unit.remove_prefix(1);
+    factor = std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(place + 1));
+  }
+  if (error != std::errc() || !(number > 0.0 && std::isfinite(number)) ||
+      !(unit.empty() || unit == "B"))
+    return fmt::format("{} is no size, expected one as 800MB, 8GB or 8GiB", text);
+  text = fmt::format("{:.0f}", number * factor);
+  return "";
+}
+
+}  // namespace
 
 void SceneArguments::add_to(CLI::App& command) {
   command.add_option("SCENE", file, "A scene file (`ensonify dump-default run` prints one)")
@@ -41,6 +69,15 @@ void add_threads(CLI::App& command, int& threads) {
   command.add_option("--threads", threads, "Default: as many as the machine has")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
+}
+
+void add_memory(CLI::App& command, MemoryLimit& memory) {
+  command
+      .add_option_function<double>(
+          "--memory", [&memory](double bytes) { memory.bytes = bytes; },
+          "How much memory it may use, as in 800MB or 8GB (default: what is available)")
+      ->type_name("SIZE")
+      ->transform(CLI::Validator(size_in_bytes, ""));
 }
 
 void print(std::string_view text) {

@@ -15,6 +15,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json_fwd.hpp>
 
+#include <ensonify/engine/memory.h>
 #include <ensonify/engine/scene/scene.h>
 
 namespace ensonify::engine::app {
@@ -72,6 +73,8 @@ struct SceneArguments {
 void add_data(CLI::App& command, std::filesystem::path& folder);
 /// --cache: the folder for analysed seafloors.
 void add_cache(CLI::App& command, std::filesystem::path& cache);
+/// --memory: how much memory a scene may take; what is available, unless it is given.
+void add_memory(CLI::App& command, MemoryLimit& memory);
 /// --threads; 0, unless it is given.
 void add_threads(CLI::App& command, int& threads);
 

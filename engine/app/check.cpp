@@ -5,13 +5,15 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/trace/agreement.h>
+#include <ensonify/engine/trace/check/agreement.h>
+#include <ensonify/engine/trace/check/hierarchy.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
@@ -23,86 +25,123 @@ namespace {
 constexpr std::string_view reference_name = "pluecker";
 constexpr std::string_view slow_name = "brute_force";
 constexpr double slow_tests = 1e9;  // of a ray against a face: a quarter of a minute of one core
+constexpr std::uint64_t slowest_every = 10000;  // it is left out where it would get fewer rays
 
 struct Arguments {
   SceneArguments scene;
   std::filesystem::path cache;
   std::uint64_t rays = 1000000;
   int threads = 0;
+  MemoryLimit memory;
   bool json = false;
   bool quiet = false;
 };
 
-/// Fans of all sonars along the track, at least so many rays. Where the track has not enough pings it
-/// is flown again, the sonar turned a little.
-std::vector<RayFan> scene_fans(std::uint64_t seed, Simulator& simulator, std::uint64_t rays) {
+/// Pings of the track in blocks, as a run has them: long enough for a tree that is to do for some pings to
+/// be built, used and built again. At least so many rays, the blocks spread over the track. Where that has not
+/// enough pings it is flown again, the sonar turned a little.
+std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays) {
   const std::vector<Pose> track = simulator.track();
-  std::vector<RayFan> fans;
-  const auto place = [&](const Pose& pose) {
-    const std::span<const RayFan> ping = simulator.aim(pose);
-    fans.insert(fans.end(), ping.begin(), ping.end());
+  const auto fans_at = [&](const Pose& pose) {
+    const std::span<const RayFan> fans = simulator.aim(pose);
+    return std::vector<RayFan>(fans.begin(), fans.end());
   };
-  place(track[track.size() / 2]);
   std::uint64_t a_ping = 0;
-  for (const RayFan& fan : fans) a_ping += rays_within_beam(*fan.grid);
-  a_ping = std::max<std::uint64_t>(a_ping, 1);
-  const std::uint64_t pings = (rays + a_ping - 1) / a_ping;
-  fans.clear();
-  for (std::uint64_t ping = 0; ping < pings; ++ping) {
-    if (pings <= track.size()) {
-      place(track[ping * track.size() / pings]);
-      continue;
-    }
-    Pose pose = track[ping % track.size()];
-    if (ping >= track.size()) {
-      std::array<double, 3> turn;
-      Stream(seed, Purpose::agreement, {2, ping, 0}).normal(turn);
+  for (const RayFan& fan : fans_at(track[track.size() / 2])) a_ping += rays_within_beam(*fan.grid);
+  const std::uint64_t wanted = rays / std::max<std::uint64_t>(a_ping, 1) + 1;
+  const std::size_t length =
+      std::min(track.size(), static_cast<std::size_t>(scene.run.tree_pings) + 2);
+  const std::size_t count = (wanted + length - 1) / length, a_pass = track.size() / length;
+  std::vector<PingBlock> blocks(count);
+  for (std::size_t b = 0; b < count; ++b) {
+    const std::size_t pass = b / a_pass, first = pass * a_pass;
+    const std::size_t of = std::min(count - first, a_pass);
+    const std::size_t begin = (b - first) * (track.size() - length) / std::max<std::size_t>(of, 1);
+    std::array<double, 3> turn{};
+    if (pass > 0) Stream(scene.seed, Purpose::agreement, {2, pass, 0}).normal(turn);
+    for (std::size_t ping = begin; ping < begin + length; ++ping) {
+      Pose pose = track[ping];
       pose.roll_rad += 0.05 * turn[0];
       pose.pitch_rad += 0.05 * turn[1];
       pose.heading_rad += 0.05 * turn[2];
+      try {
+        blocks[b].push_back(fans_at(pose));
+      } catch (const std::invalid_argument&) {  // turned, a sonar on a long mounting left the water
+        blocks[b].push_back(fans_at(track[ping]));
+      }
     }
-    place(pose);
   }
-  return fans;
+  return blocks;
 }
 
-/// Every surface with every intersector.
-std::vector<Candidate> candidates(const refine::TriangleMesh& mesh,
+/// An intersector is asked one ray of so many; 0: too few to be worth its tables.
+std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces,
+                          const std::vector<PingBlock>& blocks, std::uint64_t aimed) {
+  if (kind.name != slow_name) return 1;
+  double rays = static_cast<double>(aimed);
+  for (const PingBlock& block : blocks)  // a long one is more than was asked for
+    for (const std::vector<RayFan>& ping : block)
+      for (const RayFan& fan : ping) rays += static_cast<double>(rays_within_beam(*fan.grid));
+  const auto every =
+      static_cast<std::uint64_t>(std::ceil(rays * static_cast<double>(faces) / slow_tests));
+  return every > slowest_every ? 0 : every;
+}
+
+/// Every surface with one intersector; `reference` is the whole mesh's.
+std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::TriangleMesh& mesh,
+                                  const std::shared_ptr<const Intersector>& reference,
                                   const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
-                                  const Scene& scene, std::uint64_t rays) {
-  const double tests = static_cast<double>(rays) * static_cast<double>(mesh.faces.size());
+                                  const Scene& scene, std::uint64_t every) {
+  const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
+  const SurfaceParts parts{.all = mesh,
+                           .whole = kind.name == reference_name
+                                        ? reference
+                                        : make_intersector(kind.name, mesh, scene.run.intersection),
+                           .progressive = progressive,
+                           .intersector = std::string(kind.name),
+                           .options = scene.run.intersection,
+                           .tree_pings = scene.run.tree_pings};
   std::vector<Candidate> all;
-  for (const IntersectorKind& kind : intersector_kinds()) {
-    const SurfaceParts parts{.all = mesh,
-                             .whole = make_intersector(kind.name, mesh, scene.run.intersection),
-                             .progressive = progressive,
-                             .intersector = std::string(kind.name),
-                             .options = scene.run.intersection,
-                             .tree_pings = scene.run.tree_pings};
-    for (const SurfaceKind& surface : surface_kinds())
-      all.push_back({.surface = std::string(surface.name),
-                     .intersector = std::string(kind.name),
-                     .make = [make = surface.make, parts] { return make(parts); },
-                     .has_every_face = !surface.needs_progressive_mesh,
-                     .every = kind.name == slow_name
-                                  ? static_cast<std::uint64_t>(std::ceil(tests / slow_tests))
-                                  : 1,
-                     // Such fans are all over the place, and each wants its faces found afresh.
-                     .every_aimed_fan = surface.needs_progressive_mesh ? 50u : 1u});
-  }
+  for (const SurfaceKind& surface : surface_kinds())
+    all.push_back(
+        {.surface = std::string(surface.name),
+         .intersector = std::string(kind.name),
+         .make = [make = surface.make, parts,
+                  faces] { return std::make_unique<MovingSurface>(make(parts), faces, parts); },
+         .precision = precision_of(kind.name),
+         .has_every_face = !surface.needs_progressive_mesh,
+         .every = every});
   return all;
+}
+
+/// The altitudes of simulators over the mesh and over its analysis.
+std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& of_analysis) {
+  const auto candidate = [](std::string surface, std::string name, const Simulator& simulator) {
+    return HeightCandidate{std::move(surface), std::move(name), [&simulator] {
+                             return [one = std::make_shared<Simulator>(simulator.another())](
+                                        double x_m, double y_m) {
+                               return -one->altitude_m({x_m, y_m, 0.0});
+                             };
+                           }};
+  };
+  return {candidate("static", "bed_grid", of_mesh),
+          candidate("refined", "plumb_line", of_analysis)};
 }
 
 std::string csv(const std::vector<AgreementRow>& rows) {
   std::string out = "surface,intersector,source,rays";
   for (const std::string_view verdict : verdict_names) out += fmt::format(",{}", verdict);
-  out += ",largest_dt_m,largest_dt_relative,largest_dt_of_tolerance\n";
+  out +=
+      ",largest_dt_m,largest_dt_relative,largest_dt_of_tolerance,coarse,unlike_static,wrong_index,"
+      "wrong_run,over_limit\n";
   for (const AgreementRow& row : rows) {
     out += fmt::format("{},{},{},{}", row.surface, row.intersector,
                        ray_source_names[static_cast<std::size_t>(row.source)], row.rays);
     for (const std::uint64_t count : row.verdicts) out += fmt::format(",{}", count);
-    out += fmt::format(",{:.3g},{:.3g},{:.3g}\n", row.largest_dt_m, row.largest_dt_relative,
-                       row.largest_dt_of_tolerance);
+    out += fmt::format(",{:.3g},{:.3g},{:.3g},{},{},{},{},{}\n", row.largest_dt_m,
+                       row.largest_dt_relative, row.largest_dt_of_tolerance, row.coarse,
+                       row.unlike_static, row.wrong_index, row.wrong_run,
+                       fmt::join(exceeded_limits(row), "+"));
   }
   return out;
 }
@@ -116,7 +155,28 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
   json["largest_dt_m"] = row.largest_dt_m;
   json["largest_dt_relative"] = row.largest_dt_relative;
   json["largest_dt_of_tolerance"] = row.largest_dt_of_tolerance;
+  json["coarse"] = row.coarse;
+  json["unlike_static"] = row.unlike_static;
+  json["wrong_index"] = row.wrong_index;
+  json["wrong_run"] = row.wrong_run;
+  json["over_limit"] = exceeded_limits(row);
+  nlohmann::ordered_json shares = nlohmann::ordered_json::object();
+  for (const Limit& limit : limits(row.source, row.precision)) shares[limit.name] = limit.share;
+  json["limits"] = shares;  // of the rays; over them is a failure
   return json;
+}
+
+/// "static embree scene: tie 1.2e-02 (limit 1e-02)", one a line.
+std::string tell_limits(const std::vector<AgreementRow>& rows) {
+  std::string lines;
+  for (const AgreementRow& row : rows)
+    for (const Limit& limit : limits(row.source, row.precision))
+      if (exceeds(limit, row))
+        lines += fmt::format(
+            "over the limit: {} {} {}: {} {:.2g} of the rays, at most {:.2g}\n", row.surface,
+            row.intersector, ray_source_names[static_cast<std::size_t>(row.source)], limit.name,
+            static_cast<double>(limit.of(row)) / static_cast<double>(row.rays), limit.share);
+  return lines;
 }
 
 /// Enough to ask again: `ensonify seafloor` writes the mesh, `ensonify trace` takes the ray.
@@ -142,12 +202,15 @@ void check(const Arguments& arguments) {
   const int threads = refine::thread_count(arguments.threads);
   const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const Preparation how{
-      .cache = arguments.cache, .threads = threads, .progress = [&](std::string_view stage) {
-        progress->tell(stage, 0, 1);
-        if (SignalWatch::caught() != 0)
-          throw Stopped("stopped on request, before a ray was compared");
-      }};
+  const Preparation how{.cache = arguments.cache,
+                        .threads = threads,
+                        .progress =
+                            [&](std::string_view stage) {
+                              progress->tell(stage, 0, 1);
+                              if (SignalWatch::caught() != 0)
+                                throw Stopped("stopped on request, before a ray was compared");
+                            },
+                        .memory = arguments.memory};
 
   Clock::time_point start = Clock::now();
   // The mesh is the scene's own, not what its analysis gives back: that is on trial, too.
@@ -155,34 +218,59 @@ void check(const Arguments& arguments) {
   Simulator simulator(scene, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   scene.run.surface = "refined";
-  const PreparedSeafloor analysed = prepare_seafloor(scene, how);
+  const auto analysed = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
   progress->tell("trees", 0, 1);
-  const std::unique_ptr<Intersector> reference = make_intersector(reference_name, mesh);
-  const std::vector<Candidate> all =
-      candidates(mesh, analysed.seafloor.progressive, scene, arguments.rays);
-  const std::vector<RayFan> fans = scene_fans(scene.seed, simulator, (arguments.rays + 1) / 2);
+  const std::shared_ptr<const Intersector> reference = make_intersector(reference_name, mesh);
+  const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
+  const Simulator of_analysis(scene, {.threads = threads, .seafloor = analysed});
   const double prepare_s = seconds_since(start);
 
   start = Clock::now();
   AgreementProgress reached;
+  std::string_view reached_what;
   bool stopped = false;
-  const std::vector<AgreementRow> rows = compare(
-      mesh, *reference, all, fans,
-      {.seed = scene.seed,
-       .aimed_fan_rays = arguments.rays / 4,
-       .aimed_rays = arguments.rays / 4,
-       .threads = threads,
-       .progress = [&](const AgreementProgress& now) {
-         reached = now;
-         progress->tell("rays", now.rays, now.of,
-                        fmt::format("{} unexplained, {} leaked", now.unexplained, now.leaks));
-         stopped = SignalWatch::caught() != 0;
-         return !stopped;
-       }});
+  std::vector<AgreementRow> rows;
+  const auto compare_some = [&](std::string_view what, const std::vector<Candidate>& some,
+                                AgreementOptions options) {
+    reached_what = what;
+    options.seed = scene.seed;
+    options.threads = threads;
+    const AgreementProgress before = reached;
+    options.progress = [&](const AgreementProgress& now) {
+      reached = {now.rays, now.of, before.unexplained + now.unexplained, before.leaks + now.leaks};
+      progress->tell(what, now.rays, now.of,
+                     fmt::format("{} unexplained, {} leaked", reached.unexplained, reached.leaks));
+      stopped = SignalWatch::caught() != 0;
+      return !stopped;
+    };
+    const std::vector<AgreementRow> more =
+        compare(mesh, *reference, some,
+                some.empty() ? std::span<const PingBlock>() : std::span(blocks), options);
+    rows.insert(rows.end(), more.begin(), more.end());
+  };
+  // One after another: the trees of one are given back before the next one's are built.
+  for (const IntersectorKind& kind : intersector_kinds()) {
+    const std::uint64_t every = asked_every(kind, mesh.faces.size(), blocks, arguments.rays / 2);
+    if (every == 0 || stopped) continue;
+    compare_some(
+        kind.name, candidates(kind, mesh, reference, analysed->seafloor.progressive, scene, every),
+        {.aimed_fan_rays = arguments.rays / 4, .aimed_rays = arguments.rays / 4, .bodies = true});
+  }
+  if (!stopped)
+    compare_some("altitudes", {},
+                 {.heights = heights(simulator, of_analysis),
+                  .plumb_lines = arguments.rays / 50,
+                  .bed_faces = simulator.seafloor().bed_faces});
+  if (!stopped) {
+    progress->tell("faces", 0, 1);
+    rows.push_back({compare_faces(mesh, *analysed->seafloor.progressive, threads), "refined",
+                    "progressive_mesh", RaySource::faces, Precision::exact});
+    reached.unexplained += rows.back().count(Verdict::unexplained);
+  }
   const double compare_s = seconds_since(start);
   progress.reset();
 
-  print_warnings(analysed.warnings);
+  print_warnings(analysed->warnings);
   for (const AgreementRow& row : rows) print_unexplained(row, mesh.world_origin);
   if (arguments.json) {
     nlohmann::ordered_json table = nlohmann::ordered_json::array();
@@ -203,12 +291,19 @@ void check(const Arguments& arguments) {
     print(csv(rows));
   }
   if (stopped)
-    throw Stopped(fmt::format("stopped on request after {} of {} rays; the table is of those",
-                              reached.rays, reached.of));
+    throw Stopped(fmt::format(
+        "stopped on request after {} of {} rays of {}; the table is of what was compared "
+        "till then",
+        reached.rays, reached.of, reached_what));
+  const std::string over = tell_limits(rows);
+  fmt::print(stderr, "{}", over);
   if (reached.unexplained > 0)
     throw std::runtime_error(fmt::format(
         "{} differences from the reference are unexplained; the first of each row are above",
         reached.unexplained));
+  if (!over.empty())
+    throw std::runtime_error(
+        "more differences of a class than sound arithmetic makes; the classes are above");
 }
 
 /// A number of rays, also as 1e7.
@@ -230,9 +325,9 @@ void add_check(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "check",
       "Compare every surface and intersector with the exact reference, on a scene's own rays and "
-      "on rays aimed at vertices and edges; exit code 1 if a difference is unexplained. Ctrl-C "
-      "ends "
-      "it with the table of what it has compared");
+      "on rays aimed at vertices and edges; exit code 1 if a difference is unexplained. Rays are "
+      "compared straight, also where the scene's water bends them. Ctrl-C ends it with the table "
+      "of what it has compared");
   arguments->scene.add_to(command);
   command
       .add_option(
@@ -243,6 +338,7 @@ void add_check(CLI::App& app, Action& action) {
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
+  add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print the table and times as one JSON object");
   command.add_flag("--quiet", arguments->quiet, "No progress; differences and errors stay");
   command.callback([&action, arguments] { action = [arguments] { check(*arguments); }; });

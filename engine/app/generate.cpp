@@ -20,6 +20,7 @@ struct Arguments {
   fs::path recipe, folder, data_folder, cache;
   std::string shard = "0/1";
   int threads = 0;
+  MemoryLimit memory;
   bool dry_run = false, json = false, quiet = false;
 };
 
@@ -69,7 +70,7 @@ void print_json(const GenerateReport& report, const fs::path& folder, int thread
                                        {"made", report.made},
                                        {"failed", failed},
                                        {"stopped", report.stopped},
-                                       {"warnings", report.warnings},
+                                       {"warnings", report.extrapolation.behind(report.warnings)},
                                        {"samples_per_hour", samples_per_hour(report)},
                                        {"stages_s", report.stages_s},
                                        {"wall_s", report.wall_s},
@@ -114,6 +115,7 @@ void generate_dataset(const Arguments& arguments) {
                       {.threads = threads,
                        .shard = shard,
                        .cache = arguments.cache,
+                       .memory = arguments.memory,
                        .progress =
                            [&](std::size_t done, std::size_t of) {
                              progress.tell("samples", done, of);
@@ -125,6 +127,7 @@ void generate_dataset(const Arguments& arguments) {
                            }});
   }
   print_warnings(report.warnings);
+  if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (report.stopped)
@@ -153,6 +156,7 @@ void add_generate(CLI::App& app, Action& action) {
                   "Only part I of N, counted from 0, for many machines at once")
       ->type_name("I/N");
   add_threads(command, arguments->threads);
+  add_memory(command, arguments->memory);
   add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,

@@ -19,6 +19,7 @@ struct Arguments {
   SceneArguments scene;
   ServerOptions server{.port = 8347};
   std::optional<double> pings_per_s;
+  MemoryLimit memory;
   bool hold = false;
   bool quiet = false;
 };
@@ -45,6 +46,7 @@ void show(const Arguments& arguments) {
                                 .data_folder = arguments.scene.data_folder,
                                 .pings_per_s = arguments.pings_per_s,
                                 .hold = arguments.hold,
+                                .memory = arguments.memory,
                                 .progress = [&](std::string_view stage) {
                                   stop_on_signal();
                                   progress.tell(stage, 0, 1);
@@ -86,6 +88,7 @@ void add_live(CLI::App& app, Action& action) {
       ->type_name("N")
       ->check(CLI::Range(0.0, 10000.0));
   command.add_flag("--hold", arguments->hold, "Wait for a page to say go before the first ping");
+  add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
   command.callback([&action, arguments] { action = [arguments] { show(*arguments); }; });
 }

@@ -1,12 +1,22 @@
+#include <unistd.h>
+
+#include <algorithm>
 #include <csignal>
+#include <memory>
 #include <new>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/schema.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 #include "app.h"
+#include "terminal.h"
 
 namespace app = ensonify::engine::app;
 
@@ -42,10 +52,66 @@ int perform(const app::Action& action) {
   } catch (const std::invalid_argument& error) {
     return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
-    return failed(run_failed, "out of memory");
+    return failed(run_failed,
+                  "out of memory; take larger cells, a smaller area, fewer pings or fewer threads");
   } catch (const std::exception& error) {
     return failed(run_failed, error.what());
   }
+}
+
+/// The version of the program, then of the libraries that can change a result.
+std::string versions() {
+  std::string text = fmt::format("ensonify {}", ensonify::engine::program_version());
+  const auto libraries = nlohmann::ordered_json::parse(ensonify::engine::library_versions());
+  for (const auto& [name, version] : libraries.items())
+    text += fmt::format("\n{} {}", name, version.get<std::string>());
+  return text;
+}
+
+/// CLI11's help, its long lines broken between words.
+class BrokenLines final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* command, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    const std::size_t columns = app::terminal_columns(STDOUT_FILENO);
+    std::istringstream help(CLI::Formatter::make_help(command, std::move(name), mode));
+    std::string broken;
+    for (std::string line; std::getline(help, line);) {
+      // What belongs to an option or a subcommand goes on below its description.
+      const std::size_t indent = line.starts_with("  ") ? get_column_width() : 0;
+      while (line.size() > columns) {
+        std::size_t end = line.rfind(' ', columns);
+        if (end == line.npos || end <= indent) end = line.rfind(',', columns - 1) + 1;  // a list
+        if (end <= indent) break;
+        broken += line.substr(0, line.find_last_not_of(' ', end - 1) + 1) + "\n";
+        line = std::string(indent, ' ') + line.substr(end + (line[end] == ' '));
+      }
+      broken += line + "\n";
+    }
+    return broken;
+  }
+};
+
+/// Why the command line is refused; CLI11 would list unexpected arguments from the last to the first.
+std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> parsed = program.get_subcommands();
+  const std::string help = fmt::format("(see ensonify {}--help)",
+                                       parsed.empty() ? "" : parsed.front()->get_name() + " ");
+  if (!dynamic_cast<const CLI::ExtrasError*>(&error))
+    return fmt::format("{} {}", error.what(), help);
+  const std::vector<std::string> extra = program.remaining(true);
+  std::vector<std::string> known;
+  if (parsed.empty())
+    for (const CLI::App* command : program.get_subcommands({}))
+      known.push_back(command->get_name());
+  else
+    for (const CLI::Option* option : parsed.front()->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  const bool scene = parsed.empty() && extra.front().ends_with(".toml");
+  return fmt::format("not expected: {}{} {}", fmt::join(extra, " "),
+                     scene ? fmt::format("; did you mean 'run {}'?", extra.front())
+                           : ensonify::engine::suggestion(extra.front(), known),
+                     help);
 }
 
 }  // namespace
@@ -54,6 +120,8 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ,
               SIG_IGN);  // a file that may not grow is an error like others, with its message
   CLI::App program("ensonify: sidescan sonar, simulated by tracing rays", "ensonify");
+  program.formatter(std::make_shared<BrokenLines>());
+  program.set_version_flag("--version", versions);
   program.require_subcommand(0, 1);
   program.footer(
       "Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 the run failed, 2 "
@@ -85,7 +153,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
-    return failed(wrong_input, fmt::format("{} (see ensonify --help)", error.what()));
+    return failed(wrong_input, fault_of(program, error));
   }
   if (!action) return failed(wrong_input, "a subcommand is required (see ensonify --help)");
   return perform(action);

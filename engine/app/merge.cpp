@@ -46,6 +46,7 @@ void merge_dataset(const Arguments& arguments) {
     print_object({{"samples", report.samples},
                   {"missing", report.missing},
                   {"damaged", report.damaged},
+                  {"warnings", report.warnings},
                   {"splits", report.samples_by_split},
                   {"images", report.images}});
   if (!report.missing.empty() || !report.damaged.empty())
@@ -56,6 +57,7 @@ void merge_dataset(const Arguments& arguments) {
                                : fmt::format("samples {} are missing; ", intervals(report.missing)),
         report.damaged.empty() ? "" : fmt::format("{} samples are damaged", report.damaged.size()),
         report.damaged.empty() ? "" : "; "));
+  print_warnings(report.warnings);
   if (arguments.quiet) return;
   fmt::print(stderr, "{}: {} samples are whole\n", arguments.folder.string(), report.samples);
   for (const auto& [group, count] : report.images)
@@ -71,7 +73,8 @@ void add_merge(CLI::App& app, Action& action) {
       "merge", "Check every file of a dataset, write its indexes, splits and card");
   command.add_option("DIR", arguments->folder, "What `ensonify generate` made")->required();
   command.add_flag("--json", arguments->json, "Print what was found on stdout");
-  command.add_flag("--quiet", arguments->quiet, "No progress and no summary; errors stay");
+  command.add_flag("--quiet", arguments->quiet,
+                   "No progress and no summary; warnings and errors stay");
   command.callback([&action, arguments] { action = [arguments] { merge_dataset(*arguments); }; });
 }
 

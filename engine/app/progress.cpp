@@ -2,15 +2,18 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
 #include <fmt/format.h>
 
+#include "terminal.h"
+
 namespace ensonify::engine::app {
 namespace {
 
-constexpr int bar_width = 30;
+constexpr std::size_t widest_bar = 30, narrowest_bar = 5;
 constexpr std::string_view clear_line = "\r\x1b[K";
 
 bool on_terminal() {
@@ -53,9 +56,15 @@ void Progress::tell(std::string_view stage, std::size_t done, std::size_t of,
   if (way_ == Way::lines) {
     fmt::print(stderr, "{} {}/{}{}\n", stage, done, of, more);
   } else {
-    const auto filled = of > 0 ? static_cast<int>(bar_width * done / of) : 0;
-    fmt::print(stderr, "{}[{:#>{}}{:.>{}}] {} {}/{}{}", clear_line, "", filled, "",
-               bar_width - filled, stage, done, of, more);
+    const std::string text = fmt::format(" {} {}/{}{}", stage, done, of, more);
+    // One column stays free: some terminals wrap when the last one is written.
+    const std::size_t columns = terminal_columns(STDERR_FILENO) - 1;
+    const std::size_t room = columns > text.size() + 2 ? columns - text.size() - 2 : 0;
+    const std::size_t bar = room < narrowest_bar ? 0 : std::min(widest_bar, room);
+    const std::size_t filled = of > 0 ? bar * done / of : 0;
+    std::string line = bar > 0 ? fmt::format("[{:#>{}}{:.>{}}]", "", filled, "", bar - filled) : "";
+    line += text.substr(bar > 0 ? 0 : 1);
+    fmt::print(stderr, "{}{}", clear_line, line.substr(0, columns));
     std::fflush(stderr);
   }
 }

@@ -111,7 +111,8 @@ void add_ray(CLI::App& app, Action& action) {
       "spreading re 1 m; straight lines between the rows stay within 0.1 mm of the ray");
   command
       .add_option("--profile", arguments->profile,
-                  "The cast: CSV with columns depth_m and soundspeed_mps")
+                  "The cast: CSV with columns depth_m and soundspeed_mps, or as a CastAway "
+                  "writes it")
       ->required()
       ->type_name("FILE");
   const CLI::Range depth(0.0, 12000.0), range(1e-6, 1e7);

@@ -24,9 +24,11 @@ struct Arguments {
   fs::path folder;
   std::optional<std::string> surface, intersector, seed;
   int threads = 0;
+  MemoryLimit memory;
   fs::path cache;
   bool json = false;
   bool quiet = false;
+  std::size_t verify = 0;
 };
 
 double pings_per_s(const RunReport& report) {
@@ -52,6 +54,13 @@ void print_report(const RunReport& report, int threads) {
   if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
     fmt::print(stderr, "bent rays: {}, of which {} by chords\n", bent->second,
                report.counts.at("bent_rays_by_chords"));
+  if (!report.verification.empty())
+    fmt::print(stderr,
+               "verified: {} rays of {} pings, {} other than the reference has them, {} "
+               "unexplained\n",
+               report.verification.at("rays"), report.verification.at("pings"),
+               report.verification.at("rays") - report.verification.at("same"),
+               report.verification.at("unexplained"));
   for (const fs::path& file : report.files)
     if (file.extension() == ".png") fmt::print(stderr, "picture: {}\n", file.string());
 }
@@ -62,11 +71,11 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
   for (const fs::path& file : report.files) files.push_back(file.string());
   utsname system{};
   uname(&system);
-  const nlohmann::ordered_json json = {
+  nlohmann::ordered_json json = {
       {"folder", folder.string()},
       {"files", files},
       {"counts", report.counts},
-      {"warnings", report.warnings},
+      {"warnings", report.extrapolation.behind(report.warnings)},
       {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
       {"cache", {{"file", report.cache_file.string()}, {"hit", report.cached}}},
       {"pings_per_s", pings_per_s(report)},
@@ -84,6 +93,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
         {"machine", system.machine},
         {"cores", std::thread::hardware_concurrency()}}},
   };
+  if (!report.verification.empty()) json["verification"] = report.verification;
   print_object(json);
 }
 
@@ -107,11 +117,20 @@ void run_scene(Arguments arguments) {
                         progress.tell(stage, done, of);
                         return SignalWatch::caught() == 0;
                       },
-                  .cache = arguments.cache});
+                  .cache = arguments.cache,
+                   .memory = arguments.memory,
+                   .verify_pings = arguments.verify});
   }
   print_warnings(report.warnings);
+  if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
   if (!arguments.quiet) print_report(report, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
+  if (arguments.verify > 0 && report.verification.at("unexplained") > 0)
+    throw std::runtime_error(fmt::format(
+        "{} of {} rays of {} pings differ from the exact reference without an explanation; the "
+        "classes are in {}, and `ensonify check` tells which rays",
+        report.verification.at("unexplained"), report.verification.at("rays"),
+        report.verification.at("pings"), (arguments.folder / "manifest.json").string()));
 }
 
 }  // namespace
@@ -132,8 +151,16 @@ void add_run(CLI::App& app, Action& action) {
       .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
+  command
+      .add_option("--verify", arguments->verify,
+                  "Compare so many pings, spread over the track, with the exact reference; what "
+                  "differs is counted by class in the manifest, and exit code 1 if any of it is "
+                  "unexplained")
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
+  add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print counts, files, times and host on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors stay");

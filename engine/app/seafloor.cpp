@@ -7,6 +7,7 @@
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/survey.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
 
@@ -18,10 +19,23 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::filesystem::path file;
+  MemoryLimit memory;
 };
 
 void stop_if_asked() {
   if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
+}
+
+/// Of the survey, or about the track's origin, or unknown.
+std::string reference_of(const Scene& scene, const Heightfield& field) {
+  std::string reference;
+  if (scene.seafloor.kind == SeafloorKind::survey)
+    reference = survey_reference(scene.seafloor.survey.path);
+  const TrackOptions& track = scene.track;
+  if (reference.empty() && track.origin_latitude_rad)
+    reference = reference_about({*track.origin_latitude_rad, *track.origin_longitude_rad},
+                                field.world_origin);
+  return reference;
 }
 
 void write_seafloor(const Arguments& arguments) {
@@ -32,14 +46,16 @@ void write_seafloor(const Arguments& arguments) {
   const Scene scene = arguments.scene.read();
   const SignalWatch signals;  // so that no temporary file is left
   if (kind == ".ply") {
-    const refine::TriangleMesh mesh = seafloor_of(scene).mesh;
+    const refine::TriangleMesh mesh = seafloor_of(scene, {arguments.memory}).mesh;
     stop_if_asked();
     refine::write_ply(arguments.file, mesh);
   } else {
-    const Heightfield field = make_heightfield(scene.seafloor, scene.bed_seed());
+    const Heightfield field = with_memory_for("the heights", [&] {
+      return make_heightfield(scene.seafloor, scene.bed_seed(), {arguments.memory});
+    });
     stop_if_asked();
     refine::write_file(arguments.file,
-                       kind == ".tif" ? encode_geotiff(field)
+                       kind == ".tif" ? encode_geotiff(field, reference_of(scene, field))
                                       : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
                                                    static_cast<std::size_t>(field.columns)));
   }
@@ -53,11 +69,15 @@ void add_seafloor(CLI::App& app, Action& action) {
                                           "Write a scene's seafloor: a mesh in world metres "
                                           "(.ply), its heights over the sea surface, float64, "
                                           "the southern row first, NaN for holes (.npy), or a "
-                                          "GeoTIFF of world heights (.tif)");
+                                          "GeoTIFF of world heights (.tif), in the survey's "
+                                          "coordinate reference system or about "
+                                          "track.origin_lat_deg and origin_lon_deg, if there is "
+                                          "either");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file: .ply, .npy or .tif")
       ->type_name("FILE")
       ->required();
+  add_memory(command, arguments->memory);
   command.callback([&action, arguments] { action = [arguments] { write_seafloor(*arguments); }; });
 }
 

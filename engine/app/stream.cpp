@@ -28,6 +28,7 @@ constexpr std::size_t longest_line = 1 << 20;
 struct Arguments {
   SceneArguments scene;
   fs::path cache;
+  MemoryLimit memory;
   std::vector<std::string> layers = {"intensity"};
   bool json = false;
   bool quiet = false;
@@ -91,13 +92,18 @@ class Fields {
 class Stream {
  public:
   explicit Stream(const Arguments& arguments)
-      : arguments_(arguments), simulator_(make_simulator(arguments)) {
+      : arguments_(arguments),
+        scene_(read(arguments)),
+        simulator_(make_simulator(scene_, arguments)) {
     Layers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (const std::string& name : arguments.layers)
       if (std::ranges::find(known_layers_, name) == known_layers_.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}'; there are: {}", name,
                                      fmt::join(known_layers_, ", ")));
     tell_scene();
+    if (!arguments.quiet)
+      print_warnings(
+          Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).behind({}));
   }
 
   void answer(const std::string& line) {
@@ -130,14 +136,19 @@ class Stream {
   }
 
  private:
-  static Simulator make_simulator(const Arguments& arguments) {
-    Progress progress(arguments.quiet);
+  static Scene read(const Arguments& arguments) {
     Scene scene = arguments.scene.read();
     // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping least.
     if (scene.run.surface == "auto") scene.run.surface = "static";
-    return Simulator(scene, {.cache = arguments.cache, .progress = [&](std::string_view stage) {
-                               progress.tell(stage, 0, 1);
-                             }});
+    return scene;
+  }
+
+  static Simulator make_simulator(const Scene& scene, const Arguments& arguments) {
+    Progress progress(arguments.quiet);
+    return Simulator(scene,
+                     {.cache = arguments.cache,
+                      .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); },
+                      .memory = arguments.memory});
   }
 
   static std::uint32_t instance(const Json& value) {
@@ -251,6 +262,7 @@ class Stream {
   }
 
   Arguments arguments_;
+  const Scene scene_;  // as it was read
   Simulator simulator_;
   std::vector<std::string> known_layers_;
   std::vector<float> block_;
@@ -299,6 +311,7 @@ void add_stream(CLI::App& app, Action& action) {
   command.add_flag("--json", arguments->json,
                    "Send the values in the JSON as well, rather than as a block of float32");
   add_cache(command, arguments->cache);
+  add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
   command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
 }

@@ -26,6 +26,7 @@ struct Arguments {
   std::filesystem::path file;
   std::optional<std::size_t> ping;
   std::size_t width_px = 1600;
+  MemoryLimit memory;
 };
 
 void view_scene(const Arguments& arguments) {
@@ -43,7 +44,7 @@ void view_scene(const Arguments& arguments) {
     progress.tell(stage, done, of);
   };
   tell("seafloor", 0, 1);
-  Simulator simulator(scene);
+  Simulator simulator(scene, {.memory = arguments.memory});
   const std::vector<Pose> track = simulator.track();
   const std::size_t ping = arguments.ping.value_or(track.size() / 2);
   if (ping >= track.size())
@@ -80,12 +81,14 @@ void add_view(CLI::App& app, Action& action) {
       ->type_name("FILE.png")
       ->required();
   command.add_option("--ping", arguments->ping, "Which, from 0 (default: the middle one)")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
   command
       .add_option("--width-px", arguments->width_px,
                   "The picture's width; its height is 9/16 of it (default: 1600)")
       ->type_name("N")
       ->check(CLI::Range(16, 16384));
+  add_memory(command, arguments->memory);
   command.callback([&action, arguments] { action = [arguments] { view_scene(*arguments); }; });
 }
 

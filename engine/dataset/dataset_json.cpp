@@ -60,8 +60,13 @@ std::string sample_json(std::size_t number, const SampleScene& sample, const fs:
     drawn[key] = value.empty()         ? Json(nullptr)
                  : Json::accept(value) ? Json::parse(value)
                                        : Json(value);
-  Json json = {{"sample", number},          {"split", sample.split}, {"seafloor", sample.seafloor},
-               {"seed", sample.scene.seed}, {"drawn", drawn},        {"files", files}};
+  Json json = {{"sample", number},
+               {"split", sample.split},
+               {"seafloor", sample.seafloor},
+               {"seafloor_seed", sample.scene.bed_seed()},
+               {"seed", sample.scene.seed},
+               {"drawn", drawn},
+               {"files", files}};
   json["xxh128"] = xxh128(json.dump());  // of all before
   return text_of(json);
 }

@@ -46,6 +46,11 @@ Interval samples_of(const Recipe& recipe, const Interval& units) {
   return {units.begin * tar_size(recipe), std::min(recipe.samples(), units.end * tar_size(recipe))};
 }
 
+std::string without_numbers(std::string text) {
+  std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
+  return text;
+}
+
 std::vector<std::byte> read_file(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::vector<char> content((std::istreambuf_iterator<char>(stream)), {});
@@ -151,8 +156,7 @@ class Generator {
         control_(control),
         folders_(folder, static_cast<std::size_t>(recipe.options().samples_per_tar)),
         units_(units_of(recipe, control.shard)),
-        samples_(samples_of(recipe, units_)),
-        names_{recipe.class_names(), recipe.material_names()} {}
+        samples_(samples_of(recipe, units_)) {}
 
   GenerateReport report() {
     const Clock::time_point start = Clock::now();
@@ -172,8 +176,8 @@ class Generator {
   bool in_tars() const { return recipe_.options().samples_per_tar > 0; }
 
   void begin() {
-    fs::create_directories(folders_.dataset() / "samples");
-    if (in_tars()) fs::create_directories(folders_.dataset() / "tars");
+    refine::make_folder(folders_.dataset() / "samples");
+    if (in_tars()) refine::make_folder(folders_.dataset() / "tars");
     const fs::path file = folders_.dataset() / "dataset.json";
     const std::string text = dataset_json(recipe_, recipe_.data_folder());
     {
@@ -227,6 +231,7 @@ class Generator {
     const auto threads = static_cast<std::size_t>(refine::thread_count(control_.threads));
     const std::size_t workers = std::min(threads, todo);
     threads_each_ = static_cast<int>(threads / workers);
+    memory_each_.bytes = control_.memory.bytes / static_cast<double>(workers);
     Schedule schedule(todo_);
     refine::parallel_for(workers, static_cast<int>(workers), [&](std::size_t, int) {
       std::optional<std::size_t> seafloor;
@@ -269,7 +274,7 @@ class Generator {
       stop_ = true;  // the disk refuses: the others would fare no better
       throw;
     } catch (const std::bad_alloc&) {
-      failure = "out of memory";
+      failure = "out of memory while making its products; take fewer threads";
     } catch (const std::exception& error) {
       failure = error.what();
     }
@@ -300,7 +305,10 @@ class Generator {
     clock.enter("wait");
     Seafloors::Pointer before = std::exchange(kept, nullptr);
     kept = seafloors_.get(sample.seafloor, sample.scene,
-                          {.cache = control_.cache, .threads = threads_each_, .progress = told});
+                          {.cache = control_.cache,
+                           .threads = threads_each_,
+                           .progress = told,
+                           .memory = memory_each_});
     before.reset();
     clock.enter("tree");
 
@@ -320,11 +328,12 @@ class Generator {
                  },
              .cache = control_.cache,
              .seafloor = kept,
+             .memory = memory_each_,
              .growing_picture = false,
              .made =
                  [&](const Simulator& simulator, std::span<const Waterfall> lines) {
-                   products = write_products(recipe_.options(), sample, names_, simulator, lines,
-                                             staging.path());
+                   products =
+                       write_products(recipe_.options(), sample, simulator, lines, staging.path());
                  }});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
@@ -336,7 +345,8 @@ class Generator {
     stages_s["disk"] += disk_s;
     const std::lock_guard lock(mutex_);
     for (const std::string& warning : run_report.warnings)
-      if (std::ranges::count(report_.warnings, warning) == 0) report_.warnings.push_back(warning);
+      if (warned_.insert(without_numbers(warning)).second) report_.warnings.push_back(warning);
+    report_.extrapolation += run_report.extrapolation;
   }
 
   /// Each tar whose samples are all there takes their place.
@@ -380,11 +390,13 @@ class Generator {
   const GenerateControl& control_;
   SampleFolders folders_;
   Interval units_, samples_;
-  LabelNames names_;
   GenerateReport report_;
+  std::set<std::string>
+      warned_;  // without numbers: samples that differ in those alone have one warning
   std::map<std::size_t, std::vector<std::size_t>> todo_;  // by seafloor
   Seafloors seafloors_;
   int threads_each_ = 1;
+  MemoryLimit memory_each_;
   std::mutex mutex_;  // of what follows, and the report
   std::vector<std::size_t> others_;
   std::size_t done_ = 0;

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/memory.h>
+#include <ensonify/engine/scene/extrapolation.h>
 
 namespace ensonify::engine {
 
@@ -22,6 +24,7 @@ struct GenerateControl {
   int threads = 0;  ///< 0: as many as the machine has
   Shard shard;
   std::filesystem::path cache = {};  ///< for analysed seafloors
+  MemoryLimit memory = {};           ///< shared by the samples that are made at one time
   /// Told how many samples of the shard are there. Returning false stops: what is finished stays. Called from one
   /// thread at a time, after every block of pings.
   std::function<bool(std::size_t done, std::size_t of)> progress = {};
@@ -39,6 +42,7 @@ struct GenerateReport {
       stages_s;  ///< recipe, seafloor, analysis, tree, ping, encode, disk, wait
   double wall_s = 0.0;
   std::vector<std::string> warnings;  ///< of the runs, each once
+  Extrapolation extrapolation;        ///< of all runs
   bool stopped = false;
 };
 

@@ -1,6 +1,7 @@
 #include <ensonify/engine/dataset/merge.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/dataset/card.h>
@@ -23,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+constexpr std::array split_names{"train", "val", "test"};
 
 /// A sample's small files as read: sample.json and those of its images.
 struct SampleRecord {
@@ -59,6 +63,10 @@ class Merge {
  public:
   Merge(const fs::path& folder, const std::function<bool(std::size_t, std::size_t)>& progress)
       : folder_(folder), progress_(progress) {
+    if (!fs::exists(folder / "dataset.json"))
+      throw SceneError(fmt::format(
+          "{}: {}, expected a folder that `ensonify generate` made", folder.string(),
+          fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
     try {
       dataset_ = Json::parse(text_of_file(folder / "dataset.json"));
       samples_ = dataset_.at("samples").get<std::size_t>();
@@ -97,7 +105,10 @@ class Merge {
         }
       }
     }
-    if (report_.missing.empty() && report_.damaged.empty()) write();
+    if (report_.missing.empty() && report_.damaged.empty()) {
+      write();
+      warn_of_splits();
+    }
     return std::move(report_);
   }
 
@@ -173,6 +184,7 @@ class Merge {
     manifest_ += record.sample.dump() + "\n";
     splits_[split] += fmt::format("{:06}\n", number);
     ++report_.samples_by_split[split];
+    splits_of_seabed_[record.sample.at("seafloor_seed").get<std::uint64_t>()].insert(split);
     for (const auto& [key, value] : record.sample.at("drawn").items())
       add_to(card_.drawn[key], value);
     for (const auto& [name, image] : record.images) add_image(number, image, split);
@@ -195,6 +207,8 @@ class Merge {
     const std::string group = fmt::format("{}_{}", geometry, kind);
     groups_.insert(group);
     Index& index = indexes_[{group, split}];
+    for (const Json& name : image.at("classes"))
+      classes_shown_[split].insert(name.get<std::string>());
     for (const Json& picture : image.at("pictures")) {
       const auto name = picture.get<std::string>();
       ++report_.images[fmt::format("{}, {}", group, split)];
@@ -212,11 +226,16 @@ class Merge {
                               {"sonar", image.at("sonar")},
                               {"pixel_across_m", image.at("pixel_across_m")},
                               {"pixel_along_m", image.at("pixel_along_m")}});
-      index.yolo += "../" + file + "\n";
+      index.yolo += fmt::format("./images/{:06}/{}\n", number, name);
       for (const Json& target : image.at("targets"))
         if (!target.at("ignored").get<bool>() && !target.at("body").is_null())
           add_annotation(index, id, target);
     }
+  }
+
+  /// Polygons, or where these would hide holes run lengths.
+  static const Json& segmentation(const Json& outline) {
+    return outline.contains("rle") ? outline.at("rle") : outline.at("polygons");
   }
 
   static void add_annotation(Index& index, std::size_t image, const Json& target) {
@@ -226,7 +245,7 @@ class Merge {
                        {"category_id", target.at("category_id")},
                        {"bbox", body.at("box")},
                        {"area", body.at("area_px")},
-                       {"segmentation", body.at("polygons")},
+                       {"segmentation", segmentation(body)},
                        {"iscrowd", 0}};
     for (const auto& [key, value] : target.items())
       if (key != "body" && key != "shadow" && key != "category_id" && key != "ignored")
@@ -234,7 +253,7 @@ class Merge {
     const Json& shadow = target.at("shadow");
     annotation["shadow_bbox"] = shadow.is_null() ? Json(nullptr) : shadow.at("box");
     annotation["shadow_area"] = shadow.is_null() ? Json(0) : shadow.at("area_px");
-    annotation["shadow_segmentation"] = shadow.is_null() ? Json::array() : shadow.at("polygons");
+    annotation["shadow_segmentation"] = shadow.is_null() ? Json::array() : segmentation(shadow);
     index.annotations.push_back(std::move(annotation));
   }
 
@@ -248,14 +267,14 @@ class Merge {
   }
 
   void write(const std::string& name, const std::string& text) {
-    fs::create_directories((folder_ / name).parent_path());
+    refine::make_folder((folder_ / name).parent_path());
     refine::write_file(folder_ / name, text);
     report_.files.push_back(folder_ / name);
   }
 
   void write() {
     write("manifest.jsonl", manifest_);
-    for (const char* split : {"train", "val", "test"})
+    for (const char* split : split_names)
       write(fmt::format("splits/{}.txt", split), splits_[split]);
     Json categories = Json::array();
     std::string names;
@@ -264,8 +283,9 @@ class Merge {
           {{"id", i + 1}, {"name", card_.classes[i]}, {"supercategory", "object"}});
       names += fmt::format("  {}: {}\n", i, Json(card_.classes[i]).dump());
     }
+    const bool yolo = per_tar_ == 0 && link_samples();
     for (const std::string& group : groups_) {
-      for (const char* split : {"train", "val", "test"}) {
+      for (const char* split : split_names) {
         const Index& index = indexes_[{group, split}];
         const Json coco = {{"info", {{"description", card_.title}, {"version", card_.version}}},
                            {"categories", categories},
@@ -273,16 +293,63 @@ class Merge {
                            {"annotations", index.annotations}};
         write(fmt::format("coco/{}_{}.json", group, split),
               coco.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
-        write(fmt::format("yolo/{}_{}.txt", group, split), index.yolo);
+        if (yolo) write(fmt::format("yolo/{}_{}.txt", group, split), index.yolo);
       }
-      write(fmt::format("yolo/{}.yaml", group),
-            fmt::format(
-                "path: .\ntrain: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
-                group, names));
+      // Without a `path` the lists are looked for beside the file, from any working directory.
+      if (yolo)
+        write(fmt::format("yolo/{}.yaml", group),
+              fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
+                          group, names));
     }
     card_.samples_by_split = report_.samples_by_split;
     card_.images = report_.images;
     write("README.md", card_.markdown());
+  }
+
+  /// Ultralytics takes a list's ./images/... from beside the list, and its label from labels/... in place of the last
+  /// images/...; both are the samples' folder. False, with a warning, on a file system without links.
+  bool link_samples() {
+    fs::create_directories(folder_ / "yolo");
+    for (const char* name : {"images", "labels"}) {
+      const fs::path link = folder_ / "yolo" / name;
+      if (fs::exists(link)) continue;
+      std::error_code error;
+      fs::create_directory_symlink("../samples", link, error);
+      if (!error || fs::exists(link)) continue;
+      report_.warnings.push_back(fmt::format(
+          "{}: {}: YOLO's lists need links and are left out; merge on a file system that has them",
+          link.string(), error.message()));
+      return false;
+    }
+    return true;
+  }
+
+  void warn_of_splits() {
+    const std::vector<std::string>& classes = card_.classes;
+    for (const std::string split : split_names) {
+      if (!report_.samples_by_split.contains(split)) {
+        report_.warnings.push_back(
+            fmt::format("the split {} is empty: take more samples or seafloors, or other shares in "
+                        "[dataset.split]",
+                        split));
+        continue;
+      }
+      std::vector<std::string> absent;
+      for (const std::string& name : classes)
+        if (!classes_shown_[split].contains(name)) absent.push_back(name);
+      if (!absent.empty() && !groups_.empty())
+        report_.warnings.push_back(
+            fmt::format("no picture of the split {} shows the class{} {}: take more seafloors, or "
+                        "split by another key",
+                        split, absent.size() > 1 ? "es" : "", fmt::join(absent, ", ")));
+    }
+    for (const auto& [seed, splits] : splits_of_seabed_)
+      if (splits.size() > 1)
+        report_.warnings.push_back(
+            fmt::format("the splits {} share a seabed, since the recipe sets seafloor.seed = {}: "
+                        "leave it out, and "
+                        "each seafloor has its own",
+                        fmt::join(splits, ", "), seed));
   }
 
   fs::path folder_;
@@ -294,6 +361,8 @@ class Merge {
   Card card_;
   std::string manifest_;
   std::map<std::string, std::string> splits_;
+  std::map<std::string, std::set<std::string>> classes_shown_;       // by split
+  std::map<std::uint64_t, std::set<std::string>> splits_of_seabed_;  // by its seed
   std::set<std::string> groups_;
   std::map<std::pair<std::string, std::string>, Index> indexes_;
   static constexpr std::size_t none = ~std::size_t{0};

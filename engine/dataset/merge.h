@@ -17,6 +17,8 @@ struct MergeReport {
   std::map<std::string, std::size_t> images, samples_by_split;
   std::vector<std::filesystem::path>
       files;  ///< written; none where something is missing or damaged
+  /// What is amiss with a whole dataset's splits: empty ones, classes that one does not show, seabeds in several.
+  std::vector<std::string> warnings;
 };
 
 /// Checks every file of a dataset against its sample's hashes and, where all is there, writes
@@ -24,7 +26,7 @@ struct MergeReport {
 ///     manifest.jsonl              a line a sample: split, seafloor, seed, draws, files with hashes
 ///     splits/SPLIT.txt            numbers of samples
 ///     coco/GEOMETRY_KIND_SPLIT.json   of lines, tiles and chips
-///     yolo/GEOMETRY_KIND.yaml, _SPLIT.txt
+///     yolo/GEOMETRY_KIND.yaml, _SPLIT.txt   of samples in folders, with links to these: images, labels
 ///     README.md                   the dataset's card
 ///
 /// over those of an earlier merge. Throws SceneError for a folder without a dataset.json that can be read,

@@ -152,9 +152,8 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
   const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
   const auto height = std::clamp(static_cast<std::size_t>(panel_width * length_m / width_m),
                                  least_height, most_height);
-  Display display = sample.scene.display;
-  display.slant_range_correction = false;  // the labels lie over the layers
-  Picture left = shrunk(render(line, display, simulator.calibration(0)), panel_width, height);
+  Picture left =
+      shrunk(render(line, sample.scene.display, simulator.calibration(0)), panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);
   const auto to_panel = [&](const Corner& corner) {
     return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),

@@ -24,20 +24,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Numbers in the dataset of a seafloor's own names.
-std::vector<std::uint16_t> numbers_of(const std::vector<std::string>& own,
-                                      const std::vector<std::string>& names,
-                                      std::string_view what) {
-  std::vector<std::uint16_t> numbers{0};
-  for (std::size_t i = 1; i < own.size(); ++i) {
-    const auto found = std::ranges::find(names, own[i]);
-    if (found == names.end())
+/// Refuses a seafloor's name that the dataset has no number for.
+void check_named(const std::vector<std::string>& own, const std::vector<std::string>& names,
+                 std::string_view what) {
+  for (std::size_t i = 1; i < own.size(); ++i)
+    if (std::ranges::count(names, own[i]) == 0)
       throw std::invalid_argument(
           fmt::format("the {} '{}' of this sample is none that the recipe can draw; name it there",
                       what, own[i]));
-    numbers.push_back(static_cast<std::uint16_t>(found - names.begin() + 1));
-  }
-  return numbers;
 }
 
 Json targets_of(const View& view, const Seafloor& seafloor) {
@@ -66,23 +60,22 @@ std::array<std::size_t, 4> extent(const Json& target) {
 
 class Products {
  public:
-  Products(const DatasetOptions& options, const SampleScene& sample, const LabelNames& names,
-           const Seafloor& seafloor, const std::filesystem::path& folder)
+  Products(const DatasetOptions& options, const SampleScene& sample, const Seafloor& seafloor,
+           const std::filesystem::path& folder)
       : options_(options),
         sample_(sample),
-        names_(names),
+        classes_(sample.scene.output.class_names),
         seafloor_(seafloor),
-        folder_(folder),
-        classes_(numbers_of(seafloor.classes, names.classes, "class")),
-        sediments_(numbers_of(seafloor.materials, names.materials, "material")) {}
+        folder_(folder) {
+    check_named(seafloor.classes, classes_, "class");
+    check_named(seafloor.materials, sample.scene.output.sediment_names, "material");
+  }
 
   void add_line(const Waterfall& line, const Calibration& calibration, std::size_t sonar) {
     read_visible_fractions(line.sonar.name);
     std::vector<Picture> pictures;
-    for (Display display : sample_.renders) {
-      display.slant_range_correction = false;  // the labels lie over the layers
+    for (const Display& display : sample_.renders)
       pictures.push_back(render(line, display, calibration));
-    }
     const View slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
@@ -224,7 +217,7 @@ class Products {
         write(r == 0 ? stem + ".png" : fmt::format("{}.r{}.png", stem, r),
               encode_png(piece.pictures[r]));
 
-    MaskNumbers masks{classes_, sediments_, {}};
+    std::vector<std::uint32_t> left_out;
     Json targets = Json::array();
     std::string yolo;
     for (Json& target : targets_of(piece, seafloor_)) {
@@ -244,13 +237,18 @@ class Products {
       label["ignored"] = ignored;
       label["category_id"] = category(label.at("class").get<std::string>());
       if (ignored)
-        masks.ignored.push_back(static_cast<std::uint32_t>(instance));
+        left_out.push_back(static_cast<std::uint32_t>(instance));
       else if (!label.at("body").is_null())
         yolo += yolo_line(label, part);
       targets.push_back(std::move(label));
     }
-    for (const Mask& mask : encode_masks(piece.labels, masks))
+    Json classes = Json::array();
+    for (const Mask& mask : encode_masks(piece.labels, left_out)) {
       write(fmt::format("{}.{}.png", stem, mask.name), mask.png);
+      if (mask.name != "class") continue;
+      for (const std::uint16_t number : mask.numbers)
+        if (number > 0 && number != ignored_class) classes.push_back(classes_[number - 1u]);
+    }
 
     std::vector<std::string> pictures{stem + ".png"};
     for (std::size_t r = 1; r < piece.pictures.size(); ++r)
@@ -266,6 +264,7 @@ class Products {
                         {"pixel_across_m", view.across_m},
                         {"pixel_along_m", view.along_m},
                         {"split", sample_.split},
+                        {"classes", classes},
                         {"targets", targets}};
     write_text(stem + ".json", image.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     for (const std::string& picture : pictures)
@@ -277,9 +276,7 @@ class Products {
   }
 
   std::size_t category(const std::string& name) const {
-    return static_cast<std::size_t>(std::ranges::find(names_.classes, name) -
-                                    names_.classes.begin()) +
-           1;
+    return static_cast<std::size_t>(std::ranges::find(classes_, name) - classes_.begin()) + 1;
   }
 
   /// Class from 0, then the body's middle and size in shares of the picture.
@@ -293,10 +290,9 @@ class Products {
 
   const DatasetOptions& options_;
   const SampleScene& sample_;
-  const LabelNames& names_;
+  const std::vector<std::string>& classes_;  // by their numbers, from 1
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
-  std::vector<std::uint16_t> classes_, sediments_;
   std::map<int, Json> visible_;  // share of each object that the line sees
   std::map<int, Json> whole_;    // targets of the view at hand, by instance
   double disk_s_ = 0.0;
@@ -305,10 +301,10 @@ class Products {
 }  // namespace
 
 ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
-                            const LabelNames& names, const Simulator& simulator,
-                            std::span<const Waterfall> lines, const std::filesystem::path& folder) {
+                            const Simulator& simulator, std::span<const Waterfall> lines,
+                            const std::filesystem::path& folder) {
   const Clock::time_point start = Clock::now();
-  Products products(options, sample, names, simulator.seafloor(), folder);
+  Products products(options, sample, simulator.seafloor(), folder);
   for (std::size_t i = 0; i < lines.size(); ++i)
     products.add_line(lines[i], simulator.calibration(i), i);
   const double all_s = seconds_since(start);

@@ -12,11 +12,6 @@
 
 namespace ensonify::engine {
 
-/// The names that a dataset's labels have, whose numbers are 1 more than their places here.
-struct LabelNames {
-  std::vector<std::string> classes, materials;
-};
-
 /// What writing a sample's products took.
 struct ProductTimes {
   double encode_s = 0.0, disk_s = 0.0;
@@ -24,11 +19,11 @@ struct ProductTimes {
 
 /// Writes into a sample's folder what the dataset has beside the run's own files: labels of the whole lines, more
 /// displays, ground range, tiles, chips. An image STEM.png has STEM.class.png, .sediment.png, .instance.png,
-/// .region.png, STEM.json and STEM.txt (YOLO); further displays are STEM.r1.png with STEM.r1.txt and so on. Throws
-/// std::invalid_argument for tiles or chips larger than a line, and for labels without a name;
-/// std::system_error.
+/// .region.png, STEM.json and STEM.txt (YOLO); further displays are STEM.r1.png with STEM.r1.txt and so on. The lines'
+/// labels have the numbers of the scene's output.class_names and sediment_names. Throws std::invalid_argument for
+/// tiles or chips larger than a line, and for labels that these do not name; std::system_error.
 ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
-                            const LabelNames& names, const Simulator& simulator,
-                            std::span<const Waterfall> lines, const std::filesystem::path& folder);
+                            const Simulator& simulator, std::span<const Waterfall> lines,
+                            const std::filesystem::path& folder);
 
 }  // namespace ensonify::engine

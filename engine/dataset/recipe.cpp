@@ -194,6 +194,37 @@ std::string renumbered(const std::string& key, const auto& lists, const auto& ab
   return key;
 }
 
+/// What `make` makes of the first sample that it can: a draw may be what no scene can have. Throws its SceneError
+/// where several have failed.
+auto first_that_is(std::size_t samples, const auto& make) {
+  constexpr std::size_t tries = 16;
+  for (std::size_t sample = 0;; ++sample) try {
+      return make(sample);
+    } catch (const SceneError&) {
+      if (sample + 1 >= std::min(tries, samples)) throw;
+    }
+}
+
+/// Labels lie over slant range. `places` are those of the text's keys.
+void check_slant_range(const RecipeText& text, const auto& places) {
+  const std::string key = "display.slant_range_correction";
+  std::vector<std::string> values;
+  std::string place;
+  if (const auto plain = text.values.find(key); plain != text.values.end()) {
+    values.push_back(plain->second);
+    place = places.at(key);
+  }
+  if (const auto drawn = text.distributions.find(key); drawn != text.distributions.end()) {
+    drawn->second.collect_values(values);
+    place = drawn->second.place;
+  }
+  if (std::ranges::count(values, "true") > 0)
+    throw SceneError(fmt::format(
+        "{}: '{}' is true, but a dataset's labels are made in slant range: leave it out; "
+        "'dataset.ground_px_m' makes pictures and labels in ground range",
+        place, key));
+}
+
 bool in_absent(const std::string& key, const auto& absent) {
   return std::ranges::any_of(absent, [&](const std::string& table) { return under(key, table); });
 }
@@ -253,6 +284,11 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   // The names that labels can have: those of a sample with every table there, and all that can be drawn.
   Scene scene = with_every_table();
   check_files(scene, name_);
+  if (!scene.output.class_names.empty() || !scene.output.sediment_names.empty())
+    throw refuse(
+        "'output.class_names' and 'output.sediment_names' are set by the dataset itself: leave "
+        "them out");
+  check_slant_range(d, scene.places);
   std::set<std::string> targets, grounds{"seabed"}, materials{scene.seafloor.material};
   for_each_list(scene, [&]<class Item>(const Section<Item>&, const std::vector<Item>& list) {
     for (const Item& item : list) {
@@ -279,19 +315,18 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   if (targets_.size() + grounds_.size() > 254 || materials_.size() > 254)
     throw refuse(
         "labels can have more than 254 names, which masks of 8 bits do not hold: expected fewer");
+  first_that_is(samples(), [&](std::size_t number) { return sample(number); });
 }
 
 Scene Recipe::with_every_table() const {
-  constexpr std::size_t tries = 16;  // a draw may be what no scene can have
-  for (std::size_t sample = 0;; ++sample) try {
-      DrawnValues whole;
-      Draws draws(*distributions_, sample, seafloor_of(sample), 0);
-      for (const auto& [key, distribution] : distributions_->distributions)
-        if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
-      return parse_recipe(text_, name_, whole, paths());
-    } catch (const SceneError&) {
-      if (sample + 1 == std::min(tries, samples())) throw;
-    }
+  return first_that_is(samples(), [&](std::size_t sample) {
+    DrawnValues whole;
+    Draws draws(*distributions_, sample, seafloor_of(sample), 0);
+    for (const auto& [key, distribution] : distributions_->distributions)
+      if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
+    // Tables that are absent need not fit the rest.
+    return parse_recipe_unchecked(text_, name_, whole);
+  });
 }
 
 ScenePaths Recipe::paths() const {
@@ -350,6 +385,8 @@ SampleScene Recipe::sample(std::size_t number) const {
   };
 
   result.scene = scene_of(0);
+  result.scene.output.class_names = class_names();
+  result.scene.output.sediment_names = material_names();
   // The fastest that agrees with the exact reference, and the same to the bit on every machine.
   if (!d.values.contains("run.intersector") && !d.distributions.contains("run.intersector"))
     result.scene.run.intersector = "fan_scan";

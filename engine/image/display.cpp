@@ -168,7 +168,8 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
       columns_(sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins)),
       ports_(port_columns(sonar)),
       median_share_(calibration.median_share) {
-  if (calibration.level_bed.size() != columns_)
+  if (calibration.level_bed.size() != columns_ ||
+      (!calibration.automatic_gain.empty() && calibration.automatic_gain.size() != columns_))
     throw std::invalid_argument("Renderer: a level bed of other columns than the sonar's");
   if (recorder_)
     for (std::uint32_t i = 0; recorder_->full_scale() <= 0xffff && i <= recorder_->full_scale();
@@ -186,7 +187,9 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     if (recorder_) {
       const double its = recorder_->gain(bin);
       gains_.back() /= its * its;
-      sample = recorder_->sample(static_cast<float>(std::sqrt(median) * its));
+      const double automatic =
+          calibration.automatic_gain.empty() ? 1.0 : calibration.automatic_gain[column];
+      sample = recorder_->sample(static_cast<float>(std::sqrt(median) * its * automatic));
     }
     if (median > 0.0) bed.push_back(level(column, median, sample));
   }

@@ -55,6 +55,8 @@ struct Calibration {
   /// Mean intensity, uPa^2, of the scene's bed in each of the waterfall's columns, were it level; 0: no echo.
   std::vector<double> level_bed;
   double median_share = 1.0;  ///< of a bed's intensity, median over mean: speckle's
+  /// What automatic gains multiply that bed's amplitude by in each column, behind the recorder's own gain; empty: 1.
+  std::vector<double> automatic_gain;
 };
 
 /// Where a display shows a bed whose level, in intensity, is the median of the scene's own: its brightness to

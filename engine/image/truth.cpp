@@ -64,7 +64,39 @@ class Marks {
     return area;
   }
 
+  /// The runs of an outline's pixels, if its polygons enclose more than these.
+  void find_holes(std::uint64_t mine, Outline& outline) const {
+    std::size_t enclosed = 0;
+    for (const std::vector<Corner>& polygon : outline.polygons) enclosed += area_of(polygon);
+    if (enclosed == outline.area_px) return;
+    const auto rows = static_cast<std::size_t>(rows_);
+    std::size_t counted = 0;  // pixels in runs
+    for (int column = outline.low[0]; column < outline.high[0]; ++column)
+      for (int row = outline.low[1]; row < outline.high[1]; ++row) {
+        if (mark(column, row) != mine) continue;
+        const std::size_t at =
+            static_cast<std::size_t>(column) * rows + static_cast<std::size_t>(row);
+        if (at > counted || outline.runs.empty()) {
+          outline.runs.push_back(at - counted);
+          outline.runs.push_back(0);
+        }
+        ++outline.runs.back();
+        counted = at + 1;
+      }
+    const std::size_t pixels = rows * static_cast<std::size_t>(columns_);
+    if (counted < pixels) outline.runs.push_back(pixels - counted);
+  }
+
  private:
+  static std::size_t area_of(const std::vector<Corner>& polygon) {
+    std::int64_t twice = 0;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      twice += std::int64_t{a[0]} * b[1] - std::int64_t{b[0]} * a[1];
+    }
+    return static_cast<std::size_t>(twice / 2);
+  }
+
   static void extend(Outline& outline, int c, int r) {
     if (outline.area_px == 0 && outline.high == Corner{}) {
       outline.low = {c, r};
@@ -177,6 +209,8 @@ std::vector<Target> find_targets(const Waterfall& waterfall) {
     target.instance = instance;
     largest_first(target.body, sums.body_parts);
     largest_first(target.shadow, sums.shadow_parts);
+    marks.find_holes(2 * std::uint64_t{instance}, target.body);
+    marks.find_holes(2 * std::uint64_t{instance} + 1, target.shadow);
     measure(waterfall, marks, target);
     targets.push_back(std::move(target));
   }

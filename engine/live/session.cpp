@@ -57,9 +57,11 @@ struct LiveSession::Inner {
     const Scene scene =
         as_watched(read_scene(options.scene, options.overrides, options.data_folder));
     const auto progress = options.progress;
-    world = std::make_shared<LiveWorld>(scene, Preparation{.progress = [&](std::string_view stage) {
-                                          if (progress) progress(stage);
-                                        }});
+    world = std::make_shared<LiveWorld>(scene, Preparation{.progress =
+                                                               [&](std::string_view stage) {
+                                                                 if (progress) progress(stage);
+                                                               },
+                                                           .memory = options.memory});
     current = scene;
     vehicle = {scene.track.altitude_m, scene.track.speed_mps};
     display = scene.display;
@@ -109,8 +111,6 @@ struct LiveSession::Inner {
   }
 
   void ping() {
-    Simulator& simulator = world->simulator;
-    const std::span<const Pose> poses = world->track.poses();
     Vehicle wanted;
     {
       const std::lock_guard lock(wishes_lock);
@@ -120,32 +120,40 @@ struct LiveSession::Inner {
     const double to_climb = wanted.altitude_m - world->scene.track.altitude_m - climbed_m;
     const double most_m = climb_mps * world->interval_s();
     climbed_m += std::clamp(to_climb, -most_m, most_m);
-
-    const auto nth = static_cast<std::size_t>(along);
-    const bool as_planned =
-        on_track && climbed_m == 0.0 && along == static_cast<double>(nth) && nth == pings;
-    TrackPings::Heard heard;
-    if (as_planned) {
-      const std::size_t block = world->track.block_of(nth);
-      if (nth == 0 || block != world->track.block_of(nth - 1)) simulator.reset();
-      heard = world->track.hear(simulator, nth);
-    } else {
-      on_track = false;
-      Pose pose = world->pose_at(along);
-      pose.position.z() += climbed_m;
-      const double over_m = simulator.altitude_m(pose.position);
-      if (over_m < least_clearance_m) pose.position.z() += least_clearance_m - over_m;
-      pose.position.z() = std::min(pose.position.z(), -least_clearance_m);
-      pose.t_s = poses.front().t_s + static_cast<double>(pings) * world->interval_s();
-      pose.velocity_mps *= per_ping;
-      heard.record = {
-          .pose = pose, .reported = pose, .altitude_m = simulator.altitude_m(pose.position)};
-      heard.lines = simulator.ping(pose, pings);
+    try {
+      publish(hear(per_ping));
+      out_of_water = false;
+    } catch (const std::invalid_argument& error) {  // a sonar was mounted where there is no water
+      if (!std::exchange(out_of_water, true)) tell_trouble(error.what());
     }
-    publish(heard);
     along += per_ping;
     ++pings;
     ++pings_since;
+  }
+
+  TrackPings::Heard hear(double per_ping) {
+    Simulator& simulator = world->simulator;
+    const std::span<const Pose> poses = world->track.poses();
+    const auto nth = static_cast<std::size_t>(along);
+    const bool as_planned =
+        on_track && climbed_m == 0.0 && along == static_cast<double>(nth) && nth == pings;
+    if (as_planned) {
+      const std::size_t block = world->track.block_of(nth);
+      if (nth == 0 || block != world->track.block_of(nth - 1)) simulator.reset();
+      return world->track.hear(simulator, nth);
+    }
+    on_track = false;
+    Pose pose = world->pose_at(along);
+    pose.position.z() += climbed_m;
+    const double over_m = simulator.altitude_m(pose.position);
+    if (over_m < least_clearance_m) pose.position.z() += least_clearance_m - over_m;
+    pose.position.z() = std::min(pose.position.z(), -least_clearance_m);
+    pose.t_s = poses.front().t_s + static_cast<double>(pings) * world->interval_s();
+    pose.velocity_mps *= per_ping;
+    return {.record = {.pose = pose,
+                       .reported = pose,
+                       .altitude_m = simulator.altitude_m(pose.position)},
+            .lines = simulator.ping(pose, pings)};
   }
 
   void publish(const TrackPings::Heard& heard) {
@@ -349,10 +357,13 @@ struct LiveSession::Inner {
       std::shared_ptr<LiveWorld> made;
       try {
         made = std::make_shared<LiveWorld>(set.scene,
-                                           Preparation{.threads = 1, .progress = [this](auto) {
-                                                         if (stopping)
-                                                           throw std::runtime_error("stopped");
-                                                       }});
+                                           Preparation{.threads = 1,
+                                                       .progress =
+                                                           [this](auto) {
+                                                             if (stopping)
+                                                               throw std::runtime_error("stopped");
+                                                           },
+                                                       .memory = options.memory});
       } catch (const std::exception& error) {
         tell_trouble(error.what());
       }
@@ -398,7 +409,7 @@ struct LiveSession::Inner {
   std::vector<std::uint32_t> things;
   double along = 0.0, climbed_m = 0.0;
   std::uint64_t pings = 0, number = 0, pings_since = 0;
-  bool on_track = true, finished = false;
+  bool on_track = true, finished = false, out_of_water = false;
   StageTimes last_stages;
   Clock::time_point status_told{}, view_due{};
 

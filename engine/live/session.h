@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <ensonify/engine/live/line_ring.h>
+#include <ensonify/engine/memory.h>
 
 namespace ensonify::engine {
 
@@ -22,6 +23,7 @@ struct LiveOptions {
   std::filesystem::path data_folder;
   std::optional<double> pings_per_s;  ///< 0: as fast as they come; unset: the scene's own
   bool hold = false;                  ///< until somebody says go
+  MemoryLimit memory = {};            ///< as in Preparation
   std::size_t ring_bytes = std::size_t{192} << 20;  ///< for the lines that pages can go back to
   /// Told what is being made ready; what it throws ends that.
   std::function<void(std::string_view stage)> progress;

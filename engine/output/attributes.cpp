@@ -6,7 +6,7 @@ namespace ensonify::engine {
 namespace {
 
 std::string units(std::string_view layer) {
-  if (layer.starts_with("intensity")) return "uPa^2 re 1 uPa";
+  if (layer.starts_with("intensity")) return "uPa^2";
   if (layer == "sample") return "1 over full_scale, after gain and transfer curve";
   if (layer.ends_with("_m")) return "m";
   if (layer.ends_with("_rad")) return "rad";
@@ -31,6 +31,8 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
       {"world_origin_y_m", origin.world_origin.y()},
       {"world_origin_z_m", origin.world_origin.z()},
       {"scene_hash", origin.scene_hash},
+      {"class_names", origin.names.classes},
+      {"sediment_names", origin.names.materials},
   };
   if (sonar.sides != Sides::both)
     attributes.push_back({"sides", sonar.sides == Sides::port ? "port" : "starboard"});

@@ -14,6 +14,7 @@
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <nlohmann/json.hpp>
 
 namespace ensonify::engine {
 namespace {
@@ -47,6 +48,9 @@ Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
       header.insert(name, Imf::StringAttribute(*text));
     else if (const auto* real = std::get_if<double>(&value))
       header.insert(name, Imf::DoubleAttribute(*real));
+    else if (const auto* texts = std::get_if<std::vector<std::string>>(&value))
+      header.insert(name, Imf::StringAttribute(nlohmann::json(*texts).dump(
+                              -1, ' ', false, nlohmann::json::error_handler_t::replace)));
     else
       header.insert(name, Imf::IntAttribute(std::get<int>(value)));
   }

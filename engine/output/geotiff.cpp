@@ -6,19 +6,22 @@
 #include <span>
 #include <stdexcept>
 
+#include <cpl_conv.h>
 #include <cpl_error.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_frmts.h>
 #include <gdal_priv.h>
+#include <ogr_spatialref.h>
 
 namespace ensonify::engine {
 
-std::vector<std::byte> encode_geotiff(const Heightfield& field) {
+std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::string& reference) {
   [[maybe_unused]] static const bool registered = (GDALRegister_GTiff(), true);
   // GDAL's files in memory share one folder; this name is ours as long as the field is there.
   const std::string name = fmt::format("/vsimem/ensonify-{}.tif", fmt::ptr(&field));
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
+  const CPLConfigOptionSetter no_sidecars("GDAL_PAM_ENABLED", "NO", false);
   std::unique_ptr<GDALDataset> grid(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
       name.c_str(), field.columns, field.rows, 1, GDT_Float32, nullptr));
   const auto check = [&](bool done) {
@@ -40,6 +43,12 @@ std::vector<std::byte> encode_geotiff(const Heightfield& field) {
       -field.cell_north_m};
   GDALRasterBand& band = *grid->GetRasterBand(1);
   check(grid->SetGeoTransform(transform.data()) == CE_None);
+  if (!reference.empty()) {
+    OGRSpatialReference system;
+    check(system.importFromWkt(reference.c_str()) == OGRERR_NONE);
+    system.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+    check(grid->SetSpatialRef(&system) == CE_None);
+  }
   check(band.SetNoDataValue(std::numeric_limits<double>::quiet_NaN()) == CE_None);
   std::vector<double> heights(static_cast<std::size_t>(field.columns));
   for (int line = 0; line < field.rows; ++line) {

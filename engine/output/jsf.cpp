@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include <ensonify/engine/output/packed_bytes.h>
 
@@ -18,12 +17,13 @@ T rounded(double value) {
   return static_cast<T>(std::llround(value));
 }
 
-/// Place, attitude and time; offsets are those of the 240 B after the message's header.
-void put_vehicle(PackedBytes& bytes, const RecordedPing& ping) {
+/// Place, attitude, speed and time; offsets are those of the 240 B after the message's header.
+void put_navigation(PackedBytes& bytes, const RecordedPing& ping) {
   constexpr std::size_t h = message_header;
-  // Valid: place, heading, pitch and roll, altitude, depth, sound speed.
+  // Valid: place, speed, heading, pitch and roll, altitude, depth, sound speed; and the place is
+  // the sonar's own at the time of the ping ("interpolated"), not the ship's last.
   const bool over_bed = ping.altitude_m > 0.0;
-  bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x4229 | (over_bed ? 0x40 : 0)));
+  bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x622D | (over_bed ? 0x40 : 0)));
   constexpr double units = 60.0 * 1e4 / degree;  // 1e-4 arc minutes a radian
   bytes.put<std::int32_t>(h + 80, rounded<std::int32_t>(ping.place.longitude_rad * units));
   bytes.put<std::int32_t>(h + 84, rounded<std::int32_t>(ping.place.latitude_rad * units));
@@ -44,7 +44,27 @@ void put_vehicle(PackedBytes& bytes, const RecordedPing& ping) {
     bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
     at += 2;
   }
+  bytes.put<std::int16_t>(h + 166, 3);  // time basis: UTC
   bytes.put<std::uint32_t>(h + 200, static_cast<std::uint32_t>(time.ms_of_day));
+
+  // The fix of the place, of the same time.
+  at = h + 186;
+  for (const int value : {time.hour, time.minute, time.second}) {
+    bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
+    at += 2;
+  }
+  bytes.put<std::int16_t>(h + 196, static_cast<std::int16_t>(time.day_of_year));
+  bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
+  // Speed: tenths of a knot, and the hundredths in bits of their own.
+  constexpr double knot_mps = 1852.0 / 3600.0;
+  const int hundredths_kn = rounded<int>(ping.speed_mps / knot_mps * 100.0);
+  bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));
+  bytes.put<std::uint16_t>(h + 20, static_cast<std::uint16_t>(hundredths_kn % 10));
+}
+
+/// 20 is a low frequency, 21 a high one, 22 a very high one; 40 is no sidescan sonar.
+std::uint8_t subsystem(int frequency_rank) {
+  return static_cast<std::uint8_t>(20 + std::min(frequency_rank, 19));
 }
 
 /// Sixteen bits where they belong, four more in u16@16.
@@ -52,20 +72,22 @@ std::uint16_t more_bits(std::uint32_t value, int shift) {
   return static_cast<std::uint16_t>((value >> 16 & 0xfu) << shift);
 }
 
-void add_message(PackedBytes& bytes, const Recording& recording, std::size_t number, Side side) {
+void add_message(PackedBytes& bytes, const Recording& recording, const RecordedPing& ping,
+                 Side side) {
   constexpr std::size_t h = message_header;
   const auto bins = static_cast<std::uint32_t>(recording.bins);
   bytes.begin(message_header + sonar_header + 2 * recording.bins);
   bytes.put<std::uint16_t>(0, 0x1601);
   bytes.put<std::uint8_t>(2, 0x0D);
   bytes.put<std::uint16_t>(4, 80);
-  bytes.put<std::uint8_t>(7, 20);
+  bytes.put<std::uint8_t>(6, 2);  // normal data
+  bytes.put<std::uint8_t>(7, subsystem(recording.frequency_rank));
   bytes.put<std::uint8_t>(8, side == Side::port ? 0 : 1);
   bytes.put<std::int32_t>(12, static_cast<std::int32_t>(sonar_header + 2 * bins));
 
-  put_vehicle(bytes, recording.pings[number]);
-  bytes.put<std::uint32_t>(h + 8, static_cast<std::uint32_t>(number));
-  bytes.put<std::int16_t>(h + 28, 1);  // normal data
+  put_navigation(bytes, ping);
+  bytes.put<std::uint32_t>(h + 8, static_cast<std::uint32_t>(ping.number));
+  bytes.put<std::int16_t>(h + 28, 1);  // always
   bytes.put<std::int16_t>(h + 34, 0);  // envelope
   constexpr double ten_hz = 10.0;
   const auto low = rounded<std::uint32_t>(
@@ -81,11 +103,15 @@ void add_message(PackedBytes& bytes, const Recording& recording, std::size_t num
   const double interval_s =
       2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
   bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s * 1e9));
+  bytes.put<std::uint16_t>(  // the sample rate, modulo 65536 Hz
+      h + 140, static_cast<std::uint16_t>(rounded<std::uint64_t>(1.0 / interval_s)));
   bytes.put<float>(h + 148, static_cast<float>(recording.sound_speed_mps));
-  bytes.put<std::int16_t>(h + 168, 0);  // samples stand for themselves
+  bytes.put<float>(h + 152, static_cast<float>(recording.frequency_hz));
+  bytes.put<std::int16_t>(h + 168, 0);   // samples stand for themselves
+  bytes.put<std::uint16_t>(h + 220, 1);  // the ping's first packet
 
-  std::vector<std::uint16_t> near_to_far(recording.side(number, side).begin(),
-                                         recording.side(number, side).end());
+  const std::span<const std::uint16_t> samples = recording.side(ping.number, side);
+  std::vector<std::uint16_t> near_to_far(samples.begin(), samples.end());
   if (side == Side::port) std::ranges::reverse(near_to_far);
   bytes.samples(message_header + sonar_header, near_to_far);
 }
@@ -93,12 +119,11 @@ void add_message(PackedBytes& bytes, const Recording& recording, std::size_t num
 }  // namespace
 
 std::vector<std::byte> encode_jsf(const Recording& recording) {
-  if (recording.pings.empty()) throw std::invalid_argument("encode_jsf: no pings");
   std::vector<std::byte> file;
   PackedBytes bytes(file);
-  for (std::size_t i = 0; i < recording.pings.size(); ++i) {
-    if (recording.port) add_message(bytes, recording, i, Side::port);
-    if (recording.starboard) add_message(bytes, recording, i, Side::starboard);
+  for (const RecordedPing& ping : recording.pings) {
+    if (recording.port) add_message(bytes, recording, ping, Side::port);
+    if (recording.starboard) add_message(bytes, recording, ping, Side::starboard);
   }
   return file;
 }

@@ -68,6 +68,8 @@ std::string xxh128_of_file(const std::filesystem::path& file) {
   return digits_of(XXH3_128bits_digest(state.get()));
 }
 
+std::string_view program_version() { return ENSONIFY_VERSION; }
+
 std::string library_versions() { return versions_json().dump(); }
 
 std::string manifest_json(const Manifest& manifest) {
@@ -75,9 +77,9 @@ std::string manifest_json(const Manifest& manifest) {
   for (const FileRecord& file : manifest.files)
     files.push_back(
         {{"name", file.name}, {"size_bytes", file.size_bytes}, {"xxh128", file.xxh128}});
-  const nlohmann::ordered_json json = {
+  nlohmann::ordered_json json = {
       {"program", "ensonify"},
-      {"version", ENSONIFY_VERSION},
+      {"version", program_version()},
       {"libraries", versions_json()},
       {"scene", manifest.scene_toml},
       {"scene_hash", xxh128(manifest.scene_toml)},
@@ -92,6 +94,7 @@ std::string manifest_json(const Manifest& manifest) {
       {"warnings", manifest.warnings},
       {"files", files},
   };
+  if (!manifest.verification.empty()) json["verification"] = manifest.verification;
   // A byte that is no UTF-8 becomes U+FFFD; the hash is of the scene as it was.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ensonify::engine {
@@ -23,6 +24,7 @@ struct Manifest {
   std::string surface, intersector, code_path;
   std::vector<std::string> classes, materials;  ///< by their numbers in the layers
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, …
+  std::map<std::string, std::uint64_t> verification;  ///< of the pings verified; empty: not told
   std::vector<std::string> warnings;
   std::vector<FileRecord> files;
 };
@@ -35,6 +37,8 @@ std::string xxh128_of_file(const std::filesystem::path& file);
 
 /// Versions of the libraries that can change a byte of a result or of its file, as JSON.
 std::string library_versions();
+/// This program's version, as "1.2.3".
+std::string_view program_version();
 
 /// The manifest as JSON, program and library versions added.
 std::string manifest_json(const Manifest& manifest);

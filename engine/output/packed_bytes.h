@@ -28,9 +28,9 @@ class PackedBytes {
   void put(std::size_t offset, T value) {
     std::memcpy(bytes_.data() + start_ + offset, &value, sizeof value);
   }
-  /// Cut to the field's width; a shorter one ends in a zero.
+  /// Cut so that the field ends in a zero: C programs read until there.
   void text(std::size_t offset, std::size_t width, std::string_view value) {
-    std::memcpy(bytes_.data() + start_ + offset, value.data(), std::min(value.size(), width));
+    std::memcpy(bytes_.data() + start_ + offset, value.data(), std::min(value.size(), width - 1));
   }
   void samples(std::size_t offset, std::span<const std::uint16_t> values) {
     std::memcpy(bytes_.data() + start_ + offset, values.data(), values.size_bytes());

@@ -4,7 +4,11 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
+
+#include <ensonify/engine/sonar/mounting.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -43,10 +47,22 @@ std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
   return both;
 }
 
+/// Between pings about one: the shorter of the times to its neighbours, as a track may pause
+/// between its legs.
+double interval_s(std::span<const PingRecord> pings, std::size_t i) {
+  if (pings.size() < 2) return 0.0;
+  double shortest_s = std::numeric_limits<double>::infinity();
+  if (i > 0) shortest_s = pings[i].pose.t_s - pings[i - 1].pose.t_s;
+  if (i + 1 < pings.size())
+    shortest_s = std::min(shortest_s, pings[i + 1].pose.t_s - pings[i].pose.t_s);
+  return shortest_s;
+}
+
 }  // namespace
 
-std::span<const std::uint16_t> Recording::side(std::size_t ping, Side which) const {
-  return std::span(samples).subspan(2 * bins * ping + (which == Side::starboard ? bins : 0), bins);
+std::span<const std::uint16_t> Recording::side(std::size_t number, Side which) const {
+  return std::span(samples).subspan(2 * bins * number + (which == Side::starboard ? bins : 0),
+                                    bins);
 }
 
 std::optional<std::int64_t> unix_time(std::string_view text) {
@@ -68,8 +84,10 @@ std::optional<std::int64_t> unix_time(std::string_view text) {
          minute * 60 + second;
 }
 
-Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame) {
+Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
+                         const RecordingFrame& frame) {
   const Sonar& sonar = waterfall.sonar;
+  const auto full_scale_db = [](double gain) { return -scatter::to_db(gain * gain); };
   Recording recording{
       .name = sonar.name,
       .frequency_hz = sonar.frequency_hz,
@@ -78,7 +96,11 @@ Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame
       // Of a uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
       .beamwidth_rad = 0.886 * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
       .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
-      .tilt_rad = sonar.vertical.tilt_rad,
+      .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,
+                   sonar.vertical.tilt_rad + sonar.vertical.starboard_mount_rad},
+      .near_full_scale_db = full_scale_db(recorder.gains().front()),
+      .far_full_scale_db = full_scale_db(recorder.gains().back()),
+      .frequency_rank = frame.frequency_rank,
       .sound_speed_mps = frame.sound_speed_mps,
       .bins = static_cast<std::size_t>(sonar.bins),
       .port = sonar.sides != Sides::starboard,
@@ -87,19 +109,27 @@ Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame
   const double first_s = waterfall.pings.empty() ? 0.0 : waterfall.pings.front().pose.t_s;
   const std::int64_t start_s =
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
-  for (const PingRecord& ping : waterfall.pings) {
-    const Pose& pose = ping.reported;
+  for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
+    const PingRecord& ping = waterfall.pings[i];
+    // Before the first ping that was recorded, none can be recorded again.
+    if (ping.artefacts.has(Artefact::lost) ||
+        (ping.artefacts.has(Artefact::repeated) && recording.pings.empty()))
+      continue;
+    const Pose pose = mounted(ping.reported, sonar.mounting);
+    const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);
     const PlaceOnEarth there = place_of(pose.position, frame);
     double heading_rad = std::fmod(pose.heading_rad + there.convergence_rad, 2.0 * pi);
     if (heading_rad < 0.0) heading_rad += 2.0 * pi;
-    recording.pings.push_back({.unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
+    recording.pings.push_back({.number = i,
+                               .unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
+                               .interval_s = interval_s(waterfall.pings, i),
                                .place = there.where,
                                .heading_rad = heading_rad,
                                .pitch_rad = pose.pitch_rad,
                                .roll_rad = pose.roll_rad,
                                .depth_m = -pose.position.z(),
-                               .altitude_m = std::isnan(ping.altitude_m) ? 0.0 : ping.altitude_m,
-                               .speed_mps = ping.pose.velocity_mps.head<2>().norm()});
+                               .altitude_m = std::isnan(altitude_m) ? 0.0 : altitude_m,
+                               .speed_mps = pose.velocity_mps.head<2>().norm()});
   }
   return recording;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,21 +11,29 @@
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/seafloor/geographic.h>
+#include <ensonify/engine/sonar/receiver.h>
 
 namespace ensonify::engine {
 
-/// Where and when a scene's local metres and seconds are.
+/// What a recording takes from its scene: where and when its local metres and seconds are, the
+/// water, the bed and the other sonars.
 struct RecordingFrame {
   std::optional<GeographicPlace> origin;  ///< of the seabed's middle
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   int utm_zone = 0;        ///< of that world; 0: unknown
   std::string start_time;  ///< as in OutputOptions
   double sound_speed_mps = 1500.0;
+  /// Height of a local position over the bed below it; NaN over a hole.
+  std::function<double(const Eigen::Vector3d& position)> altitude_m;
+  int frequency_rank = 0;  ///< of the sonar among those of the scene; 0: the lowest frequency
 };
 
-/// What a ping of a recording says: what the vehicle reports.
+/// What a ping of a recording says. Place, attitude and speed are those of the sonar itself: of its
+/// mounting on the vehicle, which is where the vehicle reports to be. The altitude is the true one.
 struct RecordedPing {
+  std::size_t number = 0;  ///< of the scene's ping; a lost ping leaves a gap
   std::int64_t unix_ms = 0;
+  double interval_s = 0.0;  ///< between pings
   GeographicPlace place;
   double heading_rad = 0.0;  ///< from true north, 0 to 2 pi
   double pitch_rad = 0.0, roll_rad = 0.0;
@@ -38,24 +48,30 @@ struct Recording {
   double frequency_hz = 0.0, bandwidth_hz = 0.0;
   double range_m = 0.0;
   double beamwidth_rad = 0.0;  ///< horizontal, -3 dB
-  double vertical_beamwidth_rad = 0.0, tilt_rad = 0.0;
+  double vertical_beamwidth_rad = 0.0;
+  std::array<double, 2> tilt_rad{};  ///< of each Side
+  /// The received level that reaches full scale in the nearest and the farthest bin, dB re 1 uPa.
+  double near_full_scale_db = 0.0, far_full_scale_db = 0.0;
+  int frequency_rank = 0;  ///< as in RecordingFrame
   double sound_speed_mps = 1500.0;
   std::size_t bins = 0;  ///< a side
   bool port = true, starboard = true;
   std::vector<RecordedPing> pings;
-  std::vector<std::uint16_t>
-      samples;  ///< 2 * bins a ping: port far..near, starboard near..far; at most 32767
+  /// 2 * bins for each ping of the scene: port far..near, starboard near..far; at most 32767.
+  std::vector<std::uint16_t> samples;
 
-  /// The samples of one side of a ping.
-  std::span<const std::uint16_t> side(std::size_t ping, Side which) const;
+  /// The samples of one side of the ping of that number.
+  std::span<const std::uint16_t> side(std::size_t number, Side which) const;
 };
 
 /// Unix seconds of `2025-06-01T12:00:00Z`; none for anything else.
 std::optional<std::int64_t> unix_time(std::string_view text);
 
-/// A recording of a waterfall. Without an origin it lies by the frame's UTM zone, else in the North Sea; without
-/// a start time it begins on 2000-01-01, or when its track says, if that counts its seconds from 1970. A side that
-/// the sonar has not is silent. Throws std::invalid_argument in a build without GeographicLib.
-Recording make_recording(const Waterfall& waterfall, const RecordingFrame& frame);
+/// A recording of a waterfall. Without an origin it lies by the frame's UTM zone, else in the North
+/// Sea; without a start time it begins on 2000-01-01, or when its track says, if that counts its
+/// seconds from 1970. A side that the sonar does not have is silent. Pings that are lost are left
+/// out. Throws std::invalid_argument in a build without GeographicLib.
+Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
+                         const RecordingFrame& frame);
 
 }  // namespace ensonify::engine

@@ -14,7 +14,7 @@ constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 
 Json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json outline_json(const Outline& outline) {
+Json outline_json(const Outline& outline, const Waterfall& picture) {
   if (outline.area_px == 0) return nullptr;
   Json polygons = Json::array();
   for (const std::vector<Corner>& polygon : outline.polygons) {
@@ -24,11 +24,14 @@ Json outline_json(const Outline& outline) {
       flat.push_back(corner[1]);
     }
   }
-  return {{"box",
-           {outline.low[0], outline.low[1], outline.high[0] - outline.low[0],
-            outline.high[1] - outline.low[1]}},
-          {"area_px", outline.area_px},
-          {"polygons", polygons}};
+  Json json = {{"box",
+                {outline.low[0], outline.low[1], outline.high[0] - outline.low[0],
+                 outline.high[1] - outline.low[1]}},
+               {"area_px", outline.area_px},
+               {"polygons", polygons}};
+  if (!outline.runs.empty())
+    json["rle"] = {{"size", {picture.rows(), picture.columns()}}, {"counts", outline.runs}};
+  return json;
 }
 
 /// From 0 to 360 degrees.
@@ -81,8 +84,8 @@ std::string targets_json(std::span<const Target> targets, const Waterfall& water
     json["side"] = target.side == Side::port ? "port" : "starboard";
     json["ping"] = target.ping;
     json["contrast_db"] = target.contrast_db ? Json(*target.contrast_db) : Json(nullptr);
-    json["body"] = outline_json(target.body);
-    json["shadow"] = outline_json(target.shadow);
+    json["body"] = outline_json(target.body, waterfall);
+    json["shadow"] = outline_json(target.shadow, waterfall);
   }
   const Json json = {{"picture",
                       {{"columns", waterfall.columns()},

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
-#include <stdexcept>
 
 #include <ensonify/engine/output/packed_bytes.h>
 
@@ -17,6 +17,12 @@ constexpr std::size_t file_header = 1024, channel_info = 128, ping_header = 256,
 
 float as_float(double value) { return static_cast<float>(value); }
 
+/// As near as a field of 16 bits comes to it.
+std::uint16_t as_word(double value) {
+  return static_cast<std::uint16_t>(
+      std::lround(std::clamp(value, 0.0, double(std::numeric_limits<std::uint16_t>::max()))));
+}
+
 void add_file_header(PackedBytes& bytes, const Recording& recording) {
   bytes.begin(file_header);
   bytes.put<std::uint8_t>(0, 123);
@@ -24,6 +30,7 @@ void add_file_header(PackedBytes& bytes, const Recording& recording) {
   bytes.text(2, 8, "ensonify");
   bytes.text(10, 8, ENSONIFY_VERSION);
   bytes.text(18, 16, recording.name);
+  bytes.text(36, 64, "ensonify " ENSONIFY_VERSION "; place and attitude are the sonar's own");
   bytes.put<std::uint16_t>(34, 0);  // sonar type: none of the list
   bytes.text(100, 64, recording.name + ".xtf");
   bytes.put<std::uint16_t>(164, 3);  // positions are latitudes and longitudes
@@ -40,7 +47,7 @@ void add_file_header(PackedBytes& bytes, const Recording& recording) {
     bytes.put<float>(at + 28, 5.0f);  // volts
     bytes.put<float>(at + 32, as_float(recording.frequency_hz / 1000.0));
     bytes.put<float>(at + 36, as_float(recording.beamwidth_rad / degree));
-    bytes.put<float>(at + 40, as_float(recording.tilt_rad / degree));
+    bytes.put<float>(at + 40, as_float(recording.tilt_rad[k] / degree));
     bytes.put<float>(at + 44, as_float(recording.vertical_beamwidth_rad / degree));
     bytes.put<std::uint8_t>(at + 74, 3);  // unsigned, 16 bits
   }
@@ -62,8 +69,7 @@ float heading_deg(double heading_rad) {
   return degrees == 0.0f ? 360.0f : degrees;
 }
 
-void add_ping(PackedBytes& bytes, const Recording& recording, std::size_t number) {
-  const RecordedPing& ping = recording.pings[number];
+void add_ping(PackedBytes& bytes, const Recording& recording, const RecordedPing& ping) {
   const std::size_t side_bytes = channel_header + 2 * recording.bins;
   const std::size_t whole = ping_header + 2 * side_bytes;
   const std::size_t padded = (whole + packet_multiple - 1) / packet_multiple * packet_multiple;
@@ -73,7 +79,7 @@ void add_ping(PackedBytes& bytes, const Recording& recording, std::size_t number
   bytes.put<std::uint16_t>(4, 2);  // channels to follow
   bytes.put<std::uint32_t>(10, static_cast<std::uint32_t>(padded));
   put_time(bytes, ping.unix_ms);
-  bytes.put<std::uint32_t>(28, static_cast<std::uint32_t>(number));
+  bytes.put<std::uint32_t>(28, static_cast<std::uint32_t>(ping.number));
   bytes.put<float>(32, as_float(0.5 * recording.sound_speed_mps));
   bytes.put<float>(72, as_float(recording.sound_speed_mps));
   bytes.put<float>(152, as_float(ping.speed_mps / knot_mps));
@@ -91,22 +97,25 @@ void add_ping(PackedBytes& bytes, const Recording& recording, std::size_t number
     bytes.put<float>(at + 4, as_float(recording.range_m));
     bytes.put<float>(at + 16, as_float(two_way_s));
     bytes.put<float>(at + 20, as_float(two_way_s));
-    bytes.put<std::uint16_t>(at + 26, static_cast<std::uint16_t>(std::lround(
-                                          std::min(recording.frequency_hz / 1000.0, 65535.0))));
+    bytes.put<std::uint16_t>(at + 24, 4);  // time-varied gain was applied
+    bytes.put<std::uint16_t>(at + 26, as_word(recording.frequency_hz / 1000.0));
+    bytes.put<std::uint16_t>(at + 28, as_word(recording.near_full_scale_db));
+    bytes.put<std::uint16_t>(at + 30, as_word(recording.far_full_scale_db));
+    bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
     bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
+    bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm a ping
     bytes.samples(at + channel_header,
-                  recording.side(number, k == 0 ? Side::port : Side::starboard));
+                  recording.side(ping.number, k == 0 ? Side::port : Side::starboard));
   }
 }
 
 }  // namespace
 
 std::vector<std::byte> encode_xtf(const Recording& recording) {
-  if (recording.pings.empty()) throw std::invalid_argument("encode_xtf: no pings");
   std::vector<std::byte> file;
   PackedBytes bytes(file);
   add_file_header(bytes, recording);
-  for (std::size_t i = 0; i < recording.pings.size(); ++i) add_ping(bytes, recording, i);
+  for (const RecordedPing& ping : recording.pings) add_ping(bytes, recording, ping);
   return file;
 }
 

@@ -1,29 +1,49 @@
 """Sidescan sonar, simulated by tracing rays.
 
     import ensonify
-    image = ensonify.simulate("scenes/ripples.toml")
+    image = ensonify.simulate("scenes/ripples.toml")     # a NumPy array of (pings, samples)
+
+`simulate` gives a scene's image, `images` the images of all its sonars with their poses, targets and
+attributes, and a `Simulator` pings from any pose. `layers` lists what is known of each sample.
 """
 
-from ._ensonify import EchoLine, Image, MeshError, Pose, SceneError, Simulator, _images, layers
+from ._ensonify import (EchoLine, Image, MeshError, Pose, SceneError, Simulator, __version__, images,
+                        layers)
 
-__all__ = ["EchoLine", "Image", "MeshError", "Pose", "SceneError", "Simulator", "layers", "simulate"]
+__all__ = ["EchoLine", "Image", "MeshError", "Pose", "SceneError", "Simulator", "images", "layers",
+           "simulate"]
+
+for _public in (EchoLine, Image, MeshError, Pose, SceneError, Simulator, images):
+    _public.__module__ = __name__
 
 
 def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=None, threads=0, progress=None):
-    """Every ping of a scene, as an image of (pings, samples): port far to near, then starboard.
+    """Every ping of a scene, as an array of (pings, samples): port far to near, then starboard near to far.
 
-    scene: a scene file's path, or a dict of the same keys. sonar: whose image, by name (the scene's only
-    one, or the first by name). layer: which of `layers`; or a list of them, or "all", for a dict of arrays,
-    which share the image's memory. keys: changes, as {"track.altitude_m": 4}. data: the folder of
-    `data:` paths (default: ENSONIFY_DATA). progress(stage, done, of) is called now and then.
-    Raises SceneError and MeshError (both ValueErrors) for what is wrong with scene and files.
+    Of a scene with several sonars it returns a dict of them, by the sonars' names, in the scene's order.
+
+    scene: a scene file's path, or a dict of the same keys. sonar: the name of the one that is wanted.
+    layer: which of `layers`; or a list of them, or "all", for a dict of arrays, by name, which share
+    the image's memory. keys: changes, as {"track.altitude_m": 4}. data: the folder of `data:` paths
+    (default: ENSONIFY_DATA). cache: the folder for analysed seafloors (default: ~/.cache/ensonify).
+    threads: 0 for as many as the machine has. progress(stage, done, of) is called now and then.
+
+    Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
+    KeyError for an unknown sonar or layer, ValueError for a wrong number of threads, TypeError for a
+    value that no scene holds.
     """
-    images = _images(scene, keys or {}, data, cache, threads, progress)
-    if sonar is None:
-        sonar = next(iter(images))
-    if sonar not in images:
-        raise KeyError(f"there is no sonar {sonar!r}; there are: {', '.join(images)}")
-    image = images[sonar]
-    if isinstance(layer, str) and layer != "all":
-        return image[layer]
-    return {name: image[name] for name in (layers if layer == "all" else layer)}
+    single = isinstance(layer, str) and layer != "all"
+    wanted = [layer] if single else layers if layer == "all" else list(layer)
+    for name in wanted:
+        if name not in layers:
+            raise KeyError(f"there is no layer {name!r}; there are: {', '.join(layers)}")
+    made = images(scene, keys=keys, data=data, cache=cache, threads=threads, progress=progress)
+    if sonar is not None and sonar not in made:
+        raise KeyError(f"there is no sonar {sonar!r}; there are: {', '.join(made)}")
+
+    def arrays(image):
+        return image[layer] if single else {name: image[name] for name in wanted}
+
+    if sonar is None and len(made) > 1:
+        return {name: arrays(image) for name, image in made.items()}
+    return arrays(made[next(iter(made)) if sonar is None else sonar])

@@ -1,18 +1,24 @@
 // The Python module: what simulate.h and run.h offer, with NumPy arrays over the same memory.
 
+#include <ensonify/engine/output/attributes.h>
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/scene/extrapolation.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
 
+#include <array>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -28,33 +34,59 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// What a Python object is as a TOML value, tables on one line.
-std::string toml_of(const py::handle& value) {
+std::string type_name(const py::handle& value) {
+  return py::str(py::type::of(value).attr("__name__")).cast<std::string>();
+}
+
+/// A mapping as a dict. Throws TypeError that names what holds it.
+py::dict dict_of(const py::handle& value, std::string_view name) {
+  if (value.is_none()) return {};
+  if (!py::hasattr(value, "keys"))
+    throw py::type_error(
+        fmt::format("{} is a {}, expected a dict of a scene's keys", name, type_name(value)));
+  return py::reinterpret_steal<py::dict>(
+      py::module_::import("builtins").attr("dict")(value).release());
+}
+
+/// What a Python object is as a TOML value, tables on one line. `path` is its key.
+std::string toml_of(const py::handle& value, const std::string& path) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
-  if (py::isinstance<py::str>(value))
-    return py::module_::import("json").attr("dumps")(value).cast<std::string>();
+  if (py::isinstance<py::str>(value)) return toml_string(value.cast<std::string>());
+  if (py::hasattr(value, "tolist")) return toml_of(value.attr("tolist")(), path);  // NumPy's
   std::string text;
   const auto append = [&](const std::string& item) { text += (text.empty() ? "" : ", ") + item; };
-  if (py::isinstance<py::dict>(value)) {
-    for (const auto& [key, item] : value.cast<py::dict>())
-      append(fmt::format("{} = {}", toml_of(py::str(key)), toml_of(item)));
+  if (py::hasattr(value, "keys")) {
+    for (const auto& [key, item] : dict_of(value, path)) {
+      const auto name = py::str(key).cast<std::string>();
+      append(fmt::format("{} = {}", toml_string(name), toml_of(item, path + "." + name)));
+    }
     return "{" + text + "}";
   }
   if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
-    for (const py::handle& item : value) append(toml_of(item));
+    std::size_t i = 0;
+    for (const py::handle& item : value) append(toml_of(item, fmt::format("{}.{}", path, i++)));
     return "[" + text + "]";
   }
-  if (py::isinstance<py::int_>(value) || py::isinstance<py::float_>(value))
-    return py::repr(value).cast<std::string>();
-  if (py::hasattr(value, "item")) return toml_of(value.attr("item")());  // NumPy's numbers
-  if (py::hasattr(value, "__fspath__")) return toml_of(py::str(value.attr("__fspath__")()));
+  if (py::isinstance<py::int_>(value)) {
+    int overflow = 0;
+    const long long number = PyLong_AsLongLongAndOverflow(value.ptr(), &overflow);
+    if (overflow != 0)
+      throw py::value_error(fmt::format("'{}' is {}, beyond the whole numbers of 64 bits", path,
+                                        py::str(value).cast<std::string>()));
+    return fmt::format("{}", number);
+  }
+  if (py::isinstance<py::float_>(value))
+    return py::repr(py::float_(value.cast<double>())).cast<std::string>();
+  if (py::hasattr(value, "__fspath__")) return toml_of(value.attr("__fspath__")(), path);
   throw py::type_error(fmt::format(
-      "a scene holds no {}", py::str(py::type::of(value).attr("__name__")).cast<std::string>()));
+      "'{}': a scene holds no {}, expected True or False, a number, a string, a path, a list, a "
+      "dict or a NumPy array{}",
+      path, type_name(value), value.is_none() ? "; leave the key out for its default" : ""));
 }
 
 /// Where a scene comes from, so that it can be read again with other values.
 struct SceneSource {
-  py::object given;  // a path or a dict
+  py::object given;  // a path or a mapping
   std::vector<std::string> overrides;
   fs::path data;
 
@@ -62,11 +94,18 @@ struct SceneSource {
     std::vector<std::string> all = overrides;
     all.insert(all.end(), more.begin(), more.end());
     const fs::path data_folder = data.empty() ? environment_data() : data;
-    if (!py::isinstance<py::dict>(given))
+    if (!py::hasattr(given, "keys")) {
+      if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
+        throw py::type_error(
+            fmt::format("the scene is a {}, expected a scene file's path or a dict of its keys",
+                        type_name(given)));
       return read_scene(given.cast<fs::path>(), all, data_folder);
+    }
     std::string text = given.contains("version") ? "" : "version = 1\n";
-    for (const auto& [key, value] : given.cast<py::dict>())
-      text += fmt::format("{} = {}\n", toml_of(py::str(key)), toml_of(value));
+    for (const auto& [key, value] : dict_of(given, "the scene")) {
+      const auto name = py::str(key).cast<std::string>();
+      text += fmt::format("{} = {}\n", toml_string(name), toml_of(value, name));
+    }
     return parse_scene(text, "the scene", all, {.scene_folder = ".", .data_folder = data_folder});
   }
 
@@ -76,10 +115,12 @@ struct SceneSource {
   }
 };
 
-std::vector<std::string> overrides_of(const py::dict& keys) {
+std::vector<std::string> overrides_of(const py::handle& keys) {
   std::vector<std::string> all;
-  for (const auto& [key, value] : keys)
-    all.push_back(fmt::format("{}={}", py::str(key).cast<std::string>(), toml_of(value)));
+  for (const auto& [key, value] : dict_of(keys, "keys")) {
+    const auto name = py::str(key).cast<std::string>();
+    all.push_back(fmt::format("{}={}", name, toml_of(value, name)));
+  }
   return all;
 }
 
@@ -114,6 +155,8 @@ std::vector<std::string> layer_names() {
 struct Line {
   std::string sonar;
   EchoLine line;
+
+  const char* side() const { return line.side == Side::port ? "port" : "starboard"; }
 };
 
 py::array layer_of_line(const py::object& self, const std::string& name) {
@@ -121,26 +164,105 @@ py::array layer_of_line(const py::object& self, const std::string& name) {
   return layer_of(self, name, bins, {static_cast<py::ssize_t>(bins.range_m.size())});
 }
 
+/// All pings of a sonar, with what the files of a run say beside the layers.
+struct Image {
+  Waterfall waterfall;
+  std::vector<Attribute> attributes;
+  std::string targets;  // as JSON
+  std::vector<std::string> classes, materials;
+};
+
 py::array layer_of_image(const py::object& self, const std::string& name) {
-  const auto& image = self.cast<const Waterfall&>();
+  const Waterfall& image = self.cast<const Image&>().waterfall;
   return layer_of(
       self, name, image.pixels,
       {static_cast<py::ssize_t>(image.rows()), static_cast<py::ssize_t>(image.columns())});
 }
 
+/// A value of each ping, in a list.
+template <class T>
+std::vector<T> by_ping(const Image& image, T PingRecord::*member) {
+  std::vector<T> all;
+  for (const PingRecord& ping : image.waterfall.pings) all.push_back(ping.*member);
+  return all;
+}
+
+py::dict attributes_of(const Image& image) {
+  py::dict all;
+  for (const Attribute& attribute : image.attributes)
+    std::visit([&](const auto& value) { all[attribute.name.c_str()] = value; }, attribute.value);
+  return all;
+}
+
+constexpr double degree = std::numbers::pi / 180.0;
+using Triple = std::array<double, 3>;
+
+Triple triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d vector(const Triple& t) { return {t[0], t[1], t[2]}; }
+
 Pose make_pose(double x_m, double y_m, double z_m, double t_s, double roll_deg, double pitch_deg,
-               double heading_deg, const std::array<double, 3>& velocity_mps,
-               const std::array<double, 3>& rates_degps) {
-  constexpr double degree = std::numbers::pi / 180.0;
+               double heading_deg, const Triple& velocity_mps, const Triple& rates_degps) {
   return {.t_s = t_s,
           .position = {x_m, y_m, z_m},
           .roll_rad = roll_deg * degree,
           .pitch_rad = pitch_deg * degree,
           .heading_rad = heading_deg * degree,
-          .velocity_mps = {velocity_mps[0], velocity_mps[1], velocity_mps[2]},
+          .velocity_mps = vector(velocity_mps),
           .roll_rate_radps = rates_degps[0] * degree,
           .pitch_rate_radps = rates_degps[1] * degree,
           .heading_rate_radps = rates_degps[2] * degree};
+}
+
+Triple rates_degps(const Pose& pose) {
+  return {pose.roll_rate_radps / degree, pose.pitch_rate_radps / degree,
+          pose.heading_rate_radps / degree};
+}
+
+/// All numbers of a pose, to pickle and to compare it.
+using PoseNumbers = std::array<double, 13>;
+PoseNumbers numbers_of(const Pose& p) {
+  return {p.t_s,
+          p.position.x(),
+          p.position.y(),
+          p.position.z(),
+          p.roll_rad,
+          p.pitch_rad,
+          p.heading_rad,
+          p.velocity_mps.x(),
+          p.velocity_mps.y(),
+          p.velocity_mps.z(),
+          p.roll_rate_radps,
+          p.pitch_rate_radps,
+          p.heading_rate_radps};
+}
+Pose pose_of(const PoseNumbers& n) {
+  return {.t_s = n[0],
+          .position = {n[1], n[2], n[3]},
+          .roll_rad = n[4],
+          .pitch_rad = n[5],
+          .heading_rad = n[6],
+          .velocity_mps = {n[7], n[8], n[9]},
+          .roll_rate_radps = n[10],
+          .pitch_rate_radps = n[11],
+          .heading_rate_radps = n[12]};
+}
+
+/// As it would be written, without what is 0.
+std::string text_of(const Pose& pose) {
+  // Twelve digits hide the rounding between degrees and radians.
+  const auto joined = [](const Triple& t) {
+    return fmt::format("{:.12g}, {:.12g}, {:.12g}", t[0], t[1], t[2]);
+  };
+  std::string text = "Pose(" + joined(triple(pose.position));
+  for (const auto& [name, value] : {std::pair{"t_s", pose.t_s},
+                                    {"roll_deg", pose.roll_rad / degree},
+                                    {"pitch_deg", pose.pitch_rad / degree},
+                                    {"heading_deg", pose.heading_rad / degree}})
+    if (value != 0.0) text += fmt::format(", {}={:.12g}", name, value);
+  for (const auto& [name, value] :
+       {std::pair{"velocity_mps", triple(pose.velocity_mps)}, {"rates_degps", rates_degps(pose)}})
+    if (value != Triple{}) text += fmt::format(", {}=({})", name, joined(value));
+  return text + ")";
 }
 
 fs::path cache_of(const std::optional<fs::path>& cache) { return cache ? *cache : default_cache(); }
@@ -148,10 +270,11 @@ fs::path cache_of(const std::optional<fs::path>& cache) { return cache ? *cache 
 /// A Simulator for Python's threads: one of them at a time is inside, without the interpreter's lock.
 class Session {
  public:
-  Session(py::object scene, const py::dict& keys, const fs::path& data,
+  Session(py::object scene, const py::object& keys, const fs::path& data,
           const std::optional<fs::path>& cache, int threads)
       : source_{std::move(scene), overrides_of(keys), data} {
     const Scene read = source_.read();
+    materials_ = read.materials;
     const py::gil_scoped_release unlocked;
     simulator_ = std::make_unique<Simulator>(
         read, Preparation{.cache = cache_of(cache), .threads = threads, .progress = [](auto) {
@@ -184,20 +307,30 @@ class Session {
     });
   }
 
-  void set(const py::dict& keys) {
-    for (const auto& [key, value] : keys)
-      if (!py::str(key).cast<std::string>().starts_with("sonar."))
+  void set(const py::object& keys) {
+    const std::vector<std::string> more = overrides_of(keys);
+    for (const std::string& text : more)
+      if (!text.starts_with("sonar."))
         throw py::value_error(
             fmt::format("'{}' cannot be set while the scene runs, expected a "
                         "sonar's key, as sonar.NAME.range_m",
-                        py::str(key).cast<std::string>()));
-    const std::vector<std::string> more = overrides_of(keys);
-    const Scene changed = source_.read(more);
+                        text.substr(0, text.find('='))));
     alone([&](Simulator& simulator) {
+      const Scene changed = [&] {
+        const py::gil_scoped_acquire locked;
+        return source_.read(more);
+      }();
       for (const std::size_t i : changed_sonars(changed, more))
         simulator.set_sonar(i, changed.sonars[i]);
+      source_.overrides.insert(source_.overrides.end(), more.begin(), more.end());
     });
-    source_.overrides.insert(source_.overrides.end(), more.begin(), more.end());
+  }
+
+  std::vector<std::string> warnings() {
+    return alone([&](Simulator& simulator) {
+      return Extrapolation(simulator.sonars(), simulator.materials(), materials_)
+          .behind(simulator.warnings());
+    });
   }
 
   std::uint32_t add_mesh(
@@ -220,135 +353,336 @@ class Session {
     return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
   }
 
-  std::uint32_t add(const py::dict& keys, const Pose& pose) {
-    const SceneSource holder{py::dict(py::arg("objects") = py::make_tuple(keys)), {}, source_.data};
+  std::uint32_t add(const py::object& keys, const Pose& pose) {
+    const SceneSource holder{
+        py::dict(py::arg("objects") = py::make_tuple(dict_of(keys, "the object"))),
+        {},
+        source_.data};
     MovingObject object = only_object(holder.read());
     return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
   }
 
  private:
   SceneSource source_;
+  std::vector<Material> materials_;  // the scene's own
   std::unique_ptr<Simulator> simulator_;
   std::mutex mutex_;
 };
 
-/// A whole scene: an image a sonar, by name.
-std::map<std::string, std::unique_ptr<Waterfall>> images(py::object given, const py::dict& keys,
-                                                         const fs::path& data,
-                                                         const std::optional<fs::path>& cache,
-                                                         int threads, const py::object& progress) {
+/// A whole scene: an image of each sonar, by name, in the scene's order.
+py::dict images(py::object given, const py::object& keys, const fs::path& data,
+                const std::optional<fs::path>& cache, int threads, const py::object& progress) {
   const Scene scene = SceneSource{std::move(given), overrides_of(keys), data}.read();
-  const py::gil_scoped_release unlocked;
-  const auto tell = [&](std::string_view stage, std::size_t done, std::size_t of) {
-    const py::gil_scoped_acquire locked;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!progress.is_none()) progress(std::string(stage), done, of);
-  };
-  Simulator simulator(scene, {.cache = cache_of(cache),
-                              .threads = threads,
-                              .progress = [&](auto stage) { tell(stage, 0, 1); }});
-  ScenePings pings =
-      ping_all(scene, simulator, threads,
-               [&](auto, std::size_t done, std::size_t of) { tell("pings", done, of); });
-  std::map<std::string, std::unique_ptr<Waterfall>> by_name;
-  for (Waterfall& image : pings.images) {
-    const std::string name = image.sonar.name;
-    by_name[name] = std::make_unique<Waterfall>(std::move(image));
+  std::vector<std::unique_ptr<Image>> made;
+  {
+    const py::gil_scoped_release unlocked;
+    const auto tell = [&](std::string_view stage, std::size_t done, std::size_t of) {
+      const py::gil_scoped_acquire locked;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (!progress.is_none()) progress(std::string(stage), done, of);
+    };
+    Simulator simulator(scene, {.cache = cache_of(cache),
+                                .threads = threads,
+                                .progress = [&](auto stage) { tell(stage, 0, 1); }});
+    ScenePings pings =
+        ping_all(scene, simulator, threads,
+                 [&](auto, std::size_t done, std::size_t of) { tell("pings", done, of); });
+    const Seafloor& seafloor = simulator.seafloor();
+    const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(dump_scene(scene, false))};
+    for (std::size_t i = 0; i < pings.images.size(); ++i) {
+      Waterfall& waterfall = pings.images[i];
+      std::vector<Attribute> attributes = image_attributes(waterfall, origin);
+      std::string targets =
+          targets_json(find_targets(waterfall), waterfall, seafloor, pings.object_views[i]);
+      made.push_back(std::make_unique<Image>(std::move(waterfall), std::move(attributes),
+                                             std::move(targets), seafloor.classes,
+                                             seafloor.materials));
+    }
+  }
+  py::dict by_name;
+  for (std::unique_ptr<Image>& image : made) {
+    const std::string name = image->waterfall.sonar.name;
+    by_name[name.c_str()] = std::move(image);
   }
   return by_name;
 }
 
-}  // namespace
+void add_pose(py::module_& module) {
+  py::class_<Pose>(
+      module, "Pose",
+      R"(Pose(x_m, y_m, z_m, *, t_s=0.0, roll_deg=0.0, pitch_deg=0.0, heading_deg=0.0, velocity_mps=(0.0, 0.0, 0.0), rates_degps=(0.0, 0.0, 0.0))
+--
 
-PYBIND11_MODULE(_ensonify, module) {
-  py::register_exception<SceneError>(module, "SceneError", PyExc_ValueError);
-  py::register_exception<refine::MeshError>(module, "MeshError", PyExc_ValueError);
-  module.attr("layers") = layer_names();
+Where a vehicle or an object is and how it is turned, at a time.
 
-  py::class_<Pose>(module, "Pose")
+The world is in local metres: x east, y north, z up, and the sea surface is z = 0, so that 12 m deep
+is z_m=-12. Heading turns clockwise from north, then pitch lifts the nose, then roll lowers the
+starboard side; all in degrees. velocity_mps is the velocity (east, north, up) in m/s, and
+rates_degps the rates of (roll, pitch, heading) in degrees per second; an echo is received on the
+move. Every argument is also an attribute that can be set. Poses compare by value, and pickle.)")
       .def(py::init(&make_pose), py::arg("x_m"), py::arg("y_m"), py::arg("z_m"), py::kw_only(),
            py::arg("t_s") = 0.0, py::arg("roll_deg") = 0.0, py::arg("pitch_deg") = 0.0,
-           py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = std::array<double, 3>{},
-           py::arg("rates_degps") = std::array<double, 3>{})
-      .def_readwrite("t_s", &Pose::t_s)
+           py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = Triple{},
+           py::arg("rates_degps") = Triple{})
+      .def_readwrite("t_s", &Pose::t_s, "Time, s.")
       .def_property(
-          "position_m",
-          [](const Pose& pose) {
-            return py::make_tuple(pose.position.x(), pose.position.y(), pose.position.z());
+          "x_m", [](const Pose& p) { return p.position.x(); },
+          [](Pose& p, double to) { p.position.x() = to; }, "East, local metres.")
+      .def_property(
+          "y_m", [](const Pose& p) { return p.position.y(); },
+          [](Pose& p, double to) { p.position.y() = to; }, "North, local metres.")
+      .def_property(
+          "z_m", [](const Pose& p) { return p.position.z(); },
+          [](Pose& p, double to) { p.position.z() = to; },
+          "Up, metres; 0 at the sea surface, negative below.")
+      .def_property(
+          "position_m", [](const Pose& p) { return py::tuple(py::cast(triple(p.position))); },
+          [](Pose& p, const Triple& to) { p.position = vector(to); }, "(x_m, y_m, z_m)")
+      .def_property(
+          "roll_deg", [](const Pose& p) { return p.roll_rad / degree; },
+          [](Pose& p, double to) { p.roll_rad = to * degree; }, "Degrees, starboard side down.")
+      .def_property(
+          "pitch_deg", [](const Pose& p) { return p.pitch_rad / degree; },
+          [](Pose& p, double to) { p.pitch_rad = to * degree; }, "Degrees, nose up.")
+      .def_property(
+          "heading_deg", [](const Pose& p) { return p.heading_rad / degree; },
+          [](Pose& p, double to) { p.heading_rad = to * degree; }, "Degrees, clockwise from north.")
+      .def_property(
+          "velocity_mps", [](const Pose& p) { return py::tuple(py::cast(triple(p.velocity_mps))); },
+          [](Pose& p, const Triple& to) { p.velocity_mps = vector(to); },
+          "Velocity (east, north, up), m/s.")
+      .def_property(
+          "rates_degps", [](const Pose& p) { return py::tuple(py::cast(rates_degps(p))); },
+          [](Pose& p, const Triple& to) {
+            p.roll_rate_radps = to[0] * degree;
+            p.pitch_rate_radps = to[1] * degree;
+            p.heading_rate_radps = to[2] * degree;
           },
-          [](Pose& pose, const std::array<double, 3>& to) {
-            pose.position = {to[0], to[1], to[2]};
-          });
+          "Rates of (roll, pitch, heading), degrees per second.")
+      .def("__repr__", &text_of)
+      .def(
+          "__eq__", [](const Pose& a, const Pose& b) { return numbers_of(a) == numbers_of(b); },
+          py::is_operator(), py::arg("other"))
+      .def(py::pickle(&numbers_of, &pose_of));
+}
 
-  py::class_<Line> line(module, "EchoLine");
-  line.def_readonly("sonar", &Line::sonar)
+void add_results(py::module_& module) {
+  py::class_<Line>(module, "EchoLine", R"(One side of one ping of a sonar.
+
+line["intensity"] is a layer of it: a NumPy array of (bins,), from near to far, over the line's own
+memory, float32 or uint32. `layers` lists the names.)")
+      .def_readonly("sonar", &Line::sonar, "The sonar's name.")
+      .def_property_readonly("side", &Line::side, "\"port\" or \"starboard\".")
       .def_property_readonly(
-          "side",
-          [](const Line& self) { return self.line.side == Side::port ? "port" : "starboard"; })
-      .def_property_readonly("first_return",
-                             [](const Line& self) { return self.line.first_return; })
-      .def_property_readonly("starved", [](const Line& self) { return self.line.starved; })
-      .def("__getitem__", &layer_of_line, py::arg("layer"));
-  py::class_<Waterfall> image(module, "Image");
-  image.def_property_readonly("sonar", [](const Waterfall& self) { return self.sonar.name; })
+          "first_return", [](const Line& self) { return self.line.first_return; },
+          "The bin of the first echo of the bed or an object; -1 if there is none.")
+      .def_property_readonly(
+          "starved", [](const Line& self) { return self.line.starved; },
+          "How many bins no ray reached.")
+      .def("__getitem__", &layer_of_line, py::arg("layer"), R"(__getitem__(self, layer)
+--
+
+A layer, (bins,). Raises KeyError for a name that is no layer's.)")
+      .def("__repr__", [](const Line& self) {
+        return fmt::format("<EchoLine of {}, {}, {} bins>", self.sonar, self.side(),
+                           self.line.bins.range_m.size());
+      });
+
+  py::class_<Image>(module, "Image", R"(All pings of a sonar.
+
+image["intensity"] is a layer of it: a NumPy array of (pings, samples) over the image's own memory,
+float32 or uint32. The oldest ping is row 0. Columns are port from far to near, then starboard from
+near to far. `layers` lists the names.)")
+      .def_property_readonly(
+          "sonar", [](const Image& self) { return self.waterfall.sonar.name; }, "The sonar's name.")
       .def_property_readonly(
           "shape",
-          [](const Waterfall& self) { return py::make_tuple(self.rows(), self.columns()); })
-      .def("__getitem__", &layer_of_image, py::arg("layer"));
+          [](const Image& self) {
+            return py::make_tuple(self.waterfall.rows(), self.waterfall.columns());
+          },
+          "(pings, samples)")
+      .def_property_readonly(
+          "poses", [](const Image& self) { return by_ping(self, &PingRecord::pose); },
+          "The vehicle's true Pose at each ping.")
+      .def_property_readonly(
+          "reported_poses", [](const Image& self) { return by_ping(self, &PingRecord::reported); },
+          "What the vehicle's navigation takes its Pose for at each ping.")
+      .def_property_readonly(
+          "altitude_m",
+          [](const Image& self) {
+            const std::vector<double> all = by_ping(self, &PingRecord::altitude_m);
+            return py::array_t<double>(static_cast<py::ssize_t>(all.size()), all.data());
+          },
+          "The vehicle's height over the bed at each ping, metres, (pings,); NaN over a hole.")
+      .def_property_readonly(
+          "targets",
+          [](const Image& self) -> py::object {
+            return py::dict(py::module_::import("json").attr("loads")(self.targets))["targets"];
+          },
+          R"(The objects and features in the image, a list of dicts, as in a run's NAME_targets.json.
 
-  module.def("_images", &images, py::arg("scene"), py::arg("keys"), py::arg("data"),
-             py::arg("cache"), py::arg("threads"), py::arg("progress"));
+Boxes and outlines are in pixels of the picture, whose row 0 is the newest ping: row r there is row
+pings - 1 - r here.)")
+      .def_property_readonly(
+          "attributes", &attributes_of,
+          R"(What a run's files say beside the layers, a dict: frequency_hz, range_m,
+bins, world_origin_x_m (and _y_m, _z_m), scene_hash, units_LAYER for each layer ...)")
+      .def_property_readonly(
+          "classes", [](const Image& self) { return self.classes; },
+          "What the numbers of the layer `class` mean.")
+      .def_property_readonly(
+          "materials", [](const Image& self) { return self.materials; },
+          "What the numbers of the layer `sediment` mean.")
+      .def("__getitem__", &layer_of_image, py::arg("layer"), R"(__getitem__(self, layer)
+--
 
-  py::class_<Session>(module, "Simulator")
-      .def(py::init<py::object, const py::dict&, const fs::path&, const std::optional<fs::path>&,
+A layer, (pings, samples). Raises KeyError for a name that is no layer's.)")
+      .def("__repr__", [](const Image& self) {
+        return fmt::format("<Image of {}, {} pings of {} samples>", self.waterfall.sonar.name,
+                           self.waterfall.rows(), self.waterfall.columns());
+      });
+}
+
+std::vector<std::string> copied(std::span<const std::string> names) {
+  return {names.begin(), names.end()};
+}
+
+void add_simulator(py::module_& module) {
+  py::class_<Session>(module, "Simulator",
+                      R"(Simulator(scene, *, keys=None, data='', cache=None, threads=0)
+--
+
+A scene made ready, to be pinged from any pose.
+
+scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
+{"sea.temperature_c": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
+folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
+(0: as many as the machine has).
+
+Any thread may call it; one is inside at a time, and others wait. The interpreter is free
+meanwhile. Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or
+its files, ValueError for a wrong number of threads, TypeError for a value that no scene holds.)")
+      .def(py::init<py::object, const py::object&, const fs::path&, const std::optional<fs::path>&,
                     int>(),
-           py::arg("scene"), py::kw_only(), py::arg("keys") = py::dict(), py::arg("data") = "",
+           py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(), py::arg("data") = "",
            py::arg("cache") = py::none(), py::arg("threads") = 0)
-      .def("ping", &Session::ping, py::arg("pose"), py::arg("number") = py::none())
-      .def("set", &Session::set, py::arg("keys"))
-      .def("add", &Session::add, py::arg("object"), py::arg("pose"))
+      .def("ping", &Session::ping, py::arg("pose"), py::arg("number") = py::none(),
+           R"(ping(self, pose, number=None)
+--
+
+One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
+
+Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
+then of the next. `number` tells pings apart in their random numbers: the same number gives the same
+ping again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
+finite, or that puts a sonar above the sea surface (z_m >= 0) or below the bed.)")
+      .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
+--
+
+Changes sonars' keys from the next ping on, as {"sonar.sidescan.range_m": 40}.
+
+Raises ValueError for another key, and SceneError for a value that a scene refuses; then nothing is
+changed.)")
+      .def("add", &Session::add, py::arg("object"), py::arg("pose"), R"(add(self, object, pose)
+--
+
+Puts an object into the scene, and returns its instance number.
+
+object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places its
+origin: z up, y where the heading points. Raises SceneError for wrong keys.)")
       .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),
-           py::kw_only(), py::arg("material") = "steel", py::arg("class_name") = "object")
+           py::kw_only(), py::arg("material") = "steel", py::arg("class_name") = "object",
+           R"(add_mesh(self, vertices, faces, pose, *, material='steel', class_name='object')
+--
+
+Puts a mesh into the scene, and returns its instance number.
+
+vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
+Both sides of a face answer. Raises ValueError for other shapes or an unknown material, MeshError for
+a vertex that is not there or not finite.)")
       .def(
           "move",
           [](Session& self, std::uint32_t instance, const Pose& pose) {
             self.alone([&](Simulator& simulator) { simulator.move(instance, pose); });
           },
-          py::arg("instance"), py::arg("pose"))
+          py::arg("instance"), py::arg("pose"), R"(move(self, instance, pose)
+--
+
+Moves an object that was added. Raises ValueError for an instance that is not there.)")
       .def(
           "remove",
           [](Session& self, std::uint32_t instance) {
             self.alone([&](Simulator& simulator) { simulator.remove(instance); });
           },
-          py::arg("instance"))
+          py::arg("instance"), R"(remove(self, instance)
+--
+
+Removes an object that was added. Raises ValueError for an instance that is not there.)")
       .def(
           "altitude_m",
           [](Session& self, const Pose& pose) {
             return self.alone(
                 [&](Simulator& simulator) { return simulator.altitude_m(pose.position); });
           },
-          py::arg("pose"))
-      .def("track",
-           [](Session& self) {
-             return self.alone([](Simulator& simulator) { return simulator.track(); });
-           })
-      .def_property_readonly("classes",
-                             [](Session& self) {
-                               return self.alone([](Simulator& s) {
-                                 return std::vector<std::string>(s.classes().begin(),
-                                                                 s.classes().end());
-                               });
-                             })
-      .def_property_readonly("materials",
-                             [](Session& self) {
-                               return self.alone([](Simulator& s) {
-                                 return std::vector<std::string>(s.materials().begin(),
-                                                                 s.materials().end());
-                               });
-                             })
-      .def_property_readonly("warnings", [](Session& self) {
-        return self.alone([](Simulator& s) {
-          return std::vector<std::string>(s.warnings().begin(), s.warnings().end());
-        });
-      });
+          py::arg("pose"), R"(altitude_m(self, pose)
+--
+
+The height over the bed straight below a pose, metres; objects are looked through. Negative below
+the bed, NaN over a hole and off the seafloor.)")
+      .def(
+          "track",
+          [](Session& self) {
+            return self.alone([](Simulator& simulator) { return simulator.track(); });
+          },
+          R"(track(self)
+--
+
+The vehicle's Pose at each ping of the scene's own track, a list. Raises SceneError for a track that
+leaves the seafloor or the water.)")
+      .def_property_readonly(
+          "classes",
+          [](Session& self) {
+            return self.alone([](Simulator& s) { return copied(s.classes()); });
+          },
+          "What the numbers of the layer `class` mean.")
+      .def_property_readonly(
+          "materials",
+          [](Session& self) {
+            return self.alone([](Simulator& s) { return copied(s.materials()); });
+          },
+          "What the numbers of the layer `sediment` mean.")
+      .def_property_readonly(
+          "warnings", &Session::warnings,
+          "What should be known of the scene: repairs of meshes, models outside their range.");
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_ensonify, module) {
+  py::options options;
+  options.disable_function_signatures();  // the docstrings have Python's own
+  py::register_exception<SceneError>(module, "SceneError", PyExc_ValueError).doc() =
+      "Something is wrong with a scene or a file it names.";
+  py::register_exception<refine::MeshError>(module, "MeshError", PyExc_ValueError).doc() =
+      "Something is wrong with a mesh.";
+  module.attr("layers") = layer_names();
+  module.attr("__version__") = program_version();
+  add_pose(module);
+  add_results(module);
+  add_simulator(module);
+  module.def("images", &images, py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(),
+             py::arg("data") = "", py::arg("cache") = py::none(), py::arg("threads") = 0,
+             py::arg("progress") = py::none(),
+             R"(images(scene, *, keys=None, data='', cache=None, threads=0, progress=None)
+--
+
+Every ping of a scene: a dict of an Image of each sonar, by name, in the scene's order.
+
+scene: a scene file's path, or a dict of the same keys. keys: changes, as {"track.altitude_m": 4}.
+data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the folder for analysed seafloors
+(default: ~/.cache/ensonify). threads: 0 for as many as the machine has. progress(stage, done, of) is
+called now and then, and what it raises ends the work, as does Ctrl-C.
+
+Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
+ValueError for a wrong number of threads, TypeError for a value that no scene holds.)");
 }

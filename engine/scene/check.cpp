@@ -123,6 +123,14 @@ void check_scene(const Scene& scene,
     return fmt::format("'output.png_bits' is {}, expected 8 or 16", scene.output.png_bits);
   });
 
+  for (const auto& [key, names] :
+       {std::pair("output.class_names", &scene.output.class_names),
+        std::pair("output.sediment_names", &scene.output.sediment_names)})
+    for (const std::string& name : *names)
+      require(std::ranges::count(*names, name) == 1, key, [&, &which = key] {
+        return fmt::format("'{}' names \"{}\" twice, expected each once", which, name);
+      });
+
   const double sound_speed_mps =
       scene.sea.sound_speed_mps.value_or(scatter::sound_speed_mps(scene.sea.water, 0.0));
   for (const Sonar& sonar : scene.sonars) {

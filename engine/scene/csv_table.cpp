@@ -42,14 +42,16 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
   }
 }
 
-/// "depth_m,soundspeed_mps[,note]"
+/// "depth_m,soundspeed_mps[,note]", and "(or Depth (Meter),...)" where a column has an alias.
 std::string header_of(std::span<const CsvColumn> columns) {
-  std::string header;
+  std::string header, aliases;
   for (const CsvColumn& column : columns) {
     const std::string_view comma = header.empty() ? "" : ",";
     header += fmt::format(fmt::runtime(column.required ? "{}{}" : "[{}{}]"), comma, column.name);
+    if (!column.alias.empty())
+      aliases += fmt::format("{}{}", aliases.empty() ? "" : ",", column.alias);
   }
-  return header;
+  return aliases.empty() ? header : fmt::format("{} (or {})", header, aliases);
 }
 
 }  // namespace
@@ -66,8 +68,10 @@ class CsvReader {
 
   CsvTable read() {
     std::string_view line;
-    if (!next_line(line))
-      fail(fmt::format("nothing is in it, expected a header row with {}", header_of(columns_)));
+    do {
+      if (!next_line(line))
+        fail(fmt::format("nothing is in it, expected a header row with {}", header_of(columns_)));
+    } while (line.starts_with('%'));
     read_header(line);
     while (next_line(line)) read_row(line);
     if (table_.rows() == 0)
@@ -98,7 +102,11 @@ class CsvReader {
   void read_header(std::string_view line) {
     split(line, fields_);
     for (const CsvColumn& column : columns_) {
-      const auto found = std::ranges::find(fields_, column.name);
+      std::string_view heading = column.name;
+      auto found = std::ranges::find(fields_, heading);
+      if (found == fields_.end() && !column.alias.empty())
+        found = std::ranges::find(fields_, heading = column.alias);
+      headings_.push_back(heading);
       table_.has_.push_back(found != fields_.end());
       place_.push_back(static_cast<std::size_t>(found - fields_.begin()));
       if (found == fields_.end()) {
@@ -106,8 +114,8 @@ class CsvReader {
         fail(fmt::format("no column {} in {}, expected a header row with {}", column.name,
                          quoted(line), header_of(columns_)));
       }
-      if (std::find(found + 1, fields_.end(), column.name) != fields_.end())
-        fail(fmt::format("column {} is there twice, expected it once", column.name));
+      if (std::find(found + 1, fields_.end(), heading) != fields_.end())
+        fail(fmt::format("column {} is there twice, expected it once", heading));
     }
     width_ = fields_.size();
   }
@@ -118,7 +126,7 @@ class CsvReader {
       fail(fmt::format("{} values in {}, expected {} as in the header row", fields_.size(),
                        quoted(line), width_));
     for (std::size_t i = 0; i < columns_.size(); ++i)
-      table_.values_.push_back(table_.has_[i] ? number(fields_[place_[i]], columns_[i].name) : 0.0);
+      table_.values_.push_back(table_.has_[i] ? number(fields_[place_[i]], headings_[i]) : 0.0);
     table_.lines_.push_back(line_);
   }
 
@@ -137,9 +145,10 @@ class CsvReader {
   std::string_view a_row_;
   std::span<const CsvColumn> columns_;
   int line_ = 0;
-  std::vector<std::string_view> fields_;  // of a line
-  std::vector<std::size_t> place_;        // of the columns among them
-  std::size_t width_ = 0;                 // how many fields the header row has
+  std::vector<std::string_view> fields_;    // of a line
+  std::vector<std::size_t> place_;          // of the columns among them
+  std::vector<std::string_view> headings_;  // what the header row calls them
+  std::size_t width_ = 0;                   // how many fields the header row has
   CsvTable table_;
 };
 

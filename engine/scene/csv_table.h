@@ -14,12 +14,14 @@ namespace ensonify::engine {
 struct CsvColumn {
   std::string_view name;
   bool required = true;
+  std::string_view alias = {};  ///< what an instrument calls it, where the name is not there
 };
 
 /// The wanted columns of an untrusted CSV file: finite numbers.
 ///
 /// A header row names the columns, in any order, others being passed over; then a row a line. Blank
-/// lines, lines that begin with #, a byte-order mark, CRLF and quotes about a field are fine. Every
+/// lines, lines that begin with #, a byte-order mark, CRLF and quotes about a field are fine, and
+/// so are lines that begin with % above the header row, as instruments write them. Every
 /// fault throws SceneError with `file:line: what is wrong, what was expected`.
 class CsvTable {
  public:

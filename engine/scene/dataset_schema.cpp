@@ -18,7 +18,7 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "materials are drawn once a seabed. 0: one each.",
             at(&D::seafloors)},
            {"samples_per_tar", "", {0, 999999},
-            "WebDataset tars of so many samples; 0: a folder a sample.", at(&D::samples_per_tar)},
+            "WebDataset tars of so many samples, without files for YOLO; 0: a folder a sample.", at(&D::samples_per_tar)},
            {"renders", "", {1, 1000},
             "Pictures of each sample, for each of which display.* is drawn anew.", at(&D::renders)},
            {"slant", "", {}, "Labels, tiles and chips of the lines as recorded, in slant range.",

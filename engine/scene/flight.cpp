@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/check.h>
+#include <ensonify/engine/scene/water_check.h>
 #include <ensonify/engine/sonar/ground_path.h>
 #include <ensonify/engine/sonar/motion.h>
 #include <ensonify/engine/sonar/mounting.h>
@@ -175,16 +176,10 @@ class Flyer {
     const std::string_view cure = has_own_height() && track_.vertical == Vertical::depth
                                       ? "take track.vertical = \"altitude\""
                                       : "change track.altitude_m";
-    const double bed_m = ground_.bed_height_m(p.x(), p.y());
-    if (p.z() >= 0.0)
-      throw SceneError(
-          fmt::format("track: at ping {} {} would be {:.1f} m above the sea surface, {:.1f} m over "
-                      "the bed; {}{}, or check seafloor.water_level_m",
-                      ping, what, p.z(), p.z() - bed_m, cure, or_else));
-    if (bed_m >= p.z())
-      throw SceneError(
-          fmt::format("track: at ping {} {} is {:.1f} m below the bed; {}, or move the track{}",
-                      ping, what, bed_m - p.z(), cure, or_else));
+    if (const auto fault = out_of_water(p, ground_.bed_height_m(p.x(), p.y())))
+      throw SceneError(fmt::format(
+          "track: at ping {} {} is {}; {}, or move the track{}, or check seafloor.water_level_m",
+          ping, what, *fault, cure, or_else));
   }
 
   const Scene& scene_;

@@ -8,7 +8,9 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::array<CsvColumn, 2> columns = {{{"depth_m"}, {"soundspeed_mps"}}};
+constexpr std::array<CsvColumn, 2> columns = {
+    {{.name = "depth_m", .alias = "Depth (Meter)"},
+     {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};  // a CastAway's
 
 scatter::SoundSpeedProfile profile_of(const CsvTable& table) {
   std::vector<scatter::SoundSpeedSample> samples;

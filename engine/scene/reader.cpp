@@ -6,7 +6,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +16,7 @@
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
 #include <ensonify/engine/sonar/presets.h>
+#include <ensonify/scatter/nearest_names.h>
 
 namespace ensonify::engine {
 namespace {
@@ -25,23 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t largest_file_bytes = 1 << 20;
 constexpr std::size_t longest_name = 64;
-
-/// Edits (insert, drop, change, swap neighbours) from one word to the other.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
-  std::iota(last.begin(), last.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] != b[j - 1])});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        row[j] = std::min(row[j], before[j - 2] + 1);
-    }
-    std::swap(before, last);
-    std::swap(last, row);
-  }
-  return last[b.size()];
-}
 
 std::string printable(std::string_view text) {
   return toml_string(text.size() <= 60 ? std::string(text)
@@ -146,6 +129,11 @@ class Reader {
     return options;
   }
 
+  Scene unchecked() {
+    scene_.places = std::move(places_);
+    return std::move(scene_);
+  }
+
   Scene finish(const ScenePaths& paths) {
     const auto place = [&](std::string_view key) {
       const auto found = places_.find(key);
@@ -161,8 +149,7 @@ class Reader {
       }
     });
     check_seabed_files(scene_, place);
-    scene_.places = std::move(places_);
-    return std::move(scene_);
+    return unchecked();
   }
 
  private:
@@ -257,6 +244,13 @@ class Reader {
                   std::vector<Owner>& owners) {
     for (const auto& [name, table] : expect_table(node, section.name)) {
       const std::string path = joined(kind, name.str());
+      if (!table.is_table() &&
+          std::ranges::count(section.keys, name.str(), &Key<Owner>::name) > 0) {
+        const std::string_view whose = in_file_ ? "NAME" : std::string_view(owners.front().name);
+        throw fault(name, fmt::format("'{}' does not say which {}, expected {}.{}.{}", path, kind,
+                                      kind, whose, name.str()) +
+                              (in_file_ ? fmt::format(", in a table [{}.NAME]", kind) : ""));
+      }
       const auto owner = std::ranges::find(owners, name.str(), &Owner::name);
       if (owner == owners.end()) {  // only an override can name one that the file has not
         std::vector<std::string> names;
@@ -541,20 +535,13 @@ std::string read_scene_text(const fs::path& file) {
 }
 
 std::string suggestion(std::string_view word, std::span<const std::string> known) {
-  if (word.size() > 100) return "";
-  const std::string* nearest = nullptr;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const std::string& candidate : known) {
-    const std::string_view last = std::string_view(candidate).substr(candidate.rfind('.') + 1);
-    const bool begins = word.size() > 2 && last.starts_with(word);  // a unit or a word is missing
-    const std::size_t distance =
-        begins ? 1 : std::min(edit_distance(word, candidate), edit_distance(word, last));
-    if (distance < least) {
-      least = distance;
-      nearest = &candidate;
-    }
-  }
-  return nearest ? fmt::format("; did you mean '{}'?", *nearest) : "";
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  const std::vector<std::string_view> meant =
+      scatter::nearest_names(word, names, 1, std::max<std::size_t>(2, word.size() / 3));
+  std::string text;
+  for (std::size_t i = 0; i < meant.size(); ++i)
+    text += fmt::format("{}'{}'", i == 0 ? "" : i + 1 < meant.size() ? ", " : " or ", meant[i]);
+  return text.empty() ? "" : fmt::format("; did you mean {}?", text);
 }
 
 Scene parse_scene(std::string_view text, std::string_view name,
@@ -570,6 +557,13 @@ Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValu
   Reader reader(std::string(name), &drawn);
   reader.read_file(text);
   return reader.finish(paths);
+}
+
+Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
+                             const DrawnValues& drawn) {
+  Reader reader(std::string(name), &drawn);
+  reader.read_file(text);
+  return reader.unchecked();
 }
 
 DatasetOptions parse_dataset_options(std::string_view text, std::string_view name) {

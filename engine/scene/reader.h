@@ -45,6 +45,10 @@ struct DrawnValues {
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
                    const ScenePaths& paths);
 
+/// The same without a look at whether its options fit each other and its files are there: what it names.
+Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
+                             const DrawnValues& drawn);
+
 /// The text of a scene or recipe file, of 1 MiB at most. Throws SceneError.
 std::string read_scene_text(const std::filesystem::path& file);
 

@@ -50,12 +50,13 @@ struct RunOptions {
 };
 
 struct OutputOptions {
-  bool exr = true;         ///< the layers as NAME.exr
-  bool npz = false;        ///< the layers as NAME.npz
-  bool xtf = false;        ///< the recording as NAME.xtf
-  bool jsf = false;        ///< the recording as NAME.jsf
-  int png_bits = 8;        ///< of NAME.png, 8 or 16
-  bool truth = false;      ///< the truth laid over the picture as NAME_truth.png
+  bool exr = true;     ///< the layers as NAME.exr
+  bool npz = false;    ///< the layers as NAME.npz
+  bool xtf = false;    ///< the recording as NAME.xtf
+  bool jsf = false;    ///< the recording as NAME.jsf
+  int png_bits = 8;    ///< of NAME.png, 8 or 16
+  bool truth = false;  ///< the truth laid over the picture as NAME_truth.png
+  std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
   std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
 };
 

@@ -115,15 +115,17 @@ const std::vector<Section<Scene>>& scene_sections() {
       {"sea",
        "The water, from its temperature, salinity and acidity, or by plain numbers.",
        {
-           {"temperature_c", "degrees Celsius", {-2, 40}, "Temperature.",
+           {"temperature_c", "degrees Celsius", {-2, 40},
+            "Temperature; with a profile its sound speeds tell it.",
             at(&Scene::sea, &Sea::water, &SeaWater::temperature_c)},
            {"salinity_psu", "psu", {0, 45}, "Salinity.",
             at(&Scene::sea, &Sea::water, &SeaWater::salinity_psu)},
            {"ph", "", {6, 9}, "Acidity; it matters to absorption below some kilohertz.",
             at(&Scene::sea, &Sea::water, &SeaWater::ph)},
            {"profile", "", {},
-            "A cast, CSV with columns depth_m and soundspeed_mps, whose mean down to the bed is taken; "
-            "a path as for seafloor.survey.",
+            "A cast, CSV with columns depth_m and soundspeed_mps, or as a CastAway writes it, "
+            "whose mean down to the bed is taken; absorption follows the temperatures that its "
+            "speeds have at salinity_psu; a path as for seafloor.survey.",
             at(&Scene::sea, &Sea::profile)},
            {"refraction", "", {},
             "off: rays are straight, at the profile's mean speed; time-only: each echo comes at the "
@@ -134,7 +136,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Sound speed; unset: from the profile, or the water at half the bed's depth.",
             at(&Scene::sea, &Sea::sound_speed_mps)},
            {"absorption_db_per_km", "dB/km", {0, 10000},
-            "Absorption; unset: from the water at half the bed's depth.",
+            "Absorption; unset: from the profile, or the water at half the bed's depth.",
             at(&Scene::sea, &Sea::absorption_db_per_km)},
            {"wind_mps", "m/s", {0, 60}, "Wind over the surface, for noise and surface echoes.",
             at(&Scene::sea, &Sea::state, &SeaState::wind_mps)},
@@ -360,7 +362,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::arrivals, &ArrivalOptions::surface)},
            {"volume", "", {}, "Reverberation of the water, by sea.volume_scattering_db.",
             at(&Scene::arrivals, &ArrivalOptions::volume)},
-           {"multiples", "", {}, "Copies of the direct echo that came by way of the surface.",
+           {"multiples", "", {}, "Copies of the direct echo that came by way of the surface and the bubbles under it.",
             at(&Scene::arrivals, &ArrivalOptions::multiples)},
            {"bottom_loss_db", "dB", {0, 60},
             "Of a reflection at the bed, in multiples; unset: the reflection loss of seafloor.material at "
@@ -499,6 +501,12 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::output, &OutputOptions::png_bits)},
            {"truth", "", {}, "The truth laid over the picture, with a legend, as NAME_truth.png.",
             at(&Scene::output, &OutputOptions::truth)},
+           {"class_names", "", {},
+            "Classes that have the numbers 1, 2, ... in the layer class, whether the scene has them or not; its "
+            "others follow. Runs with the same names have the same numbers.",
+            at(&Scene::output, &OutputOptions::class_names)},
+           {"sediment_names", "", {}, "The same for materials in the layer sediment.",
+            at(&Scene::output, &OutputOptions::sediment_names)},
            {"start_time", "", {},
             "When the recordings have t_s = 0, as 2025-06-01T12:00:00Z; unset: 2000-01-01, or the track's "
             "own time where that counts from 1970.",
@@ -533,7 +541,8 @@ const Section<ObjectOptions>& object_section() {
           {"rod_m", "m", {0.001, 10}, "Thickness of a shape's bars, links or twine.",
            at(&ObjectOptions::size, &ShapeSize::rod_m)},
           {"facet_m", "m", {0.001, 100},
-           "Edge of a round shape's facets, of a line's pieces too; unset: a 48th of its girth.",
+           "Edge of a round shape's facets, of a line's pieces too; unset: a 48th of its girth, or less for a "
+           "material with a narrow lobe.",
            at(&ObjectOptions::size, &ShapeSize::facet_m)},
           {"class", "", {}, "What it is called in the labels.", at(&ObjectOptions::class_name)},
           {"material", "", {}, "What it is made of: steel, wood, rock ..., or a [material.NAME].",

@@ -90,7 +90,7 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner);
 /// Calls f(dotted name of the key, file) for every file that a scene can name.
 void for_each_file(Scene& scene, const std::function<void(std::string_view, InputFile&)>& f);
 
-/// "; did you mean 'x'?" for the known word nearest to this one, if any is near.
+/// "; did you mean 'x'?" for the known names that are nearest to this one, if any is near.
 std::string suggestion(std::string_view word, std::span<const std::string> known);
 
 /// A string as TOML.

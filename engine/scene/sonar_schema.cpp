@@ -39,7 +39,8 @@ const Section<Sonar>& sonar_section() {
           {"pulse_length_s", "s", {0, 1}, "Length of a cw pulse; 0: 1 / bandwidth_hz.",
            at(&Sonar::pulse, &Pulse::length_s)},
           {"window", "", {},
-           "Over an lfm's spectrum. none: side lobes of -13.3 dB; hann: -31.5 dB, 1.5 times as long.",
+           "Over an lfm's spectrum. none: side lobes of -13.3 dB; hann: -31.5 dB, 1.5 times as long, 1.76 dB "
+           "more noise.",
            at(&Sonar::pulse, &Pulse::window), {"none", "hann"}},
           {"range_m", "m", {0.1, 20000}, "Slant range of the last bin's far edge.",
            at(&Sonar::range_m)},

@@ -61,8 +61,10 @@ BedGrid::BedGrid(const Seafloor& seafloor)
   for (double entries = 2.0 * most_cells_a_face * faces; entries > most_cells_a_face * faces;) {
     cells_ = (extent / cell_m_).array().floor().cast<std::int64_t>() + 1;
     entries = 0.0;
-    for (std::uint32_t face = 0; face < bed_.faces.size(); ++face)
-      for_each_cell(face, [&](std::size_t) { ++entries; });
+    for (std::uint32_t face = 0; face < bed_.faces.size(); ++face) {
+      const auto [low, high] = cells_of(face);
+      entries += (high - low + 1).cast<double>().prod();
+    }
     if (entries > most_cells_a_face * faces) cell_m_ *= 2.0;
   }
 
@@ -80,14 +82,18 @@ BedGrid::Cells BedGrid::cell_of(const Eigen::Vector2d& place) const {
   return ((place - lowest_) / cell_m_).array().floor().cast<std::int64_t>();
 }
 
-template <class F>
-void BedGrid::for_each_cell(std::uint32_t face, F&& f) const {
+std::array<BedGrid::Cells, 2> BedGrid::cells_of(std::uint32_t face) const {
   const refine::Face& corners = bed_.faces[face];
   const Eigen::Vector2f a = bed_.positions[corners[0]].head<2>(),
                         b = bed_.positions[corners[1]].head<2>(),
                         c = bed_.positions[corners[2]].head<2>();
-  const Cells low = cell_of(a.cwiseMin(b).cwiseMin(c).cast<double>());
-  const Cells high = cell_of(a.cwiseMax(b).cwiseMax(c).cast<double>()).min(cells_ - 1);
+  return {cell_of(a.cwiseMin(b).cwiseMin(c).cast<double>()),
+          cell_of(a.cwiseMax(b).cwiseMax(c).cast<double>()).min(cells_ - 1)};
+}
+
+template <class F>
+void BedGrid::for_each_cell(std::uint32_t face, F&& f) const {
+  const auto [low, high] = cells_of(face);
   for (std::int64_t row = low[1]; row <= high[1]; ++row)
     for (std::int64_t column = low[0]; column <= high[0]; ++column)
       f(static_cast<std::size_t>(row * cells_[0] + column));

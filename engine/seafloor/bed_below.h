@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -19,7 +20,8 @@ namespace ensonify::engine {
 /// By a grid over the bed's faces as seen from above. Any number of threads may ask.
 class BedGrid {
  public:
-  /// Of a seafloor with a mesh, which must outlive this; takes some 30 bytes a face.
+  static constexpr double bytes_a_face = 24.0;  ///< that it takes of memory at least
+  /// Of a seafloor with a mesh, which must outlive this.
   explicit BedGrid(const Seafloor& seafloor);
 
   double height_m(double x_m, double y_m) const;
@@ -32,7 +34,9 @@ class BedGrid {
  private:
   using Cells = Eigen::Array<std::int64_t, 2, 1>;
   Cells cell_of(const Eigen::Vector2d& place) const;
-  /// Calls f(cell) for each cell that the face's outline can meet.
+  /// The first and the last column and row that the face's outline can meet.
+  std::array<Cells, 2> cells_of(std::uint32_t face) const;
+  /// Calls f(cell) for each of these cells.
   template <class F>
   void for_each_cell(std::uint32_t face, F&& f) const;
 

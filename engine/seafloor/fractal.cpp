@@ -33,9 +33,7 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, const Stream& 
   const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
 
   SpectralField what;
-  // A square, since a strip would have too few long waves across and too much power along.
-  what.period_m = (h > 0.7 ? 4.0 : 2.0) *
-                  std::max(field.columns * field.cell_east_m, field.rows * field.cell_north_m);
+  what.period_m = fractal_period_m(field, h);
   if (relief.spectrum == FractalSpectrum::variogram) {
     // Phi(k) = C |k|^-(2H+2) is the plane's spectrum with the variogram sigma^2 d^2H.
     const double c = sigma * sigma * std::pow(2.0, 2.0 * h - 1.0) * h * std::tgamma(1.0 + h) /

@@ -11,6 +11,10 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double cell_m = 2.0;
+// A larger disc is not put into cells, and is compared with all others: its cells could be far more
+// than those (a mesh may be a million metres long).
+constexpr double most_cells_across = 64.0;
+bool is_large(double reach_m) { return 2.0 * reach_m > most_cells_across * cell_m; }
 
 double distance_m(const Vector2d& place, const Vector2d& a, const Vector2d& b) {
   const Vector2d way = b - a;
@@ -62,13 +66,19 @@ void Layout::for_each_cell(const Disc& disc, double more_m, F&& f) {
 
 bool Layout::is_free(std::span<const Disc> discs, double gap_m) const {
   for (const Disc& disc : discs) {
-    bool free = true;
+    const auto is_apart = [&](const Disc& other) {
+      return (disc.middle - other.middle).norm() >= disc.radius_m + other.radius_m + gap_m;
+    };
+    if (is_large(disc.radius_m + gap_m)) {
+      if (!std::ranges::all_of(discs_, is_apart)) return false;
+      continue;
+    }
+    bool free =
+        std::ranges::all_of(large_, [&](std::uint32_t other) { return is_apart(discs_[other]); });
     for_each_cell(disc, gap_m, [&](std::uint64_t cell) {
       const auto found = cells_.find(cell);
       if (!free || found == cells_.end()) return;
-      for (const std::uint32_t other : found->second)
-        free = free && (disc.middle - discs_[other].middle).norm() >=
-                           disc.radius_m + discs_[other].radius_m + gap_m;
+      for (const std::uint32_t other : found->second) free = free && is_apart(discs_[other]);
     });
     if (!free) return false;
   }
@@ -79,7 +89,10 @@ void Layout::take(std::span<const Disc> discs) {
   for (const Disc& disc : discs) {
     const auto number = static_cast<std::uint32_t>(discs_.size());
     discs_.push_back(disc);
-    for_each_cell(disc, 0.0, [&](std::uint64_t cell) { cells_[cell].push_back(number); });
+    if (is_large(disc.radius_m))
+      large_.push_back(number);
+    else
+      for_each_cell(disc, 0.0, [&](std::uint64_t cell) { cells_[cell].push_back(number); });
   }
 }
 

@@ -34,7 +34,8 @@ class PlacementArea {
   Eigen::Vector2d low_, size_;
 };
 
-/// The discs of the bed that are taken, in a hashed grid: asking takes the time of its neighbours.
+/// The discs of the bed that are taken. Small ones are in a hashed grid, so that asking about one takes
+/// the time of its neighbours and of the few large ones.
 class Layout {
  public:
   /// Whether these keep the gap to all that are taken.
@@ -46,6 +47,7 @@ class Layout {
   static void for_each_cell(const Disc& disc, double more_m, F&& f);
 
   std::vector<Disc> discs_;
+  std::vector<std::uint32_t> large_;  // those that are in no cell
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 

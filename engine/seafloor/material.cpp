@@ -104,6 +104,20 @@ std::optional<Sediment> sediment_of(const Material& material) {
   return parameters_of(material);
 }
 
+std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own) {
+  const auto is_its = [&](const auto& known) { return known.name == name; };
+  std::optional<Solid> solid;
+  if (const auto found = std::ranges::find_if(own, is_its); found != own.end()) {
+    if (found->model == MaterialModel::solid) solid = solid_of(*found);
+  } else {
+    const std::vector<scatter::NamedSolid> known = scatter::named_solids();
+    if (const auto named = std::ranges::find_if(known, is_its); named != known.end())
+      solid = named->solid;
+  }
+  if (!solid || !(solid->specular > 0.0)) return std::nullopt;
+  return solid->lobe_width_rad;
+}
+
 std::optional<std::string> validity_warning(const Material& material, double frequency_hz) {
   if (!is_sediment(material)) return std::nullopt;
   const auto warning = scatter::validity_warning(parameters_of(material), frequency_hz);

@@ -41,6 +41,9 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
 /// Its parameters, if it is a sediment; a cover or a solid has none. Throws as above.
 std::optional<scatter::Sediment> sediment_of(const Material& material);
 
+/// Half the width of the lobe with which a solid of that name shines; none for what has no lobe.
+std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own);
+
 /// What should be said once a run of the model's validity; nothing inside its range.
 std::optional<std::string> validity_warning(const Material& material, double frequency_hz);
 

@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/facets.h>
 #include <ensonify/engine/seafloor/layout.h>
 #include <ensonify/engine/seafloor/path_reader.h>
 #include <ensonify/engine/seafloor/placement.h>
@@ -22,30 +27,78 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int most_tries = 1000;
+constexpr double most_table_faces =
+    4e6;                         // that round bodies of a table may be made of for its lobe
+constexpr int most_round = 512;  // facets
+
+/// The table with round shapes as fine as its material's lobe asks for, within reason.
+ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) {
+  const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
+  if (!lobe_rad) return table;
+  constexpr double finer = 0.87;  // than must be, as facets are not all alike
+  // Of n facets round a ball has about n^2 / 1.5, and up to four times as many for whole halvings.
+  const double affordable = std::sqrt(0.375 * most_table_faces / std::max(table.count, 1));
+  table.size.facet_rad =
+      std::max(finer * facet_over_lobe * *lobe_rad,
+               2.0 * std::numbers::pi / std::min<double>(affordable, most_round));
+  return table;
+}
+
+constexpr double far_m = 1e5;  // across an object: floats keep a centimetre up to there
+
+/// Of an object so large that a vertex may have been left at another origin: which, and what is lost.
+std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
+                                             const std::filesystem::path& file) {
+  const refine::Bounds box = refine::bounds(mesh);
+  const float extent_m = (box.highest - box.lowest).maxCoeff();
+  if (!(extent_m > far_m)) return std::nullopt;
+  std::vector<std::uint32_t> used;
+  for (const refine::Face& face : mesh.faces) used.insert(used.end(), face.begin(), face.end());
+  Eigen::Vector3f middle;  // of most vertices, wherever a few others are
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const auto half = used.begin() + std::ssize(used) / 2;
+    std::ranges::nth_element(used, half, {},
+                             [&](std::uint32_t vertex) { return mesh.positions[vertex][axis]; });
+    middle[axis] = mesh.positions[*half][axis];
+  }
+  const std::uint32_t farthest = *std::ranges::max_element(
+      used, {}, [&](std::uint32_t vertex) { return (mesh.positions[vertex] - middle).norm(); });
+  return fmt::format(
+      "{}: reaches over {:.3g} m, where places are kept to {:.2g} m; vertex {} (from 0) is the "
+      "farthest, {:.3g} m from the middle: if it is astray, move or remove it",
+      file.filename().string(), extent_m, std::nextafter(0.5f * extent_m, 1e30f) - 0.5f * extent_m,
+      farthest, (mesh.positions[farthest] - middle).norm());
+}
 
 /// One of the scene's tables while its objects are made.
 class Table {
  public:
-  Table(const ObjectOptions& options, std::size_t number, std::uint64_t seed, const BedGrid& bed)
-      : options_(options), number_(number), seed_(seed), bed_(bed) {
+  Table(const ObjectOptions& options, std::size_t number, std::uint64_t seed, const BedGrid& bed,
+        std::span<const Material> materials)
+      : options_(refined(options, materials)), number_(number), seed_(seed), bed_(bed) {
     const std::string name = options.shape.empty() ? options.mesh.path.string() : options.shape;
     what_ = options.shape.empty() ? name : fmt::format("objects.{} ({})", number, name);
     if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
     if (options.shape.empty()) {
-      refine::RepairedMesh repaired =
-          refine::repair(refine::read_mesh(options.mesh.path), options.weld_m / options.scale);
+      const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
+      warning_ = warning_of_extent(read, options.mesh.path);
+      if (warning_) what_ = *warning_;
+      refine::RepairedMesh repaired = refine::repair(read, options.weld_m / options.scale);
       mesh_ = std::move(repaired.mesh);
       report_ = repaired.report;
     }
   }
 
   const std::optional<refine::RepairReport>& report() const { return report_; }
+  const std::optional<std::string>& warning() const { return warning_; }
 
   PlacedObjects::One one(std::size_t number, Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
     const refine::TriangleMesh mesh = mesh_of(number);
+    PlacedObjects::One placed =
+        set_down_at(mesh, spot);  // first: it refuses a line that is too long
     layout.take(discs(mesh, spot));
-    return set_down_at(mesh, spot);
+    return placed;
   }
 
   std::vector<PlacedObjects::One> many(Layout& layout) const {
@@ -188,11 +241,14 @@ class Table {
   std::string what_;
   refine::TriangleMesh mesh_;
   std::optional<refine::RepairReport> report_;
+  std::optional<std::string> warning_;
 };
 
 }  // namespace
 
-refine::TriangleMesh body_of(const ObjectOptions& table, std::uint64_t seed) {
+refine::TriangleMesh body_of(const ObjectOptions& options, std::uint64_t seed,
+                             std::span<const Material> materials) {
+  const ObjectOptions table = refined(options, materials);
   refine::TriangleMesh mesh;
   if (table.shape.empty())
     mesh = refine::repair(refine::read_mesh(table.mesh.path), table.weld_m / table.scale).mesh;
@@ -213,21 +269,71 @@ std::size_t count_of(std::span<const ObjectOptions> tables) {
   return sum;
 }
 
+namespace {
+
+/// The bodies whose facets are too wide for their material's lobe, in one sentence of the worst.
+class CoarseFacets {
+ public:
+  void look_at(const ObjectOptions& table, std::size_t number, const refine::TriangleMesh& mesh,
+               std::span<const Material> materials) {
+    const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
+    if (!lobe_rad) return;
+    const double facet_rad = facet_angle_rad(mesh);
+    if (!(facet_rad > facet_over_lobe * *lobe_rad)) return;
+    ++count_;
+    if (facet_rad / *lobe_rad <= worst_) return;
+    worst_ = facet_rad / *lobe_rad;
+    constexpr double degree = std::numbers::pi / 180.0;
+    const bool is_mesh = table.shape.empty();
+    what_ = fmt::format(
+        "objects.{} ({}): its facets stand {:.2g} degrees apart, too far for the lobe of {}, "
+        "{:.2g} "
+        "degrees wide: it shines from some sides and vanishes from others; take {}a material with "
+        "a "
+        "lobe_width_deg of {:.2g} or more",
+        number, is_mesh ? table.mesh.path.filename().string() : table.shape, facet_rad / degree,
+        table.material, *lobe_rad / degree,
+        is_mesh              ? fmt::format("a mesh with facets of {:.2g} degrees or less, or ",
+                                           facet_over_lobe * *lobe_rad / degree)
+        : table.size.facet_m ? "a smaller facet_m, or "
+        : table.count > 0    ? "fewer of them, or "
+                             : "",
+        1.1 * facet_rad / facet_over_lobe / degree);
+  }
+  std::optional<std::string> warning() const {
+    if (count_ == 0) return std::nullopt;
+    const std::string others =
+        count_ > 1 ? fmt::format(" (as do {} more of the tables of objects)", count_ - 1) : "";
+    return what_ + others;
+  }
+
+ private:
+  int count_ = 0;
+  double worst_ = 0.0;
+  std::string what_;
+};
+
+}  // namespace
+
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
-                            const BedGrid& bed) {
+                            const BedGrid& bed, std::span<const Material> materials) {
   PlacedObjects placed;
+  CoarseFacets coarse;
   Layout layout;
   std::vector<std::vector<PlacedObjects::One>> of_table(tables.size());
   for (const bool at_random : {false, true})
     for (std::size_t t = 0; t < tables.size(); ++t) {
       if ((tables[t].count > 0) != at_random) continue;
-      const Table table(tables[t], t, seed, bed);
+      const Table table(tables[t], t, seed, bed, materials);
       if (table.report()) placed.repairs.emplace_back(tables[t].mesh.path, *table.report());
+      if (table.warning()) placed.warnings.push_back(*table.warning());
       if (at_random)
         of_table[t] = table.many(layout);
       else
         of_table[t].push_back(table.one(0, layout));
+      if (!of_table[t].empty()) coarse.look_at(tables[t], t, of_table[t].front().mesh, materials);
     }
+  if (auto warning = coarse.warning()) placed.warnings.push_back(std::move(*warning));
   for (std::vector<PlacedObjects::One>& objects : of_table)
     std::ranges::move(objects, std::back_inserter(placed.objects));
   return placed;

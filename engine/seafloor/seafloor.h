@@ -9,6 +9,7 @@
 #include <ensonify/engine/seafloor/fractal.h>
 #include <ensonify/engine/seafloor/heightfield.h>
 #include <ensonify/engine/seafloor/input_file.h>
+#include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/object_options.h>
 #include <ensonify/engine/seafloor/ripples.h>
 #include <ensonify/engine/seafloor/seabed.h>
@@ -91,7 +92,7 @@ struct Seafloor {
   std::vector<ObjectRecord> objects;
   std::vector<FeatureRecord> features;  ///< those that have a point of the bed
   std::size_t repairs = 0;              ///< of the files' meshes, all counts summed
-  std::vector<std::string> warnings;    ///< what was repaired, a line a file
+  std::vector<std::string> warnings;  ///< what was repaired, a line a file, and what is too coarse
 
   /// Whether all faces have label 0.
   bool one_label() const {
@@ -118,10 +119,11 @@ struct Seafloor {
 /// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a
 /// survey that makes none, and what its parts throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
-/// The bed (of any kind) as a mesh, with objects set down on it. Throws as make_heightfield does, and
-/// refine::MeshError for a mesh that cannot be read or an object without a bed below, and
-/// std::invalid_argument for objects over a progressive mesh, which has its own.
+/// The bed (of any kind) as a mesh, with objects set down on it; `materials` are the scene's own. Throws
+/// as make_heightfield does, and refine::MeshError for a mesh that cannot be read or an object without a
+/// bed below, and std::invalid_argument for objects over a progressive mesh, which has its own.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
-                       std::span<const ObjectOptions> objects = {});
+                       std::span<const ObjectOptions> objects = {},
+                       std::span<const Material> materials = {});
 
 }  // namespace ensonify::engine

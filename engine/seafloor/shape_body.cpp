@@ -66,14 +66,18 @@ class Body {
   double diameter_m() const { return kind_.size_m(given_, &ShapeSize::diameter_m); }
 
   int segments(double diameter_m) const {
-    const double facet_m = given_.facet_m.value_or(pi * diameter_m / 48.0);
+    const double usual_rad = std::min(2.0 * pi / 48.0, given_.facet_rad.value_or(pi));
+    const double facet_m = given_.facet_m.value_or(0.5 * diameter_m * usual_rad);
     return static_cast<int>(std::clamp(std::ceil(pi * diameter_m / facet_m - 1e-9), 8.0, 512.0));
   }
-  /// Subdivisions of an icosahedron, whose edge is 1.05 radii; `usual` without a facet size.
+  /// Subdivisions of an icosahedron, whose edge is 1.05 radii or 1.11 radians; without a facet size `usual`, or
+  /// what the widest angle asks for.
   int ball_level(double radius_m, int usual) const {
-    if (!given_.facet_m) return usual;
-    return static_cast<int>(
-        std::clamp(std::ceil(std::log2(1.05 * radius_m / *given_.facet_m)), 1.0, 7.0));
+    if (!given_.facet_m && !given_.facet_rad) return usual;
+    const double halvings = given_.facet_m ? std::log2(1.05 * radius_m / *given_.facet_m)
+                                           : std::log2(1.107 / *given_.facet_rad);
+    const double least = given_.facet_m ? 1.0 : usual;
+    return static_cast<int>(std::clamp(std::ceil(halvings), least, 7.0));
   }
   /// The rod, which must be thin beside what is made of it.
   double rod_m(double least_m) const {
@@ -143,7 +147,9 @@ class Body {
 
   void tyre() {
     constexpr double hole = 0.58;  // over the outer diameter
-    constexpr int points = 16;
+    const int points =             // of the tread and the walls
+        given_.facet_rad ? std::max(16, static_cast<int>(std::ceil(2.0 * pi / *given_.facet_rad)))
+                         : 16;
     const double outer = 0.5 * diameter_m(), inner = hole * outer;
     const auto squared = [](double x) { return std::copysign(std::sqrt(std::abs(x)), x); };
     std::vector<Vector2d> profile;

@@ -67,7 +67,9 @@ refine::TriangleMesh make_line(const ShapeKind& kind, const ShapeSize& size,
     add_chain(solids, points, kind.size_m(size, &ShapeSize::rod_m));
   } else {
     const double diameter_m = line_diameter_m(kind, size);
-    const double facet_m = size.facet_m.value_or(diameter_m / 8.0);
+    const double usual_m =
+        std::min(diameter_m / 8.0, 0.5 * diameter_m * size.facet_rad.value_or(pi));
+    const double facet_m = size.facet_m.value_or(usual_m);
     solids.sweep(points,
                  circle(0.5 * diameter_m, static_cast<int>(std::clamp(
                                               std::ceil(pi * diameter_m / facet_m), 8.0, 256.0))));

@@ -22,6 +22,9 @@ struct ShapeSize {
   std::optional<double> top_diameter_m;  ///< of a cone's upper end
   std::optional<double> rod_m;           ///< thickness of rods, wires and twine
   std::optional<double> facet_m;         ///< edge of its facets where it is round
+  /// Widest angle between neighbouring facets of what is round, where facet_m does not say; no key: the lobe
+  /// of the material asks for it.
+  std::optional<double> facet_rad;
 };
 
 /// A size that a shape has: its key, where it is kept, and the usual one.
@@ -50,7 +53,8 @@ std::span<const Dimension> all_dimensions();
 
 /// A body's mesh, z up and y forward: closed and turned outwards (parts of it may overlap), the same
 /// for the same numbers of the stream; only "boulder", "net" and "debris" draw any. facet_m unset: a
-/// sixteenth of its diameter (48 facets round), thin rods having 8 sides. Throws std::invalid_argument
+/// sixteenth of its diameter (48 facets round) or what facet_rad asks for, thin rods having 8 sides. Throws
+/// std::invalid_argument
 /// for a kind that is laid along a path and for sizes that contradict one another.
 refine::TriangleMesh make_body(const ShapeKind& kind, const ShapeSize& size, const Stream& random);
 

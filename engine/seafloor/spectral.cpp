@@ -64,6 +64,14 @@ int fast_length(double at_least) {
   }
 }
 
+struct Size {
+  int columns, rows;
+};
+Size size_of(const Heightfield& field, double period_m) {
+  return {fast_length(std::max(2.0 * field.columns, period_m / field.cell_east_m)),
+          fast_length(std::max(2.0 * field.rows, period_m / field.cell_north_m))};
+}
+
 double signed_frequency(int index, int length) {
   return index <= length / 2 ? index : index - length;
 }
@@ -71,8 +79,7 @@ double signed_frequency(int index, int length) {
 }  // namespace
 
 void add_spectral_field(Heightfield& field, const SpectralField& what, const Stream& noise) {
-  const int columns = fast_length(std::max(2.0 * field.columns, what.period_m / field.cell_east_m));
-  const int rows = fast_length(std::max(2.0 * field.rows, what.period_m / field.cell_north_m));
+  const auto [columns, rows] = size_of(field, what.period_m);
   if (static_cast<double>(columns) * rows > most_cells)
     throw std::invalid_argument(fmt::format(
         "relief: it would be cut out of a field of {} x {} cells, {:.0f} GB; use larger cells or a "
@@ -136,6 +143,16 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Str
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column)
       field.at(column, row) += height_at(column, row) - mean;
+}
+
+double fractal_period_m(const Heightfield& field, double hurst) {
+  return (hurst > 0.7 ? 4.0 : 2.0) *
+         std::max(field.columns * field.cell_east_m, field.rows * field.cell_north_m);
+}
+
+double spectral_field_bytes(const Heightfield& field, double period_m) {
+  const auto [columns, rows] = size_of(field, period_m);
+  return sizeof(double) * (columns + 2.0) * rows;
 }
 
 }  // namespace ensonify::engine

@@ -26,4 +26,11 @@ struct SpectralField {
 /// has more than 2^29 cells, std::bad_alloc if memory does not hold it.
 void add_spectral_field(Heightfield& field, const SpectralField& what, const Stream& noise);
 
+/// The period of a fractal field over a heightfield: that of a square, since a strip would have too few
+/// long waves across and too much power along.
+double fractal_period_m(const Heightfield& field, double hurst);
+
+/// The bytes that add_spectral_field() allocates; of the heightfield only the size counts.
+double spectral_field_bytes(const Heightfield& field, double period_m);
+
 }  // namespace ensonify::engine

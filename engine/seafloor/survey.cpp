@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -15,6 +16,7 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <hdf5.h>
@@ -31,20 +33,39 @@ constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netC
 // The deepest trench and the highest peak: beyond lie NODATA values that the file does not declare.
 constexpr double highest_m = 12000.0;
 
+std::string wkt_of(const OGRSpatialReference& reference) {
+  constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};  // 1 lacks some systems
+  char* text = nullptr;
+  reference.exportToWkt(&text, options.data());
+  const std::unique_ptr<char, void (*)(void*)> owned(text, VSIFree);
+  return text ? text : "";
+}
+
 class SurveyReader {
  public:
   SurveyReader(const std::filesystem::path& file, double water_level_m)
       : file_(file), water_level_m_(water_level_m) {}
 
-  Heightfield read() {
-    if (!std::isfinite(water_level_m_)) fail("the water level is not a finite number");
+  std::string reference() {
+    open();
+    const OGRSpatialReference* reference = dataset_->GetSpatialRef();
+    return reference ? wkt_of(*reference) : std::string();
+  }
+
+  Heightfield header() {
     open();
     GDALRasterBand& band = *dataset_->GetRasterBand(1);
     check_size(band);
     check_reference(band);
-    if (is_text()) check_text();
     place();
-    read_heights(band);
+    return field_;
+  }
+
+  Heightfield read() {
+    if (!std::isfinite(water_level_m_)) fail("the water level is not a finite number");
+    header();
+    if (is_text()) check_text();
+    read_heights(*dataset_->GetRasterBand(1));
     for (int row = 0; row + 1 < field_.rows; ++row)
       for (int column = 0; column + 1 < field_.columns; ++column)
         if (field_.whole(column, row)) return std::move(field_);
@@ -264,6 +285,24 @@ class SurveyReader {
 
 Heightfield read_survey(const std::filesystem::path& file, double water_level_m) {
   return SurveyReader(file, water_level_m).read();
+}
+
+std::string survey_reference(const std::filesystem::path& file) {
+  return SurveyReader(file, 0.0).reference();
+}
+
+std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  OGRSpatialReference system;
+  system.SetProjCS("metres about the seabed's middle");
+  system.SetWellKnownGeogCS("WGS84");
+  system.SetTM(middle.latitude_rad / degree, middle.longitude_rad / degree, 1.0, world_origin.x(),
+               world_origin.y());
+  return wkt_of(system);
+}
+
+Heightfield read_survey_header(const std::filesystem::path& file) {
+  return SurveyReader(file, 0.0).header();
 }
 
 }  // namespace ensonify::engine

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
+#include <ensonify/engine/seafloor/geographic.h>
 #include <ensonify/engine/seafloor/heightfield.h>
 
 namespace ensonify::engine {
@@ -13,5 +15,17 @@ namespace ensonify::engine {
 /// than its size can hold, is turned, in degrees or in feet, or has no whole cell. Neither heeds
 /// nor writes .aux.xml files.
 Heightfield read_survey(const std::filesystem::path& file, double water_level_m);
+
+/// The coordinate reference system of such a file as WKT; empty where it does not say. Throws
+/// refine::MeshError for a file that cannot be opened.
+std::string survey_reference(const std::filesystem::path& file);
+
+/// The reference system, as WKT, of a world whose middle lies there: transverse Mercator about it
+/// on WGS 84, which agrees with tangent_place to 3 mm at 7 km.
+std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin);
+
+/// The grid as its header describes it, without heights. Throws as read_survey() does where the header
+/// is enough to refuse it.
+Heightfield read_survey_header(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

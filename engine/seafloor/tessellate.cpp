@@ -1,5 +1,6 @@
 #include <ensonify/engine/seafloor/tessellate.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,8 @@ refine::TriangleMesh tessellate(const Heightfield& field) {
 
   refine::TriangleMesh mesh;
   mesh.world_origin = field.world_origin;
+  mesh.positions.reserve(vertex.size() -
+                         static_cast<std::size_t>(std::ranges::count(vertex, unused)));
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
       std::uint32_t& index = vertex[field.index(column, row)];

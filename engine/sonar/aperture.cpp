@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/engine/trace/nearest_floats.h>
+
 namespace ensonify::engine {
 
 namespace {
@@ -167,8 +169,8 @@ RayFan place_fan(const Aperture& aperture, const Pose& pose, Side side, double r
   const Eigen::Vector3d down = body.col(2);
   const double c = std::cos(aperture.grid->middle_depression_rad);
   const double s = std::sin(aperture.grid->middle_depression_rad);
-  return {aperture.grid,        pose.position,        body.col(0),
-          c * abeam + s * down, s * abeam - c * down, range_m};
+  return {aperture.grid,        nearest_floats(pose.position), body.col(0),
+          c * abeam + s * down, s * abeam - c * down,          range_m};
 }
 
 const Aperture& Apertures::at(double altitude_m, double lean_rad) {

@@ -51,7 +51,7 @@ double lean_rad(const Pose& pose, Side side);
 /// Rays end a little beyond the last bin, so that the pulse finds its energy there too.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
-/// The fan of one side at a pose.
+/// The fan of one side at a pose, from the place nearest to it that floats can tell (nearest_floats.h).
 RayFan place_fan(const Aperture& aperture, const Pose& pose, Side side, double range_m);
 
 /// A sonar's apertures over altitude, made as they are needed: altitudes within a step of 19 % and

@@ -9,7 +9,6 @@
 #include <ensonify/scatter/ambient_noise.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/reflection.h>
-#include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
 namespace {
@@ -101,9 +100,6 @@ double EchoLaw::vertical_width_rad(Side side, int power) const {
 }
 
 double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
-  const double bandwidth_hz = sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0
-                                  ? 1.0 / sonar.pulse.length_s
-                                  : sonar.pulse.bandwidth_hz;
   // Isotropic noise fills the array's beam, lambda / L wide, at all depressions alike.
   const double solid_angle_sr = std::min(law.wavelength_m() / sonar.receive_length_m(), 2.0) *
                                 law.vertical_width_rad(side, 1);
@@ -112,7 +108,7 @@ double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, 
       solid_angle_sr / (4.0 * pi);
   const double own =
       sonar.receiver.self_noise_db ? scatter::from_db(*sonar.receiver.self_noise_db) : 0.0;
-  return bandwidth_hz * (ambient + own);
+  return sonar.pulse.noise_bandwidth_hz() * (ambient + own);
 }
 
 VerticalSum::VerticalSum(const EchoLaw& law, Side side) : sums_{0.0} {
@@ -136,13 +132,13 @@ Arrivals::Arrivals(const ArrivalOptions& options, const SeaState& sea, const Ech
                    const std::optional<scatter::Sediment>& bed, std::uint64_t seed)
     : options_(options),
       law_(law),
+      surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
       waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)},
       wall_share_(scatter::from_db(-options.wall_loss_db)) {
-  const scatter::SeaSurface surface{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()};
   for (std::size_t i = 0; options.surface && i <= sines; ++i)
     surface_strength_.push_back(scatter::surface_cross_section(
-        surface, std::asin(std::max(0.5, static_cast<double>(i)) / sines)));
+        surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sines)));
   for (std::size_t i = 0; options.multiples && i <= sines; ++i) {
     const double loss_db =
         options.bottom_loss_db ? *options.bottom_loss_db
@@ -224,6 +220,8 @@ void Arrivals::add_volume(double depth_m, double altitude_m, Side side, const Be
 // By images: a leg from the array to a place of the bed has the vertical extent a = h straight down,
 // h + 2 d by way of the surface, 3 h + 2 d by way of bed and surface. Of two legs of lengths r (a) and
 // r' (b) over the same ground, r'^2 - r^2 = b^2 - a^2, and the echo comes from a range of (r + r') / 2.
+// A leg by way of the surface meets it once, at the grazing angle of asin(a / r), and passes through the
+// bubbles beneath it.
 void Arrivals::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                              std::span<const float> direct, std::span<float> power,
                              std::vector<double>& sums) const {
@@ -257,6 +255,12 @@ void Arrivals::add_multiples(double depth_m, double altitude_m, Side side, const
       // Spreading and absorption of the legs against those of the direct way.
       gain = way.share * pattern / (straight * straight) *
              std::sqrt(law_.per_m2_at(out) * law_.per_m2_at(back)) / law_.per_m2_at(r);
+      const auto through_bubbles = [&](double down_m, double leg_m) {
+        const double grazing_rad = std::asin(std::min(down_m / leg_m, 1.0));
+        return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));
+      };
+      if (way.up_out) gain *= through_bubbles(way.out_m, out);
+      gain *= through_bubbles(way.back_m, back);  // this leg always goes by way of the surface
       if (way.off_bed)
         gain *= bed_reflection_[static_cast<std::size_t>(std::min(way.back_m / back, 1.0) * sines)];
       return r;

@@ -13,6 +13,7 @@
 #include <ensonify/engine/sonar/motion.h>
 #include <ensonify/engine/sonar/scatterers.h>
 #include <ensonify/scatter/sediment.h>
+#include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
 
@@ -138,6 +139,7 @@ class Arrivals {
 
   ArrivalOptions options_;
   const EchoLaw& law_;
+  scatter::SeaSurface surface_;
   Oscillator waves_;
   std::vector<double> surface_strength_;  // over the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, over the same

@@ -21,7 +21,7 @@ enum class Region : std::uint32_t {
 /// What is known of each range bin, one value a bin: of one side of one ping in an EchoLine, of all
 /// pings in a Waterfall. Names, units and meanings are those of the files.
 struct Layers {
-  std::vector<float> intensity;  ///< as received, with speckle and noise; uPa^2 re 1 uPa, no gain
+  std::vector<float> intensity;  ///< as received: mean squared pressure, uPa^2, before any gain
   std::vector<std::uint32_t> sample;  ///< the recorder's output: Recorder::sample
   std::vector<float> intensity_mean;  ///< the expectation of the echo alone
   std::vector<float> range_m;         ///< slant range of the bin's centre

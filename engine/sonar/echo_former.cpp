@@ -18,6 +18,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
       beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       by_material_(by_material),
       absorption_db_per_m_(medium.absorption_db_per_m),
+      profile_(medium.profile),
       bins_(sonar.bin_m(), static_cast<std::size_t>(std::ceil(
                                trace_range_m(sonar, medium.sound_speed_mps) / sonar.bin_m())) +
                                1),
@@ -45,6 +46,7 @@ void EchoFormer::form(const RayFan& fan, const Aperture& aperture, const Recepti
     begin_plane(plane);
     take_runs(runs, plane);
     shade();
+    absorb();
     walk(plane);
     for (std::size_t i = runs.first[plane]; i < runs.first[plane + 1]; ++i)
       line.hits += runs.end[i] - runs.begin[i];
@@ -236,8 +238,20 @@ void EchoFormer::shade() {
   shade_pieces(pass_);
 }
 
-// What bent rays have of their own: spreading, grazing angle and place. The bins' gain absorbs over the range
-// that their time stands for.
+// Straight rays, where absorption depends on depth: what their own way absorbs, for what the bins' gain does.
+void EchoFormer::absorb() {
+  if (!profile_) return;
+  const double from_m = -fan_->origin.z();
+  for (std::size_t i = 0; i < pass_.pieces; ++i) {
+    if (!answers(i)) continue;
+    const double to_m = from_m - middles_[4 * i + 2];
+    const double more = profile_->mean_absorption_db_per_m(from_m, to_m) - absorption_db_per_m_;
+    energy_of_[i] *= scatter::from_db(-2.0 * more * range_m_[i]);
+  }
+}
+
+// What bent rays have of their own: spreading, absorption, grazing angle and place. The bins' gain absorbs over
+// the range that their time stands for.
 void EchoFormer::correct() {
   for (std::size_t i = 0; i < pass_.pieces; ++i) {
     if (!answers(i)) continue;
@@ -252,9 +266,10 @@ void EchoFormer::correct() {
         level_[i] * fan_->grid->cos_elevation[ray] + pole_[i] * fan_->grid->sin_elevation[ray];
     const double range_m = distance_[i] / facing;
     const scatter::BackscatterTable& bottom = by_material_[labels_[label_[i]].sediment];
-    energy_of_[i] *= bottom.over_sine(sine_[i]) / bottom.over_sine(std::min(-facing, 1.0)) *
-                     range_m * range_m / arrival.spreading_m2 *
-                     scatter::from_db(-2.0 * absorption_db_per_m_ * (arrival.path_m - range_m));
+    energy_of_[i] *=
+        bottom.over_sine(sine_[i]) / bottom.over_sine(std::min(-facing, 1.0)) * range_m * range_m /
+        arrival.spreading_m2 *
+        scatter::from_db(-2.0 * (arrival.absorption_db - absorption_db_per_m_ * range_m));
     // From that ray to the piece's middle it is none or half a step.
     const double on = (begin_[i] + end_[i] - 1) % 2 == 0 ? 0.0 : 0.5 / (end_[i] - begin_[i]);
     Eigen::Map<Eigen::Array4d> middle(&middles_[4 * i]);

@@ -19,15 +19,18 @@ namespace ensonify::engine {
 struct Medium {
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
+  /// Absorption over depth; null: that everywhere. It must outlive what is made with this.
+  const scatter::SoundSpeedProfile* profile = nullptr;
 };
 
 /// Turns what the rays of a fan hit into the expected echo of one side of a ping, with the truth
 /// beside it.
 ///
 /// A ray of solid angle dOmega that meets the bed at range r and grazing angle g stands for the area
-/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption. (A bent ray has its
-/// spreading J for r^2, g where it arrives, and absorption along its path.) Within a plane of the fan that
-/// is a density over elevation. A run of rays on one face is one piece, or a few: its middle's density
+/// r^2 dOmega / sin(g) and returns b_t b_r sigma(g) / r^4 of it, with absorption along the way. (A bent
+/// ray spreads to J both on the way out, over the area, and on the way back, where it is J (c_sonar /
+/// c_bed)^2: the area cancels the one, and the other stands for r^2. g is where it arrives.) Within a
+/// plane of the fan that is a density over elevation. A run of rays on one face is one piece, or a few: its middle's density
 /// stands for all the elevation halfway to the neighbouring rays, and its energy lies in the bins between
 /// the ranges of its ends. Where one surface goes on from run to run these meet halfway; where it breaks off
 /// each keeps its own half step. The bins then go through the pulse.
@@ -70,6 +73,7 @@ class EchoFormer {
     bottom_[piece] = strengths_from_[labels_[label].sediment];
   }
   void shade();
+  void absorb();
   void correct();
   void walk(std::size_t plane);
   void finish(EchoLine& line);
@@ -91,7 +95,8 @@ class EchoFormer {
   std::vector<float> strengths_;              // of all materials, one after another
   std::vector<std::int32_t> strengths_from_;  // by material
   Eigen::Vector2d lowest_, highest_;          // the seafloor's bounds, seen from above
-  double absorption_db_per_m_;
+  double absorption_db_per_m_;                // that the bins' gain has
+  const scatter::SoundSpeedProfile* profile_;
   RangeBins bins_;
   std::vector<double> gain_;    // of a bin's energy: source level and absorption
   std::vector<double> pulse_;   // pulse_kernel

@@ -42,6 +42,11 @@ double Pulse::effective_length_s() const {
   return (kind == PulseKind::lfm && window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
 }
 
+double Pulse::noise_bandwidth_hz() const {
+  if (kind == PulseKind::cw) return 1.0 / effective_length_s();
+  return bandwidth_hz * bandwidth_hz * effective_length_s();
+}
+
 double Pulse::intensity(double time_s) const {
   const double t = std::abs(time_s);
   if (kind == PulseKind::cw) return t <= 0.5 * effective_length_s() ? 1.0 : 0.0;

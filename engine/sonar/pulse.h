@@ -21,6 +21,10 @@ struct Pulse {
 
   /// Energy over peak intensity: a CW pulse's length, 1 / B of a sweep, 1.5 / B under a Hann window.
   double effective_length_s() const;
+  /// White noise behind the matched filter over its spectral density, where an echo's peak is what it
+  /// is without a window: a sweep's bandwidth, times mean(w^2) / mean(w)^2 of the window w, 1.5 (1.76
+  /// dB) of Hann's; 1 / length of a CW pulse.
+  double noise_bandwidth_hz() const;
   /// Intensity over its peak, so long before or after the middle.
   double intensity(double time_s) const;
   /// Amplitude of developed speckle at two times so far apart, their correlation: of the pulse with

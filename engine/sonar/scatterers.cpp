@@ -218,12 +218,14 @@ void Scatterers::place_side_lobes(const Layers& bins, Memory& memory) const {
   for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
     if (!(bins.intensity_mean[n] > 0.0f)) continue;
     if (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f && bins.z_m[n] == 0.0f) {
+      // Before the first of them nothing was placed: what the memory has there is an earlier ping's.
       const std::size_t from = last.value_or(0);
-      const bool outwards = !(memory.phase_turns[from] > 0.0f);
+      const float turns = last ? memory.phase_turns[from] : 0.0f;
+      const bool outwards = !(turns > 0.0f);
       const auto way = static_cast<std::uint32_t>(n - from);
-      memory.across_cell[n] = memory.across_cell[from] + (outwards ? way : ~way + 1u);
-      memory.across_within[n] = memory.across_within[from];
-      memory.phase_turns[n] = memory.phase_turns[from];
+      memory.across_cell[n] = (last ? memory.across_cell[from] : 0u) + (outwards ? way : ~way + 1u);
+      memory.across_within[n] = last ? memory.across_within[from] : 0;
+      memory.phase_turns[n] = turns;
       if (last) {
         const double to_cells = double(cells_per_m_[n]) / double(cells_per_m_[from]);
         const auto first = static_cast<std::int32_t>(memory.first_cell[from]);

@@ -76,6 +76,32 @@ double SignalChain::median_share() const {
   return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
 }
 
+std::vector<double> SignalChain::automatic_gain(Side side) const {
+  const std::vector<double> bed = level_bed(side);
+  const ReceiverOptions& receiver = sonar_.receiver;
+  const double behind =
+      receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
+  // Mean over root mean square of an amplitude whose intensity is a mean of so many exponential ones: the ratio of
+  // two gamma functions, by Stirling's series.
+  const double looks = receiver.looks;
+  const double speckle =
+      options_.speckle ? 1.0 - 1.0 / (8.0 * looks) + 1.0 / (128.0 * looks * looks) : 1.0;
+  Channel channel;
+  channel.detected.assign(gains_.size(), 0.0f);
+  for (std::size_t n = 0; n < bed.size(); ++n) {
+    const double gain = gains_[n];
+    channel.detected[n] = static_cast<float>(
+        speckle * std::sqrt(std::max(bed[n], noise(side)) * gain * gain + behind));
+  }
+  const std::vector<float> before = channel.detected;
+  if (options_.artefacts.automatic_gain > 0.0) follow_level(channel);
+  const double scale = ping_scale(channel, bed.size());
+  std::vector<double> gain(bed.size(), scale);
+  for (std::size_t n = 0; n < bed.size(); ++n)
+    if (before[n] > 0.0f) gain[n] *= channel.detected[n] / before[n];
+  return gain;
+}
+
 void SignalChain::receive(const Hearing& hearing, std::span<EchoLine> lines, Memory& memory) const {
   const auto channel = [&](const EchoLine& line) -> Channel& {
     return memory.channels[static_cast<std::size_t>(line.side)];

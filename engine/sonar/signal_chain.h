@@ -70,6 +70,9 @@ class SignalChain {
   std::vector<double> level_bed(Side side) const;
   /// Of a bed's intensity, median over mean: speckle's.
   double median_share() const;
+  /// What the amplitude in each bin of such a ping is multiplied by behind the recorder's own gain: an automatic
+  /// gain that follows the level, and the scale that brings the ping to its mean.
+  std::vector<double> automatic_gain(Side side) const;
 
  private:
   using Channel = Memory::Channel;

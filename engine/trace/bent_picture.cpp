@@ -331,8 +331,12 @@ Arrival BentPicture::tell(std::size_t number, Hit& hit) {
   double range_m = (point - fan.origin).head<2>().norm();
   scatter::DirectRays::Way way;
   if (!ways_.find(range_m, -point.z(), way))  // beyond the last by rounding
-    way = {cotangent, hit.t / reference_mps_, hit.t, range_m / cotangent,
-           profile_->speed_mps(-point.z())};
+    way = {cotangent,
+           hit.t / reference_mps_,
+           hit.t,
+           range_m / cotangent,
+           profile_->speed_mps(-point.z()),
+           hit.t * profile_->mean_absorption_db_per_m(-fan.origin.z(), -point.z())};
   const double along = snell * way.sound_speed_mps;
   const double down = std::sqrt(std::max(0.0, 1.0 - along * along));
   const Vector3d travel(along * outwards.x(), along * outwards.y(), -down);
@@ -350,12 +354,13 @@ Arrival BentPicture::tell(std::size_t number, Hit& hit) {
   }
   const double spread_m = way.range_per_cotangent_m * (1.0 + cotangent * cotangent) * down;
   const double sideways_m = level > 1e-6 ? range_m / level : way.range_per_cotangent_m;
-  const double per_t = 1.0 / hit.t;
+  const double per_t = 1.0 / hit.t, speeds = source_mps_ / way.sound_speed_mps;
   return {
       .place = point,
       .direction = travel,
-      .spreading_m2 = std::max(spread_m * sideways_m, least_spreading * way.path_m * way.path_m),
-      .path_m = way.path_m,
+      .spreading_m2 = speeds * speeds *
+                      std::max(spread_m * sideways_m, least_spreading * way.path_m * way.path_m),
+      .absorption_db = way.absorption_db,
       .along = way.sound_speed_mps / reference_mps_,
       .upwards = std::max(spread_m * per_t, 0.01),
       .sideways = sideways_m * per_t};

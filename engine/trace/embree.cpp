@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -29,13 +30,22 @@ constexpr double largest_vertex_m = 1e9;
 
 constexpr double slack = 2e-7;  // a few units in a float's last place
 
-/// A query that keeps, of hits at one distance, the lowest face: Embree itself keeps any of them.
-struct TieBreaking : EmbreeQuery {
+/// A query that keeps the nearest hit, and of several at one distance the face with the lowest number,
+/// whatever the order in which the tree offers them.
+///
+/// Two faces that share an edge may both be hit there, at distances that differ by rounding. Embree
+/// skips the box of the second where the first is nearer than it, so which of the two it offers depends
+/// on the tree. Hence a hit leaves the ray a little longer than the hit's distance: both are offered,
+/// and the nearest is the same for every tree over the same faces.
+struct NearestHit : EmbreeQuery {
   static constexpr int most_lanes = 16;
+  static constexpr float beyond_hit = 1.0f + 0x1p-16f;
+  const std::uint32_t* numbers;  // of faces; none: their places
   alignas(64) std::array<float, most_lanes> t;
   alignas(64) std::array<std::uint32_t, most_lanes> face;
 
-  explicit TieBreaking(bool coherent) : EmbreeQuery(coherent) {}
+  NearestHit(bool coherent, std::span<const std::uint32_t> face_numbers)
+      : EmbreeQuery(coherent), numbers(face_numbers.empty() ? nullptr : face_numbers.data()) {}
   void start() {
     t.fill(inf);
     face.fill(Hit::none);
@@ -52,19 +62,54 @@ struct TieBreaking : EmbreeQuery {
   }
 
  private:
-  // Embree offers hits no farther than the nearest so far; what is not valid afterwards, it drops.
+  bool comes_first(unsigned one, unsigned other) const {
+    if (!numbers || numbers[one] == numbers[other]) return one < other;
+    return numbers[one] < numbers[other];
+  }
+
+  // Vectors by name: a loop over arrays that may overlap is not made into them.
+  template <class Number, unsigned lanes>
+  struct Register {
+    typedef Number Numbers __attribute__((vector_size(lanes * sizeof(Number))));
+  };
+
+  // What is not valid afterwards, Embree drops.
   template <unsigned lanes>
   [[gnu::always_inline]] static void filter_lanes(const RTCFilterFunctionNArguments* args) {
-    auto& best = *static_cast<TieBreaking*>(args->context);
-    const float* t = &RTCRayN_tfar(args->ray, lanes, 0);
-    const unsigned* face = &RTCHitN_primID(args->hit, lanes, 0);
-    for (unsigned i = 0; i < lanes; ++i) {
-      const bool wins = (t[i] < best.t[i]) | ((t[i] == best.t[i]) & (face[i] < best.face[i]));
-      const bool keep = (args->valid[i] != 0) & wins;
-      args->valid[i] = keep ? -1 : 0;
-      best.t[i] = keep ? t[i] : best.t[i];
-      best.face[i] = keep ? face[i] : best.face[i];
+    using Floats = typename Register<float, lanes>::Numbers;
+    using Masks = typename Register<int, lanes>::Numbers;
+    auto& best = *static_cast<NearestHit*>(args->context);
+    float* ends = &RTCRayN_tfar(args->ray, lanes, 0);
+    const unsigned* faces = &RTCHitN_primID(args->hit, lanes, 0);
+    Floats t, best_t;
+    Masks valid, face, best_face;
+    std::memcpy(&t, ends, sizeof t);
+    std::memcpy(&valid, args->valid, sizeof valid);
+    std::memcpy(&face, faces, sizeof face);
+    std::memcpy(&best_face, best.face.data(), sizeof best_face);
+    std::memcpy(&best_t, best.t.data(), sizeof best_t);
+    const Masks ties = valid & (t == best_t);
+    int any_tie = 0;
+    for (unsigned i = 0; i < lanes; ++i) any_tie |= ties[i];
+    if (any_tie) [[unlikely]] {
+      best.settle_ties(args->valid, ends, faces, lanes);
+      std::memcpy(&best_t, best.t.data(), sizeof best_t);
     }
+    const Masks keep = valid & (t < best_t);
+    const Floats end = t * beyond_hit;
+    const Masks new_end = (keep & (Masks)end) | (~keep & (Masks)t);
+    const Masks new_t = (keep & (Masks)t) | (~keep & (Masks)best_t);
+    const Masks new_face = (keep & face) | (~keep & best_face);
+    std::memcpy(args->valid, &keep, sizeof keep);
+    std::memcpy(best.t.data(), &new_t, sizeof new_t);
+    std::memcpy(best.face.data(), &new_face, sizeof new_face);
+    std::memcpy(ends, &new_end, sizeof new_end);
+  }
+  /// Makes room for faces that come before those at the same distance.
+  [[gnu::noinline]] void settle_ties(const int* valid, const float* other_t, const unsigned* faces,
+                                     unsigned lanes) {
+    for (unsigned i = 0; i < lanes; ++i)
+      if (valid[i] != 0 && other_t[i] == t[i] && comes_first(faces[i], face[i])) t[i] = inf;
   }
   [[gnu::always_inline]] static void filter_any(const RTCFilterFunctionNArguments* args) {
     switch (args->N) {
@@ -172,7 +217,7 @@ class Embree final : public Intersector {
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
     if (rays.size() != hits.size())
       throw std::invalid_argument("rays need one place for a hit each");
-    TieBreaking query(false);
+    NearestHit query(false, triangles_.numbers);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       check_ray(rays[i]);
       hits[i] = scene_ ? trace_scaled(rays[i], query) : Hit{};
@@ -217,7 +262,7 @@ class Embree final : public Intersector {
     check();
     rtcSetGeometryBuildQuality(geometry.get(), quality);
     rtcSetGeometryIntersectFilterFunction(geometry.get(),
-                                          TieBreaking::filter_for(options_.instruction_set));
+                                          NearestHit::filter_for(options_.instruction_set));
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                triangles.positions.data(), 0, sizeof(Eigen::Vector3f),
                                triangles.positions.size());
@@ -241,7 +286,7 @@ class Embree final : public Intersector {
 
   template <int lanes>
   void trace_packets(const RayFan& fan, std::span<Hit> hits) const {
-    TieBreaking query(true);
+    NearestHit query(true, triangles_.numbers);
     alignas(64) std::array<int, lanes> valid;
     alignas(64) EmbreePacket<lanes> packet;
     RTCRayHit all = ray_from(fan.origin, 0.0f, range_of(fan));
@@ -284,14 +329,13 @@ class Embree final : public Intersector {
         for (std::size_t i = 0; i < count; ++i)
           to[i] = packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID
                       ? Hit{}
-                      : to_hit(packet.hit.primID[i], packet.ray.tfar[i], packet.hit.u[i],
-                               packet.hit.v[i]);
+                      : to_hit(packet.hit.primID[i], query.t[i], packet.hit.u[i], packet.hit.v[i]);
       }
     }
   }
 
   void trace_one_by_one(const RayFan& fan, std::span<Hit> hits) const {
-    TieBreaking query(true);
+    NearestHit query(true, triangles_.numbers);
     RTCRayHit ray = ray_from(fan.origin, 0.0f, range_of(fan));
     for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
       const Eigen::Vector3d broadside = fan.plane_direction(plane);
@@ -306,7 +350,7 @@ class Embree final : public Intersector {
 
   /// In float a direction of any length in double may be zero or infinite: its length is brought near
   /// 1, by a power of two, which changes no other bit.
-  Hit trace_scaled(const Ray& ray, TieBreaking& query) const {
+  Hit trace_scaled(const Ray& ray, NearestHit& query) const {
     int exponent;
     std::frexp(ray.direction.cwiseAbs().maxCoeff(), &exponent);
     const auto scaled = [&](double x) {
@@ -322,13 +366,13 @@ class Embree final : public Intersector {
     return std::isfinite(hit.t) ? hit : Hit{};  // the distance is beyond a double's
   }
 
-  Hit trace_one(RTCRayHit& ray, TieBreaking& query) const {
+  Hit trace_one(RTCRayHit& ray, NearestHit& query) const {
     query.t[0] = inf;
     query.face[0] = Hit::none;
     query.run(scene_.get(), ray);
     return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID
                ? Hit{}
-               : to_hit(ray.hit.primID, ray.ray.tfar, ray.hit.u, ray.hit.v);
+               : to_hit(ray.hit.primID, query.t[0], ray.hit.u, ray.hit.v);
   }
 
   static RTCRayHit ray_from(const Eigen::Vector3d& origin, float t_near, float t_far) {

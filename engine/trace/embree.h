@@ -11,12 +11,15 @@ namespace ensonify::engine {
 /// Embree's tree over the triangles; fans go through it in packets of neighbouring elevations of one
 /// plane, as many as the instruction set takes at once (16 with AVX-512, 8 with AVX, else 4).
 ///
-/// In float: distances are good to some 1e-6 of the range and of the mesh's extent; vertices within
-/// 1e9 m, build() refuses others. Robust, a ray aimed exactly at a vertex slips through once in some
+/// In float: distances are good to some 1e-6 of the range, however far from the mesh's origin, for rays
+/// whose origins are floats (nearest_floats.h), as a sonar's fans' are; other origins are rounded to floats.
+/// Vertices within 1e9 m, build() refuses others. Robust, a ray aimed exactly at a vertex slips through once in some
 /// hundreds; fast (not robust), one in six of those aimed at vertices or edges does, and of two faces
 /// at one distance either may win. A ray within a face's plane, as far as float can tell, may be said to
 /// hit it, even a little beside it, at a distance that means nothing (`ensonify check` counts such as
-/// coplanar). The last bits depend on the instruction set, on nothing else.
+/// coplanar). The last bits depend on the instruction set. They do not depend on the tree, but for one
+/// case: packets also test faces whose box a ray misses, so a face that the ray passes outside of within
+/// rounding may be hit in one tree and missed in another.
 ///
 /// A tree for many pings shares the triangles' memory, so they must not change while it lives; one
 /// for one ping copies them, is built in the calling thread, and traces as well but for some percent.

@@ -13,7 +13,8 @@ namespace ensonify::engine {
 ///
 /// No ray slips through between two faces: they find the place where their edge crosses a plane from the
 /// same two positions by the same operations, and so agree on which rays are to either side of it. What
-/// is nearest is decided in float, t, u and v are double. The bits are the same on all machines.
+/// is nearest is decided in float where that is certain, in double where it is near, and by the lowest
+/// number where double finds one distance. t, u and v are double. The bits are the same on all machines.
 ///
 /// Takes fans only, with elevations that ascend within 90 degrees of the fan's middle: for a list of
 /// rays, or another fan, it throws std::invalid_argument. A face thinner than 2^-50 of its length has no

@@ -38,9 +38,11 @@ inline constexpr double largest_component = 1e18;
 /// of threads at once, but not while it is built.
 ///
 /// The contract, the same for every back-end (tests/contract): both sides of a face are hit; a hit
-/// has t_min <= t <= t_max; of several at one distance the first face wins; a degenerate face is
-/// never hit; an empty mesh is missed; hits call faces by the triangles' numbers, and tell their places
-/// among them. Non-finite or huge (above 1e18) rays, zero directions and negative t_min throw
+/// has t_min <= t <= t_max; of several at one distance the face with the lowest number wins, and of
+/// several with that number the first; a degenerate face is never hit; an empty mesh is missed; hits call
+/// faces by the triangles' numbers, and tell their places among them. A hit depends on the ray and on the
+/// faces that the ray meets: not on other faces, on the faces' order, or on how vertices are numbered.
+/// (Embree's may in rare cases, see embree.h.) Non-finite or huge (above 1e18) rays, zero directions and negative t_min throw
 /// std::invalid_argument.
 class Intersector {
  public:

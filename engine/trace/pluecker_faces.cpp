@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -71,12 +72,17 @@ void PlueckerFaces::build(refine::Triangles triangles) {
     if (edges_.empty() || edges_.back().from != half.from || edges_.back().to != half.to)
       edges_.push_back(edge_between(half.from, half.to));
     const auto edge = static_cast<std::uint32_t>(edges_.size() - 1);
-    const bool against = triangles.faces[half.face][half.corner] != half.from;
+    const bool against = triangles.faces[half.face][half.corner] != edges_.back().from;
     faces_[half.face][half.corner] = 2 * edge + against;
   }
 }
 
 PlueckerFaces::Edge PlueckerFaces::edge_between(std::uint32_t from, std::uint32_t to) const {
+  const auto place = [&](std::uint32_t vertex) {
+    const Eigen::Vector3f& at = triangles_.positions[vertex];
+    return std::tuple(at.x(), at.y(), at.z());
+  };
+  if (place(to) < place(from)) std::swap(from, to);
   const Eigen::Vector3d p = triangles_.positions[from].cast<double>();
   const Eigen::Vector3d along = triangles_.positions[to].cast<double>() - p;
   return {along,
@@ -136,11 +142,15 @@ void PlueckerFaces::take(PlueckerQuery& query, std::uint32_t face,
   const double scaled = std::min(std::max(cut.enter, in_plane), cut.leave);
   const double t = std::ldexp(scaled, query.doublings_);
   if (!(scaled >= 0.0 && t >= query.t_min_ && t <= query.t_max_)) return;
-  if (scaled > query.limit_ || (scaled == query.limit_ && face > query.nearest_.index)) return;
+  if (scaled > query.limit_) return;
+  const std::uint32_t number = triangles_.number(face);
+  if (scaled == query.limit_ &&
+      std::pair(number, face) > std::pair(query.nearest_.face, query.nearest_.index))
+    return;
   // The products are the corners' weights; one decided exactly may be rounding, with the wrong sign.
   const auto weight = [&](const Side& side) { return std::max(0.0, side.sign * side.product); };
   const double sum = weight(sides[0]) + weight(sides[1]) + weight(sides[2]);
-  query.nearest_ = {triangles_.number(face), face, t, sum > 0.0 ? weight(sides[2]) / sum : 0.0,
+  query.nearest_ = {number, face, t, sum > 0.0 ? weight(sides[2]) / sum : 0.0,
                     sum > 0.0 ? weight(sides[0]) / sum : 0.0};
   query.limit_ = scaled;
 }

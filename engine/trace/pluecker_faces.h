@@ -21,7 +21,8 @@ class PlueckerQuery {
   const BoxLine& line() const { return line_; }
   /// Farther than this, in lengths of the direction as scaled below, no face can be hit any more.
   const double& limit() const { return limit_; }
-  /// The nearest of the faces met, and the lowest of those at one distance.
+  /// The nearest of the faces met; of several at one distance the one with the lowest number, and of
+  /// several with that number the first.
   const Hit& nearest() const { return nearest_; }
 
  private:
@@ -56,7 +57,8 @@ class PlueckerFaces {
   void meet(PlueckerQuery& query, std::uint32_t face) const;
 
  private:
-  // One cache line. From `from` to `to`, the lower vertex first.
+  // One cache line. From `from` to `to`, the end that is lower in (x, y, z) first: so an edge's bits
+  // depend on its ends' places alone, not on how the vertices are numbered.
   struct Edge {
     Eigen::Vector3d along;   // to - from
     Eigen::Vector3d moment;  // from x to, as from x along: its rounding is small with the edge

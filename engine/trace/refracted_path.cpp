@@ -26,10 +26,13 @@ SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
   constexpr double apart_m = 2e-3;
   std::vector<scatter::SoundSpeedSample> samples;
   for (const SoundSpeedLayer& layer : profile.layers())
-    if (std::isfinite(layer.top_m)) samples.push_back({layer.top_m, layer.top_mps});
+    if (std::isfinite(layer.top_m))
+      samples.push_back({layer.top_m, layer.top_mps, layer.top_db_per_m});
   for (auto s = samples.rbegin(); s != samples.rend(); ++s)
     if (std::abs(s->depth_m - depth_m) < apart_m) depth_m = s->depth_m - apart_m;
-  if (depth_m >= 0.0) samples.push_back({depth_m, profile.speed_mps(depth_m)});
+  if (depth_m >= 0.0)
+    samples.push_back(
+        {depth_m, profile.speed_mps(depth_m), profile.mean_absorption_db_per_m(depth_m, depth_m)});
   return SoundSpeedProfile(std::move(samples));
 }
 
@@ -74,7 +77,7 @@ Arrival Arrival::onwards(double times, const Eigen::Vector3d& way) const {
   Arrival beyond = *this;
   beyond.place += way;
   beyond.spreading_m2 *= times * times;
-  beyond.path_m *= times;
+  beyond.absorption_db *= times;
   return beyond;
 }
 
@@ -267,8 +270,8 @@ Hit RefractedTracer::settle(const Course& course, const Eigen::Vector3d& origin,
   const double t = reference_mps_ * at.point().time_s;
   arrival = {.place = point,
              .direction = along_ray(at, course.level),
-             .spreading_m2 = at.spreading_m2(),
-             .path_m = at.point().path_m,
+             .spreading_m2 = at.spreading_back_m2(),
+             .absorption_db = at.point().absorption_db,
              .along = at.point().sound_speed_mps / reference_mps_,
              .upwards = std::max(std::abs(at.spread_m()) / t, 0.01),
              .sideways = at.sideways_m() / t};
@@ -321,7 +324,8 @@ Arrival TravelTime::tell(std::size_t number, Hit& hit) {
   return {.place = place,
           .direction = direction,
           .spreading_m2 = straight_m * straight_m,
-          .path_m = straight_m,
+          .absorption_db =
+              straight_m * profile_->mean_absorption_db_per_m(-fan_->origin.z(), -place.z()),
           .along = straight_down(-place.z()).mps / reference_mps_,
           .upwards = straight_m / hit.t,
           .sideways = straight_m / hit.t};

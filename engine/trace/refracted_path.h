@@ -21,8 +21,8 @@ namespace ensonify::engine {
 struct Arrival {
   Eigen::Vector3d place;      ///< of the hit, local metres
   Eigen::Vector3d direction;  ///< of travel there, unit
-  double spreading_m2;        ///< SoundRay::spreading_m2
-  double path_m;
+  double spreading_m2;        ///< of the way back: SoundRay::spreading_back_m2
+  double absorption_db;       ///< one way
   // Metres there for one in the picture: along the ray, across it in its vertical plane, and level.
   double along, upwards, sideways;
 

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/tile_collapse.h>
 
 namespace ensonify::engine {
 namespace {
@@ -46,6 +47,15 @@ const SurfaceKind& surface_kind(std::string_view name) {
     if (kind.name == name) return kind;
   throw std::invalid_argument(fmt::format("there is no surface '{}'; there are: {}", name,
                                           fmt::join(surface_names(), ", ")));
+}
+
+double surface_bytes_a_face(const SurfaceKind& kind, std::string_view intersector) {
+  if (kind.needs_progressive_mesh) return refine::tile_collapse_bytes_a_face;
+  // Measured over 2.4 million faces, and rounded down.
+  if (intersector.starts_with("embree")) return 70.0;
+  if (intersector == "pluecker") return 160.0;
+  if (intersector == "fan_scan") return 30.0;
+  return 0.0;
 }
 
 std::unique_ptr<Surface> make_static_surface(const SurfaceParts& parts) {

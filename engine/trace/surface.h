@@ -57,6 +57,10 @@ std::vector<std::string_view> surface_names();
 /// The kind of that name. Throws std::invalid_argument, listing the names there are.
 const SurfaceKind& surface_kind(std::string_view name);
 
+/// The bytes a face, beside the mesh, that making its parts takes at the peak: the analysis, or the
+/// tree of an intersector over all faces (0 for one that is not known here). At least, over many faces.
+double surface_bytes_a_face(const SurfaceKind& kind, std::string_view intersector);
+
 /// All faces, built once.
 std::unique_ptr<Surface> make_static_surface(const SurfaceParts& parts);
 

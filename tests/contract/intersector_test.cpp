@@ -1,17 +1,20 @@
 // What every intersector promises, whatever is inside it.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/meshes.h"
 #include "support/paths.h"
 
 #include <ensonify/engine/random.h>
@@ -247,6 +250,73 @@ TEST_CASE("of several faces the nearest is hit") {
     CHECK(shoot(tracer, {{0.2, 0.2, 5.0}, {0, 0, -1}}).face == 2);
     CHECK(shoot(tracer, {{0.2, 0.2, -5.0}, {0, 0, 1}}).face == 1);
   });
+}
+
+TEST_CASE("neither the faces' order nor the vertices' changes a hit, to the bit") {
+  // Steep relief seen from low above, so that many rays pass a ridge or an edge; every third face is
+  // there twice, and some faces lie within others.
+  refine::TriangleMesh mesh = tests::open_grid(40, 40, 0.5, 1.0, 11);
+  const std::size_t plain = mesh.faces.size();
+  for (std::size_t i = 0; i < plain; i += 3)
+    mesh.faces.push_back({mesh.faces[i][1], mesh.faces[i][2], mesh.faces[i][0]});
+  for (std::size_t i = 0; i < plain; i += 7) {
+    const refine::Face face = mesh.faces[i];
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (int k = 0; k < 3; ++k)
+      mesh.positions.push_back(0.5f *
+                               (mesh.positions[face[k]] + mesh.positions[face[(k + 1) % 3]]));
+    mesh.faces.push_back({first, first + 1, first + 2});
+  }
+
+  std::mt19937 random(5);
+  std::vector<std::uint32_t> vertex_order(mesh.positions.size()), numbers(mesh.faces.size());
+  std::iota(vertex_order.begin(), vertex_order.end(), 0u);
+  std::iota(numbers.begin(), numbers.end(), 0u);
+  std::shuffle(vertex_order.begin(), vertex_order.end(), random);
+  std::shuffle(numbers.begin(), numbers.end(), random);
+  refine::TriangleMesh shuffled;
+  shuffled.positions.resize(mesh.positions.size());
+  for (std::size_t i = 0; i < vertex_order.size(); ++i)
+    shuffled.positions[vertex_order[i]] = mesh.positions[i];
+  for (const std::uint32_t number : numbers) {
+    const refine::Face& face = mesh.faces[number];
+    shuffled.faces.push_back({vertex_order[face[0]], vertex_order[face[1]], vertex_order[face[2]]});
+  }
+
+  const refine::Bounds box = refine::bounds(mesh);
+  const Vector3d middle = 0.5 * (box.lowest + box.highest).cast<double>();
+  const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = -0.1,
+                                                              .sector_high_rad = 1.5,
+                                                              .truncation_rad = 0.5,
+                                                              .main_lobe_rad = 0.5,
+                                                              .planes = 24,
+                                                              .elevations = 1500});
+  std::vector<Hit> expected(grid->rays()), found(grid->rays());
+  for (const IntersectorKind& kind : intersector_kinds()) {
+    CAPTURE(std::string(kind.name));
+    const auto one = make_intersector(kind.name, mesh);
+    const auto other = make_intersector(kind.name, {shuffled.positions, shuffled.faces, numbers});
+    std::size_t hits = 0, differences = 0;
+    for (const double turn : {0.3, 1.1, 2.0, 4.4}) {
+      const Eigen::AngleAxisd about(turn, Vector3d::UnitZ());
+      const Vector3d along = about * Vector3d::UnitX(), across = about * Vector3d::UnitY();
+      const RayFan fan{grid,
+                       middle - 9.0 * across + 3.0 * Vector3d::UnitZ(),
+                       along,
+                       (across - Vector3d::UnitZ()).normalized(),
+                       (across + Vector3d::UnitZ()).normalized(),
+                       60.0};
+      one->intersect(fan, expected);
+      other->intersect(fan, found);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        hits += static_cast<bool>(expected[i]);
+        differences += found[i].face != expected[i].face || found[i].t != expected[i].t ||
+                       found[i].u != expected[i].u || found[i].v != expected[i].v;
+      }
+    }
+    CHECK(hits > 20000);
+    CHECK(differences == 0);
+  }
 }
 
 TEST_CASE("an empty mesh is missed, and so is a face without area") {

@@ -1,6 +1,7 @@
 #include <ensonify/engine/prepare.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 
 #include "support/catch.h"
@@ -178,6 +179,21 @@ TEST_CASE("a cache that cannot be written is a warning") {
   REQUIRE(!report.warnings.empty());
   CHECK(report.warnings.back().find("--cache names another folder") != std::string::npos);
   CHECK(report.cache_file.empty());
+}
+
+TEST_CASE("trimming the cache keeps what was just saved") {
+  const TemporaryFolder folder;
+  const fs::path cache = folder / "cache";
+  fs::create_directories(cache);
+  // A file beyond the cache's limit, which takes no room on the disk, and a clock that was put back.
+  write_text(cache / "huge.mesh", "");
+  fs::resize_file(cache / "huge.mesh", std::uintmax_t{17} << 30);
+  fs::last_write_time(cache / "huge.mesh",
+                      fs::file_time_type::clock::now() + std::chrono::hours(2));
+  const PreparedSeafloor prepared = prepare_seafloor(small_scene(), {.cache = cache});
+  CHECK(prepared.warnings.empty());
+  CHECK(fs::exists(prepared.cache_file));
+  CHECK(!fs::exists(cache / "huge.mesh"));
 }
 
 TEST_CASE("surface auto is refined, unless the run is too short for the analysis, and says why") {

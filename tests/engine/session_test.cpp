@@ -210,6 +210,85 @@ TEST_CASE("what cannot be is refused, and changes nothing") {
   CHECK(numbers(session.ping(beside, 0)) == before);
 }
 
+TEST_CASE(
+    "a pose that puts a sonar out of the water is refused as a run refuses it, on any surface") {
+  using Catch::Contains;
+  Scene scene = bare_scene();
+  scene.track.pings = 1;
+  Sonar hung = scene.sonars.front();
+  hung.name = "hung";
+  hung.mounting.down_m = 5.0;
+  for (const bool mounted : {false, true}) {
+    if (mounted) scene.sonars.push_back(hung);
+    for (const std::string surface : {"static", "refined", "footprint"}) {
+      CAPTURE(surface, mounted);
+      scene.run.surface = surface;
+      Simulator session(scene);
+      const double bed_m = -session.altitude_m({0.3, 0.2, 0.0});
+      const double below_m = mounted ? hung.mounting.down_m : 0.0;  // the lowest sonar
+      const auto at = [](double z_m) { return Pose{.position = {0.3, 0.2, z_m}}; };
+      const auto first = numbers(session.ping(0.0, at(-7.0)));
+      const std::string below = mounted ? "sonar hung 1.0 m below the bed" : "1.0 m below the bed";
+      CHECK_THROWS_WITH(session.ping(0.1, at(bed_m + below_m - 1.0)), Contains(below));
+      CHECK_THROWS_WITH(session.ping(0.1, at(3.0)),
+                        Contains("sonar sidescan 3.0 m above the sea surface"));
+      for (const double z_m : {0.0, 1.0, 1000.0, bed_m + below_m, bed_m + below_m - 1e-6, -1000.0})
+        CHECK_THROWS_AS(session.ping(0.1, at(z_m)), std::invalid_argument);
+      CHECK_THROWS_AS(session.hits(at(1.0)), std::invalid_argument);
+      Simulator other(scene);
+      CHECK_NOTHROW(other.ping(at(-1e-6), 0));
+      CHECK_NOTHROW(other.ping(at(bed_m + below_m + 1e-6), 0));
+      CHECK(numbers(session.ping(at(-7.0), 0)) == first);
+      // None of these was a ping: the session's next is still number 1.
+      const auto second = numbers(session.ping(0.0, at(-7.0)));
+      CHECK(second != first);
+      CHECK(second == numbers(session.ping(at(-7.0), 1)));
+
+      // A run draws the same borders.
+      for (const double over_m : {-0.05, 0.05}) {
+        Scene flown = scene;
+        flown.track.middle_east_m = 0.3;
+        flown.track.middle_north_m = 0.2;
+        flown.track.altitude_m = below_m + over_m;
+        if (flown.track.altitude_m <= 0.0) continue;
+        const bool accepted = [&] {
+          try {
+            return !Simulator(flown).track().empty();
+          } catch (const SceneError&) {
+            return false;
+          }
+        }();
+        CHECK(accepted == (over_m > 0.0));
+      }
+    }
+  }
+}
+
+TEST_CASE("a ping does not depend on earlier ones, however near the bed these were") {
+  Simulator session(bare_scene());
+  const double bed_m = -session.altitude_m({0.3, 0.2, 0.0});
+  const auto heard = [&](double z_m) {
+    return numbers(session.ping({.position = {0.3, 0.2, z_m}}, 0));
+  };
+  const std::vector<double> first = heard(-7.0);
+  for (const double z_m : {-1e-6, bed_m + 1e-6, bed_m + 0.5, bed_m + 2.0}) {
+    heard(z_m);
+    CHECK((heard(-7.0) == first));
+  }
+}
+
+TEST_CASE("a sonar off the seafloor or over a hole pings, and hears what it can reach") {
+  Scene scene = bare_scene();
+  scene.speckle = false;
+  Simulator session(scene);
+  CHECK(std::isnan(session.altitude_m({30.0, 0.0, -7.0})));
+  const auto lines = session.ping({.position = {30.0, 0.0, -7.0}}, 0);  // 5 m beyond the edge
+  const auto heard = [](const EchoLine& line) {
+    return std::ranges::count_if(line.bins.intensity_mean, [](float i) { return i > 0.0f; });
+  };
+  CHECK(heard(lines[0]) > 0);  // port looks west, at the bed
+}
+
 TEST_CASE("eight threads with a simulator each hear the same as one") {
   const Scene scene = bare_scene();
   const auto session = [&] {

@@ -86,5 +86,8 @@ int main(int argc, char** argv) {
   seeds.add("profile",
             tests::byte_order_mark +
                 "# a cast\r\ntime,\"soundspeed_mps\",depth_m\r\n\r\n3,1500,2e1\r\n,1.49e3,0\r\n");
+  seeds.add("profile",
+            "% Device,11E101663\n% \nPressure (Decibar),Depth (Meter),Sound velocity (Meters per "
+            "Second)\n0.15,0.1496,1512.63\n0.45,0.4490,1512.65\n");
   return 0;
 }

@@ -1,8 +1,15 @@
 """The Python package: images, sessions, exceptions, threads, Ctrl-C, and the README's first program."""
 
+import copy
 import gc
+import importlib.util
+import inspect
+import json
+import math
 import os
 import pathlib
+import pickle
+import pydoc
 import re
 import signal
 import subprocess
@@ -42,6 +49,10 @@ bins = 100
 elevations = 128
 """)
     return path
+
+
+def two_sonars():
+    return {**scene, "sonar": {"zeta": scene["sonar"]["left-right"], "alpha": {"range_m": 10, "bins": 50, "elevations": 128}}}
 
 
 def cube(half_m):
@@ -94,14 +105,94 @@ class Images(unittest.TestCase):
             ensonify.simulate({**scene, "track": {"pingz": 1}})
         with self.assertRaisesRegex(ensonify.SceneError, "No such file"):
             ensonify.simulate("/nowhere/scene.toml")
-        with self.assertRaisesRegex(TypeError, "a scene holds no complex"):
+        with self.assertRaisesRegex(TypeError, "'seed': a scene holds no complex"):
             ensonify.simulate({**scene, "seed": 1j})
+        with self.assertRaisesRegex(TypeError, "'track.pings': a scene holds no NoneType.*leave the key out"):
+            ensonify.simulate({**scene, "track": {"pings": None}})
+        with self.assertRaisesRegex(TypeError, "'objects.0.east_m': a scene holds no object"):
+            ensonify.simulate({**scene, "objects": [{"east_m": object()}]})
+        with self.assertRaisesRegex(TypeError, "'sea.ph': a scene holds no complex"):
+            ensonify.simulate(scene, keys={"sea.ph": numpy.complex64(1)})
+        with self.assertRaisesRegex(ValueError, "'seed' is 36893488147419103232, beyond"):
+            ensonify.simulate({**scene, "seed": 2**65})
+        with self.assertRaisesRegex(ensonify.SceneError, "'track.pings' is 7.0, expected a whole number"):
+            ensonify.simulate({**scene, "track": {"pings": numpy.float64(7)}})
+        with self.assertRaisesRegex(ensonify.SceneError, "'track.speed_mps' is an array, expected a number"):
+            ensonify.simulate({**scene, "track": {"speed_mps": numpy.ones(3)}})
+        with self.assertRaisesRegex(TypeError, "the scene is a int, expected"):
+            ensonify.simulate(7)
+        with self.assertRaisesRegex(TypeError, "keys is a list, expected a dict"):
+            ensonify.simulate(scene, keys=[])
         with self.assertRaisesRegex(KeyError, "no sonar 'x'"):
             ensonify.simulate(scene, sonar="x")
         with self.assertRaisesRegex(KeyError, "no layer 'x'"):
             ensonify.simulate(scene, layer="x")
         with self.assertRaisesRegex(ZeroDivisionError, "mine"):
             ensonify.simulate(scene, progress=self.fail_with(ZeroDivisionError("mine")))
+
+    def test_a_wrong_number_of_threads_is_refused_before_any_work(self):
+        for threads in (-1, -1000, 1025):
+            for made in (ensonify.simulate, ensonify.images, ensonify.Simulator):
+                with self.assertRaisesRegex(ValueError, f"threads is {threads}, expected 1 to 1024, or 0"):
+                    made(scene, threads=threads)
+        numpy.testing.assert_array_equal(ensonify.simulate(scene, threads=2), ensonify.simulate(scene, threads=0))
+
+    def test_of_several_sonars_all_images_come_by_name(self):
+        both = ensonify.simulate(two_sonars())
+        self.assertEqual(list(both), ["zeta", "alpha"])
+        self.assertEqual([image.shape for image in both.values()], [(9, 200), (9, 100)])
+        for name, image in both.items():
+            numpy.testing.assert_array_equal(ensonify.simulate(two_sonars(), sonar=name), image)
+        layers = ensonify.simulate(two_sonars(), layer=["range_m", "region"])
+        self.assertEqual({name: sorted(each) for name, each in layers.items()},
+                         {"zeta": ["range_m", "region"], "alpha": ["range_m", "region"]})
+        self.assertEqual(sorted(ensonify.simulate(scene, layer="all")), sorted(ensonify.layers))
+
+    def test_an_image_has_what_the_files_of_a_run_say(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            path = toml_of(folder / "scene.toml")
+            with path.open("a") as text:
+                text.write('[[objects]]\nshape = "barrel"\neast_m = 6.0\n')
+            images = ensonify.images(path, keys={"output.npz": True})
+            self.assertEqual(list(images), ["left-right"])
+            image = images["left-right"]
+            subprocess.run([os.environ["ENSONIFY_PROGRAM"], "run", path, "-o", folder / "out", "--quiet",
+                            "-D", "output.npz=true"], check=True)
+            written = numpy.load(folder / "out" / "left-right.npz")
+            numpy.testing.assert_array_equal(image["intensity"], written["intensity"])
+            targets = json.loads((folder / "out" / "left-right_targets.json").read_text())["targets"]
+            self.assertEqual(len(targets), 1)
+            self.assertEqual(image.targets, targets)
+            rows = (folder / "out" / "left-right_pings.csv").read_text().splitlines()
+            columns = rows[0].split(",")
+            pings = [dict(zip(columns, map(float, row.split(",")[:len(columns) - 1]))) for row in rows[1:]]
+            self.assertEqual(len(image.poses), len(pings))
+            for prefix, poses in (("", image.poses), ("reported_", image.reported_poses)):
+                for ping, pose in zip(pings, poses):
+                    for name in ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "heading_deg"):
+                        self.assertAlmostEqual(getattr(pose, name), ping[prefix + name], places=5)
+            numpy.testing.assert_allclose(image.altitude_m, [ping["altitude_m"] for ping in pings], atol=1e-5)
+            manifest = json.loads((folder / "out" / "manifest.json").read_text())
+            self.assertEqual((image.classes, image.materials), (manifest["classes"], manifest["materials"]))
+            self.assertEqual(image.attributes["scene_hash"], manifest["scene_hash"])
+            self.assertEqual(image.attributes["range_m"], 15.0)
+            self.assertEqual(image.attributes["units_range_m"], "m")
+
+    def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(self):
+        square = [[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]]
+        def with_patch(polygon, number, whole, truth):
+            return {**scene, "seed": whole(3), "speckle": truth(True),
+                    "sea": {"temperature_c": number(12.5)},
+                    "seafloor": {**scene["seafloor"], "patches": [{"material": "clay", "polygon_m": polygon}]}}
+        plain = ensonify.simulate(with_patch(square, float, int, bool))
+        for array, number, whole, truth in ((numpy.array, numpy.float64, numpy.int64, numpy.bool_),
+                                            (lambda a: numpy.array(a, numpy.float32), numpy.float32, numpy.uint8, bool),
+                                            (lambda a: [numpy.array(p) for p in a], numpy.array, numpy.array, numpy.array),
+                                            (lambda a: tuple(map(tuple, a)), float, int, bool)):
+            numpy.testing.assert_array_equal(ensonify.simulate(with_patch(array(square), number, whole, truth)), plain)
+        numpy.testing.assert_array_equal(
+            ensonify.simulate(with_patch(square, float, int, bool), keys={"track.pings": numpy.int32(9)}), plain)
 
     @staticmethod
     def fail_with(error):
@@ -122,6 +213,114 @@ class Images(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(timeout=60), 7)
         process.stdout.close()
+
+
+class Poses(unittest.TestCase):
+    pose = ensonify.Pose(1, 2.5, -12, t_s=0.1, roll_deg=-3, pitch_deg=4, heading_deg=10,
+                         velocity_mps=(0, 2, 0.1), rates_degps=(1, 2, 3))
+
+    def test_attitude_is_in_degrees_and_can_be_set(self):
+        pose = copy.copy(self.pose)
+        self.assertEqual((pose.x_m, pose.y_m, pose.z_m), pose.position_m)
+        self.assertAlmostEqual(pose.roll_deg, -3)
+        self.assertAlmostEqual(pose.pitch_deg, 4)
+        self.assertAlmostEqual(pose.heading_deg, 10)
+        self.assertEqual(pose.velocity_mps, (0.0, 2.0, 0.1))
+        numpy.testing.assert_allclose(pose.rates_degps, (1, 2, 3))
+        # Heading 90 is east: then the starboard side looks south, whatever degrees are inside.
+        pose = ensonify.Pose(0, 0, -12)
+        pose.heading_deg = 90
+        line = ensonify.Simulator(scene).ping(pose)[1]
+        self.assertLess(line["y_m"][line["region"] == 2].max(), 0)
+        for name, value in (("x_m", 7.0), ("y_m", 8.0), ("z_m", -9.0), ("t_s", 0.5), ("roll_deg", 1.0),
+                            ("pitch_deg", 2.0), ("velocity_mps", (1.0, 2.0, 3.0)), ("rates_degps", (3.0, 2.0, 1.0))):
+            setattr(pose, name, value)
+            numpy.testing.assert_allclose(getattr(pose, name), value)
+
+    def test_the_text_of_a_pose_makes_it_again(self):
+        self.assertEqual(repr(self.pose), "Pose(1, 2.5, -12, t_s=0.1, roll_deg=-3, pitch_deg=4, heading_deg=10, "
+                                          "velocity_mps=(0, 2, 0.1), rates_degps=(1, 2, 3))")
+        self.assertEqual(repr(ensonify.Pose(0, 0, -1)), "Pose(0, 0, -1)")
+        self.assertEqual(eval(repr(self.pose), {"Pose": ensonify.Pose}), self.pose)
+
+    def test_poses_compare_pickle_and_copy(self):
+        for again in (pickle.loads(pickle.dumps(self.pose)), copy.deepcopy(self.pose), copy.copy(self.pose)):
+            self.assertIsNot(again, self.pose)
+            self.assertEqual(again, self.pose)
+        other = copy.copy(self.pose)
+        other.heading_deg += 1e-9
+        self.assertNotEqual(other, self.pose)
+        self.assertNotEqual(self.pose, "a pose")
+        track = ensonify.Simulator(scene).track()
+        self.assertEqual(pickle.loads(pickle.dumps(track)), track)
+
+
+class Documentation(unittest.TestCase):
+    def test_everything_public_is_documented_with_its_arguments(self):
+        self.assertIn("Pose", pydoc.render_doc(ensonify))
+        for name in ensonify.__all__:
+            item = getattr(ensonify, name)
+            if name == "layers":
+                continue
+            self.assertEqual(item.__module__, "ensonify")
+            self.assertGreater(len(inspect.getdoc(item)), 20, name)
+            if not inspect.isclass(item) or issubclass(item, Exception):
+                continue
+            for member, value in vars(item).items():
+                if member.startswith("_") and member != "__getitem__":
+                    continue
+                self.assertTrue(inspect.getdoc(value), f"{name}.{member}")
+                self.assertNotIn("_ensonify", inspect.getdoc(value), f"{name}.{member}")
+                if not isinstance(value, property):
+                    self.assertEqual(list(inspect.signature(value).parameters)[0], "self", f"{name}.{member}")
+        self.assertEqual(str(inspect.signature(ensonify.Simulator.ping)), "(self, pose, number=None)")
+        for text, item in (("degrees", ensonify.Pose), ("north", ensonify.Pose), ("z_m=-12", ensonify.Pose),
+                           ("ValueError", ensonify.Simulator.ping), (r"\(pings, samples\)", ensonify.simulate),
+                           (r"\(bins,\)", ensonify.EchoLine), ("newest", ensonify.Image.targets)):
+            self.assertRegex(inspect.getdoc(item), text)
+
+    def test_the_version_is_the_programs(self):
+        told = subprocess.run([os.environ["ENSONIFY_PROGRAM"], "--version"], check=True, capture_output=True, text=True)
+        self.assertEqual(told.stdout.splitlines()[0], f"ensonify {ensonify.__version__}")
+        self.assertRegex(ensonify.__version__, r"^\d+\.\d+\.\d+$")
+
+    program = """
+import numpy
+import ensonify
+
+image = ensonify.simulate({"track": {"pings": 3}}, keys={"seed": 1})
+print(image.mean(), image.shape)
+for name, layer in ensonify.simulate("a.toml", layer="all").items():
+    print(name, layer.shape)
+pose = ensonify.Pose(0, 0, -12, heading_deg=10)
+pose.position_m = (1, 2, -3)
+simulator = ensonify.Simulator("a.toml")
+lines: list[ensonify.EchoLine] = simulator.ping(pose)
+instance: int = simulator.add_mesh(numpy.zeros((3, 3)), [[0, 1, 2]], pose)
+poses: list[ensonify.Pose] = ensonify.images("a.toml")["sidescan"].poses
+degrees: float = poses[0].heading_deg
+version: str = ensonify.__version__
+"""
+
+    @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
+    def test_the_stub_holds_to_mypy_strict_and_to_the_module(self):
+        package = pathlib.Path(ensonify.__file__).parent
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "program.py"
+            program.write_text(self.program)
+            environment = {**os.environ, "MYPYPATH": str(package.parent), "MYPY_CACHE_DIR": folder}
+            def checked(*arguments):
+                return subprocess.run([sys.executable, "-m", *arguments], cwd=folder, env=environment,
+                                      capture_output=True, text=True)
+            strict = checked("mypy", "--strict", str(package / "__init__.pyi"), "program.py")
+            self.assertEqual(strict.returncode, 0, strict.stdout + strict.stderr)
+            program.write_text(self.program + 'wrong: int = pose.heading_deg\nensonify.Pose("east", 0, 0)\n')
+            self.assertIn("Found 2 errors", checked("mypy", "--strict", "program.py").stdout)
+            # What pybind11 makes differs from a class of Python's in its metaclass and its own __init__.
+            allowed = pathlib.Path(folder) / "allowed"
+            allowed.write_text("ensonify\\.(EchoLine|Image|Pose|Simulator)\nensonify\\.(EchoLine|Image)\\.__init__\n")
+            module = checked("mypy.stubtest", "ensonify", "--ignore-missing-stub", "--allowlist", str(allowed))
+            self.assertEqual(module.returncode, 0, module.stdout + module.stderr)
 
 
 class Sessions(unittest.TestCase):
@@ -178,6 +377,10 @@ class Sessions(unittest.TestCase):
         simulator = ensonify.Simulator(scene)
         with self.assertRaisesRegex(ValueError, "finite"):
             simulator.ping(ensonify.Pose(float("nan"), 0, 0))
+        with self.assertRaisesRegex(ValueError, "sonar left-right 3.0 m above the sea surface.*depth is negative"):
+            simulator.ping(ensonify.Pose(0, 0, 3))
+        with self.assertRaisesRegex(ValueError, "m below the bed"):
+            simulator.ping(ensonify.Pose(0, 0, -60))
         with self.assertRaisesRegex(ValueError, "instance 5"):
             simulator.remove(5)
         with self.assertRaisesRegex(ValueError, "three columns"):

@@ -1,6 +1,7 @@
 // What comes back beside the direct echo: when, and how loud.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -241,6 +242,45 @@ TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
   const double expected =
       9e9 * 2.0 * std::pow(r / back_m, 2) * scatter::from_db(-0.03 * (back_m - r));
   CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.05));
+}
+
+TEST_CASE("each meeting of a multiple with the surface loses what the wind's bubbles take") {
+  // APL-UW TR 9407: 15 dB a meeting at 400 kHz, 30 degrees, 10 m/s.
+  CHECK(scatter::bubble_loss_db({.wind_mps = 10.0, .frequency_hz = 400e3},
+                                std::numbers::pi / 6.0) == Approx(15.2).margin(0.1));
+  Sonar sonar = open_sonar();
+  sonar.bins = 3000;
+  const double over_m = 10.0, r = std::hypot(over_m, altitude_m);
+  std::vector<float> direct(3000, 0.0f);
+  const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
+  for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+  const auto energies = [&](double wind_mps) {
+    const std::vector<double> all =
+        received(sonar, {.multiples = true, .bottom_loss_db = 0.0}, direct, {.wind_mps = wind_mps});
+    std::array<double, 3> sums{};
+    const double by_surface = std::hypot(over_m, altitude_m + 2.0 * depth_m);
+    const double by_bed = std::hypot(over_m, 3.0 * altitude_m + 2.0 * depth_m);
+    const double ranges[] = {0.5 * (r + by_surface), by_surface, 0.5 * (r + by_bed)};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto bin = static_cast<std::ptrdiff_t>(ranges[i] / sonar.bin_m());
+      sums[i] = std::accumulate(all.begin() + bin - 25, all.begin() + bin + 26, 0.0);
+    }
+    return sums;
+  };
+  const double surface_rad = std::atan2(altitude_m + 2.0 * depth_m, over_m);
+  const double bed_rad = std::atan2(3.0 * altitude_m + 2.0 * depth_m, over_m);
+  const auto calm = energies(0.0);
+  for (const double wind_mps : {5.0, 7.0}) {
+    const scatter::SeaSurface sea{.wind_mps = wind_mps, .frequency_hz = sonar.frequency_hz};
+    const auto windy = energies(wind_mps);
+    const double once_db = scatter::bubble_loss_db(sea, surface_rad);
+    const double expected_db[] = {once_db, 2.0 * once_db, scatter::bubble_loss_db(sea, bed_rad)};
+    for (std::size_t i = 0; i < 3; ++i) {
+      CAPTURE(wind_mps, i);
+      CHECK(-scatter::to_db(windy[i] / calm[i]) ==
+            Approx(expected_db[i]).margin(0.3));  // waves lift the surface
+    }
+  }
 }
 
 TEST_CASE("a multiple by the bed loses what the sediment does not reflect at that angle") {

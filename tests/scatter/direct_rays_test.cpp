@@ -12,13 +12,19 @@ using namespace ensonify::scatter;
 
 namespace {
 
+/// The same water with some absorption.
+SoundSpeedProfile absorbing(std::vector<SoundSpeedSample> samples) {
+  return SoundSpeedProfile(std::move(samples)).with_absorption([](double depth_m, double mps) {
+    return 1e-3 * (mps - 1400.0) + 1e-4 * depth_m;
+  });
+}
+
 const std::vector<SoundSpeedProfile>& profiles() {
   static const std::vector<SoundSpeedProfile> all = {
-      SoundSpeedProfile({{0, 1500}}),
-      SoundSpeedProfile({{0, 1500}, {40, 1496}}),
-      SoundSpeedProfile({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}}),  // a strong thermocline
-      SoundSpeedProfile(
-          {{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}}),
+      absorbing({{0, 1500}}),
+      absorbing({{0, 1500}, {40, 1496}}),
+      absorbing({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}}),  // a strong thermocline
+      absorbing({{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}}),
   };
   return all;
 }
@@ -43,6 +49,7 @@ TEST_CASE("A direct ray comes where and when its arcs do, and no nearer one does
           REQUIRE(way.cotangent == Approx(cotangent).margin(1e-6));
           REQUIRE(std::abs(way.time_s - there.time_s) < 1e-9);
           REQUIRE(way.path_m == Approx(there.path_m).margin(1e-3));
+          REQUIRE(way.absorption_db == Approx(there.absorption_db).epsilon(3e-4));
           // q = dr/d(angle) sin, and d(cotangent) = -(1 + cotangent^2) d(angle)
           const double spread_m =
               way.range_per_cotangent_m * hypotenuse * hypotenuse * std::abs(there.down);

@@ -358,3 +358,17 @@ TEST_CASE("A cast's own pressure, temperature and salinity give the sound speed 
   }
   CHECK(rows == 75);
 }
+
+TEST_CASE(
+    "A sound speed tells the temperature that it was computed from, or the nearest of the fit") {
+  for (const double salinity_psu : {25.0, 35.0, 40.0})
+    for (const double depth_m : {0.0, 20.0, 4000.0}) {
+      for (const double temperature_c : {-1.9, 4.0, 13.7, 29.9}) {
+        const SeaWater water{.temperature_c = temperature_c, .salinity_psu = salinity_psu};
+        CHECK(temperature_of_sound_speed_c(sound_speed_mps(water, depth_m), salinity_psu,
+                                           depth_m) == Approx(temperature_c).margin(1e-6));
+      }
+      CHECK(temperature_of_sound_speed_c(1000.0, salinity_psu, depth_m) == Approx(-2.0));
+      CHECK(temperature_of_sound_speed_c(2000.0, salinity_psu, depth_m) == Approx(30.0));
+    }
+}

@@ -93,6 +93,13 @@ TEST_CASE("an unknown sediment is answered with the nearest names") {
   CHECK(contains(refusal_of_name("medum sand"), "'medium sand'"));
   CHECK(contains(refusal_of_name("GRAVLE"), "'gravel'"));
   CHECK(contains(refusal_of_name(""), "nearest"));
+  const std::string sands = refusal_of_name("Sand");
+  for (const std::string name :
+       {"very coarse sand", "coarse sand", "gravelly sand", "gravelly muddy sand", "medium sand",
+        "fine sand", "silty sand", "muddy sand", "very fine sand", "clayey sand", "sand silt clay"})
+    CHECK(contains(sands, "'" + name + "'"));
+  for (const std::string name : {"'silt'", "'rock'", "'clay'", "sandy"})
+    CHECK(!contains(sands, name));
   CHECK(refusal_of_name(std::string(100000, 'x')).size() < 300);
 }
 

@@ -130,6 +130,29 @@ TEST_CASE("A ray follows the differential equations, through turns and edges") {
     }
 }
 
+TEST_CASE("A ray loses what the water along it absorbs") {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> angle(-15.0, 40.0), depth(0.5, 30.0);
+  const SoundSpeedProfile one_gradient({{0.0, 1530.0}, {60.0, 1440.0}});
+  for (const SoundSpeedProfile* speeds : {&shallow_duct, &thermocline, &one_gradient}) {
+    const SoundSpeedProfile profile = speeds->with_absorption(
+        [](double depth_m, double mps) { return 1e-3 * (mps - 1400.0) + 1e-4 * depth_m; });
+    const auto at = [&](double z) { return profile.mean_absorption_db_per_m(z, z); };
+    for (int i = 0; i < 20; ++i) {
+      const double z = depth(random), launch = angle(random) * degree;
+      Stepped stepped{.z = z, .angle = launch};
+      double expected_db = 0.0;
+      for (double before = at(z), s = 0.0; s < 150.0 - 1e-6; s += 0.02) {
+        stepped.run(profile, 0.02, 2);
+        expected_db += 0.01 * (before + at(stepped.z));
+        before = at(stepped.z);
+      }
+      SoundRay ray = launched(profile, z, launch);
+      CHECK(go(ray, inf, 150.0).point().absorption_db == Approx(expected_db).epsilon(2e-4));
+    }
+  }
+}
+
 TEST_CASE("Spreading is the distance between neighbouring rays") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> angle(-12.0, 60.0), depth(0.5, 30.0);
@@ -179,6 +202,8 @@ TEST_CASE("A ray and the ray back take one time, one path and one loss") {
     CHECK(out->point().time_s == Approx(home->point().time_s).epsilon(1e-12));
     CHECK(out->point().path_m == Approx(home->point().path_m).epsilon(1e-12));
     CHECK(out->loss_db() == Approx(home->loss_db()).epsilon(1e-9));
+    CHECK(out->spreading_back_m2() == Approx(home->spreading_m2()).epsilon(1e-9));
+    CHECK(out->spreading_m2() != Approx(home->spreading_m2()).epsilon(1e-3));
   }
 }
 

@@ -29,7 +29,8 @@ double summed_mean_mps(const SoundSpeedProfile& profile, double from_m, double t
 
 TEST_CASE("A profile has its samples' speeds, and is linear between them") {
   const SoundSpeedProfile profile(shallow_duct);
-  for (const auto& [depth_m, mps] : shallow_duct) CHECK(profile.speed_mps(depth_m) == mps);
+  for (const auto& [depth_m, mps, absorption] : shallow_duct)
+    CHECK(profile.speed_mps(depth_m) == mps);
   CHECK(profile.speed_mps(2.58) == Approx(0.5 * (1481.35 + 1476.16)));
   CHECK(profile.speed_mps(5.7) == 1475.21);
   CHECK(profile.speed_mps(9.76 + 0.25 * (100.0 - 9.76)) ==
@@ -43,6 +44,26 @@ TEST_CASE("Above the first and below the last sample the speed stays what it was
   CHECK(profile.speed_mps(11000.0) == 1482.31);
   CHECK(profile.shallowest_m() == 1.81);
   CHECK(profile.deepest_m() == 100.0);
+}
+
+TEST_CASE("The mean absorption between two depths is that of its samples, linear between them") {
+  const SoundSpeedProfile profile =
+      SoundSpeedProfile(shallow_duct).with_absorption([](double depth_m, double mps) {
+        return 1e-3 * (mps - 1400.0) + 2e-4 * depth_m;
+      });
+  for (const auto& [from_m, to_m] :
+       {std::pair{-3.0, 1.0}, {-3.0, 150.0}, {2.0, 5.5}, {40.0, 3.0}, {120.0, 130.0}, {5.2, 5.2}}) {
+    double sum = 0.0;
+    constexpr int steps = 100000;
+    for (int i = 0; i < steps; ++i) {
+      const double z = std::clamp(from_m + (to_m - from_m) * (i + 0.5) / steps, 1.81, 100.0);
+      sum += 1e-3 * (profile.speed_mps(z) - 1400.0) + 2e-4 * z;
+    }
+    CAPTURE(from_m, to_m);
+    CHECK(profile.mean_absorption_db_per_m(from_m, to_m) == Approx(sum / steps).epsilon(1e-6));
+  }
+  CHECK(profile.speed_mps(7.0) == SoundSpeedProfile(shallow_duct).speed_mps(7.0));
+  CHECK(SoundSpeedProfile(shallow_duct).mean_absorption_db_per_m(0.0, 50.0) == 0.0);
 }
 
 TEST_CASE("A single sample is the same water everywhere") {
@@ -80,7 +101,7 @@ TEST_CASE("Layers join without a gap or a jump, and each depth lies in the layer
 
 TEST_CASE("The speed is continuous across every sample") {
   const SoundSpeedProfile profile(shallow_duct);
-  for (const auto& [depth_m, mps] : shallow_duct)
+  for (const auto& [depth_m, mps, absorption] : shallow_duct)
     for (const double step_m : {-1e-9, 1e-9})
       CHECK(std::abs(profile.speed_mps(depth_m + step_m) - mps) < 1e-8);
 }

@@ -12,13 +12,19 @@ using namespace ensonify::scatter;
 
 namespace {
 
+/// The same water with some absorption.
+SoundSpeedProfile absorbing(std::vector<SoundSpeedSample> samples) {
+  return SoundSpeedProfile(std::move(samples)).with_absorption([](double depth_m, double mps) {
+    return 1e-3 * (mps - 1400.0) + 1e-4 * depth_m;
+  });
+}
+
 const std::vector<SoundSpeedProfile>& profiles() {
   static const std::vector<SoundSpeedProfile> all = {
-      SoundSpeedProfile({{0, 1500}, {40, 1496}}),
-      SoundSpeedProfile({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}}),  // a strong thermocline
-      SoundSpeedProfile({{0, 1490}, {6, 1490}, {10, 1520}, {60, 1521}}),    // upside down
-      SoundSpeedProfile(
-          {{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}}),
+      absorbing({{0, 1500}, {40, 1496}}),
+      absorbing({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490.5}}),  // a strong thermocline
+      absorbing({{0, 1490}, {6, 1490}, {10, 1520}, {60, 1521}}),    // upside down
+      absorbing({{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}}),
   };
   return all;
 }
@@ -53,6 +59,7 @@ TEST_CASE("Between its exact ways a lattice stays within a hundredth of a millim
         REQUIRE(std::abs(way.cotangent - cotangent) * way.range_per_cotangent_m < 1e-5);
         REQUIRE(std::abs(way.time_s - there.time_s) * 1500.0 < 1e-5);
         REQUIRE(way.path_m == Approx(there.path_m).margin(1e-3));
+        REQUIRE(way.absorption_db == Approx(there.absorption_db).epsilon(5e-4));
         REQUIRE(way.sound_speed_mps == Approx(there.sound_speed_mps).margin(1e-9));
         DirectRays::Way exact{.cotangent = cotangent};
         REQUIRE(lattice.rays().find(there.range_m, depth_m, exact));

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "support/catch.h"
+
 namespace ensonify::tests {
 
 /// A dataset that is made in a moment, with every product: eight samples over four small beds.
@@ -55,5 +57,12 @@ npz = true
 xtf = true
 jsf = true
 )";
+
+/// A recipe's text with its first `from` replaced.
+inline std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
 
 }  // namespace ensonify::tests

@@ -11,9 +11,37 @@
 #include "support/tiny_scene.h"
 
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/refine/progressive_mesh_file.h>
 
+using namespace ensonify;
 using namespace ensonify::tests;
 namespace fs = std::filesystem;
+
+namespace {
+
+/// The analysed seafloor in a file, written again with all its spheres a fifth too small: it is what
+/// was saved, and misses faces.
+void shrink_spheres(const fs::path& file) {
+  const refine::ProgressiveMesh sound = refine::map_progressive_mesh(file);
+  sound.verify_all();
+  const auto copy = [](auto span) { return std::vector(span.begin(), span.end()); };
+  refine::ProgressiveMeshArrays arrays;
+  arrays.points = copy(sound.points);
+  arrays.mid = copy(sound.mid);
+  arrays.spheres = copy(sound.spheres);
+  arrays.order = copy(sound.order);
+  arrays.faces = copy(sound.faces);
+  arrays.source_face = copy(sound.source_face);
+  arrays.roots = copy(sound.roots);
+  arrays.world_origin = sound.world_origin;
+  for (refine::Sphere& sphere : arrays.spheres) sphere.radius *= 0.8f;
+  std::vector<std::uint16_t> tags;
+  for (std::uint32_t face = 0; face < sound.tag_count(); ++face) tags.push_back(sound.tag(face));
+  const std::string about(sound.about()), key(sound.key());
+  refine::save(refine::ProgressiveMesh(std::move(arrays)), {tags, about, key}, file);
+}
+
+}  // namespace
 
 TEST_CASE("check compares every intersector with the reference, and finds nothing unexplained") {
   const TemporaryFolder folder;
@@ -46,6 +74,15 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
     CHECK(judged == row["rays"]);
     if (row["intersector"] == "embree" && row["source"] == "scene") scene_rays = row["rays"];
     if (row["intersector"] == "pluecker") CHECK(row["same"] == row["rays"]);
+  }
+  for (const char* source : {"scene", "aimed_fans", "bodies", "plumb_lines", "faces"})
+    CHECK(std::ranges::count(report["rows"], source,
+                             [](const auto& row) { return row["source"]; }) > 0);
+  for (const auto& row : report["rows"]) {
+    CHECK(row["over_limit"].empty());
+    CHECK(row["limits"].empty() ==
+          (row["intersector"] == "pluecker" || row["intersector"] == "brute_force" ||
+           row["intersector"] == "progressive_mesh"));
   }
   CHECK(scene_rays >= 15000);  // more than the track has pings for: it is flown again
 }
@@ -93,4 +130,60 @@ TEST_CASE("check keeps the analysed seafloor, and when stopped tells what it has
   CHECK(warm.code == 0);
   CHECK(warm.out == small("another").out);
   CHECK(fs::exists(folder / "another"));
+}
+
+TEST_CASE("a run compares some of its pings with the reference when it is asked to") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const auto run = [&](const std::string& output, std::vector<std::string> more) {
+    more.insert(more.begin(), {"run", "tiny.toml", "-o", output, "--quiet", "--json", "-D",
+                               "output.npz=true", "--intersector", "fan_scan"});
+    return run_program(folder.path(), more);
+  };
+  const auto manifest = [&](const std::string& output) {
+    return nlohmann::json::parse(read_text(folder / output / "manifest.json"));
+  };
+  for (const std::string surface : {"static", "refined", "footprint"}) {
+    CAPTURE(surface);
+    const Outcome plain = run("plain-" + surface, {"--surface", surface});
+    const Outcome verified =
+        run("verified-" + surface, {"--surface", surface, "--verify", "3", "--threads", "2"});
+    INFO(verified.err);
+    CHECK(plain.code == 0);
+    CHECK(verified.code == 0);
+    auto found = manifest("verified-" + surface);
+    const auto counts = found["verification"];
+    CHECK(counts["pings"] == 3);
+    CHECK(counts["rays"] > 3000);
+    CHECK(counts["same"] == counts["rays"]);
+    CHECK(counts["unexplained"] == 0);
+    CHECK(nlohmann::json::parse(verified.out)["verification"] == counts);
+    found.erase("verification");
+    CHECK(found == manifest("plain-" + surface));  // with the hashes of all files
+  }
+  CHECK(!manifest("plain-static").contains("verification"));
+  const Outcome all = run("all", {"--verify", "1000"});
+  CHECK(manifest("all")["verification"]["pings"] == 9);
+  for (const char* pings : {"0", "-1", "many"}) CHECK(run("none", {"--verify", pings}).code == 2);
+}
+
+TEST_CASE("an analysis that misses faces fails a run that is verified") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  REQUIRE(run_program(folder.path(), {"analyse", "tiny.toml", "-o", "bed.mesh"}).code == 0);
+  const auto run = [&] {
+    return run_program(
+        folder.path(),
+        {"run", "tiny.toml", "-o", "run", "--quiet", "-D", "seafloor.kind=progressive", "-D",
+         "seafloor.progressive=bed.mesh", "--surface", "footprint", "--verify", "9"});
+  };
+  const Outcome sound = run();
+  INFO(sound.err);
+  CHECK(sound.code == 0);
+  shrink_spheres(folder / "bed.mesh");
+  const Outcome faulty = run();
+  INFO(faulty.err);
+  CHECK(faulty.code == 1);
+  CHECK(faulty.err.find("differ from the exact reference") != std::string::npos);
+  CHECK(fs::exists(folder / "run" / "manifest.json"));
 }

@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <set>
@@ -81,6 +83,87 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   CHECK(fs::is_empty(folder.path()));
 }
 
+TEST_CASE("What is not expected on the command line is listed in its order, with what was meant") {
+  const TemporaryFolder folder;
+  const auto refused = [&](std::vector<std::string> arguments, const std::string& message) {
+    check_refused(run_program(folder.path(), std::move(arguments)), 2, message);
+  };
+  refused({"run", "s.toml", "one", "two", "three"},
+          "not expected: one two three (see ensonify run --help)");
+  refused({"rnu", "s.toml", "two"}, "not expected: rnu s.toml two; did you mean 'run'?");
+  refused({"s.toml"}, "not expected: s.toml; did you mean 'run s.toml'?");
+  refused({"run", "s.toml", "--thread", "2"},
+          "not expected: --thread 2; did you mean '--threads'?");
+  refused({"run", "s.toml", "--threads", "-1"}, "--threads");
+  refused({"live", "s.toml", "--port", "-1"}, "--port");
+  refused({"live", "s.toml", "--port", "65536"}, "--port");
+  refused({"view", "s.toml", "-o", "v.png", "--ping", "-1"}, "--ping");
+  refused({"check", "s.toml", "--rays", "-5"}, "--rays");
+  refused({"preview", "s.toml", "-o", "v.png", "-n", "-1"}, "-n");
+  refused({"generate", "s.toml", "-o", "d", "--shard", "-1/2"}, "--shard -1/2");
+  refused({"run", "s.toml", "--seed", "abc"}, "s.toml");
+}
+
+TEST_CASE("The version names the program and the libraries that its results depend on") {
+  const TemporaryFolder folder;
+  const Outcome told = run_program(folder.path(), {"--version"});
+  CHECK(told.code == 0);
+  CHECK(told.err.empty());
+  write_text(folder / "tiny.toml", tiny_scene);
+  REQUIRE(run_program(folder.path(), {"run", "tiny.toml", "-o", "out", "--quiet"}).code == 0);
+  const auto manifest = nlohmann::json::parse(read_text(folder / "out/manifest.json"));
+  const std::vector<std::string> lines = lines_of(told.out);
+  REQUIRE(lines.size() == 1 + manifest["libraries"].size());
+  CHECK(lines.front() == "ensonify " + manifest["version"].get<std::string>());
+  for (const auto& [library, version] : manifest["libraries"].items())
+    CHECK(std::ranges::count(lines, library + " " + version.get<std::string>()) == 1);
+}
+
+TEST_CASE(
+    "Extrapolated levels are told of once a run, in one line, and not when it is to be quiet") {
+  const TemporaryFolder folder;
+  write_text(folder / "high.toml",
+             tiny_scene +
+                 "[sonar.higher]\nfrequency_hz = 900000\nrange_m = 15\nbins = 100\n"
+                 "elevations = 128\n[[objects]]\nshape = \"boulder\"\n"
+                 "material = \"rock\"\neast_m = 5\n[[objects]]\nshape = \"barrel\"\n"
+                 "[[seafloor.patches]]\nmaterial = \"clay\"\nradius_m = 3\n");
+  const auto lines_with = [](const std::string& text, const std::string& word) {
+    return std::ranges::count_if(lines_of(text), [&](const std::string& line) {
+      return line.find(word) != std::string::npos;
+    });
+  };
+  const Outcome plain = run_program(folder.path(), {"run", "high.toml", "-o", "a"});
+  INFO(plain.err);
+  REQUIRE(plain.code == 0);
+  CHECK(lines_with(plain.err, "kHz") == 1);
+  CHECK(lines_with(plain.err,
+                   "ensonify: warning: levels are extrapolated: the bottom model is validated from "
+                   "10 to 100 kHz, and used at 400 to 900 kHz for clay, rock") == 1);
+  const Outcome quiet =
+      run_program(folder.path(), {"run", "high.toml", "-o", "b", "--quiet", "--json"});
+  CHECK(quiet.code == 0);
+  CHECK(quiet.err == "");
+  CHECK(nlohmann::json::parse(quiet.out)["warnings"].size() == 1);
+  const auto manifest = nlohmann::json::parse(read_text(folder / "b/manifest.json"));
+  REQUIRE(manifest["warnings"].size() == 1);
+  CHECK(manifest["warnings"][0].get<std::string>().starts_with("levels are extrapolated"));
+  // Within the model's range, and without a sediment, there is nothing to say.
+  for (const std::string frequency : {"sonar.left-right.frequency_hz=100000"})
+    CHECK(run_program(folder.path(), {"run", "high.toml", "-o", "c", "-D", frequency, "-D",
+                                      "sonar.higher.frequency_hz=10000"})
+              .err.find("extrapolated") == std::string::npos);
+
+  write_text(folder / "poses", "{\"x_m\": 0, \"y_m\": 0, \"z_m\": -12}\n");
+  for (const bool silent : {false, true}) {
+    std::vector<std::string> arguments{"stream", "high.toml", "--json"};
+    if (silent) arguments.push_back("--quiet");
+    const Outcome streamed = run_program(folder.path(), arguments, {}, {}, {}, folder / "poses");
+    CHECK(streamed.code == 0);
+    CHECK(lines_with(streamed.err, "extrapolated") == (silent ? 0 : 1));
+  }
+}
+
 TEST_CASE("The default scene, the key table and the intersectors are printed") {
   const TemporaryFolder folder;
   const Outcome scene = run_program(folder.path(), {"dump-default", "run"});
@@ -154,7 +237,21 @@ TEST_CASE("What is wrong with a scene is said once, and nothing is left behind")
 
   write_text(folder / "file", "");  // a folder cannot be made below it
   const Outcome blocked = run_program(folder.path(), {"run", "s.toml", "-o", "file/out"});
-  check_refused(blocked, 1, "file/out");
+  check_refused(blocked, 1, "ensonify: file/out: cannot make this folder; ");
+  CHECK(blocked.err.find("filesystem error") == std::string::npos);
+  if (geteuid() != 0) {  // root may write anywhere
+    fs::create_directory(folder / "locked");
+    fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+    check_refused(
+        run_program(folder.path(), {"run", "s.toml", "-o", "locked"}), 1,
+        "ensonify: locked: cannot write into this folder; choose a folder that you may write to");
+  }
+  const Outcome dataset = run_program(folder.path(), {"merge", "none"});
+  check_refused(dataset, 2, "ensonify: none: there is no such folder, expected a folder that");
+  fs::create_directory(folder / "empty");
+  check_refused(run_program(folder.path(), {"merge", "empty"}), 2,
+                "ensonify: empty: there is no dataset.json in it, expected a folder that");
+  check_refused(run_program(folder.path(), {"merge", "file"}), 2, "file: there is no such folder");
 }
 
 TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {

@@ -15,9 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 // The rooms of engine, each of which may include those before it.
-constexpr std::array rooms{"clock",  "random",  "trace",   "seafloor", "sonar",        "image",
-                           "output", "scene",   "prepare", "simulate", "session_keys", "ping_all",
-                           "run",    "dataset", "live",    "app",      "python"};
+constexpr std::array rooms{"clock",    "memory", "random",  "trace",   "seafloor", "sonar",
+                           "image",    "output", "scene",   "prepare", "simulate", "session_keys",
+                           "ping_all", "run",    "dataset", "live",    "app",      "python"};
 
 // Where a file stands: "scatter/decibel.h" on the floor scatter; "engine/trace/ray.h" on engine, in
 // the room trace; "engine/run.h" in the room run.

@@ -18,13 +18,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A recipe's text, changed in one place.
-std::string changed(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  REQUIRE(at != std::string::npos);
-  return text.replace(at, from.size(), to);
-}
-
 Outcome generate(const fs::path& folder, const std::string& dataset,
                  std::vector<std::string> more = {},
                  const std::function<void(pid_t)>& meanwhile = {}) {
@@ -355,6 +348,31 @@ TEST_CASE("labels fit their pictures: boxes about the masks' instances, whole an
     CHECK((image.at("width") == 9 && image.at("height") == 9));
   }
   CHECK(chips > 0);
+}
+
+TEST_CASE("extrapolated levels are told of once a dataset, whatever its samples draw") {
+  const TemporaryFolder folder;
+  const std::string drawn = changed(
+      changed(
+          changed(tiny_recipe, "bins = 80", "bins = 80\nfrequency_hz = { uniform = [2e5, 6e5] }"),
+          "material = \"plain\"\n[material", "material = \"clay\"\n[material"),
+      "material = \"plain\"\neast_m", "material = \"rock\"\neast_m");
+  write_text(folder / "recipe.toml", drawn);
+  const auto told = [&](std::vector<std::string> arguments) {
+    const Outcome outcome = run_program(folder.path(), std::move(arguments));
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    std::istringstream text(outcome.err);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);)
+      if (line.find("kHz") != std::string::npos) lines.push_back(line);
+    return lines;
+  };
+  const std::vector<std::string> lines = told({"generate", "recipe.toml", "-o", "set"});
+  REQUIRE(lines.size() == 1);
+  CHECK(lines[0].find("levels are extrapolated") != std::string::npos);
+  CHECK(lines[0].ends_with(" kHz for clay, rock"));
+  CHECK(told({"generate", "recipe.toml", "-o", "quiet", "--quiet"}).empty());
 }
 
 TEST_CASE("a preview is a picture, and a rehearsal makes nothing") {

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "support/catch.h"
+#include "support/paths.h"
 
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe.h>
@@ -277,6 +278,62 @@ TEST_CASE("a recipe's faults are told with their place") {
       Catch::Contains("r.toml:5:14: 'track.altitude_m' is 0.00"));
   check_refused("[dataset]\n[track]\naltitude_m = { uniform = [-2, 0] }\n",
                 "r.toml:4:14: 'track.altitude_m' is -");
+}
+
+TEST_CASE("a layer that no sample has need not fit the seabed, of one sample as of many") {
+  const auto with = [](const std::string& present, int samples) {
+    return "[dataset]\nsamples = " + std::to_string(samples) +
+           "\n[seafloor]\ncell_m = 0.2\n[[seafloor.crests]]\nclass = \"ripples\"\npresent = " +
+           present + "\nwavelength_m = { uniform = [0.3, 0.4] }\nheight_m = 0.02\n";
+  };
+  for (const char* never : {"false", "{ choice = [true, false], weights = [0, 1] }"})
+    for (const int samples : {1, 2}) {
+      CAPTURE(never, samples);
+      const Recipe recipe = recipe_of(with(never, samples));
+      CHECK(recipe.sample(0).scene.seafloor.seabed.crests.empty());
+      CHECK(recipe.class_names() == std::vector<std::string>{"ripples", "seabed"});
+    }
+  check_refused(with("true", 1), "need cells of");
+}
+
+TEST_CASE("what a dataset's labels cannot follow is refused with what to do instead") {
+  for (const char* correction : {"true", "{ choice = [false, true] }"})
+    check_refused(
+        "[dataset]\n[display]\nslant_range_correction = " + std::string(correction),
+        "r.toml:4:26: 'display.slant_range_correction' is true, but a dataset's labels are "
+        "made in slant range: leave it out; 'dataset.ground_px_m' makes");
+  CHECK_NOTHROW(recipe_of("[dataset]\n[display]\nslant_range_correction = false\n"));
+  check_refused("[dataset]\n[output]\nclass_names = [\"mine\"]\n", "leave them out");
+}
+
+TEST_CASE("every sample's scene numbers its labels as the dataset does") {
+  const Recipe recipe = recipe_of(
+      "[dataset]\nsamples = 4\n[[objects]]\nshape = \"box\"\nclass = { choice = [\"b\", \"a\"] "
+      "}\n");
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(recipe.sample(i).scene.output.class_names == recipe.class_names());
+    CHECK(recipe.sample(i).scene.output.sediment_names == recipe.material_names());
+  }
+}
+
+TEST_CASE(
+    "each split of the recipe for target recognition shows each class, on seabeds of its own") {
+  const Recipe recipe(ensonify::tests::source_folder() / "scenes/target_recognition.toml", {});
+  std::map<std::string, std::set<std::string>> classes;
+  std::map<std::size_t, std::set<std::string>> splits;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    for (const ObjectOptions& object : sample.scene.objects)
+      classes[sample.split].insert(object.class_name);
+    splits[sample.seafloor].insert(sample.split);
+  }
+  REQUIRE(classes.size() == 3);
+  for (const auto& [split, names] : classes) {
+    CAPTURE(split);
+    CHECK(names == std::set<std::string>{"boulder", "drum", "mine", "tyre"});
+  }
+  CHECK(splits.size() == recipe.seafloors());
+  for (const auto& [seafloor, names] : splits) CHECK(names.size() == 1);
 }
 
 TEST_CASE("radical inverses are Halton's") {

@@ -43,6 +43,18 @@ int twice_area(const std::vector<Corner>& polygon) {
   return sum;
 }
 
+/// What run lengths tell of a picture, whose columns follow one another from the top.
+std::vector<std::string> unrolled(const std::vector<std::size_t>& runs, std::size_t rows,
+                                  std::size_t columns) {
+  std::vector<std::string> picture(rows, std::string(columns, '.'));
+  std::size_t at = 0;
+  for (std::size_t run = 0; run < runs.size(); ++run)
+    for (std::size_t i = 0; i < runs[run]; ++i, ++at)
+      if (run % 2 == 1) picture.at(at % rows).at(at / rows) = '1';
+  REQUIRE(at == rows * columns);
+  return picture;
+}
+
 }  // namespace
 
 TEST_CASE("A target has its box, area and border in the picture's own pixels, newest ping on top") {
@@ -81,6 +93,28 @@ TEST_CASE("Parts that touch at a corner alone are parts of their own, the larges
   CHECK(targets[1].instance == 2);
 }
 
+TEST_CASE("A part with a hole, or with another in its hole, has run lengths of its pixels") {
+  for (const std::vector<std::string>& picture :
+       {std::vector<std::string>{"11111.",  //
+                                 "1...1.",  //
+                                 "11111."},
+        std::vector<std::string>{"......",  //
+                                 ".11111",  //
+                                 ".1...1",  //
+                                 ".1.1.1",  //
+                                 ".1...1",  //
+                                 ".11111"}}) {
+    const Outline body = find_targets(drawn(picture)).at(0).body;
+    CHECK(unrolled(body.runs, picture.size(), picture[0].size()) == picture);
+  }
+  const Target plain = find_targets(drawn({"11..",  //
+                                           "1a..",  //
+                                           ".aa."}))
+                           .at(0);
+  CHECK(plain.body.runs.empty());
+  CHECK(plain.shadow.runs.empty());
+}
+
 TEST_CASE("A hole is left out, and a ring that touches itself at a corner is one polygon") {
   const std::vector<Target> ring = find_targets(drawn({"11111.",  //
                                                        "1...1.",  //
@@ -115,6 +149,13 @@ TEST_CASE("The polygons of random pictures enclose the pixels of their parts") {
           area += twice_area(polygon) / 2;
         }
         REQUIRE(area >= static_cast<int>(outline->area_px));
+        REQUIRE(outline->runs.empty() == (area == static_cast<int>(outline->area_px)));
+        if (!outline->runs.empty()) {
+          std::vector<std::string> mine = picture;
+          for (std::string& row : mine)
+            for (char& c : row) c = c == (outline == &target.body ? '1' : 'b') ? '1' : '.';
+          REQUIRE(unrolled(outline->runs, 9, 14) == mine);
+        }
         if (outline->polygons.empty()) continue;
         // Even-odd: each pixel of the object is inside one polygon at least.
         for (int row = 0; row < 9; ++row)

@@ -142,6 +142,33 @@ TEST_CASE("A change is made whole or not at all, and each fault has its message"
   CHECK(other);
 }
 
+TEST_CASE("A sonar that is mounted out of the water is told of once, and the session goes on") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0, .hold = true});
+  session.start();
+  session.change(R"({"set": {"sonar.left-right.down_m": 30.0}, "hold": false})");
+  LineReader reader(session.ring(), false);
+  std::size_t lines = 0;
+  std::string status;
+  const auto until = [&](const auto& enough) {
+    for (int i = 0; i < 600 && !enough(); ++i)
+      for (const Bytes& frame : reader.next(100ms)) {
+        lines += kind_of(frame) == FrameKind::line;
+        if (kind_of(frame) == FrameKind::status) status = *frame;
+      }
+    return enough();
+  };
+  REQUIRE(until([&] { return status.find("\"finished\":true") != std::string::npos; }));
+  CHECK(status.find("sonar left-right") != std::string::npos);
+  CHECK(status.find("m below the bed") != std::string::npos);
+  CHECK(status.find("\"trouble_number\":1,") != std::string::npos);
+  CHECK(lines == 0);
+  session.change(R"({"set": {"sonar.left-right.down_m": 0.0}, "again": true})");
+  CHECK(until([&] { return lines == 9; }));
+  CHECK(!session.fault());
+}
+
 TEST_CASE("The truth of a bin is that of the run, as long as the line is kept") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);

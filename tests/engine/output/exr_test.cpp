@@ -29,7 +29,9 @@ using ensonify::tests::TemporaryFolder;
 
 namespace {
 
-const ImageOrigin origin{{148376.25, 6234000.1, -0.5}, "0123456789abcdef"};
+const ImageOrigin origin{{148376.25, 6234000.1, -0.5},
+                         "0123456789abcdef",
+                         {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
 }  // namespace
 
@@ -79,7 +81,9 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   CHECK(text("row_order") == "oldest_first");
   CHECK(text("sonar") == waterfall.sonar.name);
   CHECK(text("scene_hash") == origin.scene_hash);
-  CHECK(text("units_intensity") == "uPa^2 re 1 uPa");
+  CHECK(text("class_names") == R"(["none","mine","pot \"A\""])");
+  CHECK(text("sediment_names") == R"(["none","sandy mud"])");
+  CHECK(text("units_intensity") == "uPa^2");
   CHECK(text("units_x_m") == "m");
   CHECK(text("units_grazing_rad") == "rad");
   CHECK(real("frequency_hz") == 455e3);

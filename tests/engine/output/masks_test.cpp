@@ -1,35 +1,15 @@
-#include <png.h>
-
 #include "support/catch.h"
+#include "support/png_pixels.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/output/masks.h>
 #include <ensonify/engine/output/tar.h>
 
 using namespace ensonify::engine;
-
-namespace {
-
-std::vector<std::uint16_t> pixels_of(const std::vector<std::byte>& png, bool wide) {
-  png_image image = {};
-  image.version = PNG_IMAGE_VERSION;
-  REQUIRE(png_image_begin_read_from_memory(&image, png.data(), png.size()));
-  image.format = wide ? PNG_FORMAT_LINEAR_Y : PNG_FORMAT_GRAY;
-  const std::size_t count = std::size_t{image.width} * image.height;
-  if (wide) {
-    std::vector<std::uint16_t> pixels(count);
-    REQUIRE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
-    return pixels;
-  }
-  std::vector<std::uint8_t> pixels(count);
-  REQUIRE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr));
-  return {pixels.begin(), pixels.end()};
-}
-
-}  // namespace
+using ensonify::tests::png_pixels;
 
 TEST_CASE(
-    "masks have the dataset's numbers, the newest ping on top, and leave out what is ignored") {
+    "masks have the layers' numbers, the newest ping on top, and leave out what is ignored") {
   Sonar sonar;
   sonar.bins = 5;
   sonar.sides = Sides::port;
@@ -39,26 +19,26 @@ TEST_CASE(
   const std::uint32_t regions[10] = {0, 1, 2, 4, 3, 3, 2, 2, 2, 2};
   for (std::size_t i = 0; i < 10; ++i) {
     layers.region[i] = regions[i];
-    layers.class_id[i] = regions[i] == 3 ? 2 : 1;
-    layers.sediment[i] = 1;
+    layers.class_id[i] = regions[i] == 3 ? 4 : 9;
+    layers.sediment[i] = 6;
     layers.instance[i] = i == 4 ? 300 : i == 5 ? 7 : 0;
   }
-  const std::vector<Mask> masks =
-      encode_masks(line, {.classes = {0, 9, 4}, .sediments = {0, 6}, .ignored = {7}});
+  const std::vector<Mask> masks = encode_masks(line, std::vector<std::uint32_t>{7});
   REQUIRE(masks.size() == 4);
   CHECK(masks[0].name == "class");
-  CHECK(pixels_of(masks[0].png, false) ==
+  CHECK(png_pixels(masks[0].png, false) ==
         std::vector<std::uint16_t>{255, 9, 9, 9, 9, 255, 0, 9, 0, 4});
+  CHECK(masks[0].numbers == std::vector<std::uint16_t>{0, 4, 9, 255});
   CHECK(masks[1].name == "sediment");
-  CHECK(pixels_of(masks[1].png, false) ==
+  CHECK(png_pixels(masks[1].png, false) ==
         std::vector<std::uint16_t>{255, 6, 6, 6, 6, 255, 255, 6, 255, 6});
   CHECK(masks[2].name == "instance");
-  CHECK(pixels_of(masks[2].png, true) ==
+  CHECK(png_pixels(masks[2].png, true) ==
         std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 65535, 0, 0, 0, 300});
   CHECK(masks[3].name == "region");
-  CHECK(pixels_of(masks[3].png, false) == std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
-  CHECK_THROWS_AS(encode_masks(line, {.classes = {0, 9}, .sediments = {0, 6}, .ignored = {}}),
-                  std::invalid_argument);
+  CHECK(png_pixels(masks[3].png, false) == std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
+  layers.class_id[2] = 255;  // stands for what is ignored
+  CHECK_THROWS_AS(encode_masks(line, {}), std::invalid_argument);
 }
 
 TEST_CASE("a tar gives back what went in, and is not there before it is finished") {

@@ -27,7 +27,9 @@ using ensonify::tests::TemporaryFolder;
 
 namespace {
 
-const ImageOrigin origin{{148376.25, 6234000.1, -0.5}, "0123456789abcdef"};
+const ImageOrigin origin{{148376.25, 6234000.1, -0.5},
+                         "0123456789abcdef",
+                         {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
 /// Python's own ZIP reader tests the archive; NumPy, where it is, tells each array as raw bytes.
 constexpr const char* script = R"py(
@@ -104,6 +106,8 @@ TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
   CHECK(attributes["world_origin_y_m"] == 6234000.1);
   CHECK(attributes["units_z_m"] == "m");
   CHECK(attributes["scene_hash"] == origin.scene_hash);
+  CHECK(attributes["class_names"] == origin.names.classes);
+  CHECK(attributes["sediment_names"] == origin.names.materials);
 }
 
 TEST_CASE("A NumPy file is laid out as its specification says") {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -69,8 +70,13 @@ Waterfall sample_line(std::size_t pings, int bins = 50) {
 RecordingFrame sample_frame() {
   return {.origin = GeographicPlace{55.0 * degree, 10.0 * degree},
           .start_time = "2024-02-29T23:59:59Z",
-          .sound_speed_mps = 1480.0};
+          .sound_speed_mps = 1480.0,
+          // A bed that rises to the north.
+          .altitude_m = [](const Eigen::Vector3d& at) { return 7.25 + at.z() - 0.1 * at.y(); }};
 }
+
+/// The received level of full scale falls from 160 dB at 1 m by 40 dB a factor of ten in range.
+Recorder sample_recorder() { return Recorder(ReceiverOptions{}, 0.8, 50, 0.0, -160.0); }
 
 }  // namespace
 
@@ -86,13 +92,14 @@ TEST_CASE("an XTF is what its description says, byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
-    const Recording recording = make_recording(line, sample_frame());
+    const Recording recording = make_recording(line, sample_recorder(), sample_frame());
     const std::vector<std::byte> file = encode_xtf(recording);
 
     CHECK(at<std::uint8_t>(file, 0) == 123);
     CHECK(at<std::uint8_t>(file, 1) == 1);
-    CHECK(text_at(file, 2, 8) == "ensonify");
+    CHECK(text_at(file, 2, 8) == "ensonif");  // seven letters and the zero at which C stops
     CHECK(text_at(file, 18, 16) == "towfish");
+    CHECK(text_at(file, 36, 64).starts_with("ensonify "));
     CHECK(at<std::uint16_t>(file, 34) == 0);
     CHECK(text_at(file, 100, 64) == "towfish.xtf");
     CHECK(at<std::uint16_t>(file, 164) == 3);
@@ -164,6 +171,13 @@ TEST_CASE("an XTF is what its description says, byte by byte") {
         CHECK(at<float>(file, header + 16) == Approx(80.0 / 1480.0));
         CHECK(at<float>(file, header + 20) == Approx(80.0 / 1480.0));
         CHECK(at<std::uint16_t>(file, header + 26) == 900);
+        // Full scale in the first bin (0.8 m: the gain does not vary within it) and the last.
+        CHECK(at<std::uint16_t>(file, header + 28) == std::lround(160.0 - 40.0 * std::log10(0.8)));
+        CHECK(at<std::uint16_t>(file, header + 30) == std::lround(160.0 - 40.0 * std::log10(39.6)));
+        CHECK(at<std::uint16_t>(file, header + 32) == 60);  // kHz of bandwidth
+        // 0.05 s from ping to ping.
+        CHECK(at<float>(file, header + 54) ==
+              Approx(pings > 1 ? 100.0 * std::sqrt(2.0) * 0.05 : 0.0).margin(1e-6));
         CHECK(at<std::uint32_t>(file, header + 42) == 50);
         CHECK(at<std::int16_t>(file, header + 58) == 0);
       }
@@ -187,7 +201,8 @@ TEST_CASE("a JSF is what its description says, byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
-    const std::vector<std::byte> file = encode_jsf(make_recording(line, sample_frame()));
+    const std::vector<std::byte> file =
+        encode_jsf(make_recording(line, sample_recorder(), sample_frame()));
     std::size_t message = 0, count = 0;
     for (; message < file.size(); ++count) {
       const std::size_t ping = count / 2;
@@ -204,8 +219,8 @@ TEST_CASE("a JSF is what its description says, byte by byte") {
       CHECK(at<std::int32_t>(file, h) == ms / 1000);
       CHECK(at<std::uint32_t>(file, h + 8) == ping);
       CHECK(at<std::int16_t>(file, h + 28) == 1);
-      CHECK((at<std::uint16_t>(file, h + 30) & 0x69) ==
-            0x69);  // place, heading, attitude, altitude
+      // Place, speed, heading, attitude, altitude, depth; and it is the sonar's own place.
+      CHECK((at<std::uint16_t>(file, h + 30) & 0x226d) == 0x226d);
       CHECK(at<std::int16_t>(file, h + 34) == 0);
       CHECK(at<std::int32_t>(file, h + 80) ==
             Approx((10.0 + (0.1 + 0.00005 * double(ping)) / 63.994) * 600000.0).margin(1.0));
@@ -219,6 +234,11 @@ TEST_CASE("a JSF is what its description says, byte by byte") {
       CHECK(at<std::uint16_t>(file, h + 126) + ((more & 0xf) << 16) == 87000);
       CHECK(at<std::uint16_t>(file, h + 128) + ((more >> 4 & 0xf) << 16) == 93000);
       CHECK((more >> 8 & 0xf) == 0);
+      CHECK(at<std::uint16_t>(file, h + 140) == std::lround(1480.0 / 1.6));  // samples a second
+      CHECK(at<float>(file, h + 152) == 900e3f);
+      CHECK(at<std::int16_t>(file, h + 194) * 0.1 +
+                (at<std::uint16_t>(file, h + 20) & 0xf) * 0.01 ==
+            Approx(std::sqrt(2.0) * 3600.0 / 1852.0).margin(0.005));
       CHECK(at<std::int32_t>(file, h + 136) == 12500);
       CHECK(at<std::int32_t>(file, h + 144) == 7250);
       CHECK(at<float>(file, h + 148) == 1480.0f);
@@ -242,6 +262,90 @@ TEST_CASE("a JSF is what its description says, byte by byte") {
   }
 }
 
+TEST_CASE("texts that are too long for an XTF's field are cut, and end in a zero") {
+  Waterfall line = sample_line(1);
+  line.sonar.name = std::string(80, 'n');
+  const std::vector<std::byte> file =
+      encode_xtf(make_recording(line, sample_recorder(), sample_frame()));
+  for (const auto& [begin, width] : {std::pair{2, 8}, {10, 8}, {18, 16}, {36, 64}, {100, 64}}) {
+    CAPTURE(begin);
+    CHECK(at<char>(file, static_cast<std::size_t>(begin)) != 0);
+    CHECK(at<char>(file, static_cast<std::size_t>(begin + width - 1)) == 0);
+  }
+  CHECK(text_at(file, 18, 16) == std::string(15, 'n'));
+}
+
+TEST_CASE("a recording gives the sonar's place and attitude, not the vehicle's") {
+  Waterfall line = sample_line(1);
+  line.sonar.mounting = {.forward_m = 6.0, .starboard_m = 2.0, .down_m = 1.0};
+  PingRecord& ping = line.pings.front();
+  ping.reported.roll_rad = ping.reported.pitch_rad = 0.0;
+  ping.reported.heading_rad = 90.0 * degree;  // the bow to the east
+  ping.reported.heading_rate_radps = 0.5;
+  ping.pose.heading_rad =
+      0.0;  // in truth to the north, where the bed is 0.6 m higher below the bow
+  const auto recorded = [&] {
+    return make_recording(line, sample_recorder(), sample_frame()).pings.front();
+  };
+  RecordedPing there = recorded();
+  CHECK(there.place.longitude_rad / degree == Approx(10.0 + 0.106 / 63.994).margin(4e-7));
+  CHECK(there.place.latitude_rad / degree == Approx(55.0 + 0.198 / 111.315).margin(2e-7));
+  CHECK(there.depth_m == Approx(13.5));
+  CHECK(there.altitude_m == Approx(7.25 - 1.0 - 0.6));
+  CHECK(there.heading_rad / degree == Approx(90.0));
+  CHECK(there.speed_mps == Approx(std::hypot(1.0 - 0.5 * 2.0, 1.0 - 0.5 * 6.0)));  // it turns
+
+  // Its array lies athwart: what the vehicle calls roll is the sonar's pitch.
+  line.sonar.mounting = {.azimuth_rad = -90.0 * degree};
+  ping.reported.roll_rad = 3.0 * degree;
+  there = recorded();
+  CHECK(there.heading_rad / degree == Approx(360.0).margin(1e-9));
+  CHECK(there.pitch_rad / degree == Approx(3.0));
+  CHECK(there.roll_rad / degree == Approx(0.0).margin(1e-9));
+  line.sonar.mounting = {.pitch_rad = 20.0 * degree};
+  ping.reported.roll_rad = 0.0;
+  ping.reported.pitch_rad = 5.0 * degree;
+  CHECK(recorded().pitch_rad / degree == Approx(25.0));
+}
+
+TEST_CASE("a lost ping leaves a gap in the numbers, and what repeats nothing was not recorded") {
+  Waterfall line = sample_line(6);
+  for (const std::size_t lost : {0u, 3u}) line.pings[lost].artefacts.add(Artefact::lost);
+  for (const std::size_t again : {1u, 4u}) line.pings[again].artefacts.add(Artefact::repeated);
+  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  const std::vector<std::byte> xtf = encode_xtf(recording), jsf = encode_jsf(recording);
+  const std::size_t packet = 640, message = 16 + 240 + 100;  // 256 + 2 (64 + 100), in whole 64 B
+  REQUIRE(xtf.size() == 1024 + 3 * packet);
+  REQUIRE(jsf.size() == 6 * message);
+  std::size_t i = 0;
+  for (const std::size_t number : {2u, 4u, 5u}) {
+    CAPTURE(number);
+    const std::size_t begin = 1024 + i * packet;
+    CHECK(at<std::uint32_t>(xtf, begin + 28) == number);
+    CHECK(at<std::uint16_t>(xtf, begin + 256 + 64 + 100 + 64) == 100 * (101 + number % 7));
+    for (const std::size_t side : {0u, 1u}) {
+      const std::size_t h = (2 * i + side) * message + 16;
+      CHECK(at<std::uint32_t>(jsf, h + 8) == number);
+      CHECK(at<std::uint16_t>(jsf, h + 240) == 100 * (1 + 100 * side + number % 7));
+    }
+    ++i;
+  }
+
+  for (PingRecord& ping : line.pings) ping.artefacts.add(Artefact::lost);
+  const Recording nothing = make_recording(line, sample_recorder(), sample_frame());
+  CHECK(encode_xtf(nothing).size() == 1024);
+  CHECK(encode_jsf(nothing).empty());
+}
+
+TEST_CASE("a JSF's subsystem tells its sonar's frequency from that of the scene's others") {
+  RecordingFrame frame = sample_frame();
+  for (const int rank : {0, 1, 2, 30}) {
+    frame.frequency_rank = rank;
+    const auto file = encode_jsf(make_recording(sample_line(1), sample_recorder(), frame));
+    CHECK(int(at<std::uint8_t>(file, 7)) == std::min(20 + rank, 39));  // 40 is no sidescan sonar's
+  }
+}
+
 TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees") {
   Sonar sonar;
   sonar.sides = Sides::starboard;
@@ -253,7 +357,7 @@ TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees"
   echo.bins.sample.assign(8, 70u);
   echo.bins.region.assign(8, static_cast<std::uint32_t>(Region::seabed));
   line.set_row(0, std::span(&echo, 1), {});
-  const Recording recording = make_recording(line, sample_frame());
+  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
   for (const std::uint16_t sample : recording.side(0, Side::port)) CHECK(sample == 0);
   for (const std::uint16_t sample : recording.side(0, Side::starboard)) CHECK(sample > 0);
   CHECK(at<float>(encode_xtf(recording), 1024 + 212) == 360.0f);
@@ -264,7 +368,7 @@ TEST_CASE("a track that counts from 1970 keeps its own time, another begins on t
   Waterfall line = sample_line(1);
   RecordingFrame frame = sample_frame();
   frame.start_time.clear();
-  CHECK(make_recording(line, frame).pings.front().unix_ms == 946684800000);
+  CHECK(make_recording(line, sample_recorder(), frame).pings.front().unix_ms == 946684800000);
   line.pings.front().pose.t_s = 1.5e9 + 0.25;
-  CHECK(make_recording(line, frame).pings.front().unix_ms == 1500000000250);
+  CHECK(make_recording(line, sample_recorder(), frame).pings.front().unix_ms == 1500000000250);
 }

@@ -28,6 +28,16 @@ const std::string good =
     "10,1490.5\n"
     "30,1485\n";
 
+/// The same as a CastAway writes it: what it knows of itself, then its columns, in its own words.
+const std::string castaway =
+    "% Device,11E101663\n"
+    "% Cast time (UTC),2012-08-21 12:28:17\n"
+    "% \n"
+    "Pressure (Decibar),Depth (Meter),Temperature (Celsius),Sound velocity (Meters per Second)\n"
+    "0.1,0,18.36,1500\n"
+    "10.1,10,18.32,1490.5\n"
+    "30.2,30,17.1,1485\n";
+
 void check_is_good(const SoundSpeedProfile& profile) {
   CHECK(profile.layers().size() == 4);
   CHECK(profile.shallowest_m() == 0.0);
@@ -146,6 +156,49 @@ TEST_CASE("A file without a profile is refused with what it lacks") {
   check_refused(good + std::string(5000, '1'), 5, "a line of more than 4096 characters");
 }
 
+TEST_CASE("A cast is read as a CastAway writes it") {
+  check_is_good(parse_profile(castaway, "cast.csv"));
+  check_is_good(parse_profile("\xef\xbb\xbf" + replaced(castaway, "\n", "\r\n"), "cast.csv"));
+  check_is_good(parse_profile(castaway.substr(castaway.find("Pressure")), "cast.csv"));
+  // Our own names go before.
+  check_is_good(parse_profile(
+      "Depth (Meter),depth_m,soundspeed_mps\n1,0,1500\n2,10,1490.5\n3,30,1485\n", ""));
+}
+
+TEST_CASE("What is wrong in a CastAway's file is told with its line and its own words") {
+  check_refused(replaced(castaway, "1490.5", "fast"), 6,
+                "Sound velocity (Meters per Second) is 'fast'");
+  check_refused(replaced(castaway, "1490.5", "nan"), 6, "is 'nan'");
+  check_refused(replaced(castaway, "1490.5", "-1490.5"), 6, "the sound speed is -1490.5 m/s");
+  check_refused(replaced(castaway, ",10,", ",1e9,"), 6, "the depth is 1000000000 m");
+  check_refused(replaced(castaway, ",10,", ","), 6, "3 values");
+  check_refused(replaced(castaway, "Depth (Meter)", "Depth (Foot)"), 4, "no column depth_m");
+  check_refused(
+      replaced(castaway, "Sound velocity (Meters per Second)", "Density"), 4,
+      "expected a header row with depth_m,soundspeed_mps (or Depth (Meter),Sound velocity "
+      "(Meters per Second))");
+  check_refused(replaced(castaway, "Temperature (Celsius)", "Depth (Meter)"), 4,
+                "column Depth (Meter) is there twice");
+  check_refused(castaway.substr(0, castaway.find("Pressure")), 3, "nothing is in it");
+  check_refused(castaway.substr(0, castaway.find("0.1,")), 4, "no sample");
+  check_refused(castaway + "% End of file\n", 8, "1 values");
+  check_refused("%" + std::string(5000, 'x') + "\n" + castaway, 1, "a line of more than 4096");
+}
+
+TEST_CASE("A CastAway's own file is the cast that was taken from it") {
+  const auto own = data_file("soundspeed/castaway__11E101663_20120821_122817.csv");
+  const auto converted = data_file("soundspeed/castaway_portsmouth_1.csv");
+  if (!own || !converted) {
+    WARN("skipped: the CastAway's cast is not among the data");
+    return;
+  }
+  const SoundSpeedProfile cast = read_profile(*own), expected = read_profile(*converted);
+  CHECK(cast.layers().size() == expected.layers().size());
+  CHECK(cast.deepest_m() == Approx(expected.deepest_m()).margin(0.0006));  // to three decimals
+  for (double depth_m = 0.0; depth_m < 30.0; depth_m += 0.1)
+    CHECK(cast.speed_mps(depth_m) == Approx(expected.speed_mps(depth_m)).margin(0.005));
+}
+
 TEST_CASE("A damaged row is refused with its line") {
   check_row_refused("10", "1 values in '10', expected 2");
   check_row_refused("10,1490,3", "3 values");
@@ -222,7 +275,7 @@ TEST_CASE("However a profile is damaged, it is read within bounds or refused wit
   const auto below = [&](std::size_t n) { return random() % n; };
   int read = 0, refused = 0;
   for (int i = 0; i < 20000; ++i) {
-    std::string text = good;
+    std::string text = i % 2 ? good : castaway;
     for (std::size_t left = 1 + below(4); left > 0; --left) {
       const std::size_t place = below(text.size());
       switch (below(4)) {
@@ -276,8 +329,7 @@ TEST_CASE("Real casts are read, one depth measured twice among them") {
     if (name.starts_with("hypack")) CHECK(profile.speed_mps(1.6) == Approx(1504.875));
   }
   // As the instruments write them, these are no profiles, and the message says what is wanted.
-  for (const std::string name : {"castaway__11E101663_20120821_122817.csv",
-                                 "hypack__20190819_SV_1549_D.vel", "simrad__00018_001241535.ssp"})
+  for (const std::string name : {"hypack__20190819_SV_1549_D.vel", "simrad__00018_001241535.ssp"})
     if (const auto file = data_file("soundspeed/" + name))
       CHECK_THROWS_WITH(read_profile(*file),
                         Catch::Contains("expected a header row with depth_m,soundspeed_mps"));

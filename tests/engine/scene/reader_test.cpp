@@ -198,6 +198,8 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
       bad.push_back("1");
     } else if (!key.choices.empty() || std::holds_alternative<bool*>(option)) {
       bad.insert(bad.end(), {"1", "word"});
+    } else if (std::holds_alternative<std::vector<std::string>*>(option)) {
+      bad = {"1", "{}", "[1]", "2024-01-01"};
     } else {
       CHECK(key.range.low < key.range.high);
       bad.insert(bad.end(), {fmt::format("{:.17g}", key.range.low - 1.0),
@@ -264,7 +266,7 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:2:1: unknown key \"range_m\"; did you mean 'sonar.NAME.range_m'?"},
       {head + "[output]\nzzzzzzzzzz = 5",
        "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [output]; expected one of exr, npz, xtf, jsf, "
-       "png_bits, truth, start_time"},
+       "png_bits, truth, class_names, sediment_names, start_time"},
       {head + "\"sea.temperature_c\" = 5",
        "s.toml:2:1: unknown key \"sea.temperature_c\"; did you mean 'sea.temperature_c'?"},
       {head + "sea = 3", "s.toml:2:7: 'sea' is 3, expected a table, [sea]"},
@@ -272,7 +274,20 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
       {head + "sonar = {}", "s.toml:2:9: 'sonar' is empty, expected [sonar.NAME]"},
       {head + "[[sonar]]\nbins = 3",
        "s.toml:2:1: 'sonar.NAME' is an array, expected a table, [sonar.NAME]"},
-      {head + "[sonar]\nbins = 3", "s.toml:3:8: 'sonar.bins' is 3, expected a table, [sonar.bins]"},
+      {head + "[sonar]\nbins = 3",
+       "s.toml:3:1: 'sonar.bins' does not say which sonar, expected sonar.NAME.bins, in a table "
+       "[sonar.NAME]"},
+      {head + "[sonar]\nbin = 3", "s.toml:3:7: 'sonar.bin' is 3, expected a table, [sonar.bin]"},
+      {head + "[material]\nlike = \"rock\"",
+       "s.toml:3:1: 'material.like' does not say which material, expected material.NAME.like, in a "
+       "table [material.NAME]"},
+      {head + "[track]\norigin = 3",
+       "s.toml:3:1: unknown key \"origin\" in [track]; did you mean 'origin_lat_deg' or "
+       "'origin_lon_deg'?"},
+      {head + "[seafloor]\nmaterial = \"clayey\"",
+       "s.toml:3:12: 'seafloor.material': sediment 'clayey' is not known; the nearest names are "
+       "'clayey sand' and 'clayey silt'; covers are seagrass, shells; solids are steel, aluminium, "
+       "concrete, stone, wood, glass fibre, rubber; or describe it in a table [material.clayey]"},
       {head + "[sonar.\"a/b\"]",
        "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and -"},
       {head + "seed = -1",

@@ -155,6 +155,34 @@ TEST_CASE("The variogram is that of the discrete ensemble, to the east and to th
   }
 }
 
+TEST_CASE("The mean squared height difference is as far below sigma^2 d^2H as is documented") {
+  // What README.md and fractal.h say, over a field of 128 x 128 cells: its share at 1, 2, 8 (a sixteenth), 16 (an
+  // eighth) and 64 cells (half the side).
+  constexpr std::array lags = {1, 2, 8, 16, 64};
+  struct Row {
+    double hurst;
+    std::array<double, 5> share;
+  };
+  for (const Row& row :
+       {Row{0.2, {0.36, 0.53, 0.72, 0.79, 0.82}}, Row{0.5, {0.70, 0.85, 0.93, 0.92, 0.75}},
+        Row{0.6, {0.77, 0.89, 0.92, 0.88, 0.65}}, Row{0.7, {0.81, 0.89, 0.86, 0.79, 0.53}},
+        Row{0.9, {0.66, 0.64, 0.54, 0.47, 0.31}}}) {
+    const FractalRelief relief{.height_at_1m_m = 0.1, .hurst = row.hurst};
+    std::array<double, lags.size()> share{};
+    constexpr int seeds = 200;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      const Heightfield field = fractal(128, 128, 0.5, 0.5, relief, seed);
+      for (std::size_t i = 0; i < lags.size(); ++i)
+        share[i] += 0.5 * (variogram(field, lags[i], 0) + variogram(field, 0, lags[i])) / seeds /
+                    (0.01 * std::pow(0.5 * lags[i], 2.0 * row.hurst));
+    }
+    for (std::size_t i = 0; i < lags.size(); ++i) {
+      CAPTURE(row.hurst, lags[i]);
+      CHECK(share[i] == Approx(row.share[i]).margin(lags[i] > 8 ? 0.06 : 0.02));
+    }
+  }
+}
+
 TEST_CASE("Points 1 m apart differ by the given height in metres, whatever the cells") {
   for (const FractalSpectrum spectrum : {FractalSpectrum::variogram, FractalSpectrum::paper}) {
     const FractalRelief relief{.height_at_1m_m = 0.07, .hurst = 0.5, .spectrum = spectrum};

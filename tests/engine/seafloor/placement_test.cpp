@@ -1,11 +1,17 @@
 #include <ensonify/engine/seafloor/objects.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "support/beds.h"
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/layout.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/mesh_reader.h>
 
@@ -182,4 +188,69 @@ TEST_CASE("A mesh is a seafloor: its heights count from the water level, whereve
                       Catch::Contains("hill.ply: the whole mesh lies above the sea surface"));
     CHECK_THROWS_WITH(make_heightfield(options, 1), Catch::Contains("no grid of heights"));
   }
+}
+
+TEST_CASE("discs of any size keep their distance, as each pair tells") {
+  Layout layout;
+  std::vector<Disc> taken;
+  std::size_t free = 0, refused = 0;
+  // Up to discs around a thousand kilometres, whose cells would be 1e11.
+  const Stream draws(1, Purpose::object_place, {0, 0, 0});
+  for (std::uint64_t i = 0; i < 3000; ++i) {
+    std::array<double, 4> drawn{};
+    draws.uniform(drawn, 4 * i);
+    const double extent_m = std::pow(10.0, 1.0 + 6.0 * drawn[0]);
+    const Disc disc{{extent_m * (drawn[1] - 0.5), extent_m * (drawn[2] - 0.5)},
+                    0.1 * extent_m * drawn[3]};
+    const double gap_m = i % 3 == 0 ? 1.0 : 0.0;
+    const bool expected = std::ranges::all_of(taken, [&](const Disc& other) {
+      return (disc.middle - other.middle).norm() >= disc.radius_m + other.radius_m + gap_m;
+    });
+    REQUIRE(layout.is_free({&disc, 1}, gap_m) == expected);
+    ++(expected ? free : refused);
+    if (!expected) continue;
+    layout.take({&disc, 1});
+    taken.push_back(disc);
+  }
+  CHECK(free > 20);
+  CHECK(refused > 100);
+}
+
+TEST_CASE("an object of a million metres is set down as any other, with a warning") {
+  const Things things;
+  SeafloorOptions level;
+  level.extent_east_m = level.extent_north_m = 20.0;
+  level.cell_m = 0.25;
+  level.fractal.height_at_1m_m = 0.0;
+  const Seafloor floor = make_seafloor(level, 1);
+  const BedGrid bed(floor);
+  for (const Vector3f& size : {Vector3f(1e6f, 1.0f, 1.0f), Vector3f(1e6f, 1e6f, 1.0f)}) {
+    ObjectOptions options = things.object(box(size));
+    options.east_m = 3.0;
+    const PlacedObjects placed = place_objects({&options, 1}, 1, bed);
+    CHECK(placed.warnings.size() == 1);
+    check_box(refine::bounds(placed.objects.front().mesh),
+              {3.0 - 0.5 * size.x(), -0.5 * size.y(), -20.0},
+              {3.0 + 0.5 * size.x(), 0.5 * size.y(), -19.0});
+  }
+}
+
+TEST_CASE("an object with a vertex left at another origin is told of by that vertex's number") {
+  const Things things;
+  refine::TriangleMesh astray = box({1.0f, 1.0f, 1.0f});
+  astray.world_origin = {500000.0, 4600000.0, 0.0};
+  things.placed(things.object(astray));
+  astray.positions[5] = (-astray.world_origin).cast<float>();
+  CHECK_THROWS_WITH(things.placed(things.object(astray)),
+                    Catch::Contains("thing.ply: reaches over 4.6e+06 m") &&
+                        Catch::Contains("vertex 5 (from 0) is the farthest") &&
+                        Catch::Contains("there is no bed below this object"));
+}
+
+TEST_CASE("a line of too many pieces is refused before its place is taken") {
+  const Things things;
+  ObjectOptions options;
+  options.shape = "cable";
+  options.path = {{-1e7, 0.0}, {1e7, 0.0}};
+  CHECK_THROWS_WITH(place_object(options, things.bed), Catch::Contains("make it shorter"));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "support/catch.h"
 
@@ -78,6 +79,26 @@ TEST_CASE("a pulse's effective length is its energy over its peak") {
   Pulse longer = tone;
   longer.length_s = 3e-4;
   CHECK(longer.effective_length_s() == 3e-4);
+}
+
+TEST_CASE("a Hann window over a sweep's matched filter raises the noise by 1.76 dB") {
+  // By its own spectrum: behind a filter w that leaves an echo's peak, the sum of w, as it is, white noise has
+  // the power of sum(w^2) / sum(w)^2.
+  constexpr int steps = 1000;
+  double sum = 0.0, squares = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double w = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (i + 0.5) / steps);
+    sum += w / steps;
+    squares += w * w / steps;
+  }
+  CHECK(to_db(hann.noise_bandwidth_hz() / sweep.noise_bandwidth_hz()) ==
+        Approx(to_db(squares / (sum * sum))).epsilon(1e-9));
+  CHECK(to_db(squares / (sum * sum)) == Approx(1.76).margin(0.005));
+  CHECK(sweep.noise_bandwidth_hz() == Approx(20e3));
+  CHECK(tone.noise_bandwidth_hz() == Approx(20e3));
+  Pulse longer = tone;
+  longer.length_s = 3e-4;
+  CHECK(longer.noise_bandwidth_hz() == Approx(1.0 / 3e-4));
 }
 
 TEST_CASE("beyond its reach a pulse stays below -60 dB") {

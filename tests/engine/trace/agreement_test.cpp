@@ -1,8 +1,11 @@
 // A comparison is worth what it catches: each fault is planted in a sound intersector, and must be
 // found by rays from every source; and what is no fault must pass.
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
+#include <optional>
 #include <stdexcept>
 
 #include <Eigen/Geometry>
@@ -10,8 +13,11 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/random.h>
-#include <ensonify/engine/trace/adversarial_rays.h>
-#include <ensonify/engine/trace/agreement.h>
+#include <ensonify/engine/trace/check/adversarial_rays.h>
+#include <ensonify/engine/trace/check/agreement.h>
+#include <ensonify/engine/trace/check/hierarchy.h>
+#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/refine/tile_collapse.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -19,17 +25,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// A rough bed of 2 x 16 x 16 faces in a square of 8 m, 20 m deep, with a column of needles.
-refine::TriangleMesh rough_bed() {
-  constexpr std::uint32_t side = 17;
-  std::vector<double> heights(side * side);
-  Stream(5, Purpose::test).normal(heights);
+/// Two faces for each cell of a square of side x side points, placed by their columns and rows.
+template <class Place>
+refine::TriangleMesh square_of(std::uint32_t side, Place&& place) {
   refine::TriangleMesh mesh;
   for (std::uint32_t j = 0; j < side; ++j)
-    for (std::uint32_t i = 0; i < side; ++i)
-      mesh.positions.emplace_back(i == 8 ? -0.499f : -4.0f + 0.5f * static_cast<float>(i),
-                                  -4.0f + 0.5f * static_cast<float>(j),
-                                  static_cast<float>(-20.0 + 0.15 * heights[j * side + i]));
+    for (std::uint32_t i = 0; i < side; ++i) mesh.positions.push_back(place(i, j));
   for (std::uint32_t j = 0; j + 1 < side; ++j)
     for (std::uint32_t i = 0; i + 1 < side; ++i) {
       const std::uint32_t k = j * side + i;
@@ -37,6 +38,18 @@ refine::TriangleMesh rough_bed() {
       mesh.faces.push_back({k, k + side + 1, k + side});
     }
   return mesh;
+}
+
+/// A rough bed of 2 x 16 x 16 faces in a square of 8 m, 20 m deep, with a column of needles.
+refine::TriangleMesh rough_bed() {
+  constexpr std::uint32_t side = 17;
+  std::vector<double> heights(side * side);
+  Stream(5, Purpose::test).normal(heights);
+  return square_of(side, [&](std::uint32_t i, std::uint32_t j) {
+    return Eigen::Vector3f(i == 8 ? -0.499f : -4.0f + 0.5f * static_cast<float>(i),
+                           -4.0f + 0.5f * static_cast<float>(j),
+                           static_cast<float>(-20.0 + 0.15 * heights[j * side + i]));
+  });
 }
 
 /// Two fans that look down at the bed from 3 m over it.
@@ -85,6 +98,14 @@ class Spoilt final : public Intersector {
   bool fans_only_;
 };
 
+/// Volatile, since GCC 12 takes a vector's way from double to float and back for no change.
+Vector3d in_float(const Vector3d& v) {
+  return v.unaryExpr([](double x) {
+    const volatile float rounded = static_cast<float>(x);
+    return static_cast<double>(rounded);
+  });
+}
+
 Hit no_fault(const Ray&, const Hit& hit, const Intersector&) { return hit; }
 
 Hit ask(const Intersector& tracer, const Ray& ray) {
@@ -100,16 +121,28 @@ Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
   return rest.t_min <= rest.t_max ? ask(sound, rest) : Hit{};
 }
 
+/// A static surface of an intersector, before which bodies may be put.
+std::unique_ptr<MovingSurface> still(refine::Triangles mesh,
+                                     std::shared_ptr<const Intersector> whole) {
+  const SurfaceParts parts{.all = mesh, .whole = std::move(whole), .intersector = "pluecker"};
+  return std::make_unique<MovingSurface>(make_static_surface(parts),
+                                         static_cast<std::uint32_t>(mesh.faces.size()), parts);
+}
+
 std::vector<AgreementRow> compare_one(refine::Triangles mesh,
                                       std::shared_ptr<const Intersector> candidate, int threads = 2,
                                       std::uint64_t every = 1,
                                       decltype(AgreementOptions::progress) progress = {}) {
   const auto reference = make_intersector("pluecker", mesh);
-  const Candidate one{"static", "candidate",
-                      [&] { return make_static_surface({.whole = candidate}); }, true, every};
-  return compare(mesh, *reference, {&one, 1}, bed_fans(),
+  const Candidate one{.surface = "static",
+                      .intersector = "candidate",
+                      .make = [&] { return still(mesh, candidate); },
+                      .every = every};
+  std::vector<PingBlock> blocks;
+  for (const RayFan& fan : bed_fans()) blocks.push_back({{fan}});
+  return compare(mesh, *reference, {&one, 1}, blocks,
                  {.seed = 7,
-                  .aimed_fan_rays = 20000,
+                  .aimed_fan_rays = 40000,
                   .aimed_rays = 20000,
                   .threads = threads,
                   .progress = std::move(progress)});
@@ -325,7 +358,7 @@ TEST_CASE("duplicate faces are ties, whichever is found") {
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
   for (std::uint32_t face = 0; face < faces; ++face) mesh.faces.push_back(mesh.faces[face]);
   const auto rows = compare_one(mesh, std::make_shared<Spoilt>(mesh, [&](auto&, Hit hit, auto&) {
-                                  return hit ? hit.face += faces, hit : hit;
+                                  return hit ? hit.index = hit.face += faces, hit : hit;
                                 }));
   for (const AgreementRow& row : rows) {
     CHECK(row.count(Verdict::unexplained) == 0);
@@ -383,8 +416,8 @@ TEST_CASE("an answer computed for the ray rounded to float lies within the toler
   double largest = 0.0;
   for (const Ray& ray : rays) {
     Ray rounded = ray;
-    rounded.origin = ray.origin.cast<float>().cast<double>();
-    rounded.direction = ray.direction.cast<float>().cast<double>();
+    rounded.origin = in_float(ray.origin);
+    rounded.direction = in_float(ray.direction);
     const Hit exact = ask(*tracer, ray), moved = ask(*tracer, rounded);
     if (!exact || moved.face != exact.face) continue;
     largest = std::max(largest, std::abs(moved.t - exact.t) * ray.direction.norm() /
@@ -430,6 +463,294 @@ TEST_CASE("a back-end that takes fans only is compared on fans, one that is slow
   }
 }
 
+namespace {
+
+/// A bed of 2 x 48 x 48 faces of about 0.4 m, as rough as rocks, 18 m deep.
+refine::TriangleMesh rocks() {
+  constexpr std::uint32_t side = 49;
+  std::vector<double> heights(side * side);
+  Stream(9, Purpose::test).normal(heights);
+  return square_of(side, [&](std::uint32_t i, std::uint32_t j) {
+    return Eigen::Vector3f(-9.6f + 0.4f * static_cast<float>(i),
+                           -9.6f + 0.4f * static_cast<float>(j),
+                           static_cast<float>(-18.0 + 0.05 * heights[j * side + i]));
+  });
+}
+
+/// A sonar of two sides that goes north over the rocks, in blocks of eight pings.
+std::vector<PingBlock> rocks_track() {
+  const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = 0.2,
+                                                              .sector_high_rad = 1.6,
+                                                              .truncation_rad = 0.02,
+                                                              .main_lobe_rad = 0.01,
+                                                              .planes = 6,
+                                                              .elevations = 200});
+  const double c = std::cos(0.9), s = std::sin(0.9);
+  std::vector<PingBlock> blocks;
+  for (int block = 0; block < 4; ++block) {
+    PingBlock& pings = blocks.emplace_back();
+    for (int ping = 0; ping < 8; ++ping) {
+      const Vector3d at(0.3 * block - 0.4, -7.0 + 3.3 * block + 0.11 * ping, -14.0);
+      pings.push_back({{grid, at, {0, 1, 0}, {c, 0, -s}, {s, 0, c}, 12.0},
+                       {grid, at, {0, 1, 0}, {-c, 0, -s}, {-s, 0, c}, 12.0}});
+    }
+  }
+  return blocks;
+}
+
+/// The height of the rocks by the reference itself, as a sound altitude.
+double height_of(const Intersector& reference, double x_m, double y_m) {
+  const Hit hit = ask(reference, {{x_m, y_m, 0.0}, {0, 0, -1}});
+  return hit ? -hit.t : std::nan("");
+}
+
+/// What a surface over the rocks may have instead of what is right.
+struct Faulty {
+  refine::TriangleMesh mesh = rocks();
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;
+  std::shared_ptr<const Intersector> whole;
+  double height_off_m = 0.0;
+
+  Faulty()
+      : progressive(
+            std::make_shared<const refine::ProgressiveMesh>(refine::build_by_tiles(mesh, 1))),
+        whole(make_intersector("pluecker", mesh)) {}
+  /// With a change to the hierarchy.
+  template <class Change>
+  static Faulty hierarchy(Change change) {
+    Faulty faulty;
+    refine::ProgressiveMeshArrays arrays = refine::build_by_tiles(faulty.mesh, 1);
+    change(arrays);
+    faulty.progressive = std::make_shared<const refine::ProgressiveMesh>(std::move(arrays));
+    return faulty;
+  }
+  static Faulty tracer(std::shared_ptr<const Intersector> whole) {
+    Faulty faulty;
+    faulty.whole = std::move(whole);
+    return faulty;
+  }
+
+  /// About 2e5 rays a surface.
+  std::vector<AgreementRow> rows() const {
+    const auto reference = make_intersector("pluecker", mesh);
+    std::vector<Candidate> candidates;
+    for (const SurfaceKind& kind : surface_kinds()) {
+      const SurfaceParts parts{.all = mesh,
+                               .whole = whole,
+                               .progressive = progressive,
+                               .intersector = "pluecker",
+                               .tree_pings = 6};
+      const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
+      candidates.push_back(
+          {.surface = std::string(kind.name),
+           .intersector = "pluecker",
+           .make = [make = kind.make, parts,
+                    faces] { return std::make_unique<MovingSurface>(make(parts), faces, parts); },
+           .precision = Precision::exact,
+           .has_every_face = !kind.needs_progressive_mesh});
+    }
+    const HeightCandidate height{"static", "height", [&] {
+                                   return [&](double x_m, double y_m) {
+                                     return height_of(*reference, x_m, y_m) + height_off_m;
+                                   };
+                                 }};
+    return compare(mesh, *reference, candidates, rocks_track(),
+                   {.seed = 3,
+                    .aimed_fan_rays = 50000,
+                    .aimed_rays = 50000,
+                    .bodies = true,
+                    .heights = {height},
+                    .plumb_lines = 4000,
+                    .bed_faces = mesh.faces.size(),
+                    .threads = 2});
+  }
+};
+
+std::uint64_t unexplained(const std::vector<AgreementRow>& rows, std::string_view surface,
+                          std::optional<RaySource> source = {}) {
+  std::uint64_t sum = 0;
+  for (const AgreementRow& row : rows)
+    if (row.surface == surface && (!source || row.source == *source))
+      sum += row.count(Verdict::unexplained);
+  return sum;
+}
+
+/// Sound hits, of which the runs are listed with something wrong.
+class WrongRuns final : public Intersector {
+ public:
+  WrongRuns(refine::Triangles triangles, std::function<void(FanRuns&)> fault)
+      : triangles_(triangles),
+        sound_(make_intersector("pluecker", triangles)),
+        fault_(std::move(fault)) {}
+  void build(refine::Triangles triangles) override { sound_->build(triangles); }
+  std::string_view code_path() const override { return "portable"; }
+  void intersect(const RayFan& fan, std::span<Hit> hits) const override {
+    sound_->intersect(fan, hits);
+  }
+  bool list_runs(const RayFan& fan, FanRuns& runs) const override {
+    std::vector<Hit> hits(fan.grid->rays());
+    sound_->intersect(fan, hits);
+    runs.take(fan, triangles_, hits);
+    fault_(runs);
+    return true;
+  }
+  void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+    sound_->intersect(rays, hits);
+  }
+
+ private:
+  refine::Triangles triangles_;
+  std::unique_ptr<Intersector> sound_;
+  std::function<void(FanRuns&)> fault_;
+};
+
+}  // namespace
+
+TEST_CASE("nothing is found where nothing is wrong, by 2e5 rays a surface of every kind") {
+  const Faulty sound;
+  const auto rows = sound.rows();
+  std::map<std::string, std::uint64_t> rays;
+  for (const AgreementRow& row : rows) {
+    CAPTURE(row.surface, ray_source_names[static_cast<std::size_t>(row.source)]);
+    CHECK(row.count(Verdict::same) == row.rays);
+    CHECK(row.unlike_static + row.wrong_index + row.wrong_run == 0);
+    CHECK(exceeded_limits(row).empty());
+    rays[row.surface] += row.rays;
+  }
+  CHECK(rows.size() == 3 * 3 + 1 + 1);
+  for (const auto& [surface, number] : rays) {
+    CAPTURE(surface, number);
+    CHECK(number > 120000);
+    CHECK(number < 260000);
+  }
+  const AgreementCounts faces = compare_faces(sound.mesh, *sound.progressive, 2);
+  CHECK(faces.rays == sound.mesh.faces.size());
+  CHECK(faces.count(Verdict::same) == faces.rays);
+}
+
+TEST_CASE("a fault planted in a hierarchy is found by 2e5 rays, and face by face") {
+  const Vector3d point(3.1, 2.2, -18.0);
+  struct Planted {
+    std::string name;
+    std::function<void(refine::ProgressiveMeshArrays&)> fault;
+  };
+  const std::vector<Planted> planted{
+      {"the spheres near a point halved",
+       [&](refine::ProgressiveMeshArrays& arrays) {
+         for (refine::Sphere& sphere : arrays.spheres)
+           if ((sphere.centre.cast<double>() - point).norm() < 2.0) sphere.radius *= 0.5f;
+       }},
+      {"all spheres smaller by a twentieth",
+       [](refine::ProgressiveMeshArrays& arrays) {
+         for (refine::Sphere& sphere : arrays.spheres) sphere.radius *= 0.95f;
+       }},
+      {"a vertex 20 micrometres too high",
+       [](refine::ProgressiveMeshArrays& arrays) { arrays.points[777].z() += 20e-6f; }},
+      // Some faces: not every one is met by a ray.
+      {"a few faces' corners turned on",
+       [](refine::ProgressiveMeshArrays& arrays) {
+         for (std::size_t slot = 1000; slot < 1020; ++slot)
+           std::ranges::rotate(arrays.faces[slot], arrays.faces[slot].begin() + 1);
+       }},
+      {"two faces' numbers swapped",
+       [](refine::ProgressiveMeshArrays& arrays) {
+         std::swap(arrays.source_face[1002], arrays.source_face[1500]);
+       }},
+  };
+  for (const Planted& one : planted) {
+    CAPTURE(one.name);
+    const Faulty faulty = Faulty::hierarchy(one.fault);
+    const auto rows = faulty.rows();
+    CHECK(unexplained(rows, "static") == 0);
+    // The active mesh takes a face's turn from its own vertices.
+    if (one.name != "a few faces' corners turned on") CHECK(unexplained(rows, "refined") > 0);
+    CHECK(unexplained(rows, "footprint") > 0);
+    CHECK(compare_faces(faulty.mesh, *faulty.progressive, 2).count(Verdict::unexplained) > 0);
+  }
+
+  // Where a face is missing, the active mesh notices itself.
+  const Faulty dropped = Faulty::hierarchy([](refine::ProgressiveMeshArrays& arrays) {
+    arrays.faces[1002].fill(refine::ProgressiveMesh::none);
+    arrays.source_face[1002] = refine::ProgressiveMesh::none;
+  });
+  CHECK(compare_faces(dropped.mesh, *dropped.progressive, 2).count(Verdict::unexplained) == 1);
+  CHECK_THROWS_AS(dropped.rows(), refine::DamagedFile);
+}
+
+TEST_CASE("a fault planted in runs, indices, ties or altitudes is found by 2e5 rays") {
+  const refine::TriangleMesh mesh = rocks();
+  const auto in_scene = [](const Faulty& faulty) {
+    return unexplained(faulty.rows(), "static", RaySource::scene);
+  };
+  // Every boundary between two runs one ray too far, and one only.
+  CHECK(in_scene(Faulty::tracer(std::make_shared<WrongRuns>(mesh, [](FanRuns& runs) {
+          for (std::size_t i = 0; i + 1 < runs.size(); ++i)
+            if (runs.end[i] == runs.begin[i + 1]) ++runs.end[i], ++runs.begin[i + 1];
+        }))) > 1000);
+  CHECK(in_scene(Faulty::tracer(std::make_shared<WrongRuns>(mesh, [](FanRuns& runs) {
+          if (runs.size() > 7) --runs.end[7];
+        }))) > 10);
+  CHECK(in_scene(Faulty::tracer(std::make_shared<WrongRuns>(mesh, [](FanRuns& runs) {
+          for (std::size_t i = 0; i < runs.size(); ++i) runs.distance[i] *= 1.0 + 1e-9;
+        }))) > 1000);
+  CHECK(in_scene(Faulty::tracer(std::make_shared<Spoilt>(mesh, [](auto&, Hit hit, auto&) {
+          return hit.face % 512 == 7 ? hit.index ^= 1u, hit : hit;
+        }))) > 0);
+
+  // Each face twice: the reference has the first, a surface the second.
+  Faulty ties;
+  ties.mesh.faces.insert(ties.mesh.faces.end(), mesh.faces.begin(), mesh.faces.end());
+  const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
+  ties.progressive = make_progressive_mesh(ties.mesh);
+  ties.whole = std::make_shared<Spoilt>(ties.mesh, [=](auto&, Hit hit, auto&) {
+    return hit ? hit.index = hit.face += faces, hit : hit;
+  });
+  CHECK(in_scene(ties) > 1000);
+  // An intersector in float may; but not on more than its share of rays.
+  for (const AgreementRow& row : compare_one(ties.mesh, ties.whole)) {
+    CHECK(row.count(Verdict::unexplained) == 0);
+    if (row.source == RaySource::scene)
+      CHECK(exceeded_limits(row) == std::vector<std::string_view>{"tie"});
+  }
+
+  Faulty higher;
+  higher.height_off_m = 1e-9;
+  CHECK(unexplained(higher.rows(), "static", RaySource::plumb_lines) > 3000);
+}
+
+TEST_CASE(
+    "what float does to a fan far from home is no rounding, and a ray from far off is coarse") {
+  refine::TriangleMesh far = rocks();
+  std::vector<PingBlock> blocks = rocks_track();
+  for (Eigen::Vector3f& position : far.positions) position.x() += 50000.0f;
+  for (PingBlock& block : blocks)
+    for (auto& ping : block)
+      for (RayFan& fan : ping) fan.origin.x() += 50000.0;
+  const auto reference = make_intersector("pluecker", far);
+  // What float makes of a fan whose coordinates are not brought home.
+  const auto rounded = std::make_shared<Spoilt>(far, [&](auto& ray, const Hit& hit, auto& sound) {
+    Ray coarse = ray;
+    coarse.origin = in_float(ray.origin);
+    return hit ? ask(sound, coarse) : hit;
+  });
+  const Candidate one{
+      .surface = "static", .intersector = "candidate", .make = [&] { return still(far, rounded); }};
+  const auto rows = compare(far, *reference, {&one, 1}, blocks, {});
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].count(Verdict::unexplained) > 1000);
+
+  // What is rounding depends on how far the ray is from the mesh, not from where coordinates begin.
+  const Judge judge(far, *reference);
+  const Vector3d target(50001.0, 0.5, -18.0), origin = target + Vector3d(-49000.0, 0.0, 9000.0);
+  const Ray ray{origin, (target - origin).normalized()};
+  const Hit hit = ask(*reference, ray);
+  REQUIRE(hit);
+  CHECK(judge.is_coarse(ray, hit.face, Precision::in_float));
+  CHECK(!judge.is_coarse(ray, hit.face, Precision::in_double));
+  CHECK(!judge.is_coarse({target + Vector3d(-5.0, 0.0, 4.0), {5.0, 0.0, -4.0}}, hit.face,
+                         Precision::in_float));
+}
+
 TEST_CASE("aimed rays meet vertices and edges, and are the same for the same seed") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto tracer = make_intersector("pluecker", mesh);
@@ -466,5 +787,11 @@ TEST_CASE("aimed rays meet vertices and edges, and are the same for the same see
   }
   CHECK(hits > 2000);
   CHECK(on_edges > hits / 20);
+  // What the axes lack of unit length a back-end in the fan's frame has in its ranges, twice.
+  for (std::uint64_t number = 0; number < 500; ++number) {
+    const RayFan fan = aimed.aim(number, *tracer);
+    for (const Vector3d& axis : {fan.array_axis, fan.middle, fan.pole})
+      CHECK(axis.squaredNorm() == Approx(1.0).epsilon(0.0).margin(1e-15));
+  }
   CHECK_THROWS_AS(AdversarialRays({}, 1), std::invalid_argument);
 }

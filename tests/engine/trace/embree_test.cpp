@@ -16,10 +16,10 @@
 #include <vector>
 
 #include <sys/mman.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "support/catch.h"
+#include "support/little_memory.h"
 
 #include <ensonify/engine/trace/embree.h>
 #include <ensonify/refine/parallel_for.h>
@@ -375,29 +375,7 @@ TEST_CASE("a tree for one ping leaves the other threads alone") {
   CHECK(both);
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-namespace {
-
-/// Lets the process have so much more address space, while it lives.
-class LittleMemory {
- public:
-  explicit LittleMemory(std::size_t bytes) {
-    getrlimit(RLIMIT_AS, &before_);
-    std::size_t pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;
-    rlimit limit = before_;
-    limit.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + bytes;
-    setrlimit(RLIMIT_AS, &limit);
-  }
-  ~LittleMemory() { setrlimit(RLIMIT_AS, &before_); }
-  LittleMemory(const LittleMemory&) = delete;
-
- private:
-  rlimit before_;
-};
-
-}  // namespace
-
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY
 TEST_CASE("memory refused is an error, after which a tree can be built again") {
   const refine::TriangleMesh mesh = ripples(500), small = ripples(60);
   const RayFan fan = fan_over(300);
@@ -410,7 +388,7 @@ TEST_CASE("memory refused is an error, after which a tree can be built again") {
     for (std::size_t kib = 0; kib < 200 * 1024 && built == 0; kib += kib / 4 + 512) {
       bool failed = false;
       {
-        const LittleMemory little(1024 * kib);
+        const tests::LittleMemory little(1024 * kib);
         try {
           tracer->build(mesh);
         } catch (const std::exception&) {

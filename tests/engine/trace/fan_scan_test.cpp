@@ -13,7 +13,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/random.h>
-#include <ensonify/engine/trace/agreement.h>
+#include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/exact_surface.h>
 
 using namespace ensonify;
@@ -149,10 +149,19 @@ std::vector<AgreementRow> compare_on(const refine::TriangleMesh& mesh,
                      .options = {}};
   std::vector<Candidate> candidates;
   for (const char* name : {"static", "footprint"})
-    candidates.push_back({name, "fan_scan",
-                          [make = surface_kind(name).make, &parts] { return make(parts); }, true, 1,
-                          std::string_view(name) == "footprint" ? 10u : 1u});
-  return compare(mesh, *reference, candidates, fans,
+    candidates.push_back({.surface = name,
+                          .intersector = "fan_scan",
+                          .make =
+                              [make = surface_kind(name).make, &parts, &mesh] {
+                                return std::make_unique<MovingSurface>(
+                                    make(parts), static_cast<std::uint32_t>(mesh.faces.size()),
+                                    parts);
+                              },
+                          .precision = precision_of("fan_scan"),
+                          .has_every_face = std::string_view(name) == "static"});
+  std::vector<PingBlock> blocks;
+  for (const RayFan& fan : fans) blocks.push_back({{fan}});
+  return compare(mesh, *reference, candidates, blocks,
                  {.seed = 3, .aimed_fan_rays = aimed_fan_rays, .threads = 2});
 }
 

@@ -23,9 +23,13 @@ class AdversarialRays {
   void aim(std::uint64_t list, std::span<Ray> rays) const;
 
   /// The fan of that number, whose planes go through vertices and whose elevations go through vertices
-  /// and through the edges that its planes cross; half of them in the planes of the grid. What lies
-  /// before it is asked of the reference. Some 1500 rays.
+  /// and through the edges that its planes cross; half of them in the planes of the grid. Most are as
+  /// narrow as beams, and the beam ends at the outermost ray. What lies before it is asked of the reference.
+  /// Some 400 to 1500 rays.
   RayFan aim(std::uint64_t fan, const Intersector& reference) const;
+
+  /// Fills the list of that number with rays straight down from above the mesh: at targets, and anywhere.
+  void aim_down(std::uint64_t list, std::span<Ray> rays) const;
 
  private:
   class Dice;
@@ -36,7 +40,8 @@ class AdversarialRays {
 
   refine::Triangles triangles_;
   std::uint64_t seed_;
-  double size_m_;                    // of the mesh: its bounds' diagonal
+  refine::Bounds box_;
+  double size_m_;                    // its diagonal
   std::vector<std::uint32_t> thin_;  // the thinnest hundredth of its faces
 };
 

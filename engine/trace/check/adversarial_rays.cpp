@@ -1,4 +1,4 @@
-#include <ensonify/engine/trace/adversarial_rays.h>
+#include <ensonify/engine/trace/check/adversarial_rays.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/trace/nearest_floats.h>
 
 namespace ensonify::engine {
 
@@ -29,8 +30,6 @@ double thinness(refine::Triangles triangles, std::uint32_t face) {
       std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
   return longest / std::max((b - a).cross(c - a).norm(), 1e-30);
 }
-
-Vector3d in_float(const Vector3d& v) { return v.cast<float>().cast<double>(); }
 
 /// A fan's tables, gathered as directions in its own frame: along the array, middle, pole.
 class Tables {
@@ -55,7 +54,11 @@ class Tables {
     tidy(elevations_, &Elevation::sine);
     FanGrid grid(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
     grid.middle_depression_rad = middle_depression_rad;
-    grid.sin_truncation = 1.0;  // every ray is within the beam
+    // Every ray is within the beam, the widest just so: a surface may leave out all that lies beyond.
+    double sine = 0.0, level = 0.0;
+    for (const FanGrid::Plane& plane : planes_) sine = std::max(sine, std::abs(plane.sin_azimuth));
+    for (const Elevation& e : elevations_) level = std::max(level, e.cosine);
+    grid.sin_truncation = level * sine;
     grid.planes = planes_;
     grid.elevation_rad.clear(), grid.sin_elevation.clear(), grid.cos_elevation.clear();
     for (const Elevation& e : elevations_) {
@@ -67,6 +70,7 @@ class Tables {
   }
 
   std::span<const FanGrid::Plane> planes() const { return planes_; }
+  bool has_elevations() const { return !elevations_.empty(); }
 
  private:
   struct Elevation {
@@ -123,8 +127,8 @@ AdversarialRays::AdversarialRays(refine::Triangles triangles, std::uint64_t seed
     : triangles_(triangles), seed_(seed) {
   if (triangles.faces.empty())
     throw std::invalid_argument("AdversarialRays: the mesh has no face to aim at");
-  const refine::Bounds box = refine::bounds(triangles);
-  size_m_ = std::max((box.highest - box.lowest).cast<double>().norm(), 1e-6);
+  box_ = refine::bounds(triangles);
+  size_m_ = std::max((box_.highest - box_.lowest).cast<double>().norm(), 1e-6);
 
   std::vector<float> by_face(triangles.faces.size());
   for (std::uint32_t face = 0; face < by_face.size(); ++face)
@@ -143,6 +147,21 @@ AdversarialRays::AdversarialRays(refine::Triangles triangles, std::uint64_t seed
 void AdversarialRays::aim(std::uint64_t list, std::span<Ray> rays) const {
   Dice dice(seed_, 0, list);
   for (Ray& ray : rays) ray = draw_ray(dice);
+}
+
+void AdversarialRays::aim_down(std::uint64_t list, std::span<Ray> rays) const {
+  Dice dice(seed_, 4, list);
+  const Vector3d low = box_.lowest.cast<double>(), high = box_.highest.cast<double>();
+  for (Ray& ray : rays) {
+    Vector3d place;
+    if (dice.roll() < 0.2)  // anywhere, and a little beyond
+      for (const int axis : {0, 1})
+        place[axis] = low[axis] + dice.roll(-0.02, 1.02) * (high[axis] - low[axis]);
+    else
+      place = draw_target(dice, draw_face(dice), static_cast<int>(dice.pick(3)));
+    place.z() = high.z() + 1.0;
+    ray = {place, -Vector3d::UnitZ()};
+  }
 }
 
 std::uint32_t AdversarialRays::draw_face(Dice& dice) const {
@@ -172,26 +191,26 @@ Ray AdversarialRays::draw_ray(Dice& dice) const {
   Vector3d origin = target;
   switch (dice.pick(8)) {
     case 0:
-    case 1: origin = in_float(target + far_m * dice.upwards()); break;
-    case 2: origin = in_float(target - far_m * dice.upwards()); break;
+    case 1: origin = nearest_floats(target + far_m * dice.upwards()); break;
+    case 2: origin = nearest_floats(target - far_m * dice.upwards()); break;
     case 3: {  // along a line of the grid, in the vertical plane through the target
       const int axis = static_cast<int>(dice.pick(2));
       const double keep = target[axis];
-      origin = in_float(target + far_m * dice.upwards());
+      origin = nearest_floats(target + far_m * dice.upwards());
       origin[axis] = keep;
       break;
     }
     case 4: {  // nearly in the face's plane
       const Vector3d along = (a + dice.roll() * (b - a) - c).normalized() * dice.sign();
       const double rise = dice.power_of_ten(-7.0, -0.5) * dice.sign();
-      origin = in_float(target + far_m * (along + rise * normal));
+      origin = nearest_floats(target + far_m * (along + rise * normal));
       break;
     }
     case 5:  // along an edge
       target = b;
       origin = a - std::exp2(std::floor(dice.roll(0.0, 8.0))) * (b - a);
       break;
-    case 6: origin = in_float(target + dice.power_of_ten(3.0, 6.0) * dice.upwards()); break;
+    case 6: origin = nearest_floats(target + dice.power_of_ten(3.0, 6.0) * dice.upwards()); break;
     default: target = origin + dice.direction(); break;  // off the surface
   }
   if (target == origin) target = origin - Vector3d::UnitZ();
@@ -225,9 +244,11 @@ RayFan AdversarialRays::draw_frame(Dice& dice) const {
       fan.pole = std::numbers::sqrt2 / 2.0 * (level + Vector3d::UnitZ());
     }
   } else {
+    // Three turns leave the quaternion's length off by some roundings; fans have unit axes.
     const Eigen::Matrix3d turn = (Eigen::AngleAxisd(dice.roll(-3.0, 3.0), Vector3d::UnitZ()) *
                                   Eigen::AngleAxisd(dice.roll(-1.5, 0.3), Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(dice.roll(-0.3, 0.3), Vector3d::UnitY()))
+                                     .normalized()
                                      .toRotationMatrix();
     fan.array_axis = turn.col(0);
     fan.middle = turn.col(1);
@@ -235,7 +256,7 @@ RayFan AdversarialRays::draw_frame(Dice& dice) const {
   }
   const double far_m = size_m_ * dice.power_of_ten(-2.0, -0.5);
   const Vector3d ahead = fan.middle + dice.roll(-0.4, 0.4) * fan.pole;
-  fan.origin = in_float(target - far_m * ahead);
+  fan.origin = nearest_floats(target - far_m * ahead);
   for (const int axis : {0, 1})  // the grid's plane goes through the target, rounding or not
     if (std::abs(fan.array_axis[axis]) == 1.0) fan.origin[axis] = target[axis];
   fan.range_m = dice.roll() < 0.3 ? (target - fan.origin).norm() : size_m_;
@@ -259,10 +280,12 @@ RayFan AdversarialRays::aim(std::uint64_t number, const Intersector& reference) 
     return hit;
   };
 
+  // Mostly narrow, as beams are: what is left out of a surface by mistake lies at the beam's edges.
+  const double narrow_rad = widest_rad * dice.power_of_ten(-3.5, 0.0);
   Tables tables;
   tables.add_plane(Vector3d::UnitY());
   for (int i = 0; i < looks; ++i) {
-    const double azimuth = dice.roll(-widest_rad, widest_rad);
+    const double azimuth = dice.roll(-narrow_rad, narrow_rad);
     const Hit hit = look(azimuth, dice.roll(-widest_rad, widest_rad));
     for (int k = 0; hit && k < 3; ++k) {
       tables.add_plane(seen(hit.face, k));
@@ -282,8 +305,9 @@ RayFan AdversarialRays::aim(std::uint64_t number, const Intersector& reference) 
           tables.add_elevation(p + p_off / (p_off - q_off) * (q - p));
       }
     }
-  for (const double e : {-widest_rad, widest_rad})
-    tables.add_elevation({0.0, std::cos(e), std::sin(e)});
+  if (dice.roll() < 0.5 || !tables.has_elevations())  // else the outermost ones meet something, too
+    for (const double e : {-widest_rad, widest_rad})
+      tables.add_elevation({0.0, std::cos(e), std::sin(e)});
   fan.grid = tables.grid(std::asin(std::clamp(-fan.middle.z(), -1.0, 1.0)));
   return fan;
 }

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/sonar/sonar.h>
+
+namespace ensonify::engine {
+
+/// Which sediments are heard at frequencies that the bottom model is not validated at.
+class Extrapolation {
+ public:
+  Extrapolation() = default;
+  /// Of a simulator's sonars and materials; `own` are the materials that its scene describes.
+  Extrapolation(std::span<const Sonar> sonars, std::span<const std::string> materials,
+                std::span<const Material> own);
+  Extrapolation& operator+=(const Extrapolation& other);
+
+  /// What should be said of it, one line; nothing where all is validated.
+  std::optional<std::string> warning() const;
+  /// These warnings, and behind them that one.
+  std::vector<std::string> behind(std::span<const std::string> warnings) const;
+
+ private:
+  std::set<std::string> materials_;
+  double lowest_hz_ = std::numeric_limits<double>::infinity(), highest_hz_ = 0.0;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,132 @@
+#include <ensonify/engine/trace/check/fan_comparison.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t kept = 5;  // unexplained differences a tally
+constexpr std::size_t no_run = static_cast<std::size_t>(-1);
+
+}  // namespace
+
+void AgreementCounts::add(Verdict verdict, const Difference& difference) {
+  ++rays;
+  ++verdicts[static_cast<std::size_t>(verdict)];
+  if (verdict == Verdict::unexplained && unexplained.size() < kept)
+    unexplained.push_back(difference);
+}
+
+AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
+  rays += other.rays;
+  for (std::size_t i = 0; i < verdicts.size(); ++i) verdicts[i] += other.verdicts[i];
+  largest_dt_m = std::max(largest_dt_m, other.largest_dt_m);
+  largest_dt_relative = std::max(largest_dt_relative, other.largest_dt_relative);
+  largest_dt_of_tolerance = std::max(largest_dt_of_tolerance, other.largest_dt_of_tolerance);
+  coarse += other.coarse;
+  unlike_static += other.unlike_static;
+  wrong_index += other.wrong_index;
+  wrong_run += other.wrong_run;
+  for (const Difference& difference : other.unexplained)
+    if (unexplained.size() < kept) unexplained.push_back(difference);
+  return *this;
+}
+
+void FanComparison::fan(const Intersector& intersector, refine::Triangles triangles,
+                        const RayFan& fan, std::span<const Hit> expected,
+                        std::span<const Hit> of_static, AgreementCounts& tally) {
+  found_.resize(fan.grid->rays());
+  intersector.intersect(fan, found_);
+  // As the echo gets them: from the back-end, if it knows runs, else from the hits.
+  if (!intersector.list_runs(fan, runs_)) runs_.take(fan, triangles, found_);
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    run_of_.assign(fan.elevations(), no_run);
+    for (std::size_t run = runs_.first[plane]; run < runs_.first[plane + 1]; ++run)
+      for (std::size_t j = runs_.begin[run];
+           j < std::min<std::size_t>(runs_.end[run], run_of_.size()); ++j)
+        run_of_[j] = run;
+    for (std::size_t j = 0; j < fan.elevations(); ++j) {
+      const std::size_t number = plane * fan.elevations() + j;
+      const Hit& hit = found_[number];
+      if (!fan.grid->within_beam(plane, j) && !hit && run_of_[j] == no_run) continue;
+      const Ray ray = fan.ray(plane, j);
+      const bool index = leads_to_face(triangles, hit);
+      const bool run = run_agrees(fan, j, run_of_[j], ray, expected[number], hit);
+      const bool like = of_static.empty() || same_bits(of_static[number], hit);
+      tally.wrong_index += !index;
+      tally.wrong_run += !run;
+      tally.unlike_static += !like;
+      add(ray, expected[number], hit, index && run && (like || precision_ == Precision::in_float),
+          tally);
+    }
+  }
+}
+
+void FanComparison::list(const Intersector& intersector, refine::Triangles triangles,
+                         std::span<const Ray> rays, std::span<const Hit> expected,
+                         std::span<const Hit> of_static, AgreementCounts& tally) {
+  found_.resize(rays.size());
+  intersector.intersect(rays, found_);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const bool index = leads_to_face(triangles, found_[i]);
+    const bool like = of_static.empty() || same_bits(of_static[i], found_[i]);
+    tally.wrong_index += !index;
+    tally.unlike_static += !like;
+    add(rays[i], expected[i], found_[i], index && (like || precision_ == Precision::in_float),
+        tally);
+  }
+}
+
+/// To that number, and to the mesh's own corners in their order, bit by bit.
+bool FanComparison::leads_to_face(refine::Triangles triangles, const Hit& hit) const {
+  if (!hit) return true;
+  const std::uint32_t there = judge_->index_of(hit.face);
+  if (there == Hit::none || hit.index >= triangles.faces.size() ||
+      triangles.number(hit.index) != hit.face)
+    return false;
+  for (int k = 0; k < 3; ++k)
+    if (triangles.corner(hit.index, k) != judge_->triangles().corner(there, k)) return false;
+  return true;
+}
+
+/// A run is of the hit's face, and its plane is where the reference has the hit. At the end of the range
+/// rounding decides whether there is one.
+bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, std::size_t run,
+                               const Ray& ray, const Hit& expected, const Hit& hit) const {
+  const auto tolerance_m = [&](std::uint32_t face) {
+    return judge_->index_of(face) == Hit::none
+               ? 0.0
+               : judge_->tolerance_m(ray, face, Precision::in_double);
+  };
+  if (run == no_run) return !hit || std::abs(hit.t - fan.range_m) <= tolerance_m(hit.face);
+  const double range_m =
+      runs_.distance[run] / (runs_.level[run] * fan.grid->cos_elevation[elevation] +
+                             runs_.pole[run] * fan.grid->sin_elevation[elevation]);
+  if (!hit) return std::abs(range_m - fan.range_m) <= tolerance_m(runs_.face[run]);
+  if (runs_.face[run] != hit.face || runs_.index[run] != hit.index) return false;
+  if (expected.face != hit.face) return true;  // what that means is judged by itself
+  // Where the ray lies in the face's plane the quotient is no number, or any.
+  return judge_->is_coarse(ray, hit.face, Precision::in_double) ||
+         std::abs(range_m - expected.t) <= tolerance_m(hit.face);
+}
+
+void FanComparison::add(const Ray& ray, const Hit& expected, const Hit& hit, bool sound,
+                        AgreementCounts& tally) const {
+  const Verdict verdict =
+      sound ? judge_->judge(ray, expected, hit, precision_) : Verdict::unexplained;
+  tally.add(verdict, {ray, expected, hit});
+  if (expected && precision_ == Precision::in_float)
+    tally.coarse += judge_->is_coarse(ray, expected.face, precision_);
+  if (verdict != Verdict::same || !expected) return;
+  const double dt = std::abs(hit.t - expected.t);
+  if (dt == 0.0) return;
+  const double length = ray.direction.stableNorm(), dt_m = dt * length;
+  tally.largest_dt_m = std::max(tally.largest_dt_m, dt_m);
+  const double tolerance_m = judge_->tolerance_m(ray, expected.face, precision_);
+  tally.largest_dt_of_tolerance = std::max(tally.largest_dt_of_tolerance, dt_m / tolerance_m);
+  if (expected.t * length > tolerance_m)
+    tally.largest_dt_relative = std::max(tally.largest_dt_relative, dt / expected.t);
+}
+
+}  // namespace ensonify::engine

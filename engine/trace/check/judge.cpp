@@ -1,0 +1,246 @@
+#include <ensonify/engine/trace/check/judge.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Geometry>
+
+namespace ensonify::engine {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double steps = 8.0;  // roundings on the way to one answer
+
+struct Arithmetic {
+  double rounding;           // e
+  double edge_reach;         // of the range
+  double barycentric_slack;  // of u and v
+};
+constexpr Arithmetic arithmetic_of(Precision precision) {
+  return precision == Precision::in_float ? Arithmetic{0x1p-24, 1e-6, 1e-5}
+                                          : Arithmetic{0x1p-53, 1e-13, 1e-12};
+}
+
+double distance_to_segment(const Vector3d& p, const Vector3d& q) {
+  const double length2 = (q - p).squaredNorm();
+  const double along = length2 > 0.0 ? std::clamp(-p.dot(q - p) / length2, 0.0, 1.0) : 0.0;
+  return (p + along * (q - p)).norm();
+}
+
+double largest(const Vector3d& v) { return v.cwiseAbs().maxCoeff(); }
+
+}  // namespace
+
+Precision precision_of(std::string_view intersector) {
+  if (intersector == "pluecker" || intersector == "brute_force") return Precision::exact;
+  return intersector == "fan_scan" ? Precision::in_double : Precision::in_float;
+}
+
+bool same_bits(const Hit& a, const Hit& b) {
+  return a.face == b.face && (!a || (a.t == b.t && a.u == b.u && a.v == b.v));
+}
+
+Judge::Judge(refine::Triangles triangles, const Intersector& reference, const refine::Bounds& mesh)
+    : triangles_(triangles),
+      reference_(reference),
+      middle_(0.5 * (mesh.lowest.cast<double>() + mesh.highest.cast<double>())),
+      half_size_m_(largest(mesh.highest.cast<double>() - middle_)) {}
+
+/// Corners from the ray's origin; across is what is left of them seen along the ray.
+struct Judge::Sight {
+  const Ray& ray;
+  Precision precision;
+  Arithmetic by;
+  std::array<Vector3d, 3> corners, across;
+  double length;  // of the direction
+  double longest_edge_m;
+  double largest_m;  // M
+  double least_height_m;
+  double rounding_m;  // of t, u and v; infinite exactly edge on
+  double edge_m;      // from the ray's line to the nearest edge
+  double outside_m;   // how far it is beyond the edges' lines, at most; not above 0 inside
+  double plane_m;     // from the ray abeam of a corner to the face's plane
+  bool inside;        // the line goes through the face, by plain arithmetic
+
+  double metres(double t) const { return t * length; }
+  bool coplanar(const Hit& hit) const {
+    return rounding_m > longest_edge_m && plane_m <= reach_m(hit.t);
+  }
+  double tolerance_m() const { return std::min(rounding_m, longest_edge_m); }
+  /// Of u and v in double; what is enough for float's is tried.
+  double rounding_of_weights() const {
+    return precision == Precision::in_float ? 0.0 : std::min(rounding_m / least_height_m, 1e-6);
+  }
+  double reach_m(double t) const {
+    return by.edge_reach * metres(t) + 4.0 * by.rounding * largest_m;
+  }
+  /// Of edges that meet sharply the ray may be near both, and yet far from where they meet.
+  bool passes_edge(const Hit& hit) const { return (inside ? edge_m : outside_m) <= reach_m(hit.t); }
+  bool meets_end(const Hit& hit) const {
+    return metres(std::abs(hit.t - ray.t_min)) <= rounding_m ||
+           metres(std::abs(hit.t - ray.t_max)) <= rounding_m;
+  }
+  /// Why one may see a hit on this face where the other sees none.
+  Verdict excuse(const Hit& hit) const {
+    if (coplanar(hit)) return Verdict::coplanar;
+    if (meets_end(hit)) return Verdict::end;
+    return passes_edge(hit) ? Verdict::edge : Verdict::unexplained;
+  }
+};
+
+Judge::Sight Judge::look(const Ray& ray, std::uint32_t face, Precision precision) const {
+  const std::uint32_t index = index_of(face);
+  Sight s{.ray = ray,
+          .precision = precision,
+          .by = arithmetic_of(precision),
+          .length = ray.direction.stableNorm()};
+  const Vector3d unit = ray.direction / s.length;
+  double from_origin = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    s.corners[i] = triangles_.corner(index, k) - ray.origin;
+    s.across[i] = s.corners[i] - s.corners[i].dot(unit) * unit;
+    from_origin = std::max(from_origin, largest(s.corners[i]));
+  }
+  const auto& [a, b, c] = s.corners;
+  const double longest2 =
+      std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  s.longest_edge_m = std::sqrt(longest2);
+  // Double is enough wherever the mesh lies; float has to be about an origin near it.
+  const Vector3d home = precision == Precision::in_float ? middle_ : Vector3d::Zero();
+  s.largest_m = largest(ray.origin - home) + from_origin;
+  if (precision == Precision::in_float) s.largest_m += half_size_m_;
+  const Vector3d normal = (b - a).cross(c - a);
+  s.least_height_m = normal.norm() / s.longest_edge_m;
+  s.plane_m = std::min({std::abs(normal.dot(s.across[0])), std::abs(normal.dot(s.across[1])),
+                        std::abs(normal.dot(s.across[2]))}) /
+              normal.norm();
+  s.rounding_m = steps * s.by.rounding * s.largest_m * longest2 / std::abs(normal.dot(unit));
+  s.edge_m = std::min({distance_to_segment(s.across[0], s.across[1]),
+                       distance_to_segment(s.across[1], s.across[2]),
+                       distance_to_segment(s.across[2], s.across[0])});
+  const double ab = unit.dot(a.cross(b)), bc = unit.dot(b.cross(c)), ca = unit.dot(c.cross(a));
+  s.inside = (ab > 0.0 && bc > 0.0 && ca > 0.0) || (ab < 0.0 && bc < 0.0 && ca < 0.0);
+  const double turn = ab + bc + ca > 0.0 ? 1.0 : -1.0;
+  const auto beyond_m = [&](double side, const Vector3d& p, const Vector3d& q) {
+    return (q - p).isZero(0.0) ? p.norm() : -turn * side / (q - p).norm();
+  };
+  s.outside_m =
+      std::max({beyond_m(ab, s.across[0], s.across[1]), beyond_m(bc, s.across[1], s.across[2]),
+                beyond_m(ca, s.across[2], s.across[0])});
+  return s;
+}
+
+double Judge::tolerance_m(const Ray& ray, std::uint32_t face, Precision precision) const {
+  return look(ray, face, precision).tolerance_m();
+}
+
+bool Judge::is_coarse(const Ray& ray, std::uint32_t face, Precision precision) const {
+  const Sight sight = look(ray, face, precision);
+  return sight.rounding_m > 0.1 * sight.longest_edge_m;
+}
+
+std::uint32_t Judge::index_of(std::uint32_t face) const {
+  if (triangles_.numbers.empty()) return face < triangles_.faces.size() ? face : Hit::none;
+  const auto at = std::ranges::lower_bound(triangles_.numbers, face);
+  return at != triangles_.numbers.end() && *at == face
+             ? static_cast<std::uint32_t>(at - triangles_.numbers.begin())
+             : Hit::none;
+}
+
+/// Whether t, u and v tell of one point, on the face and within the ray's ends.
+bool Judge::points_agree(const Sight& sight, const Hit& hit) {
+  const double slack = sight.by.barycentric_slack + sight.rounding_of_weights();
+  if (!(hit.t >= sight.ray.t_min && hit.t <= sight.ray.t_max)) return false;
+  if (!(hit.u >= -slack && hit.v >= -slack && hit.u + hit.v <= 1.0 + slack)) return false;
+  if (sight.coplanar(hit)) return true;
+  const auto& [a, b, c] = sight.corners;
+  const Vector3d on_face = a + hit.u * (b - a) + hit.v * (c - a);
+  return (on_face - hit.t * sight.ray.direction).norm() <= sight.tolerance_m();
+}
+
+Hit Judge::ask(const Ray& ray) const {
+  Hit hit;
+  reference_.intersect({&ray, 1}, {&hit, 1});
+  return hit;
+}
+
+/// Whether rays nudged to eight sides all meet faces that come together where this one passes.
+bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
+  const Vector3d unit = sight.ray.direction / sight.length;
+  const Vector3d right = unit.unitOrthogonal(), up = unit.cross(right);
+  const double range_m = sight.metres(hit.t), away_m = 2.0 * sight.reach_m(hit.t);
+  for (int i = 0; i < 8; ++i) {
+    const double turn = i * std::numbers::pi / 4.0;
+    const Vector3d nudge = away_m * (std::cos(turn) * right + std::sin(turn) * up);
+    const Hit around =
+        ask({sight.ray.origin + nudge, unit, std::max(0.0, range_m - sight.longest_edge_m)});
+    if (!around) return false;
+    const Sight other = look(sight.ray, around.face, sight.precision);
+    if (around.t > range_m + sight.longest_edge_m + other.longest_edge_m) return false;
+    if (around.face == hit.face) continue;
+    if (other.edge_m > 2.0 * away_m) return false;
+    // It comes together with this one only if it comes near the place where that is met: an edge that
+    // the ray passes far behind a ridge, where both lie in the plane of the grid, is none of it.
+    const Vector3d at = range_m * unit;
+    const auto& [a, b, c] = other.corners;
+    const double apart_m =
+        std::min({distance_to_segment(a - at, b - at), distance_to_segment(b - at, c - at),
+                  distance_to_segment(c - at, a - at)});
+    if (apart_m > 2.0 * away_m + 0.01 * other.longest_edge_m) return false;
+  }
+  return true;
+}
+
+/// What it means that a face was passed which the reference says is met.
+Verdict Judge::judge_passed(const Sight& sight, const Hit& hit) const {
+  const Verdict excuse = sight.excuse(hit);
+  return excuse == Verdict::edge && surface_all_around(sight, hit) ? Verdict::leak : excuse;
+}
+
+Verdict Judge::judge_same_face(const Sight& sight, const Hit& expected, const Hit& found) const {
+  if (!points_agree(sight, found)) return Verdict::unexplained;
+  const double apart_m = sight.metres(std::abs(found.t - expected.t));
+  if (apart_m <= sight.tolerance_m()) return Verdict::same;
+  return sight.coplanar(found) ? Verdict::coplanar : Verdict::unexplained;
+}
+
+Verdict Judge::judge(const Ray& ray, const Hit& expected, const Hit& found,
+                     Precision precision) const {
+  if (!expected && !found) return Verdict::same;
+  if (precision == Precision::exact)
+    return same_bits(expected, found) ? Verdict::same : Verdict::unexplained;
+  if (found && index_of(found.face) == Hit::none) return Verdict::unexplained;
+  const std::optional<Sight> there =
+      found ? std::optional(look(ray, found.face, precision)) : std::nullopt;
+  if (there && expected.face == found.face) return judge_same_face(*there, expected, found);
+  if (there && !(points_agree(*there, found) &&
+                 (there->inside || there->passes_edge(found) || there->coplanar(found))))
+    return Verdict::unexplained;
+
+  // Along the ray, every face that the reference meets before what was found must have an excuse.
+  Verdict worst = Verdict::tie;
+  Ray rest = ray;
+  for (Hit met = expected; met; met = rest.t_min <= rest.t_max ? ask(rest) : Hit{}) {
+    const Sight sight = look(ray, met.face, precision);
+    if (there) {
+      const double ahead_m = sight.metres(found.t - met.t);
+      const double near_m = sight.tolerance_m() + there->tolerance_m();
+      if (std::abs(ahead_m) <= near_m)
+        return there->coplanar(found) ? std::max(worst, Verdict::coplanar) : worst;
+      if (ahead_m < 0.0) break;
+    }
+    worst = std::max(worst, judge_passed(sight, met));
+    if (worst == Verdict::unexplained) return worst;
+    rest.t_min = met.t + std::max(sight.tolerance_m() / sight.length, 1e-15 * met.t);
+  }
+  if (!there) return worst;
+  // The reference does not meet what was found.
+  return std::max(worst, there->excuse(found));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,8 @@
+#pragma once
+
+namespace ensonify::scatter {
+
+/// The frequencies that TR 9407 is validated at.
+constexpr double lowest_valid_hz = 10e3, highest_valid_hz = 100e3;
+
+}  // namespace ensonify::scatter

@@ -1,0 +1,62 @@
+// A picture of samples is as bright as its scene's bed, whatever automatic gain the recorder has.
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/scene/reader.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+struct Brightness {
+  double white = 0.0;   ///< share of pixels
+  double middle = 0.0;  ///< the median of those of the bed
+};
+
+Brightness brightness_of(const std::string& scene_text, const std::vector<std::string>& overrides) {
+  const Scene scene = parse_scene(scene_text, "scene.toml", overrides);
+  Simulator simulator(scene, {});
+  const Waterfall image = ping_all(scene, simulator, 1).images.front();
+  const Picture picture = render(image, scene.display, simulator.calibration(0));
+  std::vector<double> bed;
+  Brightness made;
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    made.white += picture.pixels[i] == 255;
+    const std::size_t row = picture.height - 1 - i / picture.width;
+    if (image.pixels.region[row * picture.width + i % picture.width] ==
+        static_cast<std::uint32_t>(Region::seabed))
+      bed.push_back(picture.pixels[i]);
+  }
+  made.white /= static_cast<double>(picture.pixels.size());
+  std::ranges::nth_element(bed, bed.begin() + std::ssize(bed) / 2);
+  made.middle = bed.at(bed.size() / 2);
+  return made;
+}
+
+std::string scene_of(const std::string& bed, const std::string& sonar) {
+  return "version = 1\n[seafloor]\nextent_east_m = 120\nextent_north_m = 30\ncell_m = 0.4\n" + bed +
+         "[track]\npings = 24\n[sonar.s]\nrange_m = 50\nbins = 400\nelevations = 600\n" + sonar;
+}
+
+}  // namespace
+
+TEST_CASE("a recorder that scales each ping leaves a picture's brightness as it is") {
+  for (const std::string& scene :
+       {scene_of("", ""), scene_of("depth_m = 40\nmaterial = \"sandy mud\"\n", "looks = 4\n"),
+        scene_of("material = \"rock\"\n", "curve = \"square-root\"\nbits = 8\n"),
+        scene_of("", "sides = \"starboard\"\noutput_noise_db = -60\n")}) {
+    const Brightness plain = brightness_of(scene, {});
+    for (const char* mean : {"0.02", "0.08", "0.2"}) {
+      CAPTURE(scene, mean, plain.white, plain.middle);
+      const Brightness scaled = brightness_of(scene, {"sonar.s.ping_mean=" + std::string(mean)});
+      CHECK(scaled.white < plain.white + 0.01);
+      // The scale hides by how much the bed's level differs from the nominal one, here 1 dB or so.
+      CHECK(scaled.middle == Approx(plain.middle).epsilon(0.15));
+    }
+  }
+}

@@ -1,0 +1,144 @@
+#include <ensonify/engine/memory.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "support/catch.h"
+#include "support/little_memory.h"
+#include "support/mesh_files.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/run.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using tests::TemporaryFolder;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double gb = 1e9;
+
+double read_bytes() {
+  std::ifstream in("/proc/self/io");
+  double bytes = 0.0;
+  std::string name;
+  in >> name >> bytes;
+  REQUIRE(name == "rchar:");
+  return bytes;
+}
+
+/// A text grid whose header is honest: the file is as long as it must be, and all holes.
+void write_huge_grid(const fs::path& file, int columns, int rows) {
+  std::ofstream(file) << "ncols " << columns << "\nnrows " << rows
+                      << "\nxllcorner 500000\nyllcorner 4000000\ncellsize 0.5\n"
+                         "NODATA_value -9999\n-1.5 ";
+  fs::resize_file(file,
+                  2 * static_cast<std::uintmax_t>(columns) * static_cast<std::uintmax_t>(rows));
+}
+
+Scene survey_scene(const fs::path& file) {
+  Scene scene;
+  scene.seafloor.kind = SeafloorKind::survey;
+  scene.seafloor.survey = {file.filename(), file};
+  return scene;
+}
+
+Scene fractal_scene(double cell_m) {
+  Scene scene;
+  scene.seafloor.extent_east_m = 100.0;
+  scene.seafloor.extent_north_m = 80.0;
+  scene.seafloor.cell_m = cell_m;
+  scene.track.pings = 4;
+  scene.sonars.front().range_m = 30.0;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("what does not fit is refused with what it is, how much, the limit and the cure") {
+  const MemoryLimit limit{5.0 * gb};
+  CHECK_NOTHROW(limit.require(0.0, "pictures", "fewer"));
+  CHECK_NOTHROW(limit.require(1.0 * gb, "pictures", "fewer"));
+  CHECK_THROWS_WITH(limit.require(7.5 * gb, "the pictures of 9 pings", "take fewer pings"),
+                    Catch::Contains("the pictures of 9 pings need about 7.5 GB of memory, but "
+                                    "--memory allows 5.0 GB, of which ") &&
+                        Catch::Contains(" are used; take fewer pings"));
+  CHECK_THROWS_WITH(MemoryLimit{}.require(1e18, "pictures", "take fewer"),
+                    Catch::Contains(" are available (--memory sets another limit); take fewer"));
+}
+
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY
+TEST_CASE("the memory that is available heeds the limit of the address space") {
+  const double before = available_memory_bytes();
+  CHECK(before > 0.0);
+  const tests::LittleMemory little(std::size_t{1} << 28);
+  const double available = available_memory_bytes();
+  CHECK(available <= 0x1p28);
+  CHECK(available >= std::min(0.5 * before, 0x1p27));
+}
+
+TEST_CASE("a seafloor that does not fit in the address space is refused before it is made") {
+  const tests::LittleMemory little(std::size_t{1} << 28);
+  CHECK_THROWS_WITH(prepare_seafloor(fractal_scene(0.02), {}),
+                    Catch::Contains("a seafloor of 5001 x 4001 points and what is built over it "
+                                    "need about") &&
+                        Catch::Contains("seafloor.cell_m larger"));
+}
+
+TEST_CASE("memory that runs out in spite of the estimate says what was being made") {
+  const tests::LittleMemory little(std::size_t{1} << 27);
+  // Allowed by a limit that is not the machine's.
+  CHECK_THROWS_WITH(prepare_seafloor(fractal_scene(0.02), {.memory = {1e15}}),
+                    Catch::Contains("out of memory while making the seafloor"));
+}
+#endif
+
+TEST_CASE("a survey grid that does not fit is refused by its header, and is not read") {
+  const TemporaryFolder folder;
+  write_huge_grid(folder / "grid.asc", 20000, 20000);
+  const Scene scene = survey_scene(folder / "grid.asc");
+  const double before = read_bytes();
+  CHECK_THROWS_WITH(
+      prepare_seafloor(scene, {.memory = {2.0 * gb}}),
+      Catch::Contains("a seafloor of 20000 x 20000 points") &&
+          Catch::Contains("need about 3.2 GB of memory, but --memory allows 2.0 GB") &&
+          Catch::Contains("gdal_translate -projwin"));
+  CHECK(read_bytes() - before < 1e8);
+}
+
+TEST_CASE("a survey grid that is refused for its size is not hashed for the cache") {
+  const TemporaryFolder folder;
+  write_huge_grid(folder / "grid.asc", 60000, 50000);
+  Scene scene = survey_scene(folder / "grid.asc");
+  for (const char* surface : {"auto", "refined", "static"}) {
+    scene.run.surface = surface;
+    const double before = read_bytes();
+    CHECK_THROWS_WITH(prepare_seafloor(scene, {.cache = folder / "cache"}),
+                      Catch::Contains("has 60000 x 50000 cells, more than 2^30"));
+    CHECK(read_bytes() - before < 1e8);
+  }
+}
+
+TEST_CASE("images that do not fit are refused before the seafloor is made, and leave nothing") {
+  const TemporaryFolder folder;
+  Scene scene = fractal_scene(0.5);
+  scene.sonars.front().bins = 4000;
+  scene.track.pings = 100000;
+  const double bytes = image_bytes(scene.sonars, 100000);
+  CHECK(bytes == 64.0 * 2 * 4000 * 1e5);  // 16 layers of 4 bytes
+  bool began = false;
+  const auto stages = [&](std::string_view, std::size_t, std::size_t) { return began = true; };
+  CHECK_THROWS_WITH(
+      run(scene, folder / "run", {.progress = stages, .memory = {4.0 * gb}}),
+      Catch::Contains("the images of 100000 pings need about 51.2 GB of memory, but --memory "
+                      "allows 4.0 GB") &&
+          Catch::Contains("take fewer pings"));
+  CHECK(!began);
+  CHECK(!fs::exists(folder / "run"));
+}

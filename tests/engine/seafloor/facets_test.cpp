@@ -1,0 +1,85 @@
+#include <ensonify/engine/seafloor/facets.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "engine/seafloor/spectrum.h"
+#include "support/catch.h"
+
+#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/shapes.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using std::numbers::pi;
+
+namespace {
+
+constexpr double degree = pi / 180.0;
+
+refine::TriangleMesh body(const char* name, const ShapeSize& size) {
+  return make_body(shape_named(name), size, Stream(1, Purpose::test));
+}
+
+}  // namespace
+
+TEST_CASE("The facets of something round stand as far apart as it was made of") {
+  ShapeSize size;
+  for (const double facet_deg : {7.5, 3.0, 1.0}) {
+    size.facet_rad = facet_deg * degree;
+    size.length_m = 40.0;  // the ends are a small part of it
+    size.diameter_m = 0.5;
+    CHECK(facet_angle_rad(body("cylinder", size)) == Approx(size.facet_rad.value()).epsilon(0.02));
+    // Of a ball: triangles' edges over the root of 3, which are at most that, in halvings.
+    size.diameter_m = 1.0;
+    const double across = facet_angle_rad(body("sphere", size)) * std::sqrt(3.0);
+    CHECK(across < 1.15 * *size.facet_rad);  // not all are alike
+    CHECK(across > 0.45 * *size.facet_rad);
+  }
+  CHECK(facet_angle_rad(body("box", {})) == 0.0);
+  CHECK(facet_angle_rad(body("wedge", {})) == 0.0);
+}
+
+TEST_CASE("Round shapes are as fine as their material's lobe asks for, and as are affordable") {
+  SeafloorOptions bed;
+  bed.extent_east_m = bed.extent_north_m = 60.0;
+  bed.cell_m = 2.0;
+  bed.fractal.height_at_1m_m = 0.0;
+  const auto place = [&](const ObjectOptions& table, double lobe_deg) {
+    Material shiny{.name = "shiny", .model = MaterialModel::solid, .like = "steel"};
+    shiny.lobe_width_rad = lobe_deg * degree;
+    return make_seafloor(bed, 1, {&table, 1}, {&shiny, 1});
+  };
+  const auto faces = [](const Seafloor& seafloor) {
+    return seafloor.mesh.faces.size() - seafloor.bed_faces;
+  };
+  ObjectOptions ball{.shape = "sphere", .material = "shiny"};
+  CHECK(faces(place(ball, 5.0)) == 20 * 64);  // as always
+  CHECK(faces(place(ball, 1.0)) == 20 * 4096);
+  CHECK(place(ball, 1.0).warnings.empty());
+  CHECK(place(ball, 0.5).warnings.empty());
+
+  const Seafloor narrow = place(ball, 0.1);
+  CHECK(faces(narrow) == 20 * 16384);
+  REQUIRE(narrow.warnings.size() == 1);
+  const std::string& told = narrow.warnings.front();
+  INFO(told);
+  CHECK(told.starts_with("objects.0 (sphere): its facets stand 0."));
+  CHECK(told.find("the lobe of shiny, 0.1 degrees wide") != told.npos);
+
+  ball.count = 100;
+  ball.size.diameter_m = 0.2;
+  const Seafloor many = place(ball, 0.5);
+  CHECK(faces(many) <= 4000000);
+  CHECK(many.warnings.size() == 1);
+
+  ObjectOptions coarse{.shape = "cylinder", .material = "shiny"};
+  coarse.size.facet_m = 0.1;  // 17 facets round, as was asked
+  REQUIRE(place(coarse, 5.0).warnings.size() == 1);
+  CHECK(place(coarse, 5.0).warnings.front().find("facet_m") != std::string::npos);
+  coarse.material = "medium sand";  // has no lobe
+  CHECK(place(coarse, 5.0).warnings.empty());
+  coarse.shape = "box", coarse.size = {}, coarse.material = "shiny";
+  CHECK(place(coarse, 0.1).warnings.empty());
+}

@@ -1,0 +1,90 @@
+"""The program on terminals of several widths: its progress stays on one line, and its help within them."""
+
+import fcntl
+import os
+import pathlib
+import pty
+import re
+import struct
+import subprocess
+import tempfile
+import termios
+import unittest
+
+program = os.environ["ENSONIFY_PROGRAM"]
+scene = """version = 1
+[seafloor]
+extent_east_m = 40
+extent_north_m = 20
+cell_m = 0.5
+material = "plain"
+[material.plain]
+model = "lambert"
+[track]
+pings = 2000
+speed_mps = 0.1
+[sonar.left-right]
+range_m = 15
+bins = 100
+elevations = 128
+[run]
+block_pings = 20
+"""
+
+
+def shown(arguments, columns, stream, folder):
+    """What a terminal of so many columns gets on one of the program's streams."""
+    ours, its = pty.openpty()
+    fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    process = subprocess.Popen([program, *arguments], cwd=folder, env={**os.environ, "TERM": "xterm"},
+                               **{"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, stream: its})
+    os.close(its)
+    text = b""
+    try:
+        while block := os.read(ours, 65536):
+            text += block
+    except OSError:  # the terminal is closed
+        pass
+    os.close(ours)
+    return process.wait(), text.decode()
+
+
+class OnATerminal(unittest.TestCase):
+    def test_progress_stays_on_one_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "scene.toml").write_text(scene)
+            for columns in (10, 20, 40, 64, 80, 200):
+                code, text = shown(["run", "scene.toml", "-o", f"out{columns}"], columns, "stderr", folder)
+                self.assertEqual(code, 0)
+                bars = [bar for bar in re.split(r"\r\x1b\[K", text.split("\r\n")[0]) if bar]
+                self.assertGreater(len(bars), 2)
+                for bar in bars[:-1]:
+                    self.assertLess(len(bar), columns, bar)
+                whole = [bar for bar in bars[:-1] if "pings " in bar]
+                if columns >= 40:
+                    self.assertTrue(any("/2000" in bar for bar in whole), bars)
+                if columns >= 80:
+                    self.assertTrue(all(bar.startswith("[") for bar in whole), bars)
+
+    def test_help_stays_within_the_terminal_and_within_80_columns_elsewhere(self):
+        def run(*arguments):
+            return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
+        listed = run("--help")
+        commands = re.findall(r"^  (\S+)", listed[listed.index("Subcommands:"):], re.M)
+        self.assertIn("run", commands)
+        self.assertIn("backscatter", commands)
+        for command in [[], *([name] for name in commands)]:
+            help_text = run(*command, "--help")
+            for line in help_text.splitlines():
+                self.assertLessEqual(len(line), 80, line)
+            for columns in (60, 132):
+                code, text = shown([*command, "--help"], columns, "stdout", None)
+                self.assertEqual(code, 0)
+                lines = text.replace("\r\n", "\n").splitlines()
+                for line in lines:
+                    self.assertLessEqual(len(line), columns, line)
+                self.assertEqual("".join(text.split()), "".join(help_text.split()))  # nothing is lost
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "support/catch.h"
+#include "support/little_memory.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+
+using namespace ensonify::tests;
+
+namespace {
+
+// The tiny scene with more faces: 2.56 million.
+const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.025", "-D",
+                                    "sonar.left-right.bins=50"};
+
+/// Runs the tiny scene with more arguments; its folder's name tells what was left behind.
+Outcome run_tiny(const TemporaryFolder& folder, std::vector<std::string> more,
+                 const std::function<void(pid_t)>& meanwhile = {}) {
+  write_text(folder / "tiny.toml", tiny_scene);
+  more.insert(more.begin(), {"run", "tiny.toml", "-o", "out", "--quiet"});
+  std::filesystem::remove_all(folder / "out");
+  return run_program(folder.path(), more, {}, meanwhile);
+}
+
+}  // namespace
+
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY  // sanitizers' own memory counts as well
+namespace {
+
+/// The most memory that a process held so far, but for files; 0: it has ended.
+double most_bytes(pid_t process) {
+  std::ifstream in(fmt::format("/proc/{}/status", process));
+  double kib = 0.0;
+  for (std::string word; in >> word;)
+    if (word == "VmHWM:") in >> kib;
+  return 1024.0 * kib;
+}
+
+}  // namespace
+
+TEST_CASE("a run is refused only if it would need more memory than it may have") {
+  const std::string tree = "a seafloor of 1601 x 801 points and what is built over it";
+  struct Case {
+    std::string surface, intersector, what;
+    std::vector<std::string> more;
+  };
+  for (const Case& c : {Case{"static", "embree", tree, fine},
+                        {"static", "pluecker", tree, fine},
+                        {"refined", "embree", tree, fine}}) {
+    CAPTURE(c.surface, c.intersector);
+    const TemporaryFolder folder;
+    std::vector<std::string> arguments = c.more;
+    arguments.insert(arguments.end(), {"--surface", c.surface, "--intersector", c.intersector});
+    double most = 0.0;
+    const Outcome free = run_tiny(folder, arguments, [&](pid_t process) {
+      for (double now = 1.0; now > 0.0; most = std::max(most, now)) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        now = most_bytes(process);
+      }
+    });
+    CAPTURE(free.err, most);
+    REQUIRE(free.code == 0);
+    const auto run_within = [&](double bytes) {
+      std::vector<std::string> within = arguments;
+      within.insert(within.end(), {"--memory", fmt::format("{:.0f}", bytes)});
+      return run_tiny(folder, within);
+    };
+    CHECK(run_within(most).code == 0);
+    const Outcome refused = run_within(0.6 * most);
+    CHECK(refused.code == 1);
+    CHECK(refused.err.find(c.what) != std::string::npos);
+    CHECK(refused.err.find("--memory allows") != std::string::npos);
+    CHECK(refused.err.find("make seafloor.cell_m larger") != std::string::npos);
+    CHECK(!std::filesystem::exists(folder / "out"));
+  }
+}
+#endif
+
+TEST_CASE("The option --memory takes sizes with units, and no others") {
+  const TemporaryFolder folder;
+  CHECK(run_tiny(folder, {"--memory", "2GB"}).code == 0);
+  const Outcome small = run_tiny(folder, {"--memory", "1MB"});
+  CHECK(small.code == 1);
+  CHECK(small.err.find("--memory allows 1 MB") != std::string::npos);
+  const Outcome fraction = run_tiny(folder, {"--memory", "0.5MiB"});
+  CHECK(fraction.err.find("--memory allows 1 MB") != std::string::npos);  // 524288 bytes, rounded
+  for (const char* wrong : {"much", "-3GB", "0", "5parsecs", "3GBB", "GB", "inf", "nan"}) {
+    CAPTURE(wrong);
+    const Outcome refused = run_tiny(folder, {"--memory", wrong});
+    CHECK(refused.code == 2);
+    CHECK(refused.err.find("is no size, expected one as 800MB") != std::string::npos);
+  }
+}

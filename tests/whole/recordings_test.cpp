@@ -1,0 +1,349 @@
+// Whole runs' recordings, read as others read them: by their bytes alone.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <ogr_spatialref.h>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::tests;
+using Eigen::Vector2d, Eigen::Vector3d;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+// A dark level bed, 20 m down, with a bright ball on it.
+const std::string level_bed = R"(version = 1
+speckle = false
+[sea]
+sound_speed_mps = 1500
+[seafloor]
+extent_east_m = 80
+extent_north_m = 80
+cell_m = 1
+depth_m = 20
+material = "dark"
+[seafloor.fractal]
+height_at_1m_m = 0
+[material.dark]
+model = "lambert"
+lambert_mu_db = -70
+[material.bright]
+model = "lambert"
+lambert_mu_db = -5
+[[objects]]
+shape = "sphere"
+diameter_m = 0.2
+material = "bright"
+[output]
+exr = false
+xtf = true
+jsf = true
+[track]
+origin_lat_deg = 55
+origin_lon_deg = 10
+speed_mps = 2
+ping_interval_s = 0.05
+altitude_m = 10
+)";
+const Vector2d ball_m{3.0, -2.0};
+constexpr double radius_m = 0.1;
+
+const std::string sonar = R"(
+range_m = 30
+bins = 600
+elevations = 3000
+focused = true
+)";
+
+template <class T>
+T at(const std::string& bytes, std::size_t offset) {
+  REQUIRE(offset + sizeof(T) <= bytes.size());
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+/// Longitude and latitude.
+using Place = Vector2d;
+
+/// East and north that a degree of each makes, by the ellipsoid's radii of curvature.
+Vector2d metres_a_degree(double latitude_deg) {
+  constexpr double a_m = 6378137.0, e2 = 0.00669437999014;
+  const double sine = std::sin(latitude_deg * degree), w2 = 1.0 - e2 * sine * sine;
+  return degree * a_m / std::sqrt(w2) * Vector2d(std::cos(latitude_deg * degree), (1.0 - e2) / w2);
+}
+
+/// East and north of 55 N, 10 E.
+Vector2d local_m(const Place& place_deg) {
+  return (place_deg - Place(10.0, 55.0)).cwiseProduct(metres_a_degree(55.0));
+}
+
+/// One side of a ping, as its file has it.
+struct Line {
+  std::uint32_t number = 0;
+  Place place_deg;
+  double depth_m = 0.0, altitude_m = 0.0;
+  double heading_deg = 0.0, pitch_deg = 0.0, roll_deg = 0.0;
+  bool starboard = false;
+  double sample_m = 0.0;
+  std::vector<int> near_to_far;
+};
+
+std::vector<Line> read_xtf(const std::string& file) {
+  std::vector<Line> lines;
+  REQUIRE(at<std::uint16_t>(file, 164) == 3);  // latitudes and longitudes
+  for (std::size_t packet = 1024; packet < file.size();
+       packet += at<std::uint32_t>(file, packet + 10)) {
+    REQUIRE(at<std::uint16_t>(file, packet) == 0xFACE);
+    std::size_t channel = packet + 256;
+    for (int k = 0; k < at<std::uint16_t>(file, packet + 4); ++k) {
+      Line line{.number = at<std::uint32_t>(file, packet + 28),
+                .place_deg = {at<double>(file, packet + 168), at<double>(file, packet + 160)},
+                .depth_m = at<float>(file, packet + 192),
+                .altitude_m = at<float>(file, packet + 196),
+                .heading_deg = at<float>(file, packet + 212),
+                .pitch_deg = at<float>(file, packet + 204),
+                .roll_deg = at<float>(file, packet + 208)};
+      const auto info = static_cast<std::size_t>(256 + 128 * at<std::uint16_t>(file, channel));
+      line.starboard = at<std::uint8_t>(file, info) == 2;
+      const auto samples = at<std::uint32_t>(file, channel + 42);
+      line.sample_m = at<float>(file, channel + 4) / samples;
+      for (std::size_t i = 0; i < samples; ++i)
+        line.near_to_far.push_back(at<std::uint16_t>(file, channel + 64 + 2 * i));
+      if (!line.starboard) std::ranges::reverse(line.near_to_far);
+      lines.push_back(std::move(line));
+      channel += 64 + 2 * samples;
+    }
+  }
+  return lines;
+}
+
+std::vector<Line> read_jsf(const std::string& file) {
+  std::vector<Line> lines;
+  constexpr double minute_degrees = 1e-4 / 60.0;
+  for (std::size_t message = 0; message < file.size();
+       message += 16 + at<std::uint32_t>(file, message + 12)) {
+    REQUIRE(at<std::uint16_t>(file, message) == 0x1601);
+    const std::size_t h = message + 16;
+    REQUIRE(at<std::int16_t>(file, h + 88) == 2);
+    Line line{.number = at<std::uint32_t>(file, h + 8),
+              .place_deg = {at<std::int32_t>(file, h + 80) * minute_degrees,
+                            at<std::int32_t>(file, h + 84) * minute_degrees},
+              .depth_m = at<std::int32_t>(file, h + 136) / 1000.0,
+              .altitude_m = at<std::int32_t>(file, h + 144) / 1000.0,
+              .heading_deg = at<std::uint16_t>(file, h + 172) / 100.0,
+              .pitch_deg = at<std::int16_t>(file, h + 174) * 180.0 / 32768.0,
+              .roll_deg = at<std::int16_t>(file, h + 176) * 180.0 / 32768.0,
+              .starboard = at<std::uint8_t>(file, message + 8) == 1,
+              .sample_m = at<float>(file, h + 148) / 2.0 * at<std::uint32_t>(file, h + 116) * 1e-9};
+    for (std::size_t i = 0; i < at<std::uint16_t>(file, h + 114); ++i)
+      line.near_to_far.push_back(at<std::int16_t>(file, h + 240 + 2 * i));
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+/// What lies abeam of the sonar, so far off and so far below it.
+Place place_abeam_deg(const Line& line, double range_m, double below_m) {
+  const double h = line.heading_deg * degree, p = line.pitch_deg * degree,
+               r = line.roll_deg * degree;
+  // Forward, starboard and down of a level sonar; then the nose goes up, then starboard goes down.
+  // East, north, down.
+  const Vector3d level_forward{std::sin(h), std::cos(h), 0.0};
+  const Vector3d level_starboard{std::cos(h), -std::sin(h), 0.0}, level_down{0.0, 0.0, 1.0};
+  const Vector3d pitched_down = std::cos(p) * level_down + std::sin(p) * level_forward;
+  const Vector3d outward =
+      (line.starboard ? 1.0 : -1.0) * (std::cos(r) * level_starboard + std::sin(r) * pitched_down);
+  const Vector3d down = std::cos(r) * pitched_down - std::sin(r) * level_starboard;
+  // Between abeam and straight down there is one direction that leads so far down.
+  const double steepest = std::atan2(down.z(), outward.z());
+  const double depression =
+      steepest - std::acos(std::min(1.0, below_m / range_m / std::hypot(down.z(), outward.z())));
+  const Vector3d way = std::cos(depression) * outward + std::sin(depression) * down;
+  return line.place_deg +
+         (range_m * way.head<2>()).cwiseQuotient(metres_a_degree(line.place_deg.y()));
+}
+
+/// The ball's place by all lines that see it, one at least.
+Place place_of_ball_deg(const std::vector<Line>& lines) {
+  int brightest = 0;
+  for (const Line& line : lines)
+    brightest = std::max(brightest, std::ranges::max(line.near_to_far));
+  Place sum_deg = Place::Zero();
+  int seen = 0;
+  for (const Line& line : lines) {
+    const auto peak = std::ranges::max_element(line.near_to_far);
+    if (*peak < 0.8 * brightest) continue;
+    // The brightest point of the ball is the nearest one: its middle lies a radius behind.
+    const double sample = static_cast<double>(peak - line.near_to_far.begin()) + 0.5;
+    sum_deg += place_abeam_deg(line, sample * line.sample_m + radius_m, line.altitude_m - radius_m);
+    ++seen;
+  }
+  REQUIRE(seen > 0);
+  return sum_deg / seen;
+}
+
+/// The rows of a CSV behind its header.
+std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    std::istringstream fields(line + ',');
+    std::vector<std::string>& row = rows.emplace_back();
+    for (std::string field; std::getline(fields, field, ',');) row.push_back(field);
+  }
+  return rows;
+}
+
+/// Runs a level bed with more keys, the ball in its place.
+void run_scene(const TemporaryFolder& folder, const std::string& track_and_sonars,
+               std::string scene = level_bed) {
+  scene += track_and_sonars;
+  const std::string place =
+      fmt::format("[[objects]]\neast_m = {}\nnorth_m = {}\n", ball_m.x(), ball_m.y());
+  scene.replace(scene.find("[[objects]]\n"), std::string("[[objects]]\n").size(), place);
+  write_text(folder / "scene.toml", scene);
+  const Outcome outcome = run_program(folder.path(), {"run", "scene.toml", "-o", "out"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("A reader of XTF or JSF finds an object where it lies, however the sonar is mounted") {
+  // Heading 30 degrees; the middle of the track 13 m to port of the ball, or astern of it.
+  const std::string to_port =
+      "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n";
+  const std::string astern =
+      "pings = 160\nheading_deg = 30\nmiddle_east_m = -4.5\nmiddle_north_m = -14.99\n";
+  const std::string moving = "[motion]\nroll_deg = 6\npitch_deg = -4\ncrab_deg = 5\n";
+  struct Case {
+    std::string name, track, mounting;
+  };
+  for (const Case& c : std::vector<Case>{
+           {"plain", to_port, ""},
+           {"moving", to_port + moving, ""},
+           {"lever arm", to_port, "forward_m = 2.5\nstarboard_m = -1\ndown_m = 1\n"},
+           {"moving lever arm", to_port + moving, "forward_m = 2\nstarboard_m = 3\ndown_m = 2\n"},
+           {"turned about", to_port, "sides = \"port\"\nmount_azimuth_deg = 180\n"},
+           {"squinting", to_port + moving, "mount_azimuth_deg = -12\nmount_pitch_deg = 5\n"},
+           {"ahead", astern, "sides = \"starboard\"\nmount_azimuth_deg = -90\nforward_m = 0.8\n"},
+       }) {
+    CAPTURE(c.name);
+    const TemporaryFolder folder;
+    run_scene(folder, c.track + "[sonar.s]\n" + c.mounting + sonar);
+    const Vector2d by_xtf_m = local_m(place_of_ball_deg(read_xtf(read_text(folder / "out/s.xtf"))));
+    const Vector2d by_jsf_m = local_m(place_of_ball_deg(read_jsf(read_text(folder / "out/s.jsf"))));
+    CHECK((by_xtf_m - ball_m).norm() < 0.1);  // two bins
+    CHECK((by_jsf_m - ball_m).norm() < 0.1);
+  }
+}
+
+TEST_CASE("A reader finds an object where it lies in a UTM zone, whose north is not true north") {
+  const TemporaryFolder folder;
+  // Far east in zone 32: the map's north lies 2.6 degrees to the east.
+  std::string bed = "ncols 81\nnrows 81\nxllcorner 749960\nyllcorner 5499960\ncellsize 1\n";
+  for (int i = 0; i < 81 * 81; ++i) bed += "-20 ";
+  write_text(folder / "bed.asc", bed);
+  OGRSpatialReference utm, wgs84;
+  REQUIRE(utm.importFromEPSG(32632) == OGRERR_NONE);
+  REQUIRE(wgs84.importFromEPSG(4326) == OGRERR_NONE);
+  wgs84.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  char* wkt = nullptr;
+  utm.exportToWkt(&wkt);
+  write_text(folder / "bed.prj", wkt);
+  CPLFree(wkt);
+  std::string scene = level_bed;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    scene.replace(scene.find(from), from.size(), to);
+  };
+  replace("extent_east_m = 80\nextent_north_m = 80\ncell_m = 1\ndepth_m = 20\n",
+          "kind = \"survey\"\nsurvey = \"bed.asc\"\n");
+  replace("[seafloor.fractal]\nheight_at_1m_m = 0\n", "");
+  replace("origin_lat_deg = 55\norigin_lon_deg = 10\n", "");
+  run_scene(folder,
+            "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n"
+            "[sonar.s]\nforward_m = 2\n" +
+                sonar,
+            scene);
+  const std::unique_ptr<OGRCoordinateTransformation> to_utm(
+      OGRCreateCoordinateTransformation(&wgs84, &utm));
+  for (const std::vector<Line>& lines :
+       {read_xtf(read_text(folder / "out/s.xtf")), read_jsf(read_text(folder / "out/s.jsf"))}) {
+    Vector2d found = place_of_ball_deg(lines);
+    REQUIRE(to_utm->Transform(1, &found.x(), &found.y()));
+    CHECK((found - Vector2d(750000.5, 5500000.5) - ball_m).norm() < 0.1);
+  }
+}
+
+TEST_CASE("A recording lies where the vehicle reports to be, not where it is") {
+  const TemporaryFolder folder;
+  run_scene(
+      folder,
+      "pings = 120\nmiddle_east_m = -10\n[navigation]\nposition_bias_m = 4\nheight_bias_m = 1\n"
+      "[sonar.s]\nforward_m = 3\nstarboard_m = 1\ndown_m = 2\n" +
+          sonar);
+  const std::vector<std::string> first = rows_of(read_text(folder / "out/s_pings.csv")).front();
+  const auto column = [&](std::size_t number) { return std::stod(first.at(number)); };
+  // x_m, y_m and z_m, then three angles, then the same as reported.
+  const Vector2d bias_m{column(8) - column(2), column(9) - column(3)};
+  CHECK(bias_m.norm() > 1.0);
+  CHECK(std::abs(column(10) - column(4)) > 0.1);
+  for (const std::vector<Line>& lines :
+       {read_xtf(read_text(folder / "out/s.xtf")), read_jsf(read_text(folder / "out/s.jsf"))}) {
+    CHECK((local_m(place_of_ball_deg(lines)) - ball_m - bias_m).norm() < 0.1);
+    CHECK(lines.front().depth_m == Approx(2.0 - column(10)).margin(0.001));
+    CHECK(lines.front().altitude_m == Approx(8.0).margin(0.001));  // as an altimeter has it
+  }
+}
+
+TEST_CASE("The sonars of a scene are the subsystems of their JSFs, by frequency") {
+  const TemporaryFolder folder;
+  run_scene(folder, "pings = 1\n[sonar.a]\nfrequency_hz = 900e3\n" + sonar +
+                        "[sonar.b]\nfrequency_hz = 120e3\n" + sonar +
+                        "[sonar.c]\nfrequency_hz = 400e3\n" + sonar);
+  for (const auto& [name, subsystem] : {std::pair{"a", 22}, {"b", 20}, {"c", 21}})
+    CHECK(int(at<std::uint8_t>(read_text(folder / "out" / (name + std::string(".jsf"))), 7)) ==
+          subsystem);
+}
+
+TEST_CASE("A ping that is lost is missing from the recordings, and from their numbers") {
+  const TemporaryFolder folder;
+  run_scene(folder, "pings = 40\n[artefacts]\nlost = 0.3\n[sonar.s]\n" + sonar);
+  std::vector<std::uint32_t> expected;
+  for (const std::vector<std::string>& row : rows_of(read_text(folder / "out/s_pings.csv")))
+    if (row.back() != "lost")
+      for (int side = 0; side < 2; ++side)
+        expected.push_back(static_cast<std::uint32_t>(std::stoul(row.front())));
+  CHECK(expected.size() < 70);
+  CHECK(expected.size() > 40);
+  for (const std::vector<Line>& lines :
+       {read_xtf(read_text(folder / "out/s.xtf")), read_jsf(read_text(folder / "out/s.jsf"))}) {
+    std::vector<std::uint32_t> numbers;
+    for (const Line& line : lines) numbers.push_back(line.number);
+    CHECK(numbers == expected);
+  }
+}
+
+TEST_CASE("A run whose pings are all lost has recordings without pings") {
+  const TemporaryFolder folder;
+  run_scene(folder, "pings = 3\n[artefacts]\nlost = 1\n[sonar.s]\n" + sonar);
+  CHECK(read_text(folder / "out/s.xtf").size() == 1024);
+  CHECK(read_text(folder / "out/s.jsf").empty());
+}
