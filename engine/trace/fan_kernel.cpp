@@ -30,7 +30,7 @@ constexpr double in_the_plane = 1e-30;   // metres from the origin
 // more than so many times 1 / t, the error is less than 2^-14 of it; a face seen more on edge is done in
 // double.
 constexpr float largest_sum = 128.0f;
-constexpr float surely_nearer = 1.0f + 0x1p-12f, maybe_nearer = 1.0f - 0x1p-12f;
+constexpr float surely_nearer = 1.0f - 0x1p-12f, maybe_nearer = 1.0f + 0x1p-12f;
 constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
 
 // How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
@@ -152,7 +152,11 @@ HWY_INLINE void prepare_faces(const FanPass& pass, FanBatch& batch, std::int64_t
   const auto inner = hn::Sub(hn::Mul(far, hn::Set(df, 1.0f - 0x1p-20f)),
                              hn::Mul(longest, hn::Set(df, 1.0f + 0x1p-20f)));
   const auto apart_from = hn::Gt(inner, hn::Set(df, 1.0f / nearest_of_all));
-  hn::StoreU(hn::Div(one, outer), df, planes + 3 * batch_room);
+  const auto least = hn::Div(one, outer);
+  const auto sum = hn::DemoteTo(
+      df, hn::Add(hn::Add(hn::Abs(scaled.x), hn::Abs(scaled.y)), hn::Abs(scaled.z)));
+  const auto on_edge = hn::Gt(sum, hn::Mul(least, hn::Set(df, largest_sum)));
+  hn::StoreU(hn::IfThenElse(on_edge, hn::Neg(least), least), df, planes + 3 * batch_room);
   hn::StoreU(hn::IfThenElse(apart_from, hn::Div(one, hn::IfThenElse(apart_from, inner, one)),
                             hn::Set(df, nearest_of_all)),
              df, planes + 4 * batch_room);
@@ -430,12 +434,14 @@ HWY_INLINE void take_row(const FanPass& pass, std::int64_t plane, std::int64_t f
         return fma(f, x, cosine, hn::Mul(y, sine));
       }
     }();
-    const auto w = hn::Min(hn::Max(plain, least), greatest);
-    const auto old = hn::LoadU(f, nearness + j);
+    // What was there before comes late, from the last face's store: all else is done on the new values.
     const auto within = hn::FirstN(f, static_cast<std::size_t>(until - j));
-    const auto maybe = hn::And(hn::Gt(w, hn::Mul(old, hn::Set(f, maybe_nearer))), within);
-    auto wins = hn::And(hn::Gt(w, hn::Mul(old, hn::Set(f, surely_nearer))), within);
-    const auto unsure = hn::AndNot(wins, maybe);
+    const auto w = hn::IfThenElseZero(within, hn::Min(hn::Max(plain, least), greatest));
+    const auto surely = hn::Mul(w, hn::Set(f, surely_nearer));
+    const auto perhaps = hn::Mul(w, hn::Set(f, maybe_nearer));
+    const auto old = hn::LoadU(f, nearness + j);
+    auto wins = hn::Gt(surely, old);
+    const auto unsure = hn::AndNot(wins, hn::Gt(perhaps, old));
     if (HWY_UNLIKELY(!hn::AllFalse(f, unsure))) {
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(f, unsure, bits);
@@ -486,14 +492,12 @@ HWY_INLINE Taker taker_of(const FanPass& pass, const FanBatch& batch, std::int64
   const float sine = static_cast<float>(pass.sin_azimuth[plane]);
   const float cosine = static_cast<float>(pass.cos_azimuth[plane]);
   const float least = face[3 * batch_room];
-  const float sum =
-      std::fabs(face[0]) + std::fabs(face[batch_room]) + std::fabs(face[2 * batch_room]);
   return {std::fma(face[0], sine, face[batch_room] * cosine),
           face[2 * batch_room],
-          least,
+          std::fabs(least),
           face[4 * batch_room],
           static_cast<std::uint32_t>(first_slot + place),
-          sum <= largest_sum * least ? nullptr : &batch.precise_planes[0] + place};
+          least < 0.0f ? &batch.precise_planes[0] + place : nullptr};
 }
 
 // Turns a plane's list of crossings into one of the rays between them: in its first row the first ray,

@@ -65,7 +65,8 @@ struct FanBatch {
   std::int64_t count;  // faces
   static constexpr std::int64_t least_tangent = 10, greatest_tangent = 11;
   std::array<float, 12 * batch_room> rows;  // of them, as in a block, and of azimuths that they see
-  std::array<float, 5 * batch_room> planes;  // normal over distance, least and greatest 1 / t
+  // The normal over the distance, the least 1 / t (negative: float will not do), the greatest.
+  std::array<float, 5 * batch_room> planes;
   std::array<double, 3 * batch_room> precise_planes;  // the same normal over distance in double
   std::array<double, batch_room> sees_origin;  // 1 where the face's plane goes through the origin
   bool through_origin;                         // any of them
