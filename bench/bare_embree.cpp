@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
-#include <ensonify/engine/trace/embree.h>
-#include <ensonify/engine/trace/embree_api.inc>
+#include <ensonify/engine/trace/embree/embree.h>
+#include <ensonify/engine/trace/embree/embree_api-inl.h>
 
 namespace ensonify::bench {
 namespace {

@@ -7,8 +7,8 @@
 
 namespace ensonify::bench {
 
-/// What became of a speedup since an older report: a cell's over static Embree packets, a run's or a dataset's
-/// over one thread.
+/// What became of a speedup since an older report: a cell's over static Embree packets, a run's or
+/// a dataset's over one thread.
 struct Change {
   std::string name;
   double before = 0.0, now = 0.0;
@@ -17,7 +17,8 @@ struct Change {
   bool fell() const { return now < before * (1.0 - noise); }
 };
 
-/// Every case of whose speedup both reports tell. Throws std::runtime_error for what is no report of this program.
+/// Every case of whose speedup both reports tell. Throws std::runtime_error for what is no report
+/// of this program.
 std::vector<Change> compare(const nlohmann::ordered_json& before,
                             const nlohmann::ordered_json& now);
 

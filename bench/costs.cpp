@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/object_views.h>
-#include <ensonify/engine/sonar/ping.h>
-#include <ensonify/engine/sonar/signal_chain.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/sonar/reception/signal_chain.h>
 #include <ensonify/scatter/backscatter.h>
 
 #include "clock.h"
@@ -71,11 +71,11 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
   const auto tracer = make_intersector("embree", labelled.mesh);
   const std::vector<scatter::BackscatterTable> lambert(
       labelled.materials.size(), scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  Pinger with(sonar, {}, labelled, lambert), without(sonar, {}, bare, lambert);
-  ObjectViews views(labelled);
+  PingTracer with(sonar, {}, labelled, lambert), without(sonar, {}, bare, lambert);
+  ObjectVisibility views(labelled);
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
-  const auto turn = [&](Pinger& pinger, ObjectViews* looking) {
+  const auto turn = [&](PingTracer& pinger, ObjectVisibility* looking) {
     for (int i = 0; i < pings; ++i) {
       const Pose pose{.position = {-30.0 + 60.0 * i / pings, -20.0, -45.0},
                       .heading_rad = 1.5707963};
@@ -132,8 +132,8 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
   fs::remove(cast, ignored);
 }
 
-/// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then each effect with it and
-/// without.
+/// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then each effect
+/// with it and without.
 void measure_signal(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
                     int pings) {
   Sonar plain;

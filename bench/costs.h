@@ -18,9 +18,10 @@ struct CostMeasurement {
   double ratio = 0.0;          ///< the median of the pairs' ratios
 };
 
-/// Labels over a wreck on a seabed of several sediments and features (skipped without the wreck, which is
-/// mesh_underwater/skytteren_wreck.ply in the folder of data), and refraction over ripples and rock under a
-/// strong thermocline; the signal chain and each of its effects. Cases whose name holds the filter.
+/// Labels over a wreck on a seabed of several sediments and features (skipped without the wreck,
+/// which is mesh_underwater/skytteren_wreck.ply in the folder of data), and refraction over ripples
+/// and rock under a strong thermocline; the signal chain and each of its effects. Cases whose name
+/// holds the filter.
 std::vector<CostMeasurement> measure_costs(std::string_view filter,
                                            const std::filesystem::path& data, int rounds,
                                            int pings);

@@ -1,5 +1,5 @@
-// Runs scenes and writes a small picture of each: as the display shows it, and beside it the truth, to one
-// scale both ways. ./dev gallery calls it.
+// Runs scenes and writes a small picture of each: as the display shows it, and beside it the truth,
+// to one scale both ways. ./dev gallery calls it.
 
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ using namespace ensonify;
 using namespace ensonify::engine;
 
 constexpr double side_px = 290.0;  // of a square picture; others have as many pixels
-constexpr std::size_t most_colours = 32;
+constexpr std::size_t max_colours = 32;
 
 /// Each pixel the mean of what it covers.
 Picture resampled(const Picture& from, std::size_t width, std::size_t height) {
@@ -66,8 +66,8 @@ Picture side_by_side(const Picture& a, const Picture& b) {
   return both;
 }
 
-/// In the few colours that most of its pixels have, more or less, and the legend's over darker and brighter
-/// greys.
+/// In the few colours that most of its pixels have, more or less, and the legend's over darker and
+/// brighter greys.
 std::vector<std::byte> palette_png(const Picture& picture, std::span<const LegendEntry> legend) {
   struct Sum {
     std::array<std::size_t, 3> rgb{};
@@ -84,7 +84,7 @@ std::vector<std::byte> palette_png(const Picture& picture, std::span<const Legen
   std::vector<Sum> most;
   for (const auto& [key, sum] : sums) most.push_back(sum);
   std::ranges::stable_sort(most, [](const Sum& a, const Sum& b) { return a.count > b.count; });
-  if (most.size() > most_colours) most.resize(most_colours);
+  if (most.size() > max_colours) most.resize(max_colours);
   std::vector<std::uint8_t> palette, indices;
   for (const Sum& sum : most)
     for (const std::size_t channel : sum.rgb)

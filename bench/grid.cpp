@@ -12,8 +12,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/trace/embree.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/embree/embree.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/footprint.h>
 
 #include "clock.h"
@@ -33,8 +33,8 @@ struct Scheme {
   const char *surface, *intersector;
   int query_pings = 1;
   bool best_instructions =
-      false;                // of Embree's, rather than those pinned for the same bits anywhere
-  double most_faces = 1e9;  // a cell of more takes too long
+      false;               // of Embree's, rather than those pinned for the same bits anywhere
+  double max_faces = 1e9;  // a cell of more takes too long
 };
 
 /// The one that the others are compared with comes first.
@@ -98,7 +98,7 @@ class BedMeasurement {
     const std::vector<Scheme> all = schemes();
     for (const Scheme& scheme : all) {
       const std::string name = name_of(scheme);
-      if (name.find(options_.pattern) != std::string::npos && size_.faces <= scheme.most_faces)
+      if (name.find(options_.pattern) != std::string::npos && size_.faces <= scheme.max_faces)
         wanted_.push_back(scheme);
     }
     if (wanted_.empty()) return {};
@@ -165,7 +165,7 @@ class BedMeasurement {
     scene.run.surface = "footprint";
     Simulator exact(scene, {.cache = options_.cache});
     refine::Footprint footprint(*exact.seafloor().progressive);
-    std::vector<refine::ViewVolume> volumes;
+    std::vector<refine::FanVolume> volumes;
     for (const RayFan& fan : exact.aim(pose)) volumes.push_back(view_volume(fan));
     const refine::ExactFaces near = footprint.query(volumes);
     const auto reference =
@@ -224,7 +224,7 @@ class BedMeasurement {
     cell.trace_ms = stages.trace_s * to_ms;
     cell.echo_ms = stages.echo_s * to_ms;
     cell.stages_over_ping =
-        (stages.surface_s + stages.trace_s + stages.echo_s + stages.speckle_s) / one.spent_s;
+        (stages.surface_s + stages.trace_s + stages.echo_s + stages.receive_s) / one.spent_s;
   }
 
   const Bed& bed_;

@@ -14,8 +14,8 @@
 
 namespace ensonify::bench {
 
-/// A cell of the grid: whole pings over a bed by a surface and an intersector, on one thread and in its own
-/// time (stages are by the clock on the wall), without speckle and noise.
+/// A cell of the grid: whole pings over a bed by a surface and an intersector, on one thread and in
+/// its own time (stages are by the clock on the wall), without speckle and noise.
 struct Cell {
   std::string name;  ///< ping/BED/SIZE/SURFACE/INTERSECTOR[/8]
   std::string bed, size, surface, intersector, code_path;
@@ -44,9 +44,9 @@ struct GridOptions {
   std::function<void(std::string_view what)> progress;
 };
 
-/// Times the grid's cells, bed by bed, in turns of 8 pings so that a change of the machine's pace meets all
-/// alike. First each cell's hits of one ping are held against the exact reference: one that disagrees is
-/// not timed.
+/// Times the grid's cells, bed by bed, in turns of 8 pings so that a change of the machine's pace
+/// meets all alike. First each cell's hits of one ping are held against the exact reference: one
+/// that disagrees is not timed.
 std::vector<Cell> measure_grid(const GridOptions& options);
 
 }  // namespace ensonify::bench

@@ -18,7 +18,7 @@ void empty_ping(engine::StageTimes& times) {
     watch.lap(times.trace_s);
     watch.lap(times.echo_s);
   }
-  watch.lap(times.speckle_s);
+  watch.lap(times.receive_s);
 }
 
 }  // namespace

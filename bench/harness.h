@@ -24,9 +24,9 @@ struct Harness {
       0.0;  ///< of a turn with nothing in it: the loop, its clock calls, and those of the stages
   double fastest_ping_us = 0.0;  ///< of the grid's cells
   double share() const { return ping_us / fastest_ping_us; }
-  static constexpr double most_share = 0.01;
-  Spread
-      stages_over_ping;  ///< of the cells: how much of their pings the times of the stages account for
+  static constexpr double max_share = 0.01;
+  Spread stages_over_ping;  ///< of the cells: how much of their pings the times of the stages
+                            ///< account for
 };
 
 /// For cells of which one was timed at least.

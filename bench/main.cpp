@@ -72,7 +72,7 @@ int measure_all(const Arguments& arguments) {
       fmt::print(stderr, "ensonify-bench: {} disagrees with the reference\n", cell.name);
       code = 1;
     }
-  if (results.harness && results.harness->share() > Harness::most_share) {
+  if (results.harness && results.harness->share() > Harness::max_share) {
     fmt::print(stderr, "ensonify-bench: {}: that is too much to believe the cell\n",
                words(*results.harness));
     code = 1;

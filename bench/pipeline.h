@@ -10,8 +10,8 @@
 
 namespace ensonify::bench {
 
-/// All of it by the clock on the wall, the middle of several turns: a whole scene, from its file to what a run
-/// writes; or samples of a dataset.
+/// All of it by the clock on the wall, the middle of several turns: a whole scene, from its file to
+/// what a run writes; or samples of a dataset.
 struct PipelineMeasurement {
   std::string name;  ///< run/BED/SIZE/THREADS or dataset/RECIPE/THREADS
   int threads = 1;
@@ -24,8 +24,8 @@ struct PipelineMeasurement {
   Spread speedup;              ///< in pings_per_s over one thread, turn by turn
 };
 
-/// Measures the scenes that need no data and a committed recipe, on one thread and on all in turns. Cases whose
-/// name holds the pattern, and what they are compared with.
+/// Measures the scenes that need no data and a committed recipe, on one thread and on all in turns.
+/// Cases whose name holds the pattern, and what they are compared with.
 std::vector<PipelineMeasurement> measure_pipeline(
     std::string_view pattern, bool quick, const std::function<void(std::string_view)>& progress);
 

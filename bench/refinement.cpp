@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/footprint.h>
@@ -26,8 +26,8 @@ constexpr double degree = std::numbers::pi / 180.0;
 constexpr int pings = 1000;
 
 /// Port and starboard: from the horizontal to straight down, 0.3 degrees to either side.
-std::array<refine::ViewVolume, 2> fans_at(int ping) {
-  std::array<refine::ViewVolume, 2> fans;
+std::array<refine::FanVolume, 2> fans_at(int ping) {
+  std::array<refine::FanVolume, 2> fans;
   for (std::size_t side = 0; side < 2; ++side) {
     const double out = side == 0 ? -1.0 : 1.0, half = std::sqrt(0.5);
     fans[side] = {.apex = {0.0, (ping - pings / 2) * advance_m, altitude_m - depth_m},

@@ -9,8 +9,8 @@
 
 namespace ensonify::bench {
 
-/// What selective refinement alone costs, on one thread: a sonar 15 m over a fractal seafloor of 500 x
-/// 500 m, two fans of 0.6 degrees and 150 m, 0.4 m on from ping to ping.
+/// What selective refinement alone costs, on one thread: a sonar 15 m over a fractal seafloor of
+/// 500 x 500 m, two fans of 0.6 degrees and 150 m, 0.4 m on from ping to ping.
 struct RefinementMeasurement {
   std::string name;  ///< refine/builder/seafloor/faces
   std::size_t faces = 0;

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/trace/embree.h>
+#include <ensonify/engine/trace/embree/embree.h>
 
 namespace ensonify::bench {
 namespace {

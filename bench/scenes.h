@@ -16,7 +16,8 @@ engine::Scene ripples(double faces);
 engine::Scene fractal(double faces);
 
 /// A bed to time pings over: its name, and the scene of about so many faces, without speckle and
-/// noise, under two fans of 8 planes and 4096 elevations. None where its data are not in the folder.
+/// noise, under two fans of 8 planes and 4096 elevations. None where its data are not in the
+/// folder.
 struct Bed {
   std::string_view name;
   std::string_view help;

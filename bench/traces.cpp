@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/trace/embree.h>
-#include <ensonify/engine/trace/exact_surface.h>
-#include <ensonify/engine/trace/fan_scan.h>
+#include <ensonify/engine/trace/embree/embree.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/fan_scan/fan_scan.h>
 #include <ensonify/refine/footprint.h>
 
 #include "bare_embree.h"

@@ -10,8 +10,8 @@
 
 namespace ensonify::bench {
 
-/// What tracing alone costs, on one thread: with a tree over the whole seafloor, or on the faces that a
-/// pair of fans can touch, which are then found and taken first.
+/// What tracing alone costs, on one thread: with a tree over the whole seafloor, or on the faces
+/// that a pair of fans can touch, which are then found and taken first.
 struct TraceMeasurement {
   std::string name;  ///< trace/BED/SIZE/INTERSECTOR
   std::string code_path;
@@ -23,8 +23,8 @@ struct TraceMeasurement {
   double ratio = 0.0;        ///< to Embree's bare loop over the same fans, the middle of all pairs
 };
 
-/// Times the tracing cases whose name holds `filter`, in turns, `pings` pairs of fans a round; beds of more
-/// than 4 million faces only if the filter names their size.
+/// Times the tracing cases whose name holds `filter`, in turns, `pings` pairs of fans a round; beds
+/// of more than 4 million faces only if the filter names their size.
 std::vector<TraceMeasurement> measure_traces(std::string_view filter,
                                              const std::filesystem::path& data, int rounds,
                                              int pings);

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/sonar/plane_spacing.h>
+#include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -18,9 +18,9 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
     : artefacts_(scene.artefacts),
       seed_(scene.seed),
       block_pings_(static_cast<std::size_t>(scene.run.block_pings)) {
-  Flight flight = simulator.flight();
-  poses_ = std::move(flight.poses);
-  warnings_ = std::move(flight.warnings);
+  TrackPoses track_poses = simulator.track_poses();
+  poses_ = std::move(track_poses.poses);
+  warnings_ = std::move(track_poses.warnings);
   if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
                                            simulator.seafloor(), poses_))
     warnings_.push_back(std::move(*warning));
@@ -42,13 +42,13 @@ std::size_t TrackPings::recorded_at(std::size_t ping) const {
   return lost(then) ? none : then;
 }
 
-TrackPings::Heard TrackPings::hear(Simulator& simulator, std::size_t ping,
-                                   refine::SpareThreads* spare) const {
+TrackPings::RecordedPing TrackPings::hear(Simulator& simulator, std::size_t ping,
+                                          refine::SpareThreads* spare) const {
   const Pose& pose = poses_[ping];
-  Heard heard{.record = {.pose = pose,
-                         .reported = reported_[ping],
-                         .altitude_m = simulator.altitude_m(pose.position),
-                         .block = static_cast<int>(block_of(ping))}};
+  RecordedPing heard{.record = {.pose = pose,
+                                .reported = reported_[ping],
+                                .altitude_m = simulator.altitude_m(pose.position),
+                                .block = static_cast<int>(block_of(ping))}};
   if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
     heard.record.artefacts.add(Artefact::stale_navigation);
   const std::size_t then = recorded_[ping];
@@ -81,7 +81,7 @@ class Pings {
       : scene_(scene), track_(scene, simulator), verify_(std::min(verify_pings, track_.count())) {
     require_images(memory, simulator.sonars(), track_.count());
     all_.warnings = track_.warnings();
-    simulator.watch_objects();
+    simulator.count_object_visibility();
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, track_.count());
   }
 
@@ -94,7 +94,7 @@ class Pings {
     refine::SpareThreads spare;
     const auto do_block = [&](std::size_t block, int worker) {
       std::optional<Simulator>& other = others[static_cast<std::size_t>(worker)];
-      if (worker > 0 && !other) other = simulator.another();
+      if (worker > 0 && !other) other = simulator.clone_for_thread();
       Simulator& mine = worker > 0 ? *other : simulator;
       const std::size_t begin = block * block_pings;
       const std::size_t end = std::min(begin + block_pings, track_.count());
@@ -117,16 +117,16 @@ class Pings {
   void take_counts(const Simulator& simulator) {
     all_.stages += simulator.times();
     all_.refraction += simulator.refraction_counts();
-    all_.object_views.resize(all_.images.size());
+    all_.object_visibility.resize(all_.images.size());
     for (std::size_t i = 0; i < all_.images.size(); ++i) {
-      const std::span<const ObjectView> views = simulator.object_views(i);
-      all_.object_views[i].resize(views.size());
-      for (std::size_t k = 0; k < views.size(); ++k) all_.object_views[i][k] += views[k];
+      const std::span<const ObjectView> views = simulator.object_visibility(i);
+      all_.object_visibility[i].resize(views.size());
+      for (std::size_t k = 0; k < views.size(); ++k) all_.object_visibility[i][k] += views[k];
     }
   }
 
   void do_ping(Simulator& simulator, std::size_t ping, refine::SpareThreads& spare) {
-    TrackPings::Heard heard = track_.hear(simulator, ping, &spare);
+    TrackPings::RecordedPing heard = track_.hear(simulator, ping, &spare);
     const std::shared_lock rows_differ(images_lock_);
     for (Waterfall& image : all_.images) {
       const std::size_t sides = heard.lines.empty() ? 0 : sides_of(image.sonar).size();
@@ -173,8 +173,8 @@ ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
 
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
   double bytes_a_bin = 0.0, bins = 0.0;
-  Layers::for_each([&](std::string_view, auto layer) {
-    bytes_a_bin += sizeof(typename std::decay_t<decltype(Layers{}.*layer)>::value_type);
+  BinLayers::for_each([&](std::string_view, auto layer) {
+    bytes_a_bin += sizeof(typename std::decay_t<decltype(BinLayers{}.*layer)>::value_type);
   });
   for (const Sonar& sonar : sonars)
     bins += static_cast<double>(sides_of(sonar).size()) * sonar.bins;

@@ -15,8 +15,9 @@ namespace ensonify::engine {
 
 /// What all pings of a scene gave.
 struct ScenePings {
-  std::vector<Waterfall> images;                      ///< one a sonar
-  std::vector<std::vector<ObjectView>> object_views;  ///< by sonar, as Simulator::object_views()
+  std::vector<Waterfall> images;  ///< one a sonar
+  std::vector<std::vector<ObjectView>>
+      object_visibility;  ///< by sonar, as Simulator::object_visibility()
   std::uint64_t rays = 0, hits = 0;
   RefractionCounts refraction;
   StageTimes stages;                  ///< summed over threads
@@ -35,14 +36,15 @@ class TrackPings {
   std::span<const Pose> poses() const { return poses_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  struct Heard {
-    PingRecord record;
+  struct RecordedPing {
+    PingRow record;
     std::span<const EchoLine> lines;  ///< of a lost ping none; good until the simulator's next ping
   };
-  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may ask, each with a
-  /// simulator of its own. Threads that are spare make the surface of the block's next pings ready meanwhile.
-  /// Throws as Simulator::ping().
-  Heard hear(Simulator& simulator, std::size_t ping, refine::SpareThreads* spare = nullptr) const;
+  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may ask,
+  /// each with a simulator of its own. Threads that are spare make the surface of the block's next
+  /// pings ready meanwhile. Throws as Simulator::ping().
+  RecordedPing hear(Simulator& simulator, std::size_t ping,
+                    refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
   /// Compares the ping with the reference as Simulator::verify(); false where nothing was recorded.
@@ -66,9 +68,9 @@ class TrackPings {
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
-/// Every ping of a scene's track, in aligned blocks over threads (0: as many as the machine has), by
-/// simulators over the seafloor of this one. So many of them, spread over the track, are compared with
-/// the exact reference. Throws SceneError for a track that leaves the seafloor,
+/// Every ping of a scene's track, in aligned blocks over threads (0: as many as the machine has),
+/// by simulators over the seafloor of this one. So many of them, spread over the track, are
+/// compared with the exact reference. Throws SceneError for a track that leaves the seafloor,
 /// MemoryError for images that do not fit, and as Simulator::ping().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block = {}, const MemoryLimit& memory = {},

@@ -11,8 +11,8 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
-#include <ensonify/engine/seafloor/bed_below.h>
-#include <ensonify/engine/trace/surface.h>
+#include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
@@ -50,9 +50,9 @@ fs::path file_of(const fs::path& cache, const std::string& key) {
   return cache / (key + cached_extension);
 }
 
-/// Removes what was used longest ago until the rest is within the limit, and what a killed process left
-/// half-written (write_file's temporaries), once no living one can be at it. The file that was just
-/// saved stays, however large it is.
+/// Removes what was used longest ago until the rest is within the limit, and what a killed process
+/// left half-written (write_file's temporaries), once no living one can be at it. The file that was
+/// just saved stays, however large it is.
 void trim_cache(const fs::path& folder, const fs::path& saved) {
   struct Entry {
     fs::file_time_type used;
@@ -93,11 +93,12 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
 constexpr double mesh_bytes_a_face = 18.0;  // of faces and half as many vertices
 
 /// Bytes a face of what a surface needs over the mesh; of one that is still to be chosen the least.
-double bytes_a_face(std::string_view surface, std::string_view intersector) {
+double bytes_per_face(std::string_view surface, std::string_view intersector) {
   if (surface == "auto")
-    return std::min(bytes_a_face("static", intersector), bytes_a_face("refined", intersector));
-  const double bytes = surface_bytes_a_face(surface_kind(surface), intersector);
-  return surface_kind(surface).needs_progressive_mesh ? bytes : bytes + BedGrid::bytes_a_face;
+    return std::min(bytes_per_face("static", intersector), bytes_per_face("refined", intersector));
+  const double bytes =
+      build_bytes_per_face(face_source_kind(surface), intersector_kind(intersector));
+  return face_source_kind(surface).needs_progressive_mesh ? bytes : bytes + BedGrid::bytes_per_face;
 }
 
 class Preparing {
@@ -134,7 +135,9 @@ class Preparing {
   void tell(std::string_view stage) const {
     if (how_.progress) how_.progress(stage);
   }
-  bool needs_progressive() const { return surface_kind(result_.surface).needs_progressive_mesh; }
+  bool needs_progressive() const {
+    return face_source_kind(result_.surface).needs_progressive_mesh;
+  }
 
   void make_seafloor_of_scene() {
     tell("seafloor");
@@ -143,13 +146,14 @@ class Preparing {
   }
 
   MemoryPlan plan() const {
-    return {how_.memory, bytes_a_face(scene_.run.surface, scene_.run.intersector), how_.more_bytes};
+    return {how_.memory, bytes_per_face(scene_.run.surface, scene_.run.intersector),
+            how_.more_bytes};
   }
 
   void restore() {
     const auto faces = static_cast<double>(result_.seafloor.faces);
     how_.memory.require(
-        faces * (mesh_bytes_a_face + bytes_a_face(result_.surface, scene_.run.intersector)) +
+        faces * (mesh_bytes_a_face + bytes_per_face(result_.surface, scene_.run.intersector)) +
             how_.more_bytes,
         fmt::format("the {:.0f} faces of {} and a tree over them", faces,
                     scene_.seafloor.progressive.path.string()),

@@ -10,7 +10,7 @@
 
 #include <ensonify/engine/memory.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/seafloor/memory_need.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
@@ -39,14 +39,14 @@ struct PreparedSeafloor {
   std::vector<std::string> warnings;  ///< of the cache
 };
 
-/// Makes a scene's seafloor and, for a surface that needs it, its progressive mesh; or finds both in
-/// the cache. A file there that is damaged or of something else is made anew; one that can't be written
-/// is a warning. Throws what the seafloor's making throws, SceneError, and MemoryError before memory is
-/// allocated that is not there.
+/// Makes a scene's seafloor and, for a surface that needs it, its progressive mesh; or finds both
+/// in the cache. A file there that is damaged or of something else is made anew; one that can't be
+/// written is a warning. Throws what the seafloor's making throws, SceneError, and MemoryError
+/// before memory is allocated that is not there.
 PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how);
 
-/// What an analysed seafloor depends on: the scene's seafloor and objects, the contents of their files,
-/// the seed, and the versions of what makes it; as a hash of 32 digits.
+/// What an analysed seafloor depends on: the scene's seafloor and objects, the contents of their
+/// files, the seed, and the versions of what makes it; as a hash of 32 digits.
 std::string seafloor_key(const Scene& scene);
 
 /// The file in a cache that a scene's analysed seafloor is taken from, or kept in.
@@ -56,8 +56,8 @@ std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path
 /// ~/.cache/ensonify; empty where there is neither.
 std::filesystem::path default_cache();
 
-/// The scene's seafloor made anew. Throws what make_seafloor does; what names a layer or an object, as
-/// SceneError with its place in the scene's file; MemoryError for a mesh that does not fit.
+/// The scene's seafloor made anew. Throws what make_seafloor does; what names a layer or an object,
+/// as SceneError with its place in the scene's file; MemoryError for a mesh that does not fit.
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {});
 
 }  // namespace ensonify::engine

@@ -21,7 +21,7 @@ void box_muller(double& a, double& b) {
 
 }  // namespace
 
-void Stream::uniform(std::span<double> out, std::uint64_t first) const {
+void RandomStream::uniform(std::span<double> out, std::uint64_t first) const {
   using Philox = r123::Philox4x64;
   const Philox::key_type key{{seed_, static_cast<std::uint64_t>(purpose_)}};
   std::uint64_t drawn_block = ~std::uint64_t{0};
@@ -36,7 +36,7 @@ void Stream::uniform(std::span<double> out, std::uint64_t first) const {
   }
 }
 
-void Stream::normal(std::span<double> out, std::uint64_t first) const {
+void RandomStream::normal(std::span<double> out, std::uint64_t first) const {
   // Numbers 2k and 2k+1 are the cosine and sine of one pair: whole pairs in place, halves apart.
   std::array<double, 2> half{};
   std::size_t i = 0;
@@ -55,7 +55,7 @@ void Stream::normal(std::span<double> out, std::uint64_t first) const {
   }
 }
 
-void Stream::exponential(std::span<double> out, std::uint64_t first) const {
+void RandomStream::exponential(std::span<double> out, std::uint64_t first) const {
   uniform(out, first);
   for (double& x : out) x = -std::log(x);
 }

@@ -33,11 +33,11 @@ enum class Purpose : std::uint64_t {
   background_chip = 62,
 };
 
-/// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no state,
-/// so threads, order and shards cannot change them. Philox4x64-10 (Salmon and others, SC11).
-class Stream {
+/// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no
+/// state, so threads, order and shards cannot change them. Philox4x64-10 (Salmon and others, SC11).
+class RandomStream {
  public:
-  Stream(std::uint64_t seed, Purpose purpose, std::array<std::uint64_t, 3> belongs_to = {})
+  RandomStream(std::uint64_t seed, Purpose purpose, std::array<std::uint64_t, 3> belongs_to = {})
       : seed_(seed), purpose_(purpose), belongs_to_(belongs_to) {}
 
   /// The numbers first, first+1, … of the stream, uniform in (0, 1].

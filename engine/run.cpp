@@ -158,8 +158,8 @@ class Run {
     return image_bytes(sonars, pings);
   }
 
-  // The picture grows while the run goes on, from the first block, and takes a twentieth of the time
-  // at most.
+  // The picture grows while the run goes on, from the first block, and takes a twentieth of the
+  // time at most.
   void grow_pictures(const Simulator& simulator, std::span<const Waterfall> images) {
     if (!control_.growing_picture ||
         seconds_since(picture_written_) < std::max(1.0, 20.0 * picture_s_))
@@ -195,7 +195,7 @@ class Run {
       write_recordings(simulator, i);
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
-                                                           seafloor, pings_.object_views[i]));
+                                                           seafloor, pings_.object_visibility[i]));
       Display over_layers = scene_.display;
       over_layers.slant_range_correction = false;
       if (scene_.output.truth)
@@ -203,7 +203,7 @@ class Run {
                       encode_png(with_legend(lay_truth(
                           images[i], render(images[i], over_layers, simulator.calibration(i)),
                           names.classes, names.materials))));
-      for (const PingRecord& ping : images[i].pings)
+      for (const PingRow& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
     if (control_.made) control_.made(simulator, images);
@@ -211,7 +211,7 @@ class Run {
     report_.counts["rays"] = pings_.rays;
     if (const RefractionCounts& bent = pings_.refraction; bent.rays > 0) {
       report_.counts["bent_rays"] = bent.rays;
-      report_.counts["bent_rays_by_chords"] = bent.rays - bent.pictured;
+      report_.counts["bent_rays_by_chords"] = bent.rays - bent.straightened;
       report_.counts["chords"] = bent.chords;
     }
     report_.counts["hits"] = pings_.hits;
@@ -243,7 +243,7 @@ class Run {
               {"wrong_run", found.wrong_run}};
     for (std::size_t i = 0; i < verdict_names.size(); ++i)
       counts[verdict_names[i]] = found.verdicts[i];
-    const Precision precision = precision_of(scene_.run.intersector);
+    const Precision precision = intersector_kind(scene_.run.intersector).precision;
     for (const Limit& limit : limits(RaySource::scene, precision))
       if (exceeds(limit, found))
         report_.warnings.push_back(fmt::format(
@@ -273,7 +273,7 @@ class Run {
   void warn_of_holes() {
     const auto over_hole =
         std::count_if(pings_.images.front().pings.begin(), pings_.images.front().pings.end(),
-                      [](const PingRecord& p) { return std::isnan(p.altitude_m); });
+                      [](const PingRow& p) { return std::isnan(p.altitude_m); });
     if (over_hole > 0)
       report_.warnings.push_back(
           fmt::format("{} of {} pings have no bed straight below (a hole in the seafloor); their "

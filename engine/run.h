@@ -26,15 +26,16 @@ struct Stopped : std::runtime_error {
 /// How a run talks to whoever started it.
 struct RunControl {
   int threads = 0;  ///< 0: as many as the machine has
-  /// Told what is being done ("seafloor", "analysis", "tree", "pings", "files") and how far it is. Returning false stops
-  /// the run. Called from one thread at a time, at least after every block.
+  /// Told what is being done ("seafloor", "analysis", "tree", "pings", "files") and how far it is.
+  /// Returning false stops the run. Called from one thread at a time, at least after every block.
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
   std::filesystem::path cache = {};  ///< for analysed seafloors, as in Preparation
   std::shared_ptr<const PreparedSeafloor> seafloor = {};  ///< the same
   MemoryLimit memory = {};                                ///< the same
   std::size_t verify_pings = 0;  ///< so many are compared with the exact reference, too
-  bool growing_picture = true;  ///< whether the pictures are written while the run goes on
-  /// Told what the run made, with the labels' numbers of its files, once all but the manifest are written.
+  bool growing_picture = true;   ///< whether the pictures are written while the run goes on
+  /// Told what the run made, with the labels' numbers of its files, once all but the manifest are
+  /// written.
   std::function<void(const Simulator&, std::span<const Waterfall>)> made = {};
 };
 
@@ -56,10 +57,10 @@ struct RunReport {
   double disk_s = 0.0;                       ///< of all of it, writing alone
 };
 
-/// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the threads,
-/// each sonar's picture while they go on, its layers and tables at the end, the manifest last. On any
-/// failure, or a stop, the files of this run are removed again and the reason is thrown: Stopped,
-/// SceneError, refine::MeshError, MemoryError, std::system_error.
+/// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the
+/// threads, each sonar's picture while they go on, its layers and tables at the end, the manifest
+/// last. On any failure, or a stop, the files of this run are removed again and the reason is
+/// thrown: Stopped, SceneError, refine::MeshError, MemoryError, std::system_error.
 RunReport run(const Scene& scene, const std::filesystem::path& folder, const RunControl& control);
 
 }  // namespace ensonify::engine

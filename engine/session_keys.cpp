@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
 
 namespace ensonify::engine {
 
@@ -18,10 +18,10 @@ std::vector<std::size_t> changed_sonars(const Scene& scene,
   return changed;
 }
 
-MovingObject only_object(const Scene& scene) {
+MovingObject single_object(const Scene& scene) {
   if (scene.objects.size() != 1) throw std::invalid_argument("expected the keys of one object");
   const ObjectOptions& table = scene.objects.front();
-  return {.mesh = body_of(table, scene.seed, scene.materials),
+  return {.mesh = mesh_of(table, scene.seed, scene.materials),
           .material = table.material,
           .class_name = table.class_name};
 }

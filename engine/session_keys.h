@@ -14,8 +14,8 @@ namespace ensonify::engine {
 /// The numbers of the scene's sonars that any of these overrides (`sonar.NAME.key=value`) changes.
 std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const std::string> overrides);
 
-/// The object of a scene that has one, to be put into another scene. Throws std::invalid_argument for
-/// another number of tables, and as body_of().
-MovingObject only_object(const Scene& scene);
+/// The object of a scene that has one, to be put into another scene. Throws std::invalid_argument
+/// for another number of tables, and as mesh_of().
+MovingObject single_object(const Scene& scene);
 
 }  // namespace ensonify::engine

@@ -14,16 +14,18 @@
 #include <ensonify/engine/scene/value_check.h>
 #include <ensonify/engine/scene/vertical_pattern_reader.h>
 #include <ensonify/engine/scene/water_check.h>
-#include <ensonify/engine/seafloor/bed_below.h>
+#include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/mounting.h>
-#include <ensonify/engine/sonar/ping.h>
-#include <ensonify/engine/sonar/signal_chain.h>
+#include <ensonify/engine/seafloor/seafloor_options.h>
+#include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/engine/sonar/reception/signal_chain.h>
 #include <ensonify/engine/trace/check/agreement.h>
-#include <ensonify/engine/trace/exact_surface.h>
-#include <ensonify/engine/trace/moving_surface.h>
-#include <ensonify/engine/trace/surface.h>
+#include <ensonify/engine/trace/face_source.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/validity.h>
@@ -53,7 +55,7 @@ std::size_t place_in(const std::vector<std::string>& names, const std::string& n
   return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
 }
 
-constexpr std::size_t most_labels = 65535;
+constexpr std::size_t max_labels = 65535;
 
 /// A sonar with all that it hears by.
 struct Instrument {
@@ -90,13 +92,13 @@ StageTimes& StageTimes::operator+=(const StageTimes& other) {
   surface_s += other.surface_s;
   trace_s += other.trace_s;
   echo_s += other.echo_s;
-  speckle_s += other.speckle_s;
+  receive_s += other.receive_s;
   return *this;
 }
 
 StageTimes StageTimes::operator-(const StageTimes& other) const {
   return {surface_s - other.surface_s, trace_s - other.trace_s, echo_s - other.echo_s,
-          speckle_s - other.speckle_s};
+          receive_s - other.receive_s};
 }
 
 /// What all threads share.
@@ -107,7 +109,7 @@ struct Simulator::Ready {
   std::size_t instances() const { return seafloor.objects.size() + seafloor.features.size(); }
   refine::Bounds bounds;
   std::optional<BedGrid> bed;  ///< where the seafloor has its mesh
-  SurfaceParts parts;
+  FaceSourceParts parts;
   std::string code_path;
   double sound_speed_mps;
   std::optional<scatter::SoundSpeedProfile> profile;
@@ -225,20 +227,20 @@ struct Simulator::Ready {
                              const std::vector<std::string>& materials) const {
     // For the automatic gain and the level bed: the first material is the bed's own.
     const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
-    return {
-        .seed = scene.seed,
-        .sonar_number = number,
-        .speckle = scene.speckle,
-        .sound_speed_mps = sound_speed_mps,
-        .absorption_db_per_m = its.medium.absorption_db_per_m,
-        .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
-        .nominal_altitude_m = nominal_altitude_m(its.sonar),
-        .nominal_strength = [&bed_table](double sine) { return bed_table.over_sine(sine) * sine; },
-        .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
-                                    : std::nullopt,
-        .sea = scene.sea.state,
-        .arrivals = scene.arrivals,
-        .artefacts = scene.artefacts};
+    return {.seed = scene.seed,
+            .sonar_number = number,
+            .speckle = scene.speckle,
+            .sound_speed_mps = sound_speed_mps,
+            .absorption_db_per_m = its.medium.absorption_db_per_m,
+            .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+            .nominal_altitude_m = nominal_altitude_m(its.sonar),
+            .nominal_strength =
+                [&bed_table](double sine) { return bed_table.sigma_over_sine(sine) * sine; },
+            .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
+                                        : std::nullopt,
+            .sea = scene.sea.state,
+            .arrivals = scene.arrivals,
+            .artefacts = scene.artefacts};
   }
 
   scatter::BackscatterTable table_of(const std::string& name, const Sonar& sonar,
@@ -258,14 +260,14 @@ struct Simulator::Ready {
 
 /// One thread's own.
 struct Simulator::Worker {
-  MovingSurface surface;
+  FacesWithBodies surface;
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   std::vector<std::string> classes, materials, warnings;
   std::vector<Label> moving;  // of the objects added, by body; of class 0 where there is none
   std::vector<std::shared_ptr<const Instrument>> instruments;
   std::vector<Sonar> sonars;  // theirs
-  std::vector<Pinger> pingers;
-  std::vector<ObjectViews> views;  // one a sonar, or none
+  std::vector<PingTracer> pingers;
+  std::vector<ObjectVisibility> views;  // one a sonar, or none
   std::vector<RayFan> fans;
   std::vector<double> heights_m;  // a sonar, over the bed
   std::vector<EchoLine> lines;
@@ -276,7 +278,7 @@ struct Simulator::Worker {
   StageTimes times;
 
   explicit Worker(const Ready& ready)
-      : surface(surface_kind(ready.prepared.surface).make(ready.parts),
+      : surface(face_source_kind(ready.prepared.surface).make(ready.parts),
                 static_cast<std::uint32_t>(ready.seafloor.faces), ready.parts),
         classes(ready.seafloor.classes),
         materials(ready.seafloor.materials),
@@ -290,7 +292,7 @@ struct Simulator::Worker {
     sonars.clear();
     pingers.clear();
     lines.clear();
-    if (!views.empty()) watch_objects(ready);
+    if (!views.empty()) count_object_visibility(ready);
     for (std::size_t i = 0; i < instruments.size(); ++i) {
       const Instrument& its = *instruments[i];
       sonars.push_back(its.sonar);
@@ -299,10 +301,10 @@ struct Simulator::Worker {
     }
   }
 
-  void watch_objects(const Ready& ready) {
+  void count_object_visibility(const Ready& ready) {
     const bool can =
         !ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full;
-    views.assign(can ? sonars.size() : 0, ObjectViews(ready.seafloor));
+    views.assign(can ? sonars.size() : 0, ObjectVisibility(ready.seafloor));
   }
 
   void make_lines() {
@@ -326,9 +328,9 @@ Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
 Simulator::~Simulator() = default;
 
-Simulator Simulator::another() const {
+Simulator Simulator::clone_for_thread() const {
   Simulator one(ready_);
-  if (!worker_->views.empty()) one.watch_objects();
+  if (!worker_->views.empty()) one.count_object_visibility();
   return one;
 }
 
@@ -371,7 +373,7 @@ AgreementCounts Simulator::verify(const Pose& pose) {
     mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
   }
   AgreementCounts counts = compare_ping(worker_->surface, mesh, aim(pose),
-                                        precision_of(ready_->parts.intersector));
+                                        intersector_kind(ready_->parts.intersector).precision);
   counts += compare_height(mesh, pose.position.x(), pose.position.y(),
                            bed_height_m(pose.position.x(), pose.position.y()));
   return counts;
@@ -391,7 +393,7 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
   if (worker.lines.empty()) worker.make_lines();
   std::size_t first_line = 0;
   for (std::size_t i = 0; i < worker.pingers.size(); ++i) {
-    Pinger& pinger = worker.pingers[i];
+    PingTracer& pinger = worker.pingers[i];
     const std::size_t sides = sides_of(worker.sonars[i]).size();
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
@@ -412,7 +414,7 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
                                            .array = {fan.origin, fan.array_axis, down},
                                            .altitude_m = worker.heights_m[i]},
                                           lines, worker.memory);
-    watch.lap(worker.times.speckle_s);
+    watch.lap(worker.times.receive_s);
     first_line += sides;
   }
   return worker.lines;
@@ -462,11 +464,11 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   const Eigen::Isometry3d place = place_of(pose);
   if (object.mesh.faces.empty()) throw std::invalid_argument("Simulator: the mesh has no faces");
   const std::size_t still = ready_->seafloor.labels.size();
-  if (still + worker.surface.bodies() >= most_labels)
+  if (still + worker.surface.bodies() >= max_labels)
     throw std::invalid_argument(
         fmt::format("Simulator: there are {} objects and other labels, and "
                     "no room for more: remove one",
-                    most_labels));
+                    max_labels));
   const std::size_t material = place_in(worker.materials, object.material);
   const std::size_t class_id = place_in(worker.classes, object.class_name);
   std::vector<std::string> materials = worker.materials;
@@ -491,7 +493,7 @@ std::uint32_t Simulator::add(MovingObject object, const Pose& pose) {
   return static_cast<std::uint32_t>(instance);
 }
 
-std::size_t Simulator::body_of(std::uint32_t instance) const {
+std::size_t Simulator::mesh_of(std::uint32_t instance) const {
   const std::size_t first = ready_->instances() + 1;
   const std::size_t body = instance - first;
   if (instance < first || !worker_->surface.has(body))
@@ -501,11 +503,11 @@ std::size_t Simulator::body_of(std::uint32_t instance) const {
 }
 
 void Simulator::move(std::uint32_t instance, const Pose& pose) {
-  const std::size_t body = body_of(instance);
+  const std::size_t body = mesh_of(instance);
   worker_->surface.move(body, place_of(pose));
 }
 
-void Simulator::remove(std::uint32_t instance) { worker_->surface.remove(body_of(instance)); }
+void Simulator::remove(std::uint32_t instance) { worker_->surface.remove(mesh_of(instance)); }
 
 double Simulator::altitude_m(const Eigen::Vector3d& position) const {
   return position.z() - bed_height_m(position.x(), position.y());
@@ -516,20 +518,21 @@ double Simulator::bed_height_m(double x_m, double y_m) const {
                              : ready_->bed->height_m(x_m, y_m);
 }
 
-Flight Simulator::flight() const {
+TrackPoses Simulator::track_poses() const {
   const Ready& ready = *ready_;
-  return fly(ready.scene,
-             {.bed_height_m = [&](double x_m, double y_m) { return bed_height_m(x_m, y_m); },
-              .lowest = ready.bounds.lowest.head<2>().cast<double>(),
-              .highest = ready.bounds.highest.head<2>().cast<double>(),
-              .frame = {.world_origin = ready.seafloor.mesh.world_origin,
-                        .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
-                                     !ready.seafloor.mesh.world_origin.isZero(),
-                        .utm_zone = ready.seafloor.utm_zone}},
-             ready.sound_speed_mps);
+  return build_track(
+      ready.scene,
+      {.bed_height_m = [&](double x_m, double y_m) { return bed_height_m(x_m, y_m); },
+       .lowest = ready.bounds.lowest.head<2>().cast<double>(),
+       .highest = ready.bounds.highest.head<2>().cast<double>(),
+       .frame = {.world_origin = ready.seafloor.mesh.world_origin,
+                 .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
+                              !ready.seafloor.mesh.world_origin.isZero(),
+                 .utm_zone = ready.seafloor.utm_zone}},
+      ready.sound_speed_mps);
 }
 
-std::vector<Pose> Simulator::track() const { return flight().poses; }
+std::vector<Pose> Simulator::track() const { return track_poses().poses; }
 
 std::span<const std::string> Simulator::warnings() const { return worker_->warnings; }
 std::span<const std::string> Simulator::classes() const { return worker_->classes; }
@@ -542,15 +545,15 @@ void Simulator::reset() { worker_->surface.reset(); }
 double Simulator::absorption_db_per_m(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->medium.absorption_db_per_m;
 }
-void Simulator::watch_objects() { worker_->watch_objects(*ready_); }
+void Simulator::count_object_visibility() { worker_->count_object_visibility(*ready_); }
 
-std::span<const ObjectView> Simulator::object_views(std::size_t sonar) const {
+std::span<const ObjectView> Simulator::object_visibility(std::size_t sonar) const {
   if (worker_->views.empty()) return {};
   return worker_->views.at(sonar).views();
 }
 RefractionCounts Simulator::refraction_counts() const {
   RefractionCounts sum;
-  for (const Pinger& pinger : worker_->pingers) sum += pinger.refraction_counts();
+  for (const PingTracer& pinger : worker_->pingers) sum += pinger.refraction_counts();
   return sum;
 }
 double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }

@@ -110,7 +110,7 @@ void ActiveMesh::reset() {
   settle_exact();
 }
 
-RefineStatistics ActiveMesh::refine(std::span<const ViewVolume> volumes) {
+RefineStatistics ActiveMesh::refine(std::span<const FanVolume> volumes) {
   view_.look_at(volumes);
   statistics_ = {};
   offers_.clear();
@@ -127,8 +127,8 @@ RefineStatistics ActiveMesh::refine(std::span<const ViewVolume> volumes) {
   return statistics_;
 }
 
-/// Lists what refinement has to look at: active inner vertices, and pairs of active siblings by the left
-/// one. Without branches, which nobody could predict here.
+/// Lists what refinement has to look at: active inner vertices, and pairs of active siblings by the
+/// left one. Without branches, which nobody could predict here.
 void ActiveMesh::find_fronts() {
   inner_.resize(nodes_.size() + 1);
   twins_.resize(nodes_.size());
@@ -153,11 +153,11 @@ void ActiveMesh::split_touched() {
   touched_.clear();
 }
 
-/// Goes on until no more of them can be. This ends: each collapse goes with splits of later-collapsed
-/// nodes only, so that, written with the finest first, the list of what is split becomes less and less.
-/// That it ends soon is true of what builders make.
+/// Goes on until no more of them can be. This ends: each collapse goes with splits of
+/// later-collapsed nodes only, so that, written with the finest first, the list of what is split
+/// becomes less and less. That it ends soon is true of what builders make.
 void ActiveMesh::collapse_offered() {
-  const std::size_t most_collapses = 16 * (mesh_->mid.size() + 1);
+  const std::size_t max_collapses = 16 * (mesh_->mid.size() + 1);
   for (std::size_t collapses = none; collapses != statistics_.collapses;) {
     collapses = statistics_.collapses;
     statistics_.blocked_collapses = 0;
@@ -170,7 +170,7 @@ void ActiveMesh::collapse_offered() {
         waiting_.push_back(node);
         continue;
       }
-      if (statistics_.collapses > most_collapses) [[unlikely]]
+      if (statistics_.collapses > max_collapses) [[unlikely]]
         mesh_->contradicts("collapses do not end; the last was node", nodes_[node].number);
       split_touched();
       for (const Index opened : opened_) offer(opened);
@@ -318,9 +318,10 @@ void ActiveMesh::split(Index vertex) {
 }
 
 /// Splits a vertex, or says which other one has to be split before. With the children above one
-/// another, left below, the first fundamental face comes between them on the left side and the second
-/// on the right: so counter-clockwise round the vertex, the faces from the first's cut vertex to the
-/// second's are the left child's, the others the right one's. A missing face's cut is the border.
+/// another, left below, the first fundamental face comes between them on the left side and the
+/// second on the right: so counter-clockwise round the vertex, the faces from the first's cut
+/// vertex to the second's are the left child's, the others the right one's. A missing face's cut is
+/// the border.
 Index ActiveMesh::try_split(Index vertex) {
   const Index number = nodes_[vertex].number;
   const auto expect = [&](bool holds, const char* what) {
@@ -416,7 +417,8 @@ bool ActiveMesh::collapse(Index node) {
   return true;
 }
 
-/// Whether two active children may collapse: they have no common neighbours but the cut vertices. Finds both fans, what is to vanish, and blockers.
+/// Whether two active children may collapse: they have no common neighbours but the cut vertices.
+/// Finds both fans, what is to vanish, and blockers.
 bool ActiveMesh::is_free(Index node) {
   const Index left = nodes_[node].left;
   blockers_.clear();
@@ -443,9 +445,9 @@ bool ActiveMesh::is_free(Index node) {
   return blockers_.empty();
 }
 
-/// What else a collapse must keep to, at borders and in a tetrahedron. It held when the progressive mesh
-/// was built and does still: who has neighbours beyond one edge at any resolution has them at finer
-/// ones. Unless a file says otherwise.
+/// What else a collapse must keep to, at borders and in a tetrahedron. It held when the progressive
+/// mesh was built and does still: who has neighbours beyond one edge at any resolution has them at
+/// finer ones. Unless a file says otherwise.
 void ActiveMesh::check_collapse(Index node) const {
   const auto has_neighbours = [](const Fundamental& f) {
     return f.face == none || f.in != none || f.out != none;

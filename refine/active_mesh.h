@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/progressive_mesh.h>
-#include <ensonify/refine/view_volume.h>
 
 namespace ensonify::refine {
 
@@ -21,11 +21,11 @@ struct RefineStatistics {
   std::size_t blocked_collapses = 0;  ///< wanted, but not allowed yet
 };
 
-/// One worker's selectively refined mesh over a progressive mesh, for all its sonars (Kim & Lee, "Truly
-/// selective refinement of progressive meshes", 2001): split wherever a node's sphere meets a view
-/// volume, coarse elsewhere. Each active face is an original face whose three corners have distinct
-/// active ancestors; where all three are leaves the face is there unchanged, and those are all that
-/// the volumes can touch.
+/// One worker's selectively refined mesh over a progressive mesh, for all its sonars (Kim & Lee,
+/// "Truly selective refinement of progressive meshes", 2001): split wherever a node's sphere meets
+/// a view volume, coarse elsewhere. Each active face is an original face whose three corners have
+/// distinct active ancestors; where all three are leaves the face is there unchanged, and those are
+/// all that the volumes can touch.
 class ActiveMesh {
  public:
   static constexpr std::uint32_t none = ProgressiveMesh::none;
@@ -44,8 +44,8 @@ class ActiveMesh {
     bool covers(std::uint32_t leaf) const { return leaf - lo < hi - lo; }
   };
 
-  /// An active face; a gap where `slot` is none. Half-edge 4f + k leads from corner k of face f to the
-  /// next corner, the face to its left.
+  /// An active face; a gap where `slot` is none. Half-edge 4f + k leads from corner k of face f to
+  /// the next corner, the face to its left.
   struct ActiveFace {
     std::array<std::uint32_t, 3> vertices;   ///< among nodes(), by corner
     std::array<std::uint32_t, 3> opposites;  ///< by half-edge; none at a border
@@ -53,9 +53,9 @@ class ActiveMesh {
     std::uint32_t source = none;             ///< its number in the source mesh
   };
 
-  /// Starts as the base mesh. The progressive mesh must outlive this. Whatever reads more of it throws
-  /// DamagedFile where its file is damaged or contradicts itself, as no builder's does; only reset() and
-  /// the destructor may follow that.
+  /// Starts as the base mesh. The progressive mesh must outlive this. Whatever reads more of it
+  /// throws DamagedFile where its file is damaged or contradicts itself, as no builder's does; only
+  /// reset() and the destructor may follow that.
   explicit ActiveMesh(const ProgressiveMesh& mesh);
   explicit ActiveMesh(ProgressiveMesh&&) = delete;
 
@@ -64,18 +64,19 @@ class ActiveMesh {
 
   /// Splits whatever these volumes touch and collapses what none touches. Nothing is allocated in a
   /// steady state. Throws std::invalid_argument as ViewTest does.
-  RefineStatistics refine(std::span<const ViewVolume> volumes);
+  RefineStatistics refine(std::span<const FanVolume> volumes);
 
-  /// The faces that are exact now, ascending in source_faces; good until the second change from now.
+  /// The faces that are exact now, ascending in source_faces; good until the second change from
+  /// now.
   ExactFaces exact_faces() const;
 
   /// Splits one active vertex, and before it those that keep its two cut vertices one. Throws
   /// std::invalid_argument where nodes()[vertex] is no active inner node.
   void vsplit(std::uint32_t vertex);
 
-  /// Makes a split node with two active children a vertex again. Whatever blocks that and was collapsed
-  /// later in the progressive mesh is split; if something else does, nothing changes and this is false.
-  /// Throws std::invalid_argument where nodes()[node] is none such.
+  /// Makes a split node with two active children a vertex again. Whatever blocks that and was
+  /// collapsed later in the progressive mesh is split; if something else does, nothing changes and
+  /// this is false. Throws std::invalid_argument where nodes()[node] is none such.
   bool ecol(std::uint32_t node);
 
   std::size_t vertex_count() const { return vertex_count_; }
@@ -91,14 +92,15 @@ class ActiveMesh {
   }
 
  private:
-  /// The half-edges that leave a vertex, counter-clockwise, and the vertices they lead to; then the last
-  /// face's third corner, which is the first of these again where the fan is closed.
+  /// The half-edges that leave a vertex, counter-clockwise, and the vertices they lead to; then the
+  /// last face's third corner, which is the first of these again where the fan is closed.
   struct Fan {
     std::vector<std::uint32_t> half_edges, ring;
     bool open = false;
   };
-  /// One of the two faces that a split makes and a collapse takes away: of a child, the other child and
-  /// the cut vertex. In and out lead to the cut vertex and from it, where that face is not (any more).
+  /// One of the two faces that a split makes and a collapse takes away: of a child, the other child
+  /// and the cut vertex. In and out lead to the cut vertex and from it, where that face is not (any
+  /// more).
   struct Fundamental {
     std::uint32_t face = none;  // none: it is not there, at a border
     std::uint32_t cut = none;

@@ -25,8 +25,9 @@ using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 using Quadric = OpenMesh::Geometry::Quadricd;
 
-// Beside the planes of its faces a vertex remembers its own place, with this share of their weight. On
-// a level bed all planes agree, and it alone keeps collapses short and their trees round and even.
+// Beside the planes of its faces a vertex remembers its own place, with this share of their weight.
+// On a level bed all planes agree, and it alone keeps collapses short and their trees round and
+// even.
 constexpr double weight_of_place = 1e-2;
 
 VertexHandle vertex(std::uint32_t number) { return VertexHandle(static_cast<int>(number)); }
@@ -35,8 +36,8 @@ std::uint32_t number(FaceHandle f) {
   return f.is_valid() ? static_cast<std::uint32_t>(f.idx()) : ProgressiveMesh::none;
 }
 
-/// Throws unless each edge has one face, or two in opposite directions, and each vertex one fan of them.
-/// Half-edge 3f + k leads from face f's corner k to the next.
+/// Throws unless each edge has one face, or two in opposite directions, and each vertex one fan of
+/// them. Half-edge 3f + k leads from face f's corner k to the next.
 void check_manifold(const TriangleMesh& mesh) {
   const auto fail = [](std::size_t half_edge, std::string_view what) {
     throw MeshError(
@@ -182,8 +183,8 @@ class Collapser {
          .right_face = number(mesh_.face_handle(mesh_.opposite_halfedge_handle(half_edge)))});
     mesh_.collapse(half_edge);
     quadrics_[index(kept)] += quadrics_[index(removed)];
-    // Costs changed at the kept vertex alone. What was blocked can have been freed only where a ring
-    // changed: at the vertices round it.
+    // Costs changed at the kept vertex alone. What was blocked can have been freed only where a
+    // ring changed: at the vertices round it.
     for (const EdgeHandle edge : mesh_.ve_range(kept)) offer(edge);
     for (const VertexHandle v : mesh_.vv_range(kept))
       for (const EdgeHandle edge : mesh_.ve_range(v))

@@ -10,8 +10,8 @@ namespace ensonify::refine {
 /// reference builder: slow (some 20 us a face), for meshes of some million faces.
 ///
 /// `mesh` must be manifold and oriented, with or without borders, in any number of components
-/// (mesh_repair.h makes it so); throws MeshError naming the first place where it is not. Unreferenced
-/// vertices become leaves of their own. The result depends on nothing but the mesh.
+/// (mesh_repair.h makes it so); throws MeshError naming the first place where it is not.
+/// Unreferenced vertices become leaves of their own. The result depends on nothing but the mesh.
 ProgressiveMeshArrays build_by_edge_collapse(const TriangleMesh& mesh);
 
 }  // namespace ensonify::refine

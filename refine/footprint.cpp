@@ -5,7 +5,7 @@ namespace ensonify::refine {
 Footprint::Footprint(const ProgressiveMesh& mesh)
     : mesh_(&mesh), reached_((mesh.points.size() + 63) / 64, 0) {}
 
-ExactFaces Footprint::query(std::span<const ViewVolume> volumes) {
+ExactFaces Footprint::query(std::span<const FanVolume> volumes) {
   view_.look_at(volumes);
   for (const std::uint32_t leaf : leaves_) reached_[leaf / 64] = 0;
   leaves_.clear();

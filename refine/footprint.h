@@ -5,21 +5,22 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/progressive_mesh.h>
-#include <ensonify/refine/view_volume.h>
 
 namespace ensonify::refine {
 
-/// Original faces, all that a fan can touch among them. Corners are leaves of the progressive mesh, in
-/// the source mesh's corner order.
+/// Original faces, all that a fan can touch among them. Corners are leaves of the progressive mesh,
+/// in the source mesh's corner order.
 struct ExactFaces {
   std::span<const Eigen::Vector3f> points;      ///< by leaf
   std::span<const Face> faces;                  ///< leaves
   std::span<const std::uint32_t> source_faces;  ///< a face's number in the source mesh
 };
 
-/// The faces inside view volumes by a walk from the roots: down where a node's sphere meets a volume,
-/// collecting the faces whose three leaves were reached. One volume, or several pings' at once.
+/// The faces inside view volumes by a walk from the roots: down where a node's sphere meets a
+/// volume, collecting the faces whose three leaves were reached. One volume, or several pings' at
+/// once.
 class Footprint {
  public:
   /// The progressive mesh must outlive this.
@@ -29,7 +30,7 @@ class Footprint {
   /// Good until the next call; nothing is allocated in a steady state. Throws DamagedFile where the
   /// progressive mesh's file is damaged (another query may find what it wants elsewhere), and
   /// std::invalid_argument as ViewTest does.
-  ExactFaces query(std::span<const ViewVolume> volumes);
+  ExactFaces query(std::span<const FanVolume> volumes);
 
  private:
   /// A node, or where lo + 1 = hi a leaf.

@@ -295,7 +295,7 @@ std::vector<std::string> broken_invariants(const ActiveMesh& mesh) {
 }
 
 std::vector<std::string> broken_invariants(const ActiveMesh& mesh,
-                                           std::span<const ViewVolume> volumes) {
+                                           std::span<const FanVolume> volumes) {
   Findings found = Checker(mesh).run();
   if (!found.lines().empty()) return found.lines();
   const ViewTest view(volumes);

@@ -19,8 +19,8 @@ struct FileMesh {
   std::vector<Face> faces;
 };
 
-/// Each takes a whole file; `name` stands for it in messages. Coordinates come out finite and within
-/// largest_mesh_m, indices in range, and at least one face. Throws MeshError.
+/// Each takes a whole file; `name` stands for it in messages. Coordinates come out finite and
+/// within largest_mesh_m, indices in range, and at least one face. Throws MeshError.
 FileMesh parse_ply(std::string_view bytes, std::string_view name);
 FileMesh parse_obj(std::string_view bytes, std::string_view name);
 FileMesh parse_stl(std::string_view bytes, std::string_view name);

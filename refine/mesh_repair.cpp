@@ -16,8 +16,8 @@
 namespace ensonify::refine {
 namespace {
 
-// Of a vertex, a face, or a corner. Corner 3f + k is face f's k-th; the half-edge of the same number
-// leads from there to the face's next corner.
+// Of a vertex, a face, or a corner. Corner 3f + k is face f's k-th; the half-edge of the same
+// number leads from there to the face's next corner.
 using Index = std::uint32_t;
 constexpr Index none = std::numeric_limits<Index>::max();
 
@@ -25,7 +25,8 @@ Index next_corner(Index corner) { return corner % 3 == 2 ? corner - 2 : corner +
 
 std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
 
-/// Calls visit(items) for the items of each key, in ascending order; a key is a vertex and a number.
+/// Calls visit(items) for the items of each key, in ascending order; a key is a vertex and a
+/// number.
 template <class Vertex, class Number, class Visit>
 void for_each_group(std::size_t items, std::size_t vertices, Vertex vertex, Number number,
                     Visit visit) {
@@ -46,8 +47,8 @@ void for_each_group(std::size_t items, std::size_t vertices, Vertex vertex, Numb
 
 class Repairer {
  public:
-  Repairer(const TriangleMesh& mesh, double weld_m)
-      : mesh_(mesh), place_(weld(mesh.positions, weld_m)) {}
+  Repairer(const TriangleMesh& mesh, double weld_tolerance_m)
+      : mesh_(mesh), place_(weld(mesh.positions, weld_tolerance_m)) {}
 
   RepairedMesh repair() {
     drop_faces();
@@ -322,13 +323,14 @@ class Repairer {
 
 }  // namespace
 
-std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_m) {
+std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_tolerance_m) {
   std::vector<Index> place(positions.size());
   std::iota(place.begin(), place.end(), Index{0});
-  if (weld_m < 0.0) return place;
-  // A hash grid of those that kept theirs. Its cells are two reaches wide and a little more, against
-  // rounding: what is in reach lies in one of two cells an axis. The least cell parts all floats.
-  const double cell_m = std::max(2.001 * weld_m, 1e-60);
+  if (weld_tolerance_m < 0.0) return place;
+  // A hash grid of those that kept theirs. Its cells are two reaches wide and a little more,
+  // against rounding: what is in reach lies in one of two cells an axis. The least cell parts all
+  // floats.
+  const double cell_m = std::max(2.001 * weld_tolerance_m, 1e-60);
   const std::size_t mask = std::bit_ceil(2 * positions.size()) - 1;
   std::vector<Index> first(mask + 1, none), following(positions.size(), none);
   const auto slot = [&](const std::array<double, 3>& cell) {
@@ -360,7 +362,8 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
         }
       if (again) continue;
       for (Index u = first[slot(cell)]; u != none; u = following[u])
-        if (u < place[v] && (positions[u].cast<double>() - here).squaredNorm() <= weld_m * weld_m)
+        if (u < place[v] && (positions[u].cast<double>() - here).squaredNorm() <=
+                                weld_tolerance_m * weld_tolerance_m)
           place[v] = u;
     }
     if (place[v] == v) following[v] = std::exchange(first[slot(own)], v);
@@ -368,9 +371,10 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
   return place;
 }
 
-RepairedMesh repair(const TriangleMesh& mesh, double weld_m) {
-  if (!std::isfinite(weld_m))
-    throw std::invalid_argument(fmt::format("repair: weld_m is {}, not a length", weld_m));
+RepairedMesh repair(const TriangleMesh& mesh, double weld_tolerance_m) {
+  if (!std::isfinite(weld_tolerance_m))
+    throw std::invalid_argument(
+        fmt::format("repair: weld_m is {}, not a length", weld_tolerance_m));
   if (mesh.positions.size() >= none || mesh.faces.size() >= none / 3)
     throw std::invalid_argument(fmt::format("repair: {} vertices and {} faces are too many",
                                             mesh.positions.size(), mesh.faces.size()));
@@ -379,7 +383,7 @@ RepairedMesh repair(const TriangleMesh& mesh, double weld_m) {
       if (vertex >= mesh.positions.size())
         throw std::invalid_argument(fmt::format("repair: a face names vertex {}, but there are {}",
                                                 vertex, mesh.positions.size()));
-  return Repairer(mesh, weld_m).repair();
+  return Repairer(mesh, weld_tolerance_m).repair();
 }
 
 }  // namespace ensonify::refine

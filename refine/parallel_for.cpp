@@ -19,8 +19,8 @@
 namespace ensonify::refine {
 namespace {
 
-/// Calls body(worker) for every worker in [0, workers), at once as far as threads are to be had. The
-/// number belongs to the call and not to a thread, so no two running calls can share one.
+/// Calls body(worker) for every worker in [0, workers), at once as far as threads are to be had.
+/// The number belongs to the call and not to a thread, so no two running calls can share one.
 template <class Body>
 void on_threads(int workers, const Body& body) {
   if (workers == 1) return body(0);

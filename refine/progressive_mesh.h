@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/triangle_mesh.h>
-#include <ensonify/refine/view_volume.h>
 
 namespace ensonify::refine {
 
@@ -33,23 +33,25 @@ struct ProgressiveMeshArrays {
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
 };
 
-/// A mesh at many resolutions: the base mesh M0 and the forest of collapses that leads from it back to
-/// every original vertex and face. Immutable; shared by all threads; copies share the memory.
+/// A mesh at many resolutions: the base mesh M0 and the forest of collapses that leads from it back
+/// to every original vertex and face. Immutable; shared by all threads; copies share the memory.
 ///
 /// Leaves are the original vertices, ranked by depth-first order. Inner nodes are numbered in
 /// preorder. A node that covers the leaves [lo, hi) is their common stand-in while it is not split;
-/// its children cover [lo, mid) and [mid, hi): inner node i has the children i + 1 and i + (mid - lo),
-/// unless such a range holds one leaf, which then is the child itself. lo and hi are known while
-/// descending, so mid is all there is to store, and "is this node above leaf l" is lo <= l < hi.
+/// its children cover [lo, mid) and [mid, hi): inner node i has the children i + 1 and i + (mid -
+/// lo), unless such a range holds one leaf, which then is the child itself. lo and hi are known
+/// while descending, so mid is all there is to store, and "is this node above leaf l" is lo <= l <
+/// hi.
 ///
-/// Faces are original faces. Those at 2i and 2i + 1 are the two that collapse i takes away: the first
-/// meets the children in the order (left, right, cut), the second as (right, left, cut), seen along the
-/// face's own turn; at a border one slot is empty. The base mesh's faces follow. All name their
-/// corners by leaf in the source mesh's corner order, so that a tracer gets the source's bits.
+/// Faces are original faces. Those at 2i and 2i + 1 are the two that collapse i takes away: the
+/// first meets the children in the order (left, right, cut), the second as (right, left, cut), seen
+/// along the face's own turn; at a border one slot is empty. The base mesh's faces follow. All name
+/// their corners by leaf in the source mesh's corner order, so that a tracer gets the source's
+/// bits.
 ///
-/// The memory is a builder's arrays or a mapped file (progressive_mesh_file.h). Of a file, only what is
-/// touched is read: nodes, leaves and tags must be verified, by group, before they are. Roots and the
-/// base mesh's faces always are.
+/// The memory is a builder's arrays or a mapped file (progressive_mesh_file.h). Of a file, only
+/// what is touched is read: nodes, leaves and tags must be verified, by group, before they are.
+/// Roots and the base mesh's faces always are.
 class ProgressiveMesh {
  public:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
@@ -77,7 +79,8 @@ class ProgressiveMesh {
 
   std::uint32_t leaves() const { return static_cast<std::uint32_t>(points.size()); }
   std::span<const Face> base_faces() const { return faces.subspan(2 * mid.size()); }
-  /// The leaves of base vertex `root` are [roots[root], end_of(root)); its node is roots[root] - root.
+  /// The leaves of base vertex `root` are [roots[root], end_of(root)); its node is roots[root] -
+  /// root.
   std::uint32_t end_of(std::size_t root) const {
     return root + 1 < roots.size() ? roots[root + 1] : leaves();
   }
@@ -100,10 +103,11 @@ class ProgressiveMesh {
   /// Likewise of everything: reads the whole file.
   void verify_all() const;
 
-  /// Throws DamagedFile: what was found, and the number of where, in a hierarchy that no builder made.
+  /// Throws DamagedFile: what was found, and the number of where, in a hierarchy that no builder
+  /// made.
   [[noreturn]] void contradicts(std::string_view what, std::uint32_t number) const;
-  /// Where a node's range [lo, hi) is parted; throws DamagedFile unless both parts hold a leaf. The node
-  /// must have been verified.
+  /// Where a node's range [lo, hi) is parted; throws DamagedFile unless both parts hold a leaf. The
+  /// node must have been verified.
   std::uint32_t mid_of(std::uint32_t node, std::uint32_t lo, std::uint32_t hi) const {
     const std::uint32_t at = mid[node];
     if (at - lo - 1 >= hi - lo - 1) [[unlikely]]

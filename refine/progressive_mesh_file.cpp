@@ -161,8 +161,8 @@ std::uint64_t checksum_of(Page page) {
   return checksum_of(Bytes(page));
 }
 
-// What any hierarchy keeps to and what reads it relies on. Coordinates may be twice a mesh's largest,
-// about a local origin.
+// What any hierarchy keeps to and what reads it relies on. Coordinates may be twice a mesh's
+// largest, about a local origin.
 bool is_sound(float coordinate) { return std::abs(coordinate) <= 2.0 * largest_mesh_m; }
 bool is_sound(const Eigen::Vector3f& p) {
   return is_sound(p[0]) && is_sound(p[1]) && is_sound(p[2]);
@@ -296,8 +296,8 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     all.push_back(Bytes(zeros).first(padding(part)));
   }
   write_file(file, all);
-  // What was written stays in the cache in pieces of megabytes, and to touch a page of such a piece maps
-  // all of it: without this, a ping over 33 million faces holds five times the memory.
+  // What was written stays in the cache in pieces of megabytes, and to touch a page of such a piece
+  // maps all of it: without this, a ping over 33 million faces holds five times the memory.
   if (const int written = ::open(file.c_str(), O_RDONLY | O_CLOEXEC); written >= 0) {
     ::posix_fadvise(written, 0, 0, POSIX_FADV_DONTNEED);
     ::close(written);

@@ -2,7 +2,7 @@
 
 namespace ensonify::refine {
 
-void SpareThreads::Errand::send(SpareThreads& threads) {
+void SpareThreads::BackgroundTask::send(SpareThreads& threads) {
   if (is_out() || !threads.any()) return;
   const std::lock_guard lock(threads.mutex_);
   if (!threads.any()) return;
@@ -13,18 +13,18 @@ void SpareThreads::Errand::send(SpareThreads& threads) {
   threads.offered_or_over_.notify_one();
 }
 
-bool SpareThreads::Errand::finish() {
+bool SpareThreads::BackgroundTask::finish() {
   // What is at home or done may be so for long: its threads need not be there any more.
   if (state_ == State::offered || state_ == State::running) {
     std::unique_lock lock(threads_->mutex_);
     if (state_ == State::offered) {
       std::erase(threads_->offered_, this);
       ++threads_->idle_;
-      state_ = State::at_home;
+      state_ = State::idle;
     }
     threads_->done_.wait(lock, [&] { return state_ != State::running; });
   }
-  return state_.exchange(State::at_home) == State::done;
+  return state_.exchange(State::idle) == State::done;
 }
 
 void SpareThreads::begin_items() {
@@ -40,19 +40,19 @@ void SpareThreads::serve() {
   while (true) {
     offered_or_over_.wait(lock, [&] { return !offered_.empty() || at_items_ == 0; });
     if (at_items_ == 0) break;
-    Errand& errand = *offered_.back();
+    BackgroundTask& errand = *offered_.back();
     offered_.pop_back();
-    errand.state_ = Errand::State::running;
+    errand.state_ = BackgroundTask::State::running;
     lock.unlock();
     errand.work_();
     lock.lock();
-    errand.state_ = Errand::State::done;
+    errand.state_ = BackgroundTask::State::done;
     ++idle_;
     done_.notify_all();
   }
   --idle_;
   // Nobody is there any more who would ask for them.
-  for (Errand* errand : offered_) errand->state_ = Errand::State::at_home;
+  for (BackgroundTask* errand : offered_) errand->state_ = BackgroundTask::State::idle;
   idle_ += static_cast<int>(offered_.size());
   offered_.clear();
 }

@@ -76,7 +76,8 @@ void for_parts(std::size_t items, int threads, const Work& work) {
   });
 }
 
-/// Joins the half-edges whose lower end is one of [begin, end), first sorted by that, then by the other.
+/// Joins the half-edges whose lower end is one of [begin, end), first sorted by that, then by the
+/// other.
 void find_opposites(HalfEdges& mesh, Index begin, Index end) {
   std::vector<Index> bucket(end - begin + 2, 0), half_edges;
   const auto for_each = [&](auto visit) {
@@ -160,8 +161,8 @@ struct Tile {
   Index mark = 0;               ///< the highest that was given in it
 };
 
-/// The vertices that faces use, in 4^n tiles of equally many: halved again and again across the longest
-/// side. Tiles 4i to 4i + 3 are the quarters of what was tile i.
+/// The vertices that faces use, in 4^n tiles of equally many: halved again and again across the
+/// longest side. Tiles 4i to 4i + 3 are the quarters of what was tile i.
 std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int threads) {
   struct Place {
     Eigen::Vector3f position;
@@ -294,7 +295,8 @@ class TileCollapser {
     if (b != none) mesh_.opposite[b] = a;
   }
 
-  /// The end at the mesh's border keeps its place, else that nearer to the middle of what both cover.
+  /// The end at the mesh's border keeps its place, else that nearer to the middle of what both
+  /// cover.
   bool keeps_start(Index half_edge) const {
     const Index a = mesh_.from(half_edge), b = mesh_.to(half_edge);
     const auto at_border = [&](Index v) {

@@ -5,12 +5,13 @@
 
 namespace ensonify::refine {
 
-/// The analysis phase by tiles: the mesh is cut in space into tiles of some thousand vertices, edges are
-/// collapsed inside each, the smallest closed star first, and then four tiles become one, stage by
-/// stage, until one is left and nothing in it can be collapsed. Tiles of one stage share no vertex that
-/// may be touched, so that they are done at once, by `threads` threads, and the result depends on the
-/// mesh alone: the collapses' order is stage by stage and tile by tile. Takes some 1.5 us a vertex, and
-/// at the peak the bytes below beside the mesh, the result's 68 a vertex among them.
+/// The analysis phase by tiles: the mesh is cut in space into tiles of some thousand vertices,
+/// edges are collapsed inside each, the smallest closed star first, and then four tiles become one,
+/// stage by stage, until one is left and nothing in it can be collapsed. Tiles of one stage share
+/// no vertex that may be touched, so that they are done at once, by `threads` threads, and the
+/// result depends on the mesh alone: the collapses' order is stage by stage and tile by tile. Takes
+/// some 1.5 us a vertex, and at the peak the bytes below beside the mesh, the result's 68 a vertex
+/// among them.
 ///
 /// `in` must be finite, manifold and oriented, with or without borders, in any number of components
 /// (mesh_repair.h makes it so); throws MeshError naming a place where it is not, and
@@ -18,6 +19,6 @@ namespace ensonify::refine {
 /// collapse is as in edge_collapse.h: all topology is kept.
 ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads);
 
-inline constexpr double tile_collapse_bytes_a_face = 75.0;  ///< of half as many vertices
+inline constexpr double tile_collapse_bytes_per_face = 75.0;  ///< of half as many vertices
 
 }  // namespace ensonify::refine

@@ -76,8 +76,8 @@ struct Layout {
   std::vector<Range> ranges;
 };
 
-/// Numbers leaves depth-first and inner nodes in preorder; fills points, mid, order, roots, and the two
-/// slots of faces an inner node.
+/// Numbers leaves depth-first and inner nodes in preorder; fills points, mid, order, roots, and the
+/// two slots of faces an inner node.
 Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const Forest& forest,
               ProgressiveMeshArrays& out) {
   const std::size_t inner = forest.nodes.size();
@@ -147,9 +147,9 @@ void place_faces(const TriangleMesh& in, const Layout& layout, int threads,
   });
 }
 
-/// Spheres from the leaves up. Centres are those of the bounding boxes of closed stars; a radius is the
-/// distance of the farthest corner, found by going down only where children's spheres reach farther
-/// than what has been found.
+/// Spheres from the leaves up. Centres are those of the bounding boxes of closed stars; a radius is
+/// the distance of the farthest corner, found by going down only where children's spheres reach
+/// farther than what has been found.
 class SphereMaker {
  public:
   SphereMaker(const ProgressiveMeshArrays& mesh, const std::vector<Range>& ranges, int threads)
@@ -197,8 +197,8 @@ class SphereMaker {
   };
 
   static constexpr Index leaves_at_once = 4096;
-  // A sphere may be a hundredth larger than need be, where that spares the way down; and as much as its
-  // children's reach where that way is long, as in a tree that is no more than a chain.
+  // A sphere may be a hundredth larger than need be, where that spares the way down; and as much as
+  // its children's reach where that way is long, as in a tree that is no more than a chain.
   static constexpr double tolerance = 1.01;
   static constexpr int longest_way = 256;
 

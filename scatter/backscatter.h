@@ -55,12 +55,14 @@ struct BottomTerms {
 /// eqs 63-64. It goes by the whole slope s.
 double gentle_relief_weight(double slope);
 
-/// A sediment at one frequency: S_b = 10 log10(roughness + volume) + strength_offset_db, TR 9407 eq. 34.
+/// A sediment at one frequency: S_b = 10 log10(roughness + volume) + strength_offset_db, TR 9407
+/// eq. 34.
 class Bottom final : public Backscatter {
  public:
   /// The resolved slope fraction (resolved_slope_fraction()) is the part of the slope variance s^2
   /// that the mesh itself shows: slope average and shadowing go by the rest. Throws
-  /// std::invalid_argument as check() and wavenumber_per_cm() do, and unless the fraction is in [0, 1].
+  /// std::invalid_argument as check() and wavenumber_per_cm() do, and unless the fraction is in [0,
+  /// 1].
   Bottom(const Sediment& sediment, double frequency_hz, double sound_speed_mps,
          BottomModel model = BottomModel::tr9407, double resolved_slope_fraction = 0.0);
 
@@ -83,19 +85,20 @@ class Bottom final : public Backscatter {
 /// multiplied by, and stays finite at grazing.
 ///
 /// Linear interpolation over the squared tangent, in 64 equal cells between each two powers of two:
-/// as fine at grazing and near vertical as those need, without a branch. Within 0.02 dB of all named
-/// sediments from 0.05 degrees up, at 10 kHz to 1 MHz.
+/// as fine at grazing and near vertical as those need, without a branch. Within 0.02 dB of all
+/// named sediments from 0.05 degrees up, at 10 kHz to 1 MHz.
 class BackscatterTable {
  public:
   explicit BackscatterTable(const Backscatter& model);
 
   /// sin_grazing in [0, 1]; below 0.0035 degrees it is that of 0.0035 degrees.
-  double over_sine(double sin_grazing) const {
+  double sigma_over_sine(double sin_grazing) const {
     const double sine2 = sin_grazing * sin_grazing;
     const double x = std::max(lowest, std::min(highest, sine2 / std::abs(1.0 - sine2)));
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const float* const cell = &quotient_[(bits >> cell_bits) - (lowest_bits >> cell_bits)];
-    // What is left of the significand is the place in the cell, as the fraction of a number in [1, 2).
+    // What is left of the significand is the place in the cell, as the fraction of a number in [1,
+    // 2).
     const double place =
         std::bit_cast<double>((bits << (52 - cell_bits) & significand) | one) - 1.0;
     return cell[0] + place * (cell[1] - cell[0]);

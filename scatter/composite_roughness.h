@@ -13,8 +13,8 @@ double rms_slope(const Sediment& sediment, double k_per_cm);
 /// alpha)^(1/(2 alpha)), from integrating K^2 W2(K).
 double slope_cutoff_rad_per_m(const Sediment& sediment, double k_per_cm);
 
-/// The part of s^2 that a mesh already has which carries this relief down to its own spacing, hence up
-/// to the wavenumber pi/spacing; 0 to 1.
+/// The part of s^2 that a mesh already has which carries this relief down to its own spacing, hence
+/// up to the wavenumber pi/spacing; 0 to 1.
 double resolved_slope_fraction(const Sediment& sediment, double k_per_cm, double spacing_m);
 
 /// Share of a surface with Gaussian slopes that is not in its own shadow: TR 9407 eqs 43-45.
@@ -28,8 +28,8 @@ double slope_average(const std::function<double(double)>& cross_section, double 
 /// First-order perturbation of a flat interface; linear: TR 9407 eqs 50-52.
 double perturbation(const Sediment& sediment, double k_per_cm, double grazing_rad);
 
-/// Small roughness on large slopes; linear: TR 9407 eq. 41. The slope is s, or what the mesh leaves of
-/// it.
+/// Small roughness on large slopes; linear: TR 9407 eq. 41. The slope is s, or what the mesh leaves
+/// of it.
 double composite_roughness(const Sediment& sediment, double k_per_cm, double grazing_rad,
                            double slope);
 

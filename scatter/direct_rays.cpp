@@ -7,18 +7,18 @@
 namespace ensonify::scatter {
 namespace {
 
-constexpr std::size_t most_nodes = 513;
+constexpr std::size_t max_nodes = 513;
 constexpr double farthest_cotangent = 60.0;
 /// Nodes are even steps of w / (1 + w / this) of the cotangent w.
 constexpr double even_up_to = 20.0;
 constexpr double step =
-    farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (most_nodes - 1.0);
+    farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (max_nodes - 1.0);
 constexpr double node_of(double w) { return w / (1.0 + w / even_up_to) / step; }
 constexpr double cotangent_of(std::size_t node) {
   const double steps = step * static_cast<double>(node);
   return steps / (1.0 - steps / even_up_to);
 }
-constexpr double least_sine = 0.05;  // of a ray anywhere: flatter ones are not known
+constexpr double min_sine = 0.05;  // of a ray anywhere: flatter ones are not known
 
 /// asinh(x) / x for small x; the series' next term is below rounding up to 0.01.
 double asinh_over(double x) {
@@ -27,8 +27,9 @@ double asinh_over(double x) {
   return 1.0 - x2 / 6.0 * (1.0 - x2 * 9.0 / 20.0 * (1.0 - x2 * 25.0 / 42.0));
 }
 
-/// A ray's step down through water of one gradient, of Snell's constant xi (s/m): with the sines s of its
-/// angles below the horizontal and the speeds c at both ends, its range is xi dz (c + c') / (s + s').
+/// A ray's step down through water of one gradient, of Snell's constant xi (s/m): with the sines s
+/// of its angles below the horizontal and the speeds c at both ends, its range is xi dz (c + c') /
+/// (s + s').
 struct Step {
   double range_over_xi_m2_per_s;
   double slope_m2_per_s;  // of the range, over xi
@@ -77,8 +78,8 @@ void DirectRays::start_at(double source_depth_m) {
     pieces_.push_back({source_depth_m, source_mps_, 0.0,
                        profile_->mean_absorption_db_per_m(source_depth_m, source_depth_m), 0.0});
   nodes_ = 0;
-  table_.resize((pieces_.size() - first_) * most_nodes);
-  for (; nodes_ < most_nodes; ++nodes_) {
+  table_.resize((pieces_.size() - first_) * max_nodes);
+  for (; nodes_ < max_nodes; ++nodes_) {
     const double w = cotangent_of(nodes_), hypotenuse = std::sqrt(1.0 + w * w);
     const double xi = w / (hypotenuse * source_mps_);
     const double xi_slope = 1.0 / (hypotenuse * hypotenuse * hypotenuse * source_mps_);
@@ -87,7 +88,7 @@ void DirectRays::start_at(double source_depth_m) {
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
       const Piece& piece = pieces_[k];
       if (k >= first_)
-        table_[(k - first_) * most_nodes + nodes_] = {
+        table_[(k - first_) * max_nodes + nodes_] = {
             range_m,
             slope_m2_per_s * xi_slope,
             time_s,
@@ -97,7 +98,7 @@ void DirectRays::start_at(double source_depth_m) {
       const double end_m = k + 1 < pieces_.size() ? pieces_[k + 1].top_m : deepest_m_;
       const double end_mps = piece.top_mps + piece.gradient_per_s * (end_m - piece.top_m);
       const double sine2 = 1.0 - square(xi * end_mps);
-      if (!(sine2 >= square(least_sine))) return;
+      if (!(sine2 >= square(min_sine))) return;
       const double end_sine = std::sqrt(sine2);
       const Step step(xi, end_m - piece.top_m, piece.top_mps, end_mps, sine, end_sine,
                       piece.gradient_per_s);
@@ -124,7 +125,7 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
   const double dz = depth_m - piece.top_m;
   const double mps = piece.top_mps + piece.gradient_per_s * dz;
   const std::size_t i = std::min(static_cast<std::size_t>(node_of(w)), nodes_ - 2);
-  const Node& a = table_[(k - first_) * most_nodes + i];
+  const Node& a = table_[(k - first_) * max_nodes + i];
   const Node& b = *(&a + 1);
   // Hermite's cubic through both.
   const double from = cotangent_of(i), per_step = 1.0 / (cotangent_of(i + 1) - from);
@@ -151,12 +152,12 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
               step.path_m * (piece.top_db_per_m + piece.db_per_m2 * step.middle_m)};
 }
 
-bool DirectRays::find(double range_m, double depth_m, Way& way) const {
+bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
   constexpr double close_m = 1e-5;  // the square of it, over any range, is nothing
-  constexpr int most_rounds = 20;
+  constexpr int max_rounds = 20;
   const std::size_t piece = piece_of(depth_m);
   double w = std::clamp(way.cotangent, 0.0, flattest());
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     const Place here = at(w, piece, depth_m);
     const double off_m = here.range_m - range_m;
     if (std::abs(off_m) < close_m) {
@@ -175,7 +176,7 @@ bool DirectRays::find(double range_m, double depth_m, Way& way) const {
   return false;
 }
 
-double DirectRays::follow(double cotangent, double depth_m, Way& way) const {
+double DirectRays::follow(double cotangent, double depth_m, Eigenray& way) const {
   const Place there = at(std::clamp(cotangent, 0.0, flattest()), piece_of(depth_m), depth_m);
   way = {cotangent,           there.time_s, there.path_m,
          there.range_slope_m, there.mps,    there.absorption_db};

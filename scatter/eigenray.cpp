@@ -11,7 +11,7 @@ namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double step_rad = 0.1 * std::numbers::pi / 180.0;
-constexpr int most_arcs = 1000000;  // of a ray: one that has more oscillates about a duct's axis
+constexpr int max_arcs = 1000000;  // of a ray: one that has more oscillates about a duct's axis
 
 struct Launch {
   double along, down;
@@ -38,7 +38,7 @@ class Shooter {
 
   Shot shoot(const Launch& launch) const {
     SoundRay ray = start(launch);
-    for (int arcs = 0; arcs < most_arcs; ++arcs) {
+    for (int arcs = 0; arcs < max_arcs; ++arcs) {
       const double path_m = ray.path_to_range_m(ends_.range_m);
       const double edge_m = ray.path_to_edge_m();
       const double down = ray.point().down;
@@ -53,7 +53,8 @@ class Shooter {
     return {launch, std::nan(""), inf};
   }
 
-  /// The ray between two that pass the target on either side; infinitely late if only a jump is there.
+  /// The ray between two that pass the target on either side; infinitely late if only a jump is
+  /// there.
   Shot between(Shot a, Shot b) const {
     for (int i = 0; i < 2000; ++i) {
       const Shot between = shoot(middle(a.launch, b.launch));

@@ -16,11 +16,12 @@ struct EigenrayEnds {
   double bottom_m = std::numeric_limits<double>::infinity();
 };
 
-/// The ray of sound between two points, at its source: the first to arrive of those that touch neither
-/// surface nor bottom on the way; none where the point lies in a shadow zone. Found by shooting at
-/// every tenth of a degree and at the angles at which rays graze a layer's edge, and bisecting between
-/// those that pass above and below. The profile must outlive the ray. Throws std::invalid_argument for
-/// ends that are not between surface and bottom, and a range that is not above 0.
+/// The ray of sound between two points, at its source: the first to arrive of those that touch
+/// neither surface nor bottom on the way; none where the point lies in a shadow zone. Found by
+/// shooting at every tenth of a degree and at the angles at which rays graze a layer's edge, and
+/// bisecting between those that pass above and below. The profile must outlive the ray. Throws
+/// std::invalid_argument for ends that are not between surface and bottom, and a range that is not
+/// above 0.
 std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const EigenrayEnds& ends);
 
 }  // namespace ensonify::scatter

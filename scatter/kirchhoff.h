@@ -12,8 +12,8 @@ struct KirchhoffShape {
 };
 KirchhoffShape kirchhoff_shape(const Sediment& sediment, double k_per_cm);
 
-/// The Kirchhoff approximation of interface roughness, from 40 degrees up and 0 below; linear: TR 9407
-/// eqs 35-40.
+/// The Kirchhoff approximation of interface roughness, from 40 degrees up and 0 below; linear: TR
+/// 9407 eqs 35-40.
 ///
 /// B has the exponent 1/2 + 1/(2 alpha). With it the form is the Kirchhoff integral itself at
 /// vertical, |R|^2 (k^2/2 pi) Gamma(1/alpha)/(2 alpha) (2 k^2 Ch2)^(-1/alpha), and reproduces the

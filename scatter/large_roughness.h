@@ -8,8 +8,8 @@ namespace ensonify::scatter {
 /// TR 9407 eq. 54.
 double critical_angle_deg(const Sediment& sediment);
 
-/// The empirical form for relief that is steep everywhere, fitted to gravel and rock; linear: TR 9407
-/// eqs 53-56. The slope is the whole s.
+/// The empirical form for relief that is steep everywhere, fitted to gravel and rock; linear: TR
+/// 9407 eqs 53-56. The slope is the whole s.
 double large_roughness(const Sediment& sediment, double grazing_rad, double slope);
 
 }  // namespace ensonify::scatter

@@ -9,7 +9,7 @@
 namespace ensonify::scatter {
 namespace {
 
-constexpr std::size_t most_parts = 12;
+constexpr std::size_t max_parts = 12;
 constexpr std::size_t longest_word = 100;
 constexpr std::size_t shortest_part = 3;  // "m" is a part of too many
 
@@ -70,7 +70,7 @@ std::vector<std::string_view> nearest_names(std::string_view word,
   const bool misspelt = !near.empty() && near.front().first <= 1;
   std::vector<std::string_view>& parts = containing.empty() ? beginning : containing;
   if (!parts.empty() && !misspelt) {
-    parts.resize(std::min(parts.size(), most_parts));
+    parts.resize(std::min(parts.size(), max_parts));
     return parts;
   }
   std::vector<std::string_view> nearest;

@@ -41,8 +41,8 @@ double sound_speed_mps(const SeaWater& water, double depth_m);
 /// mackenzie_fit where it is of none.
 double temperature_of_sound_speed_c(double sound_speed_mps, double salinity_psu, double depth_m);
 
-/// Sound speed after Chen and Millero, JASA 62, 1129 (1977), as in UNESCO technical papers in marine
-/// science 44 (1983), eqs. 33 to 37. The pressure is above the atmosphere's, 0..12500 dbar.
+/// Sound speed after Chen and Millero, JASA 62, 1129 (1977), as in UNESCO technical papers in
+/// marine science 44 (1983), eqs. 33 to 37. The pressure is above the atmosphere's, 0..12500 dbar.
 double chen_millero_sound_speed_mps(const SeaWater& water, double pressure_dbar);
 
 /// Sound speed after Leroy, Robinson and Goldsmith, JASA 124, 2774 (2008), eq. 2, north or south.
@@ -52,7 +52,8 @@ double leroy_sound_speed_mps(const SeaWater& water, double depth_m, double latit
 /// magnesium sulphate and pure water. Throws for a frequency that is not above zero, too.
 double absorption_db_per_m(const SeaWater& water, double depth_m, double frequency_hz);
 
-/// The same after Ainslie and McColm, JASA 103, 1671 (1998), eqs. 1 to 3: simpler, within 10 % of it.
+/// The same after Ainslie and McColm, JASA 103, 1671 (1998), eqs. 1 to 3: simpler, within 10 % of
+/// it.
 double ainslie_mccolm_absorption_db_per_m(const SeaWater& water, double depth_m,
                                           double frequency_hz);
 

@@ -7,7 +7,8 @@
 
 namespace ensonify::scatter {
 
-/// A seabed as APL-UW TR 9407 (1994), section IV.A, sees it: six numbers, relative to the water above.
+/// A seabed as APL-UW TR 9407 (1994), section IV.A, sees it: six numbers, relative to the water
+/// above.
 ///
 /// The handbook counts wavenumbers in rad/cm: so do all functions of this folder that take one
 /// (`k_per_cm`). Its relief has the isotropic spectrum W2(K) = strength K^-exponent cm^4 (eq. 7),
@@ -47,11 +48,12 @@ Sediment sediment_named(std::string_view name);
 Sediment sediment_of_grain_size(double mean_grain_size_phi);
 
 /// Whether it is at least as fast as a bed of 2 mm grains (-1 phi), Wentworth's border between sand
-/// and gravel. It is asked of the sound speed because each seabed has one, named or not, and it alone
-/// tells rock and stones from what the regressions over grain size describe.
+/// and gravel. It is asked of the sound speed because each seabed has one, named or not, and it
+/// alone tells rock and stones from what the regressions over grain size describe.
 bool gravel_or_rock(const Sediment& sediment);
 
-/// Wavenumber in the water, rad/cm. Throws std::invalid_argument unless both are positive and finite.
+/// Wavenumber in the water, rad/cm. Throws std::invalid_argument unless both are positive and
+/// finite.
 double wavenumber_per_cm(double frequency_hz, double sound_speed_mps);
 
 /// The wavenumber at which the relief of TR 9407 is evaluated: the water's, but that of 100 kHz for
@@ -60,8 +62,8 @@ double wavenumber_per_cm(double frequency_hz, double sound_speed_mps);
 double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
                                 double sound_speed_mps);
 
-/// What should be said once a run about TR 9407 at this frequency (valid: 10 to 100 kHz) and with this
-/// exponent; nothing inside its range.
+/// What should be said once a run about TR 9407 at this frequency (valid: 10 to 100 kHz) and with
+/// this exponent; nothing inside its range.
 std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz);
 
 /// W2(K), TR 9407 eq. 7, cm^4.

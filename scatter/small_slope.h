@@ -7,9 +7,9 @@
 
 namespace ensonify::scatter {
 
-/// I(p) = integral over u from 0 to infinity of J0(u) exp(-p u^(2 alpha)) u: what a power-law relief
-/// makes of the Kirchhoff integral. Integrated along a ray u = x e^(i psi) of the complex plane, where
-/// J0, as the real part of the Hankel function H0, decays instead of oscillating.
+/// I(p) = integral over u from 0 to infinity of J0(u) exp(-p u^(2 alpha)) u: what a power-law
+/// relief makes of the Kirchhoff integral. Integrated along a ray u = x e^(i psi) of the complex
+/// plane, where J0, as the real part of the Hankel function H0, decays instead of oscillating.
 class ReliefIntegral {
  public:
   /// alpha in (0, 1].
@@ -27,9 +27,9 @@ class ReliefIntegral {
   std::vector<Node> nodes_;
 };
 
-/// Interface roughness of a fluid sediment by the small-slope approximation: Jackson and Richardson,
-/// High-Frequency Seafloor Acoustics (2007), ch. 13. It becomes perturbation theory far from vertical
-/// and the Kirchhoff integral near it.
+/// Interface roughness of a fluid sediment by the small-slope approximation: Jackson and
+/// Richardson, High-Frequency Seafloor Acoustics (2007), ch. 13. It becomes perturbation theory far
+/// from vertical and the Kirchhoff integral near it.
 class SmallSlope {
  public:
   /// Throws std::invalid_argument as check() and wavenumber_per_cm() do.

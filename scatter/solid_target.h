@@ -27,18 +27,19 @@ std::vector<NamedSolid> named_solids();
 /// One of them. Throws std::invalid_argument with all names for another.
 Solid solid_named(std::string_view name);
 
-/// mu sin^2(grazing) + specular sec^4(g) exp(-tan^2(g) / s^2) / (4 pi s^2), where g is the angle from
-/// the normal and s the tangent of the lobe's width; no frequency.
+/// mu sin^2(grazing) + specular sec^4(g) exp(-tan^2(g) / s^2) / (4 pi s^2), where g is the angle
+/// from the normal and s the tangent of the lobe's width; no frequency.
 ///
 /// The lobe is the high-frequency Kirchhoff integral of a surface with Gaussian slopes of total
-/// variance s^2 (Hagfors, J. Geophys. Res. 69, 3779 (1964)). Its integral over all directions is the
-/// part `specular` of what arrives at normal incidence, and over a sphere of radius a it is a^2/4 of
-/// it, whatever s is while small. A flat facet of side L has the lobe of its diffraction with
-/// s = lambda / (2 sqrt(pi) L), which makes a plate's (A/lambda)^2 and a cylinder's a L^2 / (2 lambda).
+/// variance s^2 (Hagfors, J. Geophys. Res. 69, 3779 (1964)). Its integral over all directions is
+/// the part `specular` of what arrives at normal incidence, and over a sphere of radius a it is
+/// a^2/4 of it, whatever s is while small. A flat facet of side L has the lobe of its diffraction
+/// with s = lambda / (2 sqrt(pi) L), which makes a plate's (A/lambda)^2 and a cylinder's a L^2 / (2
+/// lambda).
 class SolidTarget final : public Backscatter {
  public:
-  /// Throws std::invalid_argument, naming the range, for a value outside it and where pi mu + specular
-  /// exceeds 1: more energy than arrives.
+  /// Throws std::invalid_argument, naming the range, for a value outside it and where pi mu +
+  /// specular exceeds 1: more energy than arrives.
   explicit SolidTarget(const Solid& solid);
   double cross_section(double grazing_rad) const override;
 

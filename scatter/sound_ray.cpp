@@ -10,7 +10,7 @@ namespace ensonify::scatter {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double least_spreading = 0.01;  // of the path squared
+constexpr double min_spreading = 0.01;  // of the path squared
 
 // asin(x) / x and asinh(x) / x; below series_end the series' next term is below rounding.
 constexpr double series_end = 0.01;
@@ -53,8 +53,8 @@ void SoundRay::enter(std::size_t layer) {
   exit_ = find_exit();
 }
 
-// A level ray at an edge bends into the layer that is slower away from the edge. Where none is, at a
-// duct's axis or along a wall, it runs on straight.
+// A level ray at an edge bends into the layer that is slower away from the edge. Where none is, at
+// a duct's axis or along a wall, it runs on straight.
 void SoundRay::settle_level() {
   const auto& layers = profile_->layers();
   const double z = point_.depth_m;
@@ -137,11 +137,13 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   const double from_mps = point_.sound_speed_mps, to_mps = from_mps + gradient_per_s_ * dz;
   const double middle_mps = std::sqrt(from_mps * to_mps);
   const double x = 0.5 * std::abs(gradient_per_s_ * chord_m) / middle_mps;
-  // The integral of c: range / snell, or where that is 0 / 0, on steep rays, which never turn, this.
+  // The integral of c: range / snell, or where that is 0 / 0, on steep rays, which never turn,
+  // this.
   const double swept = point_.along > 0.5 ? range_m / snell_s_per_m_
                        : dz == 0.0        ? 0.0
                                           : dz * (from_mps + to_mps) / (point_.down + down);
-  // Of an arc's depths the mean is the ends' and what it bows between, here to the fourth order of its angle.
+  // Of an arc's depths the mean is the ends' and what it bows between, here to the fourth order of
+  // its angle.
   const double half = 0.5 * curvature_per_m() * path_m;
   const double bow_m = half * path_m / 12.0 * (point_.along + along) * (1.0 + 0.4 * half * half);
   const double mean_m = point_.depth_m + 0.5 * dz + bow_m;
@@ -157,9 +159,9 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   spread_m_ += spread_rate_s_per_m_ * swept;
 }
 
-// Two neighbouring rays cross an edge at different ranges, and between those one is bent by the gradient
-// before the edge, the other by the one behind it: p gains q snell^2 (g_before - g_behind) / sin. At a
-// reflection the water behind is the mirror's, of gradient -g.
+// Two neighbouring rays cross an edge at different ranges, and between those one is bent by the
+// gradient before the edge, the other by the one behind it: p gains q snell^2 (g_before - g_behind)
+// / sin. At a reflection the water behind is the mirror's, of gradient -g.
 void SoundRay::cross() {
   const double before_per_s = gradient_per_s_, sine = point_.down;
   if (sine == 0.0) {
@@ -185,7 +187,7 @@ void SoundRay::cross() {
 
 double SoundRay::spreading_m2() const {
   return std::max(std::abs(spread_m_) * sideways_m(),
-                  least_spreading * point_.path_m * point_.path_m);
+                  min_spreading * point_.path_m * point_.path_m);
 }
 
 double SoundRay::spreading_back_m2() const {

@@ -20,9 +20,10 @@ struct SoundRayPoint {
 };
 
 /// A ray of sound on its way through a profile. In a layer of constant gradient g it is an arc of a
-/// circle of curvature g cos(angle) / c, where by Snell's law cos(angle) / c is the same all along the
-/// ray; range, time and path of an arc are closed forms (Cervený, Seismic Ray Theory, 2001, 3.7.2),
-/// here written so that they hold for any gradient, none included. Moved on by advance().
+/// circle of curvature g cos(angle) / c, where by Snell's law cos(angle) / c is the same all along
+/// the ray; range, time and path of an arc are closed forms (Cervený, Seismic Ray Theory,
+/// 2001, 3.7.2), here written so that they hold for any gradient, none included. Moved on by
+/// advance().
 class SoundRay {
  public:
   /// From a depth, towards `down` (the sine of the angle below the horizontal) and `along` (its
@@ -37,24 +38,26 @@ class SoundRay {
 
   /// Of the arc that it is on; positive where it turns upwards.
   double curvature_per_m() const { return snell_s_per_m_ * gradient_per_s_; }
-  /// What remains of that arc, to the layer's edge, the surface or the bottom; infinite if all does.
+  /// What remains of that arc, to the layer's edge, the surface or the bottom; infinite if all
+  /// does.
   double path_to_edge_m() const { return exit_.path_m; }
   /// Path to a range ahead; infinite if the arc ends before.
   double path_to_range_m(double range_m) const;
 
-  /// Along the arc, no farther than its end; there it enters the next layer, or is reflected. Less than
-  /// 0 goes back along the same arc, to look at what is no more than a little behind.
+  /// Along the arc, no farther than its end; there it enters the next layer, or is reflected. Less
+  /// than 0 goes back along the same arc, to look at what is no more than a little behind.
   void advance(double path_m);
 
   int reflections() const { return reflections_; }
 
   /// What a solid angle of 1 sr at the source has spread to, across the ray: J = r q / cos(launch
-  /// angle), where q is the distance between neighbouring rays of one azimuth for each radian between
-  /// their launch angles; the path squared in water of one speed. At a caustic q is 0 and ray theory
-  /// ends: J is held to a hundredth of the path squared, 20 dB, about what diffraction leaves there.
+  /// angle), where q is the distance between neighbouring rays of one azimuth for each radian
+  /// between their launch angles; the path squared in water of one speed. At a caustic q is 0 and
+  /// ray theory ends: J is held to a hundredth of the path squared, 20 dB, about what diffraction
+  /// leaves there.
   double spreading_m2() const;
-  /// The same of the way back: what 1 sr here has spread to at the source. J / c^2 of where it comes from is the
-  /// same both ways (reciprocity), so it is J (c_source / c)^2.
+  /// The same of the way back: what 1 sr here has spread to at the source. J / c^2 of where it
+  /// comes from is the same both ways (reciprocity), so it is J (c_source / c)^2.
   double spreading_back_m2() const;
   /// q, not held back.
   double spread_m() const { return spread_m_; }

@@ -18,8 +18,8 @@ struct SoundSpeedSample {
 /// 1000..2000 m/s.
 void check_sound_speed_sample(const SoundSpeedSample& sample);
 
-/// Water in which the speed is linear in depth: c = speed at the top + gradient (depth - top); and so is
-/// absorption.
+/// Water in which the speed is linear in depth: c = speed at the top + gradient (depth - top); and
+/// so is absorption.
 struct SoundSpeedLayer {
   double top_m, bottom_m;  ///< -inf and inf at the profile's ends
   double top_mps, bottom_mps;
@@ -32,15 +32,16 @@ struct SoundSpeedLayer {
   }
 };
 
-/// Sound speed over depth, linear between samples, without jumps. Above the first and below the last
-/// sample it stays what it was there. A bed below the cast is common, and a cast's last gradient
-/// says nothing of what is beneath; unmixed, the same water would gain 1.6 m/s per 100 m from its
-/// pressure alone, less than is unknown. remarks() tells the user. Absorption goes with it: linear
-/// between samples, and what it was at the first and the last beyond.
+/// Sound speed over depth, linear between samples, without jumps. Above the first and below the
+/// last sample it stays what it was there. A bed below the cast is common, and a cast's last
+/// gradient says nothing of what is beneath; unmixed, the same water would gain 1.6 m/s per 100 m
+/// from its pressure alone, less than is unknown. remarks() tells the user. Absorption goes with
+/// it: linear between samples, and what it was at the first and the last beyond.
 class SoundSpeedProfile {
  public:
   /// From samples in any order, at least one. Those within a millimetre below another are one with
-  /// it: the mean speed at the upper depth. Throws std::invalid_argument as check_sound_speed_sample.
+  /// it: the mean speed at the upper depth. Throws std::invalid_argument as
+  /// check_sound_speed_sample.
   explicit SoundSpeedProfile(std::vector<SoundSpeedSample> samples);
 
   double speed_mps(double depth_m) const;
@@ -48,8 +49,8 @@ class SoundSpeedProfile {
   /// The same speeds with an absorption (dB/m) for each sample, of its depth and speed.
   SoundSpeedProfile with_absorption(
       const std::function<double(double depth_m, double sound_speed_mps)>& db_per_m) const;
-  /// Its mean over depth, which is that along a straight line between two depths, in either order; the
-  /// absorption there where they are equal.
+  /// Its mean over depth, which is that along a straight line between two depths, in either order;
+  /// the absorption there where they are equal.
   double mean_absorption_db_per_m(double from_m, double to_m) const;
 
   /// The harmonic mean between two depths, in either order, which is distance over travel time
@@ -65,8 +66,9 @@ class SoundSpeedProfile {
   double shallowest_m() const { return layers_.front().bottom_m; }
   double deepest_m() const { return layers_.back().top_m; }
 
-  /// What a user should be told who needs it from one depth down to another, a sentence each: that it
-  /// starts below or ends above them, that it is a single sample, that the samples had to be sorted.
+  /// What a user should be told who needs it from one depth down to another, a sentence each: that
+  /// it starts below or ends above them, that it is a single sample, that the samples had to be
+  /// sorted.
   std::vector<std::string> remarks(double upper_m, double lower_m) const;
 
  private:

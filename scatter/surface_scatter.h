@@ -10,8 +10,8 @@ struct SeaSurface {
   double frequency_hz = 100e3;  ///< above 0
 };
 
-// Below, the grazing angle lies in [0, pi/2]; cross-sections are linear, per unit area and unit solid
-// angle, and go to zero with the angle. All throw std::invalid_argument for anything else.
+// Below, the grazing angle lies in [0, pi/2]; cross-sections are linear, per unit area and unit
+// solid angle, and go to zero with the angle. All throw std::invalid_argument for anything else.
 
 /// Backscatter of the bubble layer beneath the surface, eqs. 2 to 6.
 double bubble_cross_section(const SeaSurface& surface, double grazing_rad);
@@ -26,8 +26,8 @@ double facet_cross_section(const SeaSurface& surface, double grazing_rad);
 /// Bragg backscatter of the small-scale waves, eqs. 9 and 10; zero above 85 degrees.
 double ripple_cross_section(const SeaSurface& surface, double grazing_rad);
 
-/// All of it: facets and ripples, joined where the facets' lobe has fallen by 15 dB and dimmed by the
-/// bubbles, and the bubbles themselves, eqs. 1, 13 to 16.
+/// All of it: facets and ripples, joined where the facets' lobe has fallen by 15 dB and dimmed by
+/// the bubbles, and the bubbles themselves, eqs. 1, 13 to 16.
 double surface_cross_section(const SeaSurface& surface, double grazing_rad);
 
 }  // namespace ensonify::scatter

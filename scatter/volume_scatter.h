@@ -14,8 +14,8 @@ struct InsonifiedWater {
 /// for a range, solid angle, duration or sound speed that is not above zero.
 double insonified_volume_m3(const InsonifiedWater& water, double range_m);
 
-/// The level of the water's own echo, SL - 2 TL - 2 alpha r + S_v + 10 lg V with TL = 20 lg r, in dB
-/// re 1 uPa^2: Urick, Principles of Underwater Sound (1983), chapter 8. Throws as above.
+/// The level of the water's own echo, SL - 2 TL - 2 alpha r + S_v + 10 lg V with TL = 20 lg r, in
+/// dB re 1 uPa^2: Urick, Principles of Underwater Sound (1983), chapter 8. Throws as above.
 double volume_reverberation_db(const InsonifiedWater& water, double source_level_db,
                                double absorption_db_per_m, double range_m);
 

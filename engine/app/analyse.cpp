@@ -11,8 +11,9 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
-#include <ensonify/engine/trace/surface.h>
+#include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/parallel_for.h>
+#include <ensonify/refine/tile_collapse.h>
 
 #include "app.h"
 #include "progress.h"
@@ -64,8 +65,7 @@ void analyse_scene(const Arguments& arguments) {
 
   tell("seafloor");
   Clock::time_point start = Clock::now();
-  Seafloor seafloor =
-      seafloor_of(scene, {arguments.memory, surface_bytes_a_face(surface_kind("refined"), "")});
+  Seafloor seafloor = seafloor_of(scene, {arguments.memory, refine::tile_collapse_bytes_per_face});
   const double seafloor_s = seconds_since(start);
   tell("analysis");
   start = Clock::now();

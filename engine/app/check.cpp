@@ -37,9 +37,9 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// Pings of the track in blocks, as a run has them: long enough for a tree that is to do for some pings to
-/// be built, used and built again. At least so many rays, the blocks spread over the track. Where that has not
-/// enough pings it is flown again, the sonar turned a little.
+/// Pings of the track in blocks, as a run has them: long enough for a tree that is to do for some
+/// pings to be built, used and built again. At least so many rays, the blocks spread over the
+/// track. Where that has not enough pings it is flown again, the sonar turned a little.
 std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays) {
   const std::vector<Pose> track = simulator.track();
   const auto fans_at = [&](const Pose& pose) {
@@ -58,7 +58,7 @@ std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, st
     const std::size_t of = std::min(count - first, a_pass);
     const std::size_t begin = (b - first) * (track.size() - length) / std::max<std::size_t>(of, 1);
     std::array<double, 3> turn{};
-    if (pass > 0) Stream(scene.seed, Purpose::agreement, {2, pass, 0}).normal(turn);
+    if (pass > 0) RandomStream(scene.seed, Purpose::agreement, {2, pass, 0}).normal(turn);
     for (std::size_t ping = begin; ping < begin + length; ++ping) {
       Pose pose = track[ping];
       pose.roll_rad += 0.05 * turn[0];
@@ -93,22 +93,23 @@ std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::Tri
                                   const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
                                   const Scene& scene, std::uint64_t every) {
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
-  const SurfaceParts parts{.all = mesh,
-                           .whole = kind.name == reference_name
-                                        ? reference
-                                        : make_intersector(kind.name, mesh, scene.run.intersection),
-                           .progressive = progressive,
-                           .intersector = std::string(kind.name),
-                           .options = scene.run.intersection,
-                           .tree_pings = scene.run.tree_pings};
+  const FaceSourceParts parts{
+      .all = mesh,
+      .whole = kind.name == reference_name
+                   ? reference
+                   : make_intersector(kind.name, mesh, scene.run.intersection),
+      .progressive = progressive,
+      .intersector = std::string(kind.name),
+      .options = scene.run.intersection,
+      .tree_pings = scene.run.tree_pings};
   std::vector<Candidate> all;
-  for (const SurfaceKind& surface : surface_kinds())
+  for (const FaceSourceKind& surface : face_source_kinds())
     all.push_back(
         {.surface = std::string(surface.name),
          .intersector = std::string(kind.name),
          .make = [make = surface.make, parts,
-                  faces] { return std::make_unique<MovingSurface>(make(parts), faces, parts); },
-         .precision = precision_of(kind.name),
+                  faces] { return std::make_unique<FacesWithBodies>(make(parts), faces, parts); },
+         .precision = kind.precision,
          .has_every_face = !surface.needs_progressive_mesh,
          .every = every});
   return all;
@@ -118,10 +119,11 @@ std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::Tri
 std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& of_analysis) {
   const auto candidate = [](std::string surface, std::string name, const Simulator& simulator) {
     return HeightCandidate{std::move(surface), std::move(name), [&simulator] {
-                             return [one = std::make_shared<Simulator>(simulator.another())](
-                                        double x_m, double y_m) {
-                               return -one->altitude_m({x_m, y_m, 0.0});
-                             };
+                             return
+                                 [one = std::make_shared<Simulator>(simulator.clone_for_thread())](
+                                     double x_m, double y_m) {
+                                   return -one->altitude_m({x_m, y_m, 0.0});
+                                 };
                            }};
   };
   return {candidate("static", "bed_grid", of_mesh),
@@ -167,7 +169,7 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
 }
 
 /// "static embree scene: tie 1.2e-02 (limit 1e-02)", one a line.
-std::string tell_limits(const std::vector<AgreementRow>& rows) {
+std::string report_limits(const std::vector<AgreementRow>& rows) {
   std::string lines;
   for (const AgreementRow& row : rows)
     for (const Limit& limit : limits(row.source, row.precision))
@@ -295,7 +297,7 @@ void check(const Arguments& arguments) {
         "stopped on request after {} of {} rays of {}; the table is of what was compared "
         "till then",
         reached.rays, reached.of, reached_what));
-  const std::string over = tell_limits(rows);
+  const std::string over = report_limits(rows);
   fmt::print(stderr, "{}", over);
   if (reached.unexplained > 0)
     throw std::runtime_error(fmt::format(

@@ -92,7 +92,8 @@ class BrokenLines final : public CLI::Formatter {
   }
 };
 
-/// Why the command line is refused; CLI11 would list unexpected arguments from the last to the first.
+/// Why the command line is refused; CLI11 would list unexpected arguments from the last to the
+/// first.
 std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
   const std::vector<CLI::App*> parsed = program.get_subcommands();
   const std::string help = fmt::format("(see ensonify {}--help)",

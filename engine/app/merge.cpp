@@ -12,7 +12,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-constexpr std::size_t most_lines = 10;
+constexpr std::size_t max_lines = 10;
 
 struct Arguments {
   std::filesystem::path folder;
@@ -40,7 +40,7 @@ void merge_dataset(const Arguments& arguments) {
       return SignalWatch::caught() == 0;
     });
   }
-  for (std::size_t i = 0; i < std::min(most_lines, report.damaged.size()); ++i)
+  for (std::size_t i = 0; i < std::min(max_lines, report.damaged.size()); ++i)
     fmt::print(stderr, "ensonify: {}\n", report.damaged[i]);
   if (arguments.json)
     print_object({{"samples", report.samples},

@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <optional>
 
-#include <ensonify/engine/seafloor/heightfield.h>
-#include <ensonify/engine/seafloor/survey.h>
-#include <ensonify/engine/seafloor/tessellate.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
+#include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/refine/mesh_reader.h>
 
 namespace ensonify::engine::app {

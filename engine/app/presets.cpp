@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/presets.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 
 #include <fmt/format.h>
 

@@ -6,8 +6,8 @@
 
 namespace ensonify::engine::app {
 
-/// Says on stderr how far a run is: a bar on a terminal, elsewhere a line every 10 seconds. It has no
-/// colours, so NO_COLOR has nothing to forbid.
+/// Says on stderr how far a run is: a bar on a terminal, elsewhere a line every 10 seconds. It has
+/// no colours, so NO_COLOR has nothing to forbid.
 class Progress {
  public:
   explicit Progress(bool quiet);

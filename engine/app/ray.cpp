@@ -18,7 +18,7 @@ namespace {
 constexpr double radians_per_degree = std::numbers::pi / 180.0;
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double between_rows_m = 1e-4;  // of the arc from a straight line between them
-constexpr int most_rows = 2000000;       // some 200 MB of text
+constexpr int max_rows = 2000000;        // some 200 MB of text
 
 struct Arguments {
   std::filesystem::path profile;
@@ -63,7 +63,7 @@ void print_path(scatter::SoundRay ray, double range_m, const Arguments& argument
   for (int rows = 1;; ++rows) {
     const double edge_m = ray.path_to_edge_m(), end_m = ray.path_to_range_m(range_m);
     const double on_m = std::min(edge_m, end_m);
-    if (on_m == inf || rows == most_rows)
+    if (on_m == inf || rows == max_rows)
       throw UsageError(fmt::format(
           "the ray is at {:.6g} m range after {} layers, reflections and bends, and does "
           "not reach {} m; expected a flatter --launch-deg or a shorter --range-m",

@@ -50,7 +50,7 @@ void print_report(const RunReport& report, int threads) {
       "speckle {:.2f} s\n",
       report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
       threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
-      stages.echo_s, stages.speckle_s);
+      stages.echo_s, stages.receive_s);
   if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
     fmt::print(stderr, "bent rays: {}, of which {} by chords\n", bent->second,
                report.counts.at("bent_rays_by_chords"));
@@ -85,7 +85,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
        {{"surface", stages.surface_s},
         {"trace", stages.trace_s},
         {"echo", stages.echo_s},
-        {"speckle", stages.speckle_s}}},
+        {"speckle", stages.receive_s}}},
       {"threads", threads},
       {"host",
        {{"name", system.nodename},
@@ -118,8 +118,8 @@ void run_scene(Arguments arguments) {
                         return SignalWatch::caught() == 0;
                       },
                   .cache = arguments.cache,
-                   .memory = arguments.memory,
-                   .verify_pings = arguments.verify});
+                  .memory = arguments.memory,
+                  .verify_pings = arguments.verify});
   }
   print_warnings(report.warnings);
   if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));

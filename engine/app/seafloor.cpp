@@ -7,7 +7,7 @@
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/seafloor/survey.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
 

@@ -89,18 +89,18 @@ class Fields {
 };
 
 /// A session of poses in and echo lines out.
-class Stream {
+class PoseSession {
  public:
-  explicit Stream(const Arguments& arguments)
+  explicit PoseSession(const Arguments& arguments)
       : arguments_(arguments),
         scene_(read(arguments)),
         simulator_(make_simulator(scene_, arguments)) {
-    Layers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
+    BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (const std::string& name : arguments.layers)
       if (std::ranges::find(known_layers_, name) == known_layers_.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}'; there are: {}", name,
                                      fmt::join(known_layers_, ", ")));
-    tell_scene();
+    report_scene();
     if (!arguments.quiet)
       print_warnings(
           Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).behind({}));
@@ -138,7 +138,8 @@ class Stream {
  private:
   static Scene read(const Arguments& arguments) {
     Scene scene = arguments.scene.read();
-    // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping least.
+    // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping
+    // least.
     if (scene.run.surface == "auto") scene.run.surface = "static";
     return scene;
   }
@@ -180,7 +181,7 @@ class Stream {
     const Scene scene = changed.read();
     for (const std::size_t i : changed_sonars(scene, set)) simulator_.set_sonar(i, scene.sonars[i]);
     arguments_.scene.overrides = std::move(changed.overrides);
-    tell_scene();
+    report_scene();
   }
 
   void add(const Json& object, const Pose& pose) {
@@ -193,7 +194,7 @@ class Stream {
     const Scene scene = parse_scene(text, "'add'", {},
                                     {file.has_parent_path() ? file.parent_path() : fs::path("."),
                                      arguments_.scene.data_folder});
-    const std::uint32_t number = simulator_.add(only_object(scene), pose);
+    const std::uint32_t number = simulator_.add(single_object(scene), pose);
     say({{"added", number},
          {"classes", strings(simulator_.classes())},
          {"materials", strings(simulator_.materials())}});
@@ -214,7 +215,7 @@ class Stream {
                        {"altitude_m", std::isnan(altitude_m) ? Json() : Json(altitude_m)}};
         block_.clear();
         for (const std::string& wanted : arguments_.layers)
-          Layers::for_each([&](std::string_view name, auto layer) {
+          BinLayers::for_each([&](std::string_view name, auto layer) {
             if (name != wanted) return;
             if (arguments_.json)
               header[wanted] = line.bins.*layer;
@@ -234,7 +235,7 @@ class Stream {
     ++pings_;
   }
 
-  void tell_scene() {
+  void report_scene() {
     Json sonars = Json::array();
     for (const Sonar& sonar : simulator_.sonars()) {
       Json sides = Json::array();
@@ -272,7 +273,7 @@ class Stream {
 
 void stream(const Arguments& arguments) {
   const SignalWatch signals(true);
-  Stream stream(arguments);
+  PoseSession stream(arguments);
   std::string line;
   for (std::size_t number = 1; std::getline(std::cin, line); ++number) {
     if (SignalWatch::caught() != 0) break;

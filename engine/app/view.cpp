@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/image/shaded_view.h>
+#include <ensonify/engine/image/ping_rendering.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
@@ -53,12 +53,12 @@ void view_scene(const Arguments& arguments) {
   tell("progressive mesh", 0, 1);
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
   const std::span<const RayFan> fans = simulator.aim(track[ping]);
-  std::vector<refine::ViewVolume> volumes;
+  std::vector<refine::FanVolume> volumes;
   for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
   refine::ActiveMesh mesh(*progressive);
   mesh.refine(volumes);
 
-  const ShadedView view =
+  const PingRendering view =
       shade({simulator.seafloor(), mesh, fans, track, ping},
             {.width_px = arguments.width_px,
              .height_px = std::max<std::size_t>(1, arguments.width_px * 9 / 16),

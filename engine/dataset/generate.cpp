@@ -64,8 +64,8 @@ void stage(const fs::path& file, const std::string& text) {
   refine::write_staged(file, std::as_bytes(std::span(text)));
 }
 
-/// Hands out samples so that workers seldom want one seafloor at the same time: a worker keeps to its seafloor,
-/// then takes one that nobody has, and only then helps another.
+/// Hands out samples so that workers seldom want one seafloor at the same time: a worker keeps to
+/// its seafloor, then takes one that nobody has, and only then helps another.
 class Schedule {
  public:
   explicit Schedule(const std::map<std::size_t, std::vector<std::size_t>>& samples_by_seafloor) {
@@ -204,7 +204,8 @@ class Generator {
     tell();
   }
 
-  /// The claim to a place, and nothing there of what killed processes left; none while another has it.
+  /// The claim to a place, and nothing there of what killed processes left; none while another has
+  /// it.
   static std::optional<Claim> try_claim(const fs::path& place) {
     std::optional<Claim> claim = Claim::try_take(StagingFolder::lock_of(place));
     if (claim && claim->exclusive()) StagingFolder::clear(place);

@@ -25,8 +25,8 @@ struct GenerateControl {
   Shard shard;
   std::filesystem::path cache = {};  ///< for analysed seafloors
   MemoryLimit memory = {};           ///< shared by the samples that are made at one time
-  /// Told how many samples of the shard are there. Returning false stops: what is finished stays. Called from one
-  /// thread at a time, after every block of pings.
+  /// Told how many samples of the shard are there. Returning false stops: what is finished stays.
+  /// Called from one thread at a time, after every block of pings.
   std::function<bool(std::size_t done, std::size_t of)> progress = {};
   /// Told of each sample that failed, from one thread at a time.
   std::function<void(std::size_t sample, std::string_view why)> failed = {};
@@ -46,11 +46,12 @@ struct GenerateReport {
   bool stopped = false;
 };
 
-/// Makes the samples of a dataset's shard that are not there yet, in a folder (made if missing). The bytes of each
-/// depend on the recipe and its number alone. A sample appears at once and whole; one that is stopped leaves
-/// nothing, one that is killed what the next call takes away. Several processes may share a folder: nobody makes
-/// what another is at, and each returns when its shard is there. A sample that fails does not hold the others
-/// up. Throws SceneError for a folder that holds another dataset, std::system_error where the disk refuses.
+/// Makes the samples of a dataset's shard that are not there yet, in a folder (made if missing).
+/// The bytes of each depend on the recipe and its number alone. A sample appears at once and whole;
+/// one that is stopped leaves nothing, one that is killed what the next call takes away. Several
+/// processes may share a folder: nobody makes what another is at, and each returns when its shard
+/// is there. A sample that fails does not hold the others up. Throws SceneError for a folder that
+/// holds another dataset, std::system_error where the disk refuses.
 GenerateReport generate(const Recipe& recipe, const std::filesystem::path& folder,
                         const GenerateControl& control);
 

@@ -306,8 +306,9 @@ class Merge {
     write("README.md", card_.markdown());
   }
 
-  /// Ultralytics takes a list's ./images/... from beside the list, and its label from labels/... in place of the last
-  /// images/...; both are the samples' folder. False, with a warning, on a file system without links.
+  /// Ultralytics takes a list's ./images/... from beside the list, and its label from labels/... in
+  /// place of the last images/...; both are the samples' folder. False, with a warning, on a file
+  /// system without links.
   bool link_samples() {
     fs::create_directories(folder_ / "yolo");
     for (const char* name : {"images", "labels"}) {

@@ -17,7 +17,8 @@ struct MergeReport {
   std::map<std::string, std::size_t> images, samples_by_split;
   std::vector<std::filesystem::path>
       files;  ///< written; none where something is missing or damaged
-  /// What is amiss with a whole dataset's splits: empty ones, classes that one does not show, seabeds in several.
+  /// What is amiss with a whole dataset's splits: empty ones, classes that one does not show,
+  /// seabeds in several.
   std::vector<std::string> warnings;
 };
 
@@ -26,11 +27,12 @@ struct MergeReport {
 ///     manifest.jsonl              a line a sample: split, seafloor, seed, draws, files with hashes
 ///     splits/SPLIT.txt            numbers of samples
 ///     coco/GEOMETRY_KIND_SPLIT.json   of lines, tiles and chips
-///     yolo/GEOMETRY_KIND.yaml, _SPLIT.txt   of samples in folders, with links to these: images, labels
-///     README.md                   the dataset's card
+///     yolo/GEOMETRY_KIND.yaml, _SPLIT.txt   of samples in folders, with links to these: images,
+///     labels README.md                   the dataset's card
 ///
-/// over those of an earlier merge. Throws SceneError for a folder without a dataset.json that can be read,
-/// std::system_error where the disk refuses. `progress` returning false stops with Stopped.
+/// over those of an earlier merge. Throws SceneError for a folder without a dataset.json that can
+/// be read, std::system_error where the disk refuses. `progress` returning false stops with
+/// Stopped.
 MergeReport merge(const std::filesystem::path& folder,
                   const std::function<bool(std::size_t done, std::size_t of)>& progress = {});
 

@@ -19,8 +19,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t line_px = letter_height_px + 1;
-constexpr std::size_t panel_width = 380, most_height = 380, least_height = 60, border = 6,
-                      columns = 2;
+constexpr std::size_t panel_width = 380, max_height = 380, min_height = 60, border = 6, columns = 2;
 constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
     no_data{90, 90, 90};
 // Okabe & Ito's colours (Color Universal Design, 2008), which the colour-blind tell apart.
@@ -83,7 +82,8 @@ Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   return to;
 }
 
-/// The labels as colours: objects by class, the bed by sediment, or by class where that is not just seabed.
+/// The labels as colours: objects by class, the bed by sediment, or by class where that is not just
+/// seabed.
 Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Recipe& recipe) {
   const std::vector<std::string> classes = recipe.class_names(),
                                  materials = recipe.material_names();
@@ -151,7 +151,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
     length_m += (line.pings[i].pose.position - line.pings[i - 1].pose.position).head<2>().norm();
   const double width_m = static_cast<double>(line.columns()) * line.sonar.bin_m();
   const auto height = std::clamp(static_cast<std::size_t>(panel_width * length_m / width_m),
-                                 least_height, most_height);
+                                 min_height, max_height);
   Picture left =
       shrunk(render(line, sample.scene.display, simulator.calibration(0)), panel_width, height);
   Picture right = shrunk(label_picture(line, seafloor, recipe), panel_width, height);

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/dataset/view.h>
+#include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/output/masks.h>
 #include <ensonify/engine/output/png.h>
@@ -34,7 +34,7 @@ void check_named(const std::vector<std::string>& own, const std::vector<std::str
                       what, own[i]));
 }
 
-Json targets_of(const View& view, const Seafloor& seafloor) {
+Json targets_of(const LabelledImage& view, const Seafloor& seafloor) {
   return Json::parse(targets_json(find_targets(view.labels), view.labels, seafloor)).at("targets");
 }
 
@@ -76,7 +76,7 @@ class Products {
     std::vector<Picture> pictures;
     for (const Display& display : sample_.renders)
       pictures.push_back(render(line, display, calibration));
-    const View slant = slant_view(line, std::move(pictures));
+    const LabelledImage slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
     if (options_.slant) add_view(slant, sonar, 0);
@@ -105,7 +105,7 @@ class Products {
         visible_[target.at("instance").get<int>()] = target.at("visible_fraction");
   }
 
-  void add_view(const View& view, std::size_t sonar, std::size_t geometry) {
+  void add_view(const LabelledImage& view, std::size_t sonar, std::size_t geometry) {
     whole_.clear();
     for (Json& target : targets_of(view, seafloor_)) {
       const int instance = target.at("instance").get<int>();
@@ -117,7 +117,7 @@ class Products {
     add_chips(view, sonar, geometry);
   }
 
-  void add_tiles(const View& view) {
+  void add_tiles(const LabelledImage& view) {
     const TileOptions& tiles = options_.tiles;
     if (!tiles.any()) return;
     const auto [columns, rows] =
@@ -136,7 +136,7 @@ class Products {
     return static_cast<std::size_t>(std::max(1.0, std::round(length / pixel)));
   }
 
-  static void check_fits(std::string_view key, const View& view, std::size_t columns,
+  static void check_fits(std::string_view key, const LabelledImage& view, std::size_t columns,
                          std::size_t rows) {
     if (columns > view.labels.columns() || rows > view.labels.rows())
       throw std::invalid_argument(
@@ -155,7 +155,7 @@ class Products {
     return all;
   }
 
-  void add_chips(const View& view, std::size_t sonar, std::size_t geometry) {
+  void add_chips(const LabelledImage& view, std::size_t sonar, std::size_t geometry) {
     const ChipOptions& chips = options_.chips;
     if (!chips.any()) return;
     const std::size_t columns =
@@ -181,8 +181,8 @@ class Products {
     }
     constexpr int tries = 200;
     for (int n = 0; n < chips.backgrounds; ++n) {
-      const Stream stream(sample_.scene.seed, Purpose::background_chip,
-                          {sonar, geometry, static_cast<std::uint64_t>(n)});
+      const RandomStream stream(sample_.scene.seed, Purpose::background_chip,
+                                {sonar, geometry, static_cast<std::uint64_t>(n)});
       for (int t = 0; t < tries; ++t) {
         std::array<double, 2> u{};
         stream.uniform(u, 2 * static_cast<std::uint64_t>(t));
@@ -205,12 +205,12 @@ class Products {
            box[1] < part.row + part.rows;
   }
 
-  void add_image(const View& view, const Rectangle& part, const std::string& stem,
+  void add_image(const LabelledImage& view, const Rectangle& part, const std::string& stem,
                  std::string_view kind) {
     const bool whole = kind == "line";
-    const View own =
-        whole ? View{"", "", Waterfall(view.labels.sonar, 0), {}, 0, 0} : cut(view, part);
-    const View& piece = whole ? view : own;
+    const LabelledImage own =
+        whole ? LabelledImage{"", "", Waterfall(view.labels.sonar, 0), {}, 0, 0} : cut(view, part);
+    const LabelledImage& piece = whole ? view : own;
     // The whole lines in slant range are the run's own pictures.
     if (!whole || view.geometry != "slant")
       for (std::size_t r = 0; r < piece.pictures.size(); ++r)
@@ -231,7 +231,7 @@ class Products {
                                        : shown_part(label).at("area_px").get<double>() /
                                              shown_part(all).at("area_px").get<double>();
       // The bed is never ignored.
-      const bool ignored = is_object(all) && visible < options_.least_visible;
+      const bool ignored = is_object(all) && visible < options_.min_visible;
       label["shown_fraction"] = visible;
       label["truncated"] = visible < 1.0;
       label["ignored"] = ignored;

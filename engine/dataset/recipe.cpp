@@ -18,7 +18,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr int most_redraws = 1000;  // of a normal one that is cut off
+constexpr int max_redraws = 1000;  // of a normal one that is cut off
 
 std::uint64_t key_number(std::string_view key) {
   const std::string digits = xxh128(key);
@@ -35,8 +35,8 @@ std::string bare(const std::string& value) {
 /// Lists whose things are numbered in the truth, and so targets: objects, and features of the bed.
 template <class Item>
 constexpr bool has_instances =
-    std::is_same_v<Item, ObjectOptions> || std::is_same_v<Item, Layer<TrawlMarks>> ||
-    std::is_same_v<Item, Layer<PitRelief>> || std::is_same_v<Item, Layer<BoulderField>>;
+    std::is_same_v<Item, ObjectOptions> || std::is_same_v<Item, ReliefLayer<TrawlMarks>> ||
+    std::is_same_v<Item, ReliefLayer<PitRelief>> || std::is_same_v<Item, ReliefLayer<BoulderField>>;
 constexpr std::array<std::string_view, 4> lists_with_instances{
     "objects", "seafloor.trawl_marks", "seafloor.pits", "seafloor.boulders"};
 
@@ -108,13 +108,15 @@ class Draws {
     const bool bed = text_.of_seafloor.contains(key);
     const std::size_t number = bed ? seafloor_ : sample_;
     const std::size_t render = under(key, "display") ? render_ : 0;
-    const Stream stream(text_.seed, Purpose::recipe, {key_number(stream_name), number, render});
+    const RandomStream stream(text_.seed, Purpose::recipe,
+                              {key_number(stream_name), number, render});
     std::array<double, 2> u{};
     stream.uniform(u);
     if (d.stratified) {
-      // A shift, the same for all samples, modulo 1 (Cranley & Patterson, SIAM J. Numer. Anal. 13, 904, 1976).
+      // A shift, the same for all samples, modulo 1 (Cranley & Patterson, SIAM J. Numer. Anal. 13,
+      // 904, 1976).
       std::array<double, 1> shift{};
-      Stream(text_.seed, Purpose::recipe, {key_number(stream_name), ~std::uint64_t{0}, 0})
+      RandomStream(text_.seed, Purpose::recipe, {key_number(stream_name), ~std::uint64_t{0}, 0})
           .uniform(shift);
       const unsigned prime = text_.primes.find(key)->second;
       u[0] = shift[0] + radical_inverse(number + 1, prime);
@@ -122,7 +124,7 @@ class Draws {
     }
     std::string drawn = d.value(u[0], u[1]);
     for (int again = 1; d.between && !within(drawn, *d.between); ++again) {
-      if (again == most_redraws)
+      if (again == max_redraws)
         throw SceneError(fmt::format("{}: '{}': hardly a draw lies between {} and {}; widen them",
                                      d.place, key, d.between->first, d.between->second));
       stream.uniform(u, 2 * static_cast<std::uint64_t>(again));
@@ -163,7 +165,7 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split, const std::s
   const double val = split.held_out_val.empty() ? split.val : 0.0;
   const double test = split.held_out_test.empty() ? split.test : 0.0;
   std::array<double, 1> u{};
-  Stream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0}).uniform(u);
+  RandomStream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0}).uniform(u);
   // Numbered groups go round, so that shares come out as asked for.
   if (counted) u[0] = std::fmod(u[0] + radical_inverse(number, 2), 1.0);
   const double at = u[0] * (split.train + val + test);
@@ -194,8 +196,8 @@ std::string renumbered(const std::string& key, const auto& lists, const auto& ab
   return key;
 }
 
-/// What `make` makes of the first sample that it can: a draw may be what no scene can have. Throws its SceneError
-/// where several have failed.
+/// What `make` makes of the first sample that it can: a draw may be what no scene can have. Throws
+/// its SceneError where several have failed.
 auto first_that_is(std::size_t samples, const auto& make) {
   constexpr std::size_t tries = 16;
   for (std::size_t sample = 0;; ++sample) try {
@@ -281,7 +283,8 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
       for (std::string& needed : found->second.needs()) open.push_back(std::move(needed));
   }
 
-  // The names that labels can have: those of a sample with every table there, and all that can be drawn.
+  // The names that labels can have: those of a sample with every table there, and all that can be
+  // drawn.
   Scene scene = with_every_table();
   check_files(scene, name_);
   if (!scene.output.class_names.empty() || !scene.output.sediment_names.empty())
@@ -395,7 +398,7 @@ SampleScene Recipe::sample(std::size_t number) const {
     result.renders.push_back(scene_of(static_cast<std::size_t>(render)).display);
   const auto seed = [&](std::string_view what, std::size_t of) {
     std::array<double, 1> u{};
-    Stream(d.seed, Purpose::recipe, {key_number(what), of, 0}).uniform(u);
+    RandomStream(d.seed, Purpose::recipe, {key_number(what), of, 0}).uniform(u);
     return static_cast<std::uint64_t>(u[0] * 0x1p53) - 1;
   };
   result.scene.seed = seed("seed", number);

@@ -25,8 +25,9 @@ struct SampleScene {
   std::vector<Display> renders;  ///< the first is the scene's own
 };
 
-/// A dataset's recipe: a scene with distributions in place of values, and [dataset]. The draw of a key depends on
-/// the recipe's seed, the key's name and the sample's number (or its seafloor's) alone.
+/// A dataset's recipe: a scene with distributions in place of values, and [dataset]. The draw of a
+/// key depends on the recipe's seed, the key's name and the sample's number (or its seafloor's)
+/// alone.
 class Recipe {
  public:
   /// Throws SceneError with `file:line:column` for what is wrong.
@@ -47,7 +48,8 @@ class Recipe {
   /// Throws SceneError for what was drawn and cannot be.
   SampleScene sample(std::size_t number) const;
 
-  /// Every name that a label of a sample can have, of targets first, sorted; number k of the list is k + 1.
+  /// Every name that a label of a sample can have, of targets first, sorted; number k of the list
+  /// is k + 1.
   std::vector<std::string> class_names() const;
   std::size_t target_classes() const;  ///< how many of these are of objects
   std::vector<std::string> material_names() const;

@@ -22,7 +22,8 @@ struct RecipeText {
   std::set<std::string> assets;                           ///< strings that begin with data:
 };
 
-/// Finds a recipe's distributions. Throws SceneError with `file:line:column` for those that are none.
+/// Finds a recipe's distributions. Throws SceneError with `file:line:column` for those that are
+/// none.
 RecipeText parse_recipe_text(std::string_view text, std::string_view name);
 
 }  // namespace ensonify::engine

@@ -12,8 +12,8 @@ namespace ensonify::engine {
 ///
 ///     samples/000003          a finished sample, there at once and whole
 ///     samples/.000003.0.tmp   one being made
-///     samples/.000003.lock    held (flock) by the process that makes it; one that was killed holds nothing
-///     tars/000001.tar         samples M to 2M-1, in place of their folders
+///     samples/.000003.lock    held (flock) by the process that makes it; one that was killed holds
+///     nothing tars/000001.tar         samples M to 2M-1, in place of their folders
 class SampleFolders {
  public:
   SampleFolders(std::filesystem::path dataset, std::size_t samples_per_tar);
@@ -25,7 +25,8 @@ class SampleFolders {
 
   static std::string name_of(std::size_t sample);  ///< 000003
   /// The name in a tar of a sample's file: `000003.scene.toml`, and of those in its folders
-  /// `000003-tiles-NAME_0000.png`, so that WebDataset takes each image with its labels as one record.
+  /// `000003-tiles-NAME_0000.png`, so that WebDataset takes each image with its labels as one
+  /// record.
   static std::string name_in_tar(std::size_t sample, const std::string& file);
 
  private:
@@ -33,8 +34,9 @@ class SampleFolders {
   std::size_t samples_per_tar_;
 };
 
-/// The right to make something, such as a sample or a tar, as long as this lives. Where the file system knows no
-/// locks everybody has it: the bytes are the same, and one of two folders is thrown away.
+/// The right to make something, such as a sample or a tar, as long as this lives. Where the file
+/// system knows no locks everybody has it: the bytes are the same, and one of two folders is thrown
+/// away.
 class Claim {
  public:
   /// None while another process, or another part of this one, has it. Throws std::system_error.
@@ -60,7 +62,8 @@ class StagingFolder {
   StagingFolder(const StagingFolder&) = delete;
   StagingFolder& operator=(const StagingFolder&) = delete;
   const std::filesystem::path& path() const { return folder_; }
-  /// Brings folders and names to the disk (the files are there) and puts it in place, unless there is one already.
+  /// Brings folders and names to the disk (the files are there) and puts it in place, unless there
+  /// is one already.
   void put_in_place();
 
   static std::filesystem::path lock_of(const std::filesystem::path& place);

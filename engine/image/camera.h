@@ -20,8 +20,8 @@ struct Camera {
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point) const;
 };
 
-/// A camera that looks along a direction from where it sees all points, the picture of that many pixels
-/// filled but for a margin.
+/// A camera that looks along a direction from where it sees all points, the picture of that many
+/// pixels filled but for a margin.
 Camera look_along(const Eigen::Vector3d& forward, std::span<const Eigen::Vector3d> points,
                   const Eigen::Vector2d& size_px);
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -67,7 +68,7 @@ class Levels {
   }
   /// Over the bed: where the first echo comes from, or what the ping's record says.
   double height(std::size_t row) const {
-    const PingRecord& ping = waterfall_.pings[row];
+    const PingRow& ping = waterfall_.pings[row];
     if (ping.altitude_m > 0.0) return ping.altitude_m;
     return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
            waterfall_.sonar.bin_m();
@@ -149,8 +150,8 @@ std::array<double, 3> colour_of(Palette palette, double brightness) {
   const double dark = 1.0 - brightness;
   switch (palette) {
     case Palette::grey: break;
-    case Palette::
-        copper:  // from black through orange-brown to pale yellow: red comes first, blue last
+    case Palette::copper:  // from black through orange-brown to pale yellow: red comes first, blue
+                           // last
       return {1.0 - dark * dark, 0.95 * std::pow(brightness, 1.3),
               0.72 * std::pow(brightness, 3.0)};
     case Palette::bronze:
@@ -164,7 +165,7 @@ std::array<double, 3> colour_of(Palette palette, double brightness) {
 Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration)
     : sonar_(sonar),
       display_(display),
-      recorder_(display.of == PictureOf::sample ? calibration.recorder : nullptr),
+      recorder_(display.of == DisplayedLayer::sample ? calibration.recorder : nullptr),
       columns_(sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins)),
       ports_(port_columns(sonar)),
       median_share_(calibration.median_share) {

@@ -10,19 +10,21 @@
 
 namespace ensonify::engine {
 
+class Recorder;
+
 enum class Palette { grey, copper, bronze, paper, viridis };
 
 /// How amplitude becomes brightness.
 enum class Mapping { gamma, logarithmic, equalised };
 
 /// The layer that is shown.
-enum class PictureOf { sample, intensity };
+enum class DisplayedLayer { sample, intensity };
 
-/// How a waterfall becomes a picture: time-varied gain, what is evened out, then amplitude to brightness. The
-/// layers stay as they are. Unless something is evened out or equalised, a line's picture depends on the scene
-/// and on that line alone: it can be shown when it comes.
+/// How a waterfall becomes a picture: time-varied gain, what is evened out, then amplitude to
+/// brightness. The layers stay as they are. Unless something is evened out or equalised, a line's
+/// picture depends on the scene and on that line alone: it can be shown when it comes.
 struct Display {
-  PictureOf of = PictureOf::sample;
+  DisplayedLayer of = DisplayedLayer::sample;
   double spreading = 40.0;  ///< gain of spreading * log10(range) dB; 30 levels a bed of constant
                             ///< strength under a line array, 50 one of Lambert's law
   bool absorption = true;   ///< and of the two-way absorption
@@ -30,16 +32,16 @@ struct Display {
       false;                        ///< columns are even in range over ground, without the water
   bool beam_normalisation = false;  ///< each side's mean level over depression is taken out
   bool flat_field = false;          ///< the mean level of each column is
-  double gain_db =
-      0.0;  ///< added to the automatic gain, which puts the median of the scene's own bed,
-            ///< were it level, at mid-brightness
+  double gain_db = 0.0;  ///< added to the automatic gain, which puts the median of the scene's own
+                         ///< bed, were it level, at mid-brightness
   Mapping mapping = Mapping::gamma;
   double gamma = 0.7;      ///< brightness = amplitude^gamma
   double range_db = 50.0;  ///< of a logarithmic mapping, from black to white
   Palette palette = Palette::grey;
 };
 
-/// Pixels row by row from the top: grey, or red, green and blue; of 16 bits the higher byte comes first.
+/// Pixels row by row from the top: grey, or red, green and blue; of 16 bits the higher byte comes
+/// first.
 struct Picture {
   std::size_t width = 0;
   std::size_t height = 0;
@@ -52,30 +54,32 @@ struct Picture {
 struct Calibration {
   double absorption_db_per_m = 0.0;
   const Recorder* recorder = nullptr;  ///< what samples stand for; none: the intensity is shown
-  /// Mean intensity, uPa^2, of the scene's bed in each of the waterfall's columns, were it level; 0: no echo.
+  /// Mean intensity, uPa^2, of the scene's bed in each of the waterfall's columns, were it level;
+  /// 0: no echo.
   std::vector<double> level_bed;
   double median_share = 1.0;  ///< of a bed's intensity, median over mean: speckle's
-  /// What automatic gains multiply that bed's amplitude by in each column, behind the recorder's own gain; empty: 1.
+  /// What automatic gains multiply that bed's amplitude by in each column, behind the recorder's
+  /// own gain; empty: 1.
   std::vector<double> automatic_gain;
 };
 
-/// Where a display shows a bed whose level, in intensity, is the median of the scene's own: its brightness to
-/// the power 1 / gamma.
+/// Where a display shows a bed whose level, in intensity, is the median of the scene's own: its
+/// brightness to the power 1 / gamma.
 inline constexpr double mid_amplitude = 0.35;
 
 /// A sonar's display: from its lines to pixels.
 class Renderer {
  public:
-  /// The calibration's recorder must outlive it. Throws std::invalid_argument for a level bed without an echo,
-  /// or of other columns than the sonar has.
+  /// The calibration's recorder must outlive it. Throws std::invalid_argument for a level bed
+  /// without an echo, or of other columns than the sonar has.
   Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration);
 
-  /// The picture of a waterfall of that sonar, 8 or 16 bits a channel: newest ping on top, port left, which is
-  /// the seabed seen from above. Pings of which nothing was received stay black.
+  /// The picture of a waterfall of that sonar, 8 or 16 bits a channel: newest ping on top, port
+  /// left, which is the seabed seen from above. Pings of which nothing was received stay black.
   Picture render(const Waterfall& waterfall, int bits = 8) const;
 
-  /// The intensity after all gain, of a waterfall's row by column, over that of mid-brightness. Without what is
-  /// evened out.
+  /// The intensity after all gain, of a waterfall's row by column, over that of mid-brightness.
+  /// Without what is evened out.
   void levels(const Waterfall& waterfall, std::size_t row, std::span<float> into) const;
 
  private:

@@ -9,13 +9,13 @@
 namespace ensonify::engine {
 namespace {
 
-/// A picture of marks: what each pixel belongs to, 0 for nothing. Even numbers are bodies (twice the
-/// instance), odd ones shadows (and one more).
+/// A picture of marks: what each pixel belongs to, 0 for nothing. Even numbers are bodies (twice
+/// the instance), odd ones shadows (and one more).
 class Marks {
  public:
   explicit Marks(const Waterfall& image)
       : columns_(static_cast<int>(image.columns())), rows_(static_cast<int>(image.rows())) {
-    const Layers& layers = image.pixels;
+    const BinLayers& layers = image.pixels;
     marks_.resize(layers.region.size());
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       const auto region = static_cast<Region>(layers.region[i]);
@@ -37,8 +37,8 @@ class Marks {
   std::uint64_t mark(int column, int row) const { return marks_[index(column, row)]; }
   bool is_new(int column, int row) const { return parts_[index(column, row)] == 0; }
 
-  /// Numbers the part around a pixel and adds it to an outline. The pixel is the part's first in row
-  /// order, so that its left upper corner lies on the outer border. Returns the part's area.
+  /// Numbers the part around a pixel and adds it to an outline. The pixel is the part's first in
+  /// row order, so that its left upper corner lies on the outer border. Returns the part's area.
   std::size_t add_part(int column, int row, Outline& outline) {
     const std::uint64_t mine = mark(column, row);
     const std::uint32_t part = ++count_;
@@ -106,8 +106,9 @@ class Marks {
     outline.high = {std::max(outline.high[0], c + 1), std::max(outline.high[1], r + 1)};
   }
 
-  /// Along the pixels' edges with the part on the right hand, from a left upper corner back to it. Where
-  /// the part meets itself in a corner it turns right, so that it keeps to pixels that share an edge.
+  /// Along the pixels' edges with the part on the right hand, from a left upper corner back to it.
+  /// Where the part meets itself in a corner it turns right, so that it keeps to pixels that share
+  /// an edge.
   std::vector<Corner> border(int column, int row, std::uint32_t part) const {
     const auto inside = [&](int c, int r) {
       return c >= 0 && r >= 0 && c < columns_ && r < rows_ && parts_[index(c, r)] == part;
@@ -156,12 +157,12 @@ void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {
 
 /// Range, side, ping and contrast of a target whose outlines are known.
 void measure(const Waterfall& image, const Marks& marks, Target& target) {
-  constexpr int least_border_px = 8;
+  constexpr int min_border_px = 8;
   const bool seen = target.body.area_px > 0;
   const Outline& shown = seen ? target.body : target.shadow;
   const std::uint64_t mark = 2 * std::uint64_t{target.instance} + (seen ? 0 : 1);
-  const int more_columns = std::max(least_border_px, shown.high[0] - shown.low[0]);
-  const int more_rows = std::max(least_border_px, shown.high[1] - shown.low[1]);
+  const int more_columns = std::max(min_border_px, shown.high[0] - shown.low[0]);
+  const int more_rows = std::max(min_border_px, shown.high[1] - shown.low[1]);
   double body = 0.0, bed = 0.0, range_m = 0.0, ping = 0.0;
   std::size_t pixels = 0, bed_pixels = 0, port = 0;
   for (int row = std::max(0, shown.low[1] - more_rows);

@@ -99,7 +99,7 @@ class Painter {
     return class_id == 0 || (class_id < classes_.size() && classes_[class_id] == "seabed");
   }
 
-  const Layers& layers_;
+  const BinLayers& layers_;
   std::span<const std::string> classes_, materials_;
   bool several_ = false;  // sediments of plain seabed
 };

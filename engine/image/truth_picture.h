@@ -22,10 +22,11 @@ struct TruthPicture {
   std::vector<LegendEntry> legend;  ///< of what is in it
 };
 
-/// The truth as tints over a waterfall's own picture (display.h), pixel for pixel: regions without an echo,
-/// shadows of things and of the bed; what has a class of its own in that class's colour; and plain seabed
-/// by its sediment, where there are several. Instances have borders of the full colour. Names as in
-/// Seafloor::classes and Seafloor::materials. Throws std::invalid_argument for a picture of another size.
+/// The truth as tints over a waterfall's own picture (display.h), pixel for pixel: regions without
+/// an echo, shadows of things and of the bed; what has a class of its own in that class's colour;
+/// and plain seabed by its sediment, where there are several. Instances have borders of the full
+/// colour. Names as in Seafloor::classes and Seafloor::materials. Throws std::invalid_argument for
+/// a picture of another size.
 TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
                        std::span<const std::string> classes,
                        std::span<const std::string> materials);

@@ -10,15 +10,14 @@ Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count)
   pixels.assign(ping_count * columns());
 }
 
-void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides,
-                        const PingRecord& record) {
+void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record) {
   if (ping >= rows()) throw std::invalid_argument("Waterfall: a ping beyond the last row");
   const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
   const std::ptrdiff_t starboard = sonar.sides == Sides::both ? bins : 0;
   for (const EchoLine& side : sides) {
     if (std::ranges::count(sides_of(sonar), side.side) == 0)
       throw std::invalid_argument("Waterfall: an echo line of a side that the sonar has not");
-    Layers::for_each([&](std::string_view, auto layer) {
+    BinLayers::for_each([&](std::string_view, auto layer) {
       const auto& from = side.bins.*layer;
       if (std::ssize(from) != bins)
         throw std::invalid_argument("Waterfall: an echo line whose bins are not the sonar's");
@@ -29,7 +28,7 @@ void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides,
         std::copy(from.begin(), from.end(), row + starboard);
     });
   }
-  PingRecord& row_record = pings[ping] = record;
+  PingRow& row_record = pings[ping] = record;
   for (const EchoLine& side : sides) {
     const bool port = side.side == Side::port;
     (port ? row_record.first_return_port : row_record.first_return_starboard) = side.first_return;

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/sonar/echo.h>
-#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 
 /// What the pings file says of a ping, beside the image.
-struct PingRecord {
+struct PingRow {
   Pose pose;                ///< of the vehicle
   Pose reported;            ///< what it takes that for
   double altitude_m = 0.0;  ///< over the bed straight below; NaN over a hole
@@ -24,8 +24,8 @@ struct PingRecord {
 /// starboard near..far, of the sides it has.
 struct Waterfall {
   Sonar sonar;
-  Layers pixels;  ///< pings * columns() values a layer
-  std::vector<PingRecord> pings;
+  BinLayers pixels;  ///< pings * columns() values a layer
+  std::vector<PingRow> pings;
 
   Waterfall(const Sonar& its_sonar, std::size_t ping_count);
   std::size_t rows() const { return pings.size(); }
@@ -34,7 +34,7 @@ struct Waterfall {
   }
   /// Puts the sides of a ping into their row, and what the record says of them from the lines.
   /// Rows may be set from several threads at once.
-  void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRecord& record);
+  void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record);
 };
 
 }  // namespace ensonify::engine

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/live/world.h>
+#include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/session_keys.h>
 
@@ -61,7 +61,7 @@ SceneChange scene_change(const Json& keys, const LiveOptions& now, const Vehicle
   return to;
 }
 
-LiveThing thing_of(const Json& object, const LiveOptions& now) {
+AddedObject thing_of(const Json& object, const LiveOptions& now) {
   if (!object.is_object() || object.empty())
     throw std::invalid_argument(R"('add' is no object, as {"shape": "barrel", "ahead_m": 10} is)");
   double ahead_m = 10.0, starboard_m = 10.0;
@@ -77,7 +77,7 @@ LiveThing thing_of(const Json& object, const LiveOptions& now) {
   const std::filesystem::path folder = now.scene.parent_path();
   const Scene scene =
       parse_scene(text, "'add'", {}, {folder.empty() ? "." : folder, now.data_folder});
-  return {only_object(scene), ahead_m, starboard_m};
+  return {single_object(scene), ahead_m, starboard_m};
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct Vehicle {
 };
 
 /// An object to lie on the bed, as seen from the vehicle.
-struct LiveThing {
+struct AddedObject {
   MovingObject object;
   double ahead_m, starboard_m;
 };
@@ -40,7 +40,7 @@ struct LiveChange {
   std::optional<SceneChange> set;
   std::optional<bool> hold;
   std::optional<std::optional<double>> pings_per_s;  ///< as LiveOptions has it
-  std::optional<LiveThing> add;
+  std::optional<AddedObject> add;
   bool clear = false, again = false;
 };
 

@@ -80,9 +80,9 @@ std::uint16_t level_number(float level) {
 std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& renderer,
                                     const Picture& brightness, std::uint64_t ping,
                                     std::size_t sonar, std::uint64_t number) {
-  const PingRecord& record = row.pings.front();
+  const PingRow& record = row.pings.front();
   const std::size_t columns = row.columns();
-  const Layers& pixels = row.pixels;
+  const BinLayers& pixels = row.pixels;
   Writer writer(FrameKind::line);
   writer.put(number);
   writer.put(static_cast<std::uint32_t>(ping));

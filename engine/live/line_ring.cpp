@@ -7,7 +7,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t most_bytes_at_once = 256 * 1024;
+constexpr std::size_t max_bytes_at_once = 256 * 1024;
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void LineRing::push(std::shared_ptr<LiveLine> line) {
     line->published = std::chrono::steady_clock::now();
     bytes_ += line->bytes();
     lines_.push_back(std::move(line));
-    while (bytes_ > most_bytes_ && lines_.size() > 1) {
+    while (bytes_ > max_bytes_ && lines_.size() > 1) {
       bytes_ -= lines_.front()->bytes();
       old.push_back(std::move(lines_.front()));
       lines_.pop_front();
@@ -28,7 +28,7 @@ void LineRing::push(std::shared_ptr<LiveLine> line) {
   changed_.notify_all();
 }
 
-void LineRing::post(News kind, Bytes frame) {
+void LineRing::post(LatestFrame kind, Bytes frame) {
   {
     const std::lock_guard held(lock_);
     news_[static_cast<std::size_t>(kind)] = std::move(frame);
@@ -64,7 +64,7 @@ std::uint64_t LineRing::next_number() const {
 bool LineReader::has_news() const {
   if (next_ < ring_.next_) return true;
   for (std::size_t kind = 0; kind < news_kinds; ++kind)
-    if (ring_.news_[kind] != seen_[kind] && (with_mesh_ || kind != std::size_t(News::mesh)))
+    if (ring_.news_[kind] != seen_[kind] && (with_mesh_ || kind != std::size_t(LatestFrame::mesh)))
       return true;
   return false;
 }
@@ -74,31 +74,31 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
   std::unique_lock held(ring_.lock_);
   ring_.changed_.wait_for(held, wait, [&] { return ring_.closed_ || has_news(); });
   if (ring_.closed_) return frames;
-  const auto news = [&](News kind) {
+  const auto news = [&](LatestFrame kind) {
     const auto i = static_cast<std::size_t>(kind);
     if (seen_[i] == ring_.news_[i]) return;
     seen_[i] = ring_.news_[i];
     frames.push_back(seen_[i]);
   };
-  news(News::bed);
+  news(LatestFrame::bed);
   const std::uint64_t first = ring_.next_ - ring_.lines_.size();
   const bool late =
       next_ < ring_.next_ && next_ >= first && up_to_date_ &&
-      std::chrono::steady_clock::now() - ring_.lines_[next_ - first]->published > most_behind;
+      std::chrono::steady_clock::now() - ring_.lines_[next_ - first]->published > max_behind;
   if ((next_ < first && next_ > 0) || late) {
     frames.push_back(gap_frame(next_, ring_.next_ - 1 - next_));
     next_ = ring_.next_ - 1;
   }
   next_ = std::max(next_, first);  // at the beginning nothing is missed
-  for (std::size_t bytes = 0; next_ < ring_.next_ && bytes < most_bytes_at_once; ++next_) {
+  for (std::size_t bytes = 0; next_ < ring_.next_ && bytes < max_bytes_at_once; ++next_) {
     const LiveLine& line = *ring_.lines_[next_ - first];
     if (line.setting != setting_) frames.push_back(setting_ = line.setting);
     frames.push_back(line.frame);
     bytes += line.frame->size();
   }
   if (next_ == ring_.next_) up_to_date_ = true;
-  if (with_mesh_) news(News::mesh);
-  news(News::status);
+  if (with_mesh_) news(LatestFrame::mesh);
+  news(LatestFrame::status);
   return frames;
 }
 

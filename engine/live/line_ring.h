@@ -38,18 +38,18 @@ struct LiveLine {
 };
 
 /// What is sent beside the lines, of which only the newest counts.
-enum class News { bed, mesh, status };
+enum class LatestFrame { bed, mesh, status };
 inline constexpr std::size_t news_kinds = 3;
 
-/// The newest lines, of which the oldest fall off where they take more memory than they may. One thread
-/// writes and never waits for a reader; any number read, each at its own pace.
+/// The newest lines, of which the oldest fall off where they take more memory than they may. One
+/// thread writes and never waits for a reader; any number read, each at its own pace.
 class LineRing {
  public:
-  explicit LineRing(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit LineRing(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
   /// The line of the next number. Gives it its time.
   void push(std::shared_ptr<LiveLine> line);
-  void post(News kind, Bytes frame);
+  void post(LatestFrame kind, Bytes frame);
   void close();  ///< readers wait no more
   bool closed() const;
 
@@ -63,17 +63,17 @@ class LineRing {
   std::condition_variable changed_;
   std::deque<std::shared_ptr<const LiveLine>> lines_;
   std::array<Bytes, news_kinds> news_;
-  std::size_t bytes_ = 0, most_bytes_;
+  std::size_t bytes_ = 0, max_bytes_;
   std::uint64_t next_ = 0;
   bool closed_ = false;
 };
 
-/// One page's way through a ring: first all that is there, then what comes. Whoever has once been up to date
-/// and falls behind by more than so much time, or out of the ring, goes on with the newest line, and is told
-/// how many are missing.
+/// One page's way through a ring: first all that is there, then what comes. Whoever has once been
+/// up to date and falls behind by more than so much time, or out of the ring, goes on with the
+/// newest line, and is told how many are missing.
 class LineReader {
  public:
-  static constexpr std::chrono::seconds most_behind{3};
+  static constexpr std::chrono::seconds max_behind{3};
 
   LineReader(LineRing& ring, bool with_mesh) : ring_(ring), with_mesh_(with_mesh) {}
 

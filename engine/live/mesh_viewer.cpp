@@ -22,8 +22,8 @@ MeshViewer::~MeshViewer() {
   thread_.join();
 }
 
-void MeshViewer::show(std::shared_ptr<const LiveWorld> world,
-                      std::vector<refine::ViewVolume> volumes) {
+void MeshViewer::show(std::shared_ptr<const LiveScene> world,
+                      std::vector<refine::FanVolume> volumes) {
   {
     const std::lock_guard lock(lock_);
     wanted_ = {std::move(world), std::move(volumes)};
@@ -38,8 +38,8 @@ std::optional<MeshCounts> MeshViewer::counts() const {
 
 void MeshViewer::work() {
   using Clock = std::chrono::steady_clock;
-  std::shared_ptr<const LiveWorld> shown;
-  std::unique_ptr<MeshView> view;
+  std::shared_ptr<const LiveScene> shown;
+  std::unique_ptr<MeshPreview> view;
   while (true) {
     Wanted wanted;
     {
@@ -52,15 +52,15 @@ void MeshViewer::work() {
       if (wanted.world != shown) {
         view.reset();
         shown = wanted.world;
-        view = std::make_unique<MeshView>(shown->simulator.seafloor());
+        view = std::make_unique<MeshPreview>(shown->simulator.seafloor());
         continue;  // what was wanted then is past
       }
       if (!view) continue;
       double range_m = 0.0;
-      for (const refine::ViewVolume& volume : wanted.volumes)
+      for (const refine::FanVolume& volume : wanted.volumes)
         range_m = std::max(range_m, volume.range_m);
       const Clock::time_point start = Clock::now();
-      ring_.post(News::mesh, mesh_frame(view->look(wanted.volumes, 1.15 * range_m)));
+      ring_.post(LatestFrame::mesh, mesh_frame(view->look(wanted.volumes, 1.15 * range_m)));
       std::unique_lock lock(lock_);
       counts_ = view->counts();
       woken_.wait_for(lock, 3 * (Clock::now() - start), [&] { return stopping_; });

@@ -9,12 +9,13 @@
 #include <thread>
 #include <vector>
 
-#include <ensonify/engine/live/mesh_view.h>
-#include <ensonify/engine/live/world.h>
+#include <ensonify/engine/live/live_scene.h>
+#include <ensonify/engine/live/mesh_preview.h>
 
 namespace ensonify::engine {
 
-/// The thread that refines a mesh for those who look, and posts it. It takes a quarter of a core at most.
+/// The thread that refines a mesh for those who look, and posts it. It takes a quarter of a core at
+/// most.
 class MeshViewer {
  public:
   /// Both are used from its thread; `trouble` is told why a mesh cannot be shown.
@@ -22,15 +23,15 @@ class MeshViewer {
   ~MeshViewer();  ///< ends it
 
   /// Shows what these see, unless something newer is asked for first.
-  void show(std::shared_ptr<const LiveWorld> world, std::vector<refine::ViewVolume> volumes);
+  void show(std::shared_ptr<const LiveScene> world, std::vector<refine::FanVolume> volumes);
 
   /// Of what was posted last; none: nothing was.
   std::optional<MeshCounts> counts() const;
 
  private:
   struct Wanted {
-    std::shared_ptr<const LiveWorld> world;
-    std::vector<refine::ViewVolume> volumes;
+    std::shared_ptr<const LiveScene> world;
+    std::vector<refine::FanVolume> volumes;
   };
   void work();
 

@@ -55,18 +55,18 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t most_request_bytes = 32 * 1024;  // line and headers; a body has its own limit
-constexpr std::size_t most_body_bytes = 16 * 1024;
+constexpr std::size_t max_request_bytes = 32 * 1024;  // line and headers; a body has its own limit
+constexpr std::size_t max_body_bytes = 16 * 1024;
 constexpr auto longest_request = 5s;
-constexpr auto longest_standstill = 10s;       // of a page that does not read
-constexpr auto slice = 100ms;                  // after which is looked whether the server ends
-constexpr int most_unsent_bytes = 512 * 1024;  // a page
-constexpr int most_readers = 32;
-constexpr std::size_t most_connections = 64;  // at work at once; the others wait
+constexpr auto longest_standstill = 10s;      // of a page that does not read
+constexpr auto slice = 100ms;                 // after which is looked whether the server ends
+constexpr int max_unsent_bytes = 512 * 1024;  // a page
+constexpr int max_readers = 32;
+constexpr std::size_t max_connections = 64;  // at work at once; the others wait
 constexpr std::string_view token_mark = "%TOKEN%";
 
 /// A socket that gives up on who sends too much, too slowly, or does not read.
-class GuardedStream final : public httplib::Stream {
+class GuardedStream final : public httplib::RandomStream {
  public:
   GuardedStream(socket_t socket, const std::atomic<bool>& stopping)
       : socket_(socket), stopping_(stopping), begun_(Clock::now()) {}
@@ -76,7 +76,7 @@ class GuardedStream final : public httplib::Stream {
 
   ssize_t read(char* to, std::size_t size) override {
     if (at_ == ahead_.size()) {
-      if (read_ > most_request_bytes + most_body_bytes) return refuse();
+      if (read_ > max_request_bytes + max_body_bytes) return refuse();
       ahead_.resize(4096);
       at_ = 0;
       const ssize_t count =
@@ -200,14 +200,14 @@ struct LiveServer::Inner {
           fmt::format("--bind {}: others could reach this address, and nothing but the page's own "
                       "token keeps them out; take 127.0.0.1, or say --remote",
                       options.bind));
-    server.new_task_queue = [] { return new httplib::ThreadPool(most_connections); };
-    server.set_payload_max_length(most_body_bytes);
+    server.new_task_queue = [] { return new httplib::ThreadPool(max_connections); };
+    server.set_payload_max_length(max_body_bytes);
     server.set_tcp_nodelay(true);
     server.set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
       // Those that are accepted inherit it: what waits in the kernel is old by the time it is read.
-      ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &most_unsent_bytes, sizeof most_unsent_bytes);
+      ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &max_unsent_bytes, sizeof max_unsent_bytes);
     });
     server.set_default_headers(
         {{"Content-Security-Policy",
@@ -237,7 +237,7 @@ struct LiveServer::Inner {
     server.Get("/lines",
                [this](const auto& request, auto& response) { send_lines(request, response); });
     server.Get("/truth",
-               [this](const auto& request, auto& response) { tell_truth(request, response); });
+               [this](const auto& request, auto& response) { report_truth(request, response); });
     server.Post("/change",
                 [this](const auto& request, auto& response) { change(request, response); });
     if (options.port == 0)
@@ -292,7 +292,7 @@ struct LiveServer::Inner {
   }
 
   void send_lines(const httplib::Request& request, httplib::Response& response) {
-    if (++readers > most_readers) {
+    if (++readers > max_readers) {
       --readers;
       response.status = 503;
       response.set_content("there are as many pages as this server has room for\n", "text/plain");
@@ -321,7 +321,7 @@ struct LiveServer::Inner {
                                           });
   }
 
-  void tell_truth(const httplib::Request& request, httplib::Response& response) {
+  void report_truth(const httplib::Request& request, httplib::Response& response) {
     const std::string line = request.get_param_value("line"),
                       column = request.get_param_value("column");
     if (!is_number(line) || !is_number(column)) {

@@ -20,15 +20,15 @@ bool has_live_server();
 /// Whether nothing but this machine can reach an address: 127.x.y.z, ::1 or localhost.
 bool is_loopback(const std::string& address);
 
-/// A page over a session, on threads of its own. It answers GET for the page and its two files, /lines (frames.h,
-/// until the page leaves) and /truth, and POST for /change; and refuses whatever is not asked by the page itself:
-/// another Host than this server's own, another Origin or site, a missing token (which the page holds and another
-/// site cannot read), other methods and paths, requests that are large or slow, and more readers than there is room
-/// for.
+/// A page over a session, on threads of its own. It answers GET for the page and its two files,
+/// /lines (frames.h, until the page leaves) and /truth, and POST for /change; and refuses whatever
+/// is not asked by the page itself: another Host than this server's own, another Origin or site, a
+/// missing token (which the page holds and another site cannot read), other methods and paths,
+/// requests that are large or slow, and more readers than there is room for.
 class LiveServer {
  public:
-  /// Throws std::invalid_argument for an address that others could reach unless that is wanted, std::runtime_error
-  /// for a port that is taken and in a build without a server.
+  /// Throws std::invalid_argument for an address that others could reach unless that is wanted,
+  /// std::runtime_error for a port that is taken and in a build without a server.
   LiveServer(LiveSession& session, const ServerOptions& options);
   ~LiveServer();  ///< lets go of all pages
   LiveServer(const LiveServer&) = delete;

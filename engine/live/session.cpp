@@ -18,11 +18,11 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mesh_viewer.h>
 #include <ensonify/engine/live/setting.h>
-#include <ensonify/engine/live/world.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 
 namespace ensonify::engine {
 namespace {
@@ -32,7 +32,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double climb_mps = 1.0;  // at which another altitude is taken
 // Over the bed and below the surface, when it was changed.
-constexpr double least_clearance_m = 0.5;
+constexpr double min_clearance_m = 0.5;
 constexpr auto between_views = 300ms;
 constexpr auto between_status = 400ms;
 
@@ -41,11 +41,11 @@ std::string text_of(const Json& json) {
 }
 
 /// What the pages asked for, until the pinging thread takes it.
-struct Wishes {
+struct PendingChanges {
   std::vector<std::pair<std::size_t, Sonar>> sonars;
   std::optional<Display> display;
-  std::shared_ptr<LiveWorld> world;
-  std::vector<LiveThing> things;
+  std::shared_ptr<LiveScene> world;
+  std::vector<AddedObject> things;
   bool clear = false, again = false;
 };
 
@@ -57,7 +57,7 @@ struct LiveSession::Inner {
     const Scene scene =
         as_watched(read_scene(options.scene, options.overrides, options.data_folder));
     const auto progress = options.progress;
-    world = std::make_shared<LiveWorld>(scene, Preparation{.progress =
+    world = std::make_shared<LiveScene>(scene, Preparation{.progress =
                                                                [&](std::string_view stage) {
                                                                  if (progress) progress(stage);
                                                                },
@@ -67,7 +67,7 @@ struct LiveSession::Inner {
     display = scene.display;
     held = options.hold;
     take_setting();
-    ring.post(News::bed, world->bed);
+    ring.post(LatestFrame::bed, world->bed);
   }
 
   // ---- the pinging thread ----
@@ -79,7 +79,7 @@ struct LiveSession::Inner {
         take_wishes();
         if (held || along >= static_cast<double>(world->track.count())) {
           finished = along >= static_cast<double>(world->track.count());
-          tell_status(true);
+          report_status(true);
           std::unique_lock lock(wishes_lock);
           woken.wait_for(lock, between_status, [&] { return bool(stopping) || changed; });
           changed = false;
@@ -88,7 +88,7 @@ struct LiveSession::Inner {
         }
         finished = false;
         ping();
-        tell_status(false);
+        report_status(false);
         const double wanted = wanted_rate();
         if (wanted <= 0.0) continue;
         // On time again after a slow ping, but never in a hurry.
@@ -118,20 +118,20 @@ struct LiveSession::Inner {
     }
     const double per_ping = wanted.speed_mps / world->scene.track.speed_mps;
     const double to_climb = wanted.altitude_m - world->scene.track.altitude_m - climbed_m;
-    const double most_m = climb_mps * world->interval_s();
-    climbed_m += std::clamp(to_climb, -most_m, most_m);
+    const double max_m = climb_mps * world->interval_s();
+    climbed_m += std::clamp(to_climb, -max_m, max_m);
     try {
       publish(hear(per_ping));
       out_of_water = false;
     } catch (const std::invalid_argument& error) {  // a sonar was mounted where there is no water
-      if (!std::exchange(out_of_water, true)) tell_trouble(error.what());
+      if (!std::exchange(out_of_water, true)) report_trouble(error.what());
     }
     along += per_ping;
     ++pings;
     ++pings_since;
   }
 
-  TrackPings::Heard hear(double per_ping) {
+  TrackPings::RecordedPing hear(double per_ping) {
     Simulator& simulator = world->simulator;
     const std::span<const Pose> poses = world->track.poses();
     const auto nth = static_cast<std::size_t>(along);
@@ -146,8 +146,8 @@ struct LiveSession::Inner {
     Pose pose = world->pose_at(along);
     pose.position.z() += climbed_m;
     const double over_m = simulator.altitude_m(pose.position);
-    if (over_m < least_clearance_m) pose.position.z() += least_clearance_m - over_m;
-    pose.position.z() = std::min(pose.position.z(), -least_clearance_m);
+    if (over_m < min_clearance_m) pose.position.z() += min_clearance_m - over_m;
+    pose.position.z() = std::min(pose.position.z(), -min_clearance_m);
     pose.t_s = poses.front().t_s + static_cast<double>(pings) * world->interval_s();
     pose.velocity_mps *= per_ping;
     return {.record = {.pose = pose,
@@ -156,7 +156,7 @@ struct LiveSession::Inner {
             .lines = simulator.ping(pose, pings)};
   }
 
-  void publish(const TrackPings::Heard& heard) {
+  void publish(const TrackPings::RecordedPing& heard) {
     std::span<const EchoLine> lines = heard.lines;
     const std::span<const Sonar> sonars = world->simulator.sonars();
     for (std::size_t i = 0; i < sonars.size(); ++i) {
@@ -172,7 +172,7 @@ struct LiveSession::Inner {
       ring.push(std::move(line));
     }
     if (mesh_pages > 0 && Clock::now() >= view_due) {
-      std::vector<refine::ViewVolume> volumes;
+      std::vector<refine::FanVolume> volumes;
       for (const RayFan& fan : world->simulator.aim(heard.record.pose))
         volumes.push_back(view_volume(fan));
       viewer->show(world, std::move(volumes));
@@ -181,7 +181,7 @@ struct LiveSession::Inner {
   }
 
   void take_wishes() {
-    Wishes taken;
+    PendingChanges taken;
     std::vector<Sonar> as_set;
     {
       const std::lock_guard lock(wishes_lock);
@@ -200,7 +200,7 @@ struct LiveSession::Inner {
       last_stages = {};
       // They may have been changed while it was made ready.
       for (std::size_t i = 0; i < as_set.size(); ++i) set_sonar(i, as_set[i]);
-      ring.post(News::bed, world->bed);
+      ring.post(LatestFrame::bed, world->bed);
       new_setting = true;
     }
     for (const auto& [i, sonar] : taken.sonars) set_sonar(i, sonar), new_setting = true;
@@ -211,7 +211,7 @@ struct LiveSession::Inner {
     if (taken.clear)
       for (const std::uint32_t instance : std::exchange(things, {}))
         world->simulator.remove(instance);
-    for (LiveThing& thing : taken.things) {
+    for (AddedObject& thing : taken.things) {
       put(thing);
       new_setting = true;  // classes and materials may be more
     }
@@ -227,11 +227,11 @@ struct LiveSession::Inner {
     try {
       world->simulator.set_sonar(which, sonar);
     } catch (const std::exception& error) {
-      tell_trouble(error.what());
+      report_trouble(error.what());
     }
   }
 
-  void put(LiveThing& thing) {
+  void put(AddedObject& thing) {
     const Pose pose =
         world->pose_at(std::min(along, static_cast<double>(world->track.count() - 1)));
     const double sine = std::sin(pose.heading_rad), cosine = std::cos(pose.heading_rad);
@@ -240,7 +240,7 @@ struct LiveSession::Inner {
                       pose.position.y() + cosine * thing.ahead_m - sine * thing.starboard_m, 0.0};
     const double depth_m = world->simulator.altitude_m(place.position);
     if (!std::isfinite(depth_m)) {
-      tell_trouble("there is no seafloor where that object was to lie");
+      report_trouble("there is no seafloor where that object was to lie");
       return;
     }
     place.position.z() = -depth_m;
@@ -265,11 +265,11 @@ struct LiveSession::Inner {
     setting = setting_frame(*world, display, options.scene.stem().string());
   }
 
-  void tell_status(bool at_rest) {
+  void report_status(bool at_rest) {
     const Clock::time_point now = Clock::now();
-    const double since_s = seconds_since(status_told);
-    if (now - status_told < between_status) return;
-    status_told = now;
+    const double since_s = seconds_since(status_reported);
+    if (now - status_reported < between_status) return;
+    status_reported = now;
     const StageTimes& all = world->simulator.times();
     const double per_ping = pings_since > 0 ? 1000.0 / static_cast<double>(pings_since) : 0.0;
     const std::optional<MeshCounts> mesh = viewer->counts();
@@ -289,7 +289,7 @@ struct LiveSession::Inner {
                {{"surface", per_ping * (all.surface_s - last_stages.surface_s)},
                 {"trace", per_ping * (all.trace_s - last_stages.trace_s)},
                 {"echo", per_ping * (all.echo_s - last_stages.echo_s)},
-                {"speckle", per_ping * (all.speckle_s - last_stages.speckle_s)}}},
+                {"speckle", per_ping * (all.receive_s - last_stages.receive_s)}}},
               {"vehicle", {{"altitude_m", vehicle.altitude_m}, {"speed_mps", vehicle.speed_mps}}},
               {"things", things.size()},
               {"pages", int(pages)}};
@@ -300,12 +300,12 @@ struct LiveSession::Inner {
                       {"exact_faces", mesh->exact_faces}};
     last_stages = all;
     pings_since = 0;
-    ring.post(News::status, json_frame(FrameKind::status, text_of(json)));
+    ring.post(LatestFrame::status, json_frame(FrameKind::status, text_of(json)));
   }
 
   // ---- whoever asks ----
 
-  void tell_trouble(const std::string& what) {
+  void report_trouble(const std::string& what) {
     const std::lock_guard lock(wishes_lock);
     trouble = what;
     ++trouble_number;
@@ -354,9 +354,9 @@ struct LiveSession::Inner {
   void make_world(const SceneChange& set) {
     if (maker.joinable()) maker.join();
     maker = std::thread([this, set] {
-      std::shared_ptr<LiveWorld> made;
+      std::shared_ptr<LiveScene> made;
       try {
-        made = std::make_shared<LiveWorld>(set.scene,
+        made = std::make_shared<LiveScene>(set.scene,
                                            Preparation{.threads = 1,
                                                        .progress =
                                                            [this](auto) {
@@ -365,7 +365,7 @@ struct LiveSession::Inner {
                                                            },
                                                        .memory = options.memory});
       } catch (const std::exception& error) {
-        tell_trouble(error.what());
+        report_trouble(error.what());
       }
       const std::lock_guard lock(wishes_lock);
       preparing = false;
@@ -389,7 +389,7 @@ struct LiveSession::Inner {
   std::mutex change_lock;  // taken first
   std::mutex wishes_lock;
   std::condition_variable woken;
-  Wishes wishes;
+  PendingChanges wishes;
   std::optional<double> rate;
   Vehicle vehicle;
   bool changed = false, preparing = false;
@@ -400,7 +400,7 @@ struct LiveSession::Inner {
   std::atomic<int> pages = 0, mesh_pages = 0;
 
   // the pinging thread's
-  std::shared_ptr<LiveWorld> world;
+  std::shared_ptr<LiveScene> world;
   Display display;
   std::vector<Renderer> renderers;
   std::vector<Waterfall> rows;
@@ -411,7 +411,7 @@ struct LiveSession::Inner {
   std::uint64_t pings = 0, number = 0, pings_since = 0;
   bool on_track = true, finished = false, out_of_water = false;
   StageTimes last_stages;
-  Clock::time_point status_told{}, view_due{};
+  Clock::time_point status_reported{}, view_due{};
 
   std::optional<MeshViewer> viewer;  // while there are threads
   std::thread pinger, maker;
@@ -423,7 +423,7 @@ LiveSession::~LiveSession() { stop(); }
 
 void LiveSession::start() {
   inner_->viewer.emplace(inner_->ring,
-                         [this](const std::string& what) { inner_->tell_trouble(what); });
+                         [this](const std::string& what) { inner_->report_trouble(what); });
   inner_->pinger = std::thread([this] { inner_->ping_on(); });
 }
 

@@ -29,9 +29,9 @@ struct LiveOptions {
   std::function<void(std::string_view stage)> progress;
 };
 
-/// A scene that pings along its track while others watch, its sonar, vehicle and seabed changed as it goes. One
-/// thread pings, one refines a mesh of its own for the view when somebody looks; they write what they have into
-/// a ring and wait for nobody. Nothing is written to a disk.
+/// A scene that pings along its track while others watch, its sonar, vehicle and seabed changed as
+/// it goes. One thread pings, one refines a mesh of its own for the view when somebody looks; they
+/// write what they have into a ring and wait for nobody. Nothing is written to a disk.
 ///
 /// While nothing is changed its lines are those of a run of the scene, to the last bit.
 class LiveSession {
@@ -49,13 +49,15 @@ class LiveSession {
 
   LineRing& ring();
 
-  /// Changes what a JSON object says: "set": {"a scene's key": value, ...}; "hold": whether it stands still;
-  /// "pings_per_s": 0 for as fast as they come, null for the scene's own; "again": true, back to the track's
-  /// beginning; "add": an object's keys, with "ahead_m" and "starboard_m" from the vehicle; "clear": true, takes
-  /// those out. Throws std::invalid_argument and SceneError, before anything is changed.
+  /// Changes what a JSON object says: "set": {"a scene's key": value, ...}; "hold": whether it
+  /// stands still; "pings_per_s": 0 for as fast as they come, null for the scene's own; "again":
+  /// true, back to the track's beginning; "add": an object's keys, with "ahead_m" and "starboard_m"
+  /// from the vehicle; "clear": true, takes those out. Throws std::invalid_argument and SceneError,
+  /// before anything is changed.
   void change(std::string_view json);
 
-  /// What is known of a column of a line, as JSON. Throws std::out_of_range where there is none (any more).
+  /// What is known of a column of a line, as JSON. Throws std::out_of_range where there is none
+  /// (any more).
   std::string truth(std::uint64_t line, std::size_t column) const;
 
   /// A page that shows the mesh, as long as it lives.

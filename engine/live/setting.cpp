@@ -50,7 +50,7 @@ Display line_display(Display display) {
   return display;
 }
 
-Bytes setting_frame(const LiveWorld& world, const Display& display, const std::string& name) {
+Bytes setting_frame(const LiveScene& world, const Display& display, const std::string& name) {
   const Simulator& simulator = world.simulator;
   const Display shown = line_display(display);
   Json sonars = Json::array();

@@ -36,7 +36,7 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
   };
   if (sonar.sides != Sides::both)
     attributes.push_back({"sides", sonar.sides == Sides::port ? "port" : "starboard"});
-  Layers::for_each([&](std::string_view layer, auto) {
+  BinLayers::for_each([&](std::string_view layer, auto) {
     attributes.push_back({"units_" + std::string(layer), units(layer)});
   });
   return attributes;

@@ -25,9 +25,10 @@ struct Attribute {
   std::variant<std::string, double, int, std::vector<std::string>> value;
 };
 
-/// What every image file says beside its layers: row_order, sonar, frequency_hz, range_m, bins, full_scale (of a sample),
-/// world_origin_x_m, _y_m, _z_m, scene_hash, class_names and sediment_names (place k is number k of the layer),
-/// `sides` (port or starboard) of a sonar that has one, and units_LAYER for every layer.
+/// What every image file says beside its layers: row_order, sonar, frequency_hz, range_m, bins,
+/// full_scale (of a sample), world_origin_x_m, _y_m, _z_m, scene_hash, class_names and
+/// sediment_names (place k is number k of the layer), `sides` (port or starboard) of a sonar that
+/// has one, and units_LAYER for every layer.
 std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
 
 }  // namespace ensonify::engine

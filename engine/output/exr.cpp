@@ -64,7 +64,7 @@ std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin&
     throw std::invalid_argument("encode_exr: a waterfall without pixels");
   Imf::Header header = make_header(waterfall, origin);
   Imf::FrameBuffer frame;
-  Layers::for_each([&](std::string_view name, auto layer) {
+  BinLayers::for_each([&](std::string_view name, auto layer) {
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/seafloor/heightfield.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
 
 namespace ensonify::engine {
 

@@ -18,7 +18,7 @@ T rounded(double value) {
 }
 
 /// Place, attitude, speed and time; offsets are those of the 240 B after the message's header.
-void put_navigation(PackedBytes& bytes, const RecordedPing& ping) {
+void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = message_header;
   // Valid: place, speed, heading, pitch and roll, altitude, depth, sound speed; and the place is
   // the sonar's own at the time of the ping ("interpolated"), not the ship's last.
@@ -72,8 +72,7 @@ std::uint16_t more_bits(std::uint32_t value, int shift) {
   return static_cast<std::uint16_t>((value >> 16 & 0xfu) << shift);
 }
 
-void add_message(PackedBytes& bytes, const Recording& recording, const RecordedPing& ping,
-                 Side side) {
+void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& ping, Side side) {
   constexpr std::size_t h = message_header;
   const auto bins = static_cast<std::uint32_t>(recording.bins);
   bytes.begin(message_header + sonar_header + 2 * recording.bins);
@@ -121,7 +120,7 @@ void add_message(PackedBytes& bytes, const Recording& recording, const RecordedP
 std::vector<std::byte> encode_jsf(const Recording& recording) {
   std::vector<std::byte> file;
   PackedBytes bytes(file);
-  for (const RecordedPing& ping : recording.pings) {
+  for (const NavPing& ping : recording.pings) {
     if (recording.port) add_message(bytes, recording, ping, Side::port);
     if (recording.starboard) add_message(bytes, recording, ping, Side::starboard);
   }

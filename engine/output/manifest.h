@@ -22,8 +22,8 @@ struct Manifest {
   std::string scene_toml;  ///< every key, defaults filled in; reads back to the same scene
   std::uint64_t seed = 0;
   std::string surface, intersector, code_path;
-  std::vector<std::string> classes, materials;  ///< by their numbers in the layers
-  std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, …
+  std::vector<std::string> classes, materials;        ///< by their numbers in the layers
+  std::map<std::string, std::uint64_t> counts;        ///< pings, rays, hits, starved bins, …
   std::map<std::string, std::uint64_t> verification;  ///< of the pings verified; empty: not told
   std::vector<std::string> warnings;
   std::vector<FileRecord> files;

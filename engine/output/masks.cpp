@@ -28,7 +28,7 @@ std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {
 }  // namespace
 
 std::vector<Mask> encode_masks(const Waterfall& waterfall, std::span<const std::uint32_t> ignored) {
-  const Layers& layers = waterfall.pixels;
+  const BinLayers& layers = waterfall.pixels;
   const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
   const auto number = [](std::uint32_t label) {
     if (label >= ignored_class)

@@ -20,10 +20,11 @@ struct Mask {
   std::vector<std::uint16_t> numbers;  ///< that its pixels have, ascending
 };
 
-/// What each pixel of a waterfall's picture belongs to, by the numbers of its layers. class: of bed and objects, 0
-/// elsewhere, 255 without data and on ignored objects; sediment: of bed and objects, 255 elsewhere; instance: of
-/// objects and of the bed's features (16 bits), 65535 without data and on ignored ones; region: its number.
-/// `ignored` names instances. Throws std::invalid_argument for a class or sediment above 254.
+/// What each pixel of a waterfall's picture belongs to, by the numbers of its layers. class: of bed
+/// and objects, 0 elsewhere, 255 without data and on ignored objects; sediment: of bed and objects,
+/// 255 elsewhere; instance: of objects and of the bed's features (16 bits), 65535 without data and
+/// on ignored ones; region: its number. `ignored` names instances. Throws std::invalid_argument for
+/// a class or sediment above 254.
 std::vector<Mask> encode_masks(const Waterfall& waterfall, std::span<const std::uint32_t> ignored);
 
 }  // namespace ensonify::engine

@@ -101,7 +101,7 @@ class Zip {
 std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin& origin) {
   Zip zip;
   const std::string shape = fmt::format("({}, {})", waterfall.rows(), waterfall.columns());
-  Layers::for_each([&](std::string_view name, auto layer) {
+  BinLayers::for_each([&](std::string_view name, auto layer) {
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     zip.add(fmt::format("{}.npy", name), npy(std::is_same_v<Value, float> ? "<f4" : "<u4", shape,

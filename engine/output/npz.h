@@ -9,12 +9,12 @@
 
 namespace ensonify::engine {
 
-/// All layers of a waterfall as a NumPy archive: float32 and uint32 arrays of shape (pings, columns),
-/// named as the layers, and `attributes`, the image_attributes as a JSON string.
+/// All layers of a waterfall as a NumPy archive: float32 and uint32 arrays of shape (pings,
+/// columns), named as the layers, and `attributes`, the image_attributes as a JSON string.
 std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin& origin);
 
-/// A NumPy array file of float64, shape (rows, columns), C order. Throws std::invalid_argument unless
-/// values.size() == rows * columns.
+/// A NumPy array file of float64, shape (rows, columns), C order. Throws std::invalid_argument
+/// unless values.size() == rows * columns.
 std::vector<std::byte> encode_npy(std::span<const double> values, std::size_t rows,
                                   std::size_t columns);
 

@@ -22,7 +22,7 @@ std::string pings_csv(const Waterfall& waterfall) {
       "reported_roll_deg,reported_pitch_deg,reported_heading_deg,altitude_m,first_return_port,"
       "first_return_starboard,block,starved_port,starved_starboard,artefacts\n";
   for (std::size_t i = 0; i < waterfall.rows(); ++i) {
-    const PingRecord& ping = waterfall.pings[i];
+    const PingRow& ping = waterfall.pings[i];
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{}\n", i, ping.pose.t_s,
                    where(ping.pose), where(ping.reported),
                    std::isnan(ping.altitude_m) ? "" : fmt::format("{}", ping.altitude_m),

@@ -7,8 +7,9 @@
 #include <limits>
 #include <numbers>
 
-#include <ensonify/engine/sonar/mounting.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
 
 namespace ensonify::engine {
 namespace {
@@ -18,11 +19,11 @@ constexpr double pi = std::numbers::pi;
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
 constexpr double counts_from_1970_s = 1e8;         // a track does not take three years
-constexpr int most_bits = 15;                      // some readers take signed numbers
+constexpr int max_bits = 15;                       // some readers take signed numbers
 
 /// The recorder's samples, of more bits than readers take without the last of them.
 std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall) {
-  const int too_many_bits = std::max(0, waterfall.sonar.receiver.bits - most_bits);
+  const int too_many_bits = std::max(0, waterfall.sonar.receiver.bits - max_bits);
   std::vector<std::uint16_t> samples(waterfall.pixels.sample.size());
   for (std::size_t i = 0; i < samples.size(); ++i)
     samples[i] = static_cast<std::uint16_t>(waterfall.pixels.sample[i] >> too_many_bits);
@@ -49,7 +50,7 @@ std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
 
 /// Between pings about one: the shorter of the times to its neighbours, as a track may pause
 /// between its legs.
-double interval_s(std::span<const PingRecord> pings, std::size_t i) {
+double interval_s(std::span<const PingRow> pings, std::size_t i) {
   if (pings.size() < 2) return 0.0;
   double shortest_s = std::numeric_limits<double>::infinity();
   if (i > 0) shortest_s = pings[i].pose.t_s - pings[i - 1].pose.t_s;
@@ -93,7 +94,8 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       .frequency_hz = sonar.frequency_hz,
       .bandwidth_hz = sonar.pulse.bandwidth_hz,
       .range_m = sonar.range_m,
-      // Of a uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
+      // Of a uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound,
+      // table 3.2).
       .beamwidth_rad = 0.886 * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
       .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
       .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,
@@ -110,7 +112,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
   const std::int64_t start_s =
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
-    const PingRecord& ping = waterfall.pings[i];
+    const PingRow& ping = waterfall.pings[i];
     // Before the first ping that was recorded, none can be recorded again.
     if (ping.artefacts.has(Artefact::lost) ||
         (ping.artefacts.has(Artefact::repeated) && recording.pings.empty()))

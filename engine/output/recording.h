@@ -10,8 +10,8 @@
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/seafloor/geographic.h>
-#include <ensonify/engine/sonar/receiver.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
 
 namespace ensonify::engine {
 
@@ -30,7 +30,7 @@ struct RecordingFrame {
 
 /// What a ping of a recording says. Place, attitude and speed are those of the sonar itself: of its
 /// mounting on the vehicle, which is where the vehicle reports to be. The altitude is the true one.
-struct RecordedPing {
+struct NavPing {
   std::size_t number = 0;  ///< of the scene's ping; a lost ping leaves a gap
   std::int64_t unix_ms = 0;
   double interval_s = 0.0;  ///< between pings
@@ -56,7 +56,7 @@ struct Recording {
   double sound_speed_mps = 1500.0;
   std::size_t bins = 0;  ///< a side
   bool port = true, starboard = true;
-  std::vector<RecordedPing> pings;
+  std::vector<NavPing> pings;
   /// 2 * bins for each ping of the scene: port far..near, starboard near..far; at most 32767.
   std::vector<std::uint16_t> samples;
 

@@ -17,7 +17,8 @@ class TarFile {
   ~TarFile();
   TarFile(const TarFile&) = delete;
   TarFile& operator=(const TarFile&) = delete;
-  /// Throws std::system_error where the disk refuses, std::runtime_error for a name that tar does not take.
+  /// Throws std::system_error where the disk refuses, std::runtime_error for a name that tar does
+  /// not take.
   void add(const std::string& name, std::span<const std::byte> content);
   void finish();
 
@@ -26,7 +27,8 @@ class TarFile {
   std::unique_ptr<Open> open_;
 };
 
-/// Calls f for each member, in order. Throws std::runtime_error, naming the file, for one that is damaged.
+/// Calls f for each member, in order. Throws std::runtime_error, naming the file, for one that is
+/// damaged.
 void read_tar(
     const std::filesystem::path& file,
     const std::function<void(const std::string& name, std::vector<std::byte> content)>& f);

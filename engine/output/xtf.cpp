@@ -69,7 +69,7 @@ float heading_deg(double heading_rad) {
   return degrees == 0.0f ? 360.0f : degrees;
 }
 
-void add_ping(PackedBytes& bytes, const Recording& recording, const RecordedPing& ping) {
+void add_ping(PackedBytes& bytes, const Recording& recording, const NavPing& ping) {
   const std::size_t side_bytes = channel_header + 2 * recording.bins;
   const std::size_t whole = ping_header + 2 * side_bytes;
   const std::size_t padded = (whole + packet_multiple - 1) / packet_multiple * packet_multiple;
@@ -115,7 +115,7 @@ std::vector<std::byte> encode_xtf(const Recording& recording) {
   std::vector<std::byte> file;
   PackedBytes bytes(file);
   add_file_header(bytes, recording);
-  for (const RecordedPing& ping : recording.pings) add_ping(bytes, recording, ping);
+  for (const NavPing& ping : recording.pings) add_ping(bytes, recording, ping);
   return file;
 }
 

@@ -132,11 +132,11 @@ py::array array_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
 }
 
 /// The layer of that name of a line or an image.
-py::array layer_of(const py::object& self, const std::string& wanted, const Layers& layers,
+py::array layer_of(const py::object& self, const std::string& wanted, const BinLayers& layers,
                    const std::vector<py::ssize_t>& shape) {
   std::optional<py::array> found;
   std::string known;
-  Layers::for_each([&](std::string_view name, auto layer) {
+  BinLayers::for_each([&](std::string_view name, auto layer) {
     if (name == wanted) found = array_of(layers.*layer, shape, self);
     known += fmt::format("{}{}", known.empty() ? "" : ", ", name);
   });
@@ -147,7 +147,7 @@ py::array layer_of(const py::object& self, const std::string& wanted, const Laye
 
 std::vector<std::string> layer_names() {
   std::vector<std::string> names;
-  Layers::for_each([&](std::string_view name, auto) { names.emplace_back(name); });
+  BinLayers::for_each([&](std::string_view name, auto) { names.emplace_back(name); });
   return names;
 }
 
@@ -160,7 +160,7 @@ struct Line {
 };
 
 py::array layer_of_line(const py::object& self, const std::string& name) {
-  const Layers& bins = self.cast<const Line&>().line.bins;
+  const BinLayers& bins = self.cast<const Line&>().line.bins;
   return layer_of(self, name, bins, {static_cast<py::ssize_t>(bins.range_m.size())});
 }
 
@@ -181,9 +181,9 @@ py::array layer_of_image(const py::object& self, const std::string& name) {
 
 /// A value of each ping, in a list.
 template <class T>
-std::vector<T> by_ping(const Image& image, T PingRecord::*member) {
+std::vector<T> by_ping(const Image& image, T PingRow::*member) {
   std::vector<T> all;
-  for (const PingRecord& ping : image.waterfall.pings) all.push_back(ping.*member);
+  for (const PingRow& ping : image.waterfall.pings) all.push_back(ping.*member);
   return all;
 }
 
@@ -267,7 +267,8 @@ std::string text_of(const Pose& pose) {
 
 fs::path cache_of(const std::optional<fs::path>& cache) { return cache ? *cache : default_cache(); }
 
-/// A Simulator for Python's threads: one of them at a time is inside, without the interpreter's lock.
+/// A Simulator for Python's threads: one of them at a time is inside, without the interpreter's
+/// lock.
 class Session {
  public:
   Session(py::object scene, const py::object& keys, const fs::path& data,
@@ -358,7 +359,7 @@ class Session {
         py::dict(py::arg("objects") = py::make_tuple(dict_of(keys, "the object"))),
         {},
         source_.data};
-    MovingObject object = only_object(holder.read());
+    MovingObject object = single_object(holder.read());
     return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
   }
 
@@ -393,7 +394,7 @@ py::dict images(py::object given, const py::object& keys, const fs::path& data,
       Waterfall& waterfall = pings.images[i];
       std::vector<Attribute> attributes = image_attributes(waterfall, origin);
       std::string targets =
-          targets_json(find_targets(waterfall), waterfall, seafloor, pings.object_views[i]);
+          targets_json(find_targets(waterfall), waterfall, seafloor, pings.object_visibility[i]);
       made.push_back(std::make_unique<Image>(std::move(waterfall), std::move(attributes),
                                              std::move(targets), seafloor.classes,
                                              seafloor.materials));
@@ -502,15 +503,15 @@ near to far. `layers` lists the names.)")
           },
           "(pings, samples)")
       .def_property_readonly(
-          "poses", [](const Image& self) { return by_ping(self, &PingRecord::pose); },
+          "poses", [](const Image& self) { return by_ping(self, &PingRow::pose); },
           "The vehicle's true Pose at each ping.")
       .def_property_readonly(
-          "reported_poses", [](const Image& self) { return by_ping(self, &PingRecord::reported); },
+          "reported_poses", [](const Image& self) { return by_ping(self, &PingRow::reported); },
           "What the vehicle's navigation takes its Pose for at each ping.")
       .def_property_readonly(
           "altitude_m",
           [](const Image& self) {
-            const std::vector<double> all = by_ping(self, &PingRecord::altitude_m);
+            const std::vector<double> all = by_ping(self, &PingRow::altitude_m);
             return py::array_t<double>(static_cast<py::ssize_t>(all.size()), all.data());
           },
           "The vehicle's height over the bed at each ping, metres, (pings,); NaN over a hole.")

@@ -8,18 +8,18 @@
 #include <ensonify/engine/scene/object_check.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
-#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/trace/intersector.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double most_grid_points = 1e8;  // 0.8 GB of heights, ten times that while they are made
-constexpr double most_pixels = 1e9;       // 60 GB of layers
-constexpr double most_rays = 1e8;         // a side of a ping
-constexpr double most_bins_in_pulse = 10000;
-constexpr int most_bins = 65536;  // a side
-constexpr double most_pings = 10e6;
+constexpr double max_grid_points = 1e8;  // 0.8 GB of heights, ten times that while they are made
+constexpr double max_pixels = 1e9;       // 60 GB of layers
+constexpr double max_rays = 1e8;         // a side of a ping
+constexpr double max_bins_in_pulse = 10000;
+constexpr int max_bins = 65536;  // a side
+constexpr double max_pings = 10e6;
 
 void check_track(const Scene& scene, const auto& require) {
   const TrackOptions& track = scene.track;
@@ -43,7 +43,7 @@ void check_track(const Scene& scene, const auto& require) {
   });
 }
 
-constexpr std::size_t most_objects = 65534;
+constexpr std::size_t max_objects = 65534;
 
 }  // namespace
 
@@ -72,9 +72,9 @@ void check_scene(const Scene& scene,
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (const auto fault = fault_of(scene.objects[i], fmt::format("objects.{}", i)))
       require(false, fault->key, [&] { return fault->message; });
-  require(count_of(scene.objects) <= most_objects, "objects", [&] {
+  require(count_of(scene.objects) <= max_objects, "objects", [&] {
     return fmt::format("the scene has {} objects, expected at most {}, since labels have 16 bits",
-                       count_of(scene.objects), most_objects);
+                       count_of(scene.objects), max_objects);
   });
   const auto material = [&](const std::string& name, const std::string& key) {
     try {
@@ -104,11 +104,11 @@ void check_scene(const Scene& scene,
                                  bed.cell_m, bed.extent_east_m, bed.extent_north_m);
             });
     const double points = bed.extent_east_m / bed.cell_m * (bed.extent_north_m / bed.cell_m);
-    require(points <= most_grid_points, "seafloor.cell_m", [&] {
+    require(points <= max_grid_points, "seafloor.cell_m", [&] {
       return fmt::format(
           "a seabed of {} x {} m in cells of {} m has {:.2g} points, expected at most "
           "{:.0e}: make the cells larger or the seabed smaller",
-          bed.extent_east_m, bed.extent_north_m, bed.cell_m, points, most_grid_points);
+          bed.extent_east_m, bed.extent_north_m, bed.cell_m, points, max_grid_points);
     });
     require(bed.ripples.rms_height_m == 0.0 || bed.cell_m <= bed.ripples.wavelength_m / 4.0,
             "seafloor.ripples.wavelength_m", [&] {
@@ -168,30 +168,30 @@ void check_scene(const Scene& scene,
     });
     const Sonar sampled = sonar.sampled(sound_speed_mps);
     const std::string bins_key = key(sonar.sample_rate_hz > 0.0 ? "sample_rate_hz" : "bins");
-    require(sampled.bins <= most_bins, bins_key, [&] {
+    require(sampled.bins <= max_bins, bins_key, [&] {
       return fmt::format("'{}' is {}: {} bins over {} m, expected at most {}", bins_key,
-                         sonar.sample_rate_hz, sampled.bins, sonar.range_m, most_bins);
+                         sonar.sample_rate_hz, sampled.bins, sonar.range_m, max_bins);
     });
     const std::string pulse_key =
         key(sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0 ? "pulse_length_s"
                                                                             : "bandwidth_hz");
     const double pulse_m = sonar.pulse.cell_m(sound_speed_mps);
     const double reach_m = sound_speed_mps * sonar.pulse.reach_s();  // both ways
-    require(reach_m <= most_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
+    require(reach_m <= max_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
       return fmt::format(
           "'{}' makes bins of {:.3g} m, and a pulse of {:.3g} m with its side lobes spans more "
           "than "
           "{} of them; expected longer bins or a shorter pulse ({})",
-          bins_key, sampled.bin_m(), reach_m, most_bins_in_pulse, pulse_key);
+          bins_key, sampled.bin_m(), reach_m, max_bins_in_pulse, pulse_key);
     });
     require(pulse_m <= sonar.range_m, pulse_key, [&] {
       return fmt::format("'{}' makes a pulse of {:.3g} m, longer than range_m, which is {}",
                          pulse_key, pulse_m, sonar.range_m);
     });
-    require(double(sonar.planes) * sonar.elevations <= most_rays, key("elevations"), [&] {
+    require(double(sonar.planes) * sonar.elevations <= max_rays, key("elevations"), [&] {
       return fmt::format("{} planes of {} elevations are {:.2g} rays, expected at most {:.0e}",
                          sonar.planes, sonar.elevations, double(sonar.planes) * sonar.elevations,
-                         most_rays);
+                         max_rays);
     });
   }
   check_track(scene, require);
@@ -209,10 +209,10 @@ void check_pings(const Scene& scene, double pings, std::string_view place) {
   double pixels = 0.0;
   for (const Sonar& sonar : scene.sonars)
     pixels += static_cast<double>(sides_of(sonar).size()) * sonar.bins * pings;
-  if (!(pixels <= most_pixels && pings <= most_pings))
+  if (!(pixels <= max_pixels && pings <= max_pings))
     throw SceneError(fmt::format(
         "{}: {:.0f} pings make {:.2g} pixels, expected at most {:.0e}: take fewer pings or bins",
-        place, pings, pixels, most_pixels));
+        place, pings, pixels, max_pixels));
 }
 
 }  // namespace ensonify::engine

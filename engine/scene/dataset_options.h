@@ -35,12 +35,12 @@ struct ChipOptions {
 struct DatasetOptions {
   std::string title;
   int samples = 16;
-  int seafloors = 0;            ///< shared by the samples, neighbours together; 0: one each
-  int samples_per_tar = 0;      ///< 0: folders
-  int renders = 1;              ///< displays of each sample, each with its own draw of display.*
-  bool slant = true;            ///< labels of the lines in slant range
-  double ground_px_m = 0.0;     ///< edge of the pixels of the lines in ground range; 0: none
-  double least_visible = 0.25;  ///< share of a target in a picture below which it is ignored
+  int seafloors = 0;          ///< shared by the samples, neighbours together; 0: one each
+  int samples_per_tar = 0;    ///< 0: folders
+  int renders = 1;            ///< displays of each sample, each with its own draw of display.*
+  bool slant = true;          ///< labels of the lines in slant range
+  double ground_px_m = 0.0;   ///< edge of the pixels of the lines in ground range; 0: none
+  double min_visible = 0.25;  ///< share of a target in a picture below which it is ignored
   std::vector<std::string> licences;
   SplitOptions split;
   TileOptions tiles;
@@ -53,7 +53,8 @@ const std::vector<Section<DatasetOptions>>& dataset_sections();
 /// The [dataset] of a recipe's text; `name` stands for the file. Throws SceneError.
 DatasetOptions parse_dataset_options(std::string_view text, std::string_view name);
 
-/// A commented recipe: every key of [dataset], how to draw a key of a scene, and where those are found.
+/// A commented recipe: every key of [dataset], how to draw a key of a scene, and where those are
+/// found.
 std::string dump_recipe();
 
 }  // namespace ensonify::engine

@@ -30,7 +30,7 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
            {"least_visible", "", {0, 1},
             "An object of which a picture shows less than this share of what the whole line shows is "
             "ignored: no label, and 255 in the masks.",
-            at(&D::least_visible)},
+            at(&D::min_visible)},
            {"licences", "", {}, "A line an asset, for the card: \"wreck.stl: CC BY 4.0, by ...\".",
             at(&D::licences)},
        }},

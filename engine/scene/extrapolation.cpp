@@ -31,13 +31,13 @@ Extrapolation& Extrapolation::operator+=(const Extrapolation& other) {
 
 std::optional<std::string> Extrapolation::warning() const {
   if (materials_.empty()) return std::nullopt;
-  constexpr std::size_t most_named = 5;
+  constexpr std::size_t max_named = 5;
   std::string names;
   std::size_t i = 0;
   for (const std::string& name : materials_)
-    if (i++ < most_named) names += (names.empty() ? "" : ", ") + name;
-  if (materials_.size() > most_named)
-    names += fmt::format(" and {} more", materials_.size() - most_named);
+    if (i++ < max_named) names += (names.empty() ? "" : ", ") + name;
+  if (materials_.size() > max_named)
+    names += fmt::format(" and {} more", materials_.size() - max_named);
   const std::string used =
       lowest_hz_ < highest_hz_
           ? fmt::format("{:g} to {:g}", lowest_hz_ / 1000.0, highest_hz_ / 1000.0)

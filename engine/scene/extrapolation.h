@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/sonar/sonar.h>
+#include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
 

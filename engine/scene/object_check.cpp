@@ -42,7 +42,7 @@ class Faults {
             dimension.key);
     if (object_.shape.empty() && object_.size.facet_m)
       add("facet_m", "'{}.facet_m' is for shapes, and this is a mesh");
-    if (!object_.shape.empty() && object_.weld_m != 0.0)
+    if (!object_.shape.empty() && object_.weld_tolerance_m != 0.0)
       add("weld_m", "'{}.weld_m' is for meshes, and this is a shape");
   }
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include <ensonify/engine/seafloor/object_options.h>
+#include <ensonify/engine/seafloor/objects/object_options.h>
 
 namespace ensonify::engine {
 

@@ -15,7 +15,7 @@
 #include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
-#include <ensonify/engine/sonar/presets.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/scatter/nearest_names.h>
 
 namespace ensonify::engine {

@@ -35,17 +35,18 @@ Scene parse_scene(std::string_view text, std::string_view name,
 struct DrawnValues {
   /// By the key's whole name: a value as in TOML, or nothing, which leaves the key out.
   std::map<std::string, std::string, std::less<>> values;
-  /// Tables of lists that the scene has not, as in `objects.1`: numbers of the recipe. Those that follow
-  /// are called in `values` by the numbers they have without them.
+  /// Tables of lists that the scene has not, as in `objects.1`: numbers of the recipe. Those that
+  /// follow are called in `values` by the numbers they have without them.
   std::set<std::string, std::less<>> absent;
 };
 
-/// A scene from a recipe's text, with drawn values in place of the recipe's distributions. Its tables
-/// [dataset] and [draw] and the keys `present` of lists are passed over.
+/// A scene from a recipe's text, with drawn values in place of the recipe's distributions. Its
+/// tables [dataset] and [draw] and the keys `present` of lists are passed over.
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
                    const ScenePaths& paths);
 
-/// The same without a look at whether its options fit each other and its files are there: what it names.
+/// The same without a look at whether its options fit each other and its files are there: what it
+/// names.
 Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
                              const DrawnValues& drawn);
 

@@ -9,17 +9,18 @@
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/seafloor/input_file.h>
+#include <ensonify/engine/input_file.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/seafloor/placement.h>
+#include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/arrivals.h>
-#include <ensonify/engine/sonar/artefacts.h>
-#include <ensonify/engine/sonar/motion.h>
-#include <ensonify/engine/sonar/navigation.h>
-#include <ensonify/engine/sonar/ping.h>
-#include <ensonify/engine/sonar/sonar.h>
-#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/seafloor/seafloor_options.h>
+#include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/sonar/instrument/sonar.h>
+#include <ensonify/engine/sonar/reception/artefacts.h>
+#include <ensonify/engine/sonar/reception/other_paths.h>
+#include <ensonify/engine/sonar/vehicle/motion.h>
+#include <ensonify/engine/sonar/vehicle/navigation.h>
+#include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/scatter/sea_water.h>
 
@@ -73,12 +74,13 @@ struct Scene {
   MotionOptions motion;
   NavigationOptions navigation;
   std::vector<Sonar> sonars = {Sonar{}};
-  ArrivalOptions arrivals;
+  OtherPathsOptions arrivals;
   ArtefactOptions artefacts;
   RunOptions run;
   Display display;
   OutputOptions output;
-  /// Where the file's keys stand, "file:line:column", for messages of faults that show later. No option.
+  /// Where the file's keys stand, "file:line:column", for messages of faults that show later. No
+  /// option.
   std::map<std::string, std::string, std::less<>> places;
 
   std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }

@@ -9,8 +9,8 @@
 
 #include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/option_at.h>
+#include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/trace/surface.h>
 
 namespace ensonify::engine {
 namespace {
@@ -25,7 +25,7 @@ std::vector<std::string_view> intersector_names() {
 }
 
 std::vector<std::string_view> surface_choices() {
-  std::vector<std::string_view> names = surface_names();
+  std::vector<std::string_view> names = face_source_names();
   names.insert(names.begin(), "auto");
   return names;
 }
@@ -178,7 +178,7 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::seafloor, &SeafloorOptions::progressive)},
            {"weld_m", "m", {-1, 1000},
             "Vertices of the mesh this close become one; 0: only equal ones, less: none.",
-            at(&Scene::seafloor, &SeafloorOptions::weld_m)},
+            at(&Scene::seafloor, &SeafloorOptions::weld_tolerance_m)},
            {"water_level_m", "m", {-11000, 9000},
             "Height of the sea surface in the survey's or the mesh's own heights.",
             at(&Scene::seafloor, &SeafloorOptions::water_level_m)},
@@ -359,25 +359,25 @@ const std::vector<Section<Scene>>& scene_sections() {
        {
            {"surface", "", {},
             "The sea surface's return and its reverberation, by sea.wind_mps; waves move it up and down.",
-            at(&Scene::arrivals, &ArrivalOptions::surface)},
+            at(&Scene::arrivals, &OtherPathsOptions::surface)},
            {"volume", "", {}, "Reverberation of the water, by sea.volume_scattering_db.",
-            at(&Scene::arrivals, &ArrivalOptions::volume)},
+            at(&Scene::arrivals, &OtherPathsOptions::volume)},
            {"multiples", "", {}, "Copies of the direct echo that came by way of the surface and the bubbles under it.",
-            at(&Scene::arrivals, &ArrivalOptions::multiples)},
+            at(&Scene::arrivals, &OtherPathsOptions::multiples)},
            {"bottom_loss_db", "dB", {0, 60},
             "Of a reflection at the bed, in multiples; unset: the reflection loss of seafloor.material at "
             "that angle, 10 dB if it is no sediment.",
-            at(&Scene::arrivals, &ArrivalOptions::bottom_loss_db)},
+            at(&Scene::arrivals, &OtherPathsOptions::bottom_loss_db)},
            {"double_bounce", "", {},
             "Echoes by way of an object's wall and the bed before it, at the wall's foot.",
-            at(&Scene::arrivals, &ArrivalOptions::double_bounce)},
+            at(&Scene::arrivals, &OtherPathsOptions::double_bounce)},
            {"wall_loss_db", "dB", {0, 60}, "Of the reflection at the wall.",
-            at(&Scene::arrivals, &ArrivalOptions::wall_loss_db)},
+            at(&Scene::arrivals, &OtherPathsOptions::wall_loss_db)},
            {"burst_m", "m", {0, 1000},
             "Range over which the transmitted pulse itself blinds the receiver; 0: none.",
-            at(&Scene::arrivals, &ArrivalOptions::burst_m)},
+            at(&Scene::arrivals, &OtherPathsOptions::burst_m)},
            {"crosstalk_db", "dB", {-200, 0}, "Of one side in the other; unset: none.",
-            at(&Scene::arrivals, &ArrivalOptions::crosstalk_db)},
+            at(&Scene::arrivals, &OtherPathsOptions::crosstalk_db)},
        }},
       {"artefacts",
        "What spoils real images, each on its own switch; a ping's are named in NAME_pings.csv. (Heave, yaw "
@@ -533,7 +533,7 @@ const Section<ObjectOptions>& object_section() {
           {"width_m", "m", {0.001, 1000}, "Across it.",
            at(&ObjectOptions::size, &ShapeSize::width_m)},
           {"tall_m", "m", {0.001, 1000}, "From its lowest place to its highest.",
-           at(&ObjectOptions::size, &ShapeSize::tall_m)},
+           at(&ObjectOptions::size, &ShapeSize::shape_height_m)},
           {"diameter_m", "m", {0.001, 1000}, "Of a round shape.",
            at(&ObjectOptions::size, &ShapeSize::diameter_m)},
           {"top_diameter_m", "m", {0.001, 1000}, "Of a cone's upper end.",
@@ -569,7 +569,7 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::scale)},
           {"weld_m", "m", {-1, 1000},
            "Vertices this close become one; 0: only equal ones, less: none.",
-           at(&ObjectOptions::weld_m)},
+           at(&ObjectOptions::weld_tolerance_m)},
           {"path", "m", {-1e6, 1e6}, "Where a pipeline, cable, rope or chain lies.",
            at(&ObjectOptions::path)},
           {"path_file", "", {}, "The same from CSV with the header row east_m,north_m.",
@@ -699,28 +699,30 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
 template std::string expectation(const Key<Scene>&);
 template std::string expectation(const Key<ObjectOptions>&);
 template std::string expectation(const Key<Patch>&);
-template std::string expectation(const Key<Layer<FractalRelief>>&);
-template std::string expectation(const Key<Layer<CrestRelief>>&);
-template std::string expectation(const Key<Layer<TrawlMarks>>&);
-template std::string expectation(const Key<Layer<PitRelief>>&);
-template std::string expectation(const Key<Layer<OutcropRelief>>&);
-template std::string expectation(const Key<Layer<BoulderField>>&);
+template std::string expectation(const Key<ReliefLayer<FractalRelief>>&);
+template std::string expectation(const Key<ReliefLayer<Bedforms>>&);
+template std::string expectation(const Key<ReliefLayer<TrawlMarks>>&);
+template std::string expectation(const Key<ReliefLayer<PitRelief>>&);
+template std::string expectation(const Key<ReliefLayer<OutcropRelief>>&);
+template std::string expectation(const Key<ReliefLayer<BoulderField>>&);
 template std::string expectation(const Key<Material>&);
 template std::string expectation(const Key<Sonar>&);
 template std::string expectation(const Key<DatasetOptions>&);
 template std::optional<std::string> option_text(const Key<Scene>&, Scene&);
 template std::optional<std::string> option_text(const Key<ObjectOptions>&, ObjectOptions&);
 template std::optional<std::string> option_text(const Key<Patch>&, Patch&);
-template std::optional<std::string> option_text(const Key<Layer<FractalRelief>>&,
-                                                Layer<FractalRelief>&);
-template std::optional<std::string> option_text(const Key<Layer<CrestRelief>>&,
-                                                Layer<CrestRelief>&);
-template std::optional<std::string> option_text(const Key<Layer<TrawlMarks>>&, Layer<TrawlMarks>&);
-template std::optional<std::string> option_text(const Key<Layer<PitRelief>>&, Layer<PitRelief>&);
-template std::optional<std::string> option_text(const Key<Layer<OutcropRelief>>&,
-                                                Layer<OutcropRelief>&);
-template std::optional<std::string> option_text(const Key<Layer<BoulderField>>&,
-                                                Layer<BoulderField>&);
+template std::optional<std::string> option_text(const Key<ReliefLayer<FractalRelief>>&,
+                                                ReliefLayer<FractalRelief>&);
+template std::optional<std::string> option_text(const Key<ReliefLayer<Bedforms>>&,
+                                                ReliefLayer<Bedforms>&);
+template std::optional<std::string> option_text(const Key<ReliefLayer<TrawlMarks>>&,
+                                                ReliefLayer<TrawlMarks>&);
+template std::optional<std::string> option_text(const Key<ReliefLayer<PitRelief>>&,
+                                                ReliefLayer<PitRelief>&);
+template std::optional<std::string> option_text(const Key<ReliefLayer<OutcropRelief>>&,
+                                                ReliefLayer<OutcropRelief>&);
+template std::optional<std::string> option_text(const Key<ReliefLayer<BoulderField>>&,
+                                                ReliefLayer<BoulderField>&);
 template std::optional<std::string> option_text(const Key<Material>&, Material&);
 template std::optional<std::string> option_text(const Key<Sonar>&, Sonar&);
 template std::optional<std::string> option_text(const Key<DatasetOptions>&, DatasetOptions&);

@@ -18,7 +18,7 @@ using Option =
     std::variant<bool*, int*, std::uint64_t*, std::optional<std::uint64_t>*, double*,
                  std::optional<double>*, std::string*, std::vector<std::string>*, InputFile*,
                  std::vector<Eigen::Vector2d>*, RefractionMode*, SeafloorKind*, FractalSpectrum*,
-                 MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*, Mapping*, PictureOf*,
+                 MaterialModel*, TrackKind*, Vertical*, Sides*, Palette*, Mapping*, DisplayedLayer*,
                  PulseKind*, PulseWindow*, Detector*, TransferCurve*>;
 
 /// Allowed values, in the key's own unit, the ends among them.
@@ -54,12 +54,12 @@ const std::vector<Section<Scene>>& scene_sections();
 const Section<ObjectOptions>& object_section();
 /// The keys of each [[seafloor.patches]], and of the layers of relief.
 const Section<Patch>& patch_section();
-const Section<Layer<FractalRelief>>& roughness_section();
-const Section<Layer<CrestRelief>>& crest_section();
-const Section<Layer<TrawlMarks>>& trawl_mark_section();
-const Section<Layer<PitRelief>>& pit_section();
-const Section<Layer<OutcropRelief>>& outcrop_section();
-const Section<Layer<BoulderField>>& boulder_section();
+const Section<ReliefLayer<FractalRelief>>& roughness_section();
+const Section<ReliefLayer<Bedforms>>& crest_section();
+const Section<ReliefLayer<TrawlMarks>>& trawl_mark_section();
+const Section<ReliefLayer<PitRelief>>& pit_section();
+const Section<ReliefLayer<OutcropRelief>>& outcrop_section();
+const Section<ReliefLayer<BoulderField>>& boulder_section();
 /// The keys of each [material.NAME].
 const Section<Material>& material_section();
 /// The keys of each [sonar.NAME].

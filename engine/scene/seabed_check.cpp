@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/schema.h>
-#include <ensonify/engine/seafloor/area_files.h>
+#include <ensonify/engine/seafloor/layers/area_files.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {

@@ -69,8 +69,8 @@ Section<Owner> with_area(Section<Owner> section) {
 
 /// The section of a layer of relief, with the keys that all have.
 template <class Relief>
-Section<Layer<Relief>> layer(Section<Layer<Relief>> section) {
-  using Owner = Layer<Relief>;
+Section<ReliefLayer<Relief>> layer(Section<ReliefLayer<Relief>> section) {
+  using Owner = ReliefLayer<Relief>;
   add_row<Owner>(section, "class", "", {},
                  "What it is called in the labels; empty: as the bed it lies on.",
                  at(&Owner::class_name));
@@ -98,8 +98,8 @@ const Section<Patch>& patch_section() {
   return section;
 }
 
-const Section<Layer<FractalRelief>>& roughness_section() {
-  using Owner = Layer<FractalRelief>;
+const Section<ReliefLayer<FractalRelief>>& roughness_section() {
+  using Owner = ReliefLayer<FractalRelief>;
   static const Section<Owner> section = layer<FractalRelief>(
       {"seafloor.roughness",
        "A layer of fractal relief, as [seafloor.fractal] is.",
@@ -114,40 +114,40 @@ const Section<Layer<FractalRelief>>& roughness_section() {
   return section;
 }
 
-const Section<Layer<CrestRelief>>& crest_section() {
-  using Owner = Layer<CrestRelief>;
-  static const Section<Owner> section = layer<CrestRelief>(
+const Section<ReliefLayer<Bedforms>>& crest_section() {
+  using Owner = ReliefLayer<Bedforms>;
+  static const Section<Owner> section = layer<Bedforms>(
       {"seafloor.crests",
        "A layer of crests that bend, end and fork but do not fade: ripples (typically 0.1 to 1.5 m long and "
        "0.05 to 0.17 as high), megaripples (0.6 to 10 m, 0.1 to 0.5 m high), sand waves (50 to 500 m, 1 to "
        "10 m high).",
        {
            {"wavelength_m", "m", {0.01, 10e3}, "From crest to crest; four cells or more.",
-            at(&Owner::relief, &CrestRelief::wavelength_m)},
+            at(&Owner::relief, &Bedforms::wavelength_m)},
            {"height_m", "m", {0, 100}, "From trough to crest.",
-            at(&Owner::relief, &CrestRelief::height_m)},
+            at(&Owner::relief, &Bedforms::height_m)},
            {"across_crests_deg", "degrees", {-360, 360},
             "Heading across the crests, clockwise from north; steep sides face that way.",
-            at(&Owner::relief, &CrestRelief::across_crests_rad)},
+            at(&Owner::relief, &Bedforms::across_crests_rad)},
            {"sharpness", "", {0, 1}, "0: a cosine; 1: crests are edges between round troughs.",
-            at(&Owner::relief, &CrestRelief::sharpness)},
+            at(&Owner::relief, &Bedforms::sharpness)},
            {"asymmetry", "", {0, 0.95}, "0: both sides alike; towards 1: a steep lee side.",
-            at(&Owner::relief, &CrestRelief::asymmetry)},
+            at(&Owner::relief, &Bedforms::asymmetry)},
            {"bend_deg", "degrees", {0, 45},
             "How much, rms, the crests turn; their spacing changes alike, in radians of itself.",
-            at(&Owner::relief, &CrestRelief::bend_rad)},
+            at(&Owner::relief, &Bedforms::bend_rad)},
            {"drift_m", "m", {0, 1e6}, "Over what distance they do; 0: 20 wavelengths.",
-            at(&Owner::relief, &CrestRelief::drift_m)},
+            at(&Owner::relief, &Bedforms::drift_m)},
            {"height_spread", "", {0, 2}, "How much, rms, the height's logarithm changes over such distances.",
-            at(&Owner::relief, &CrestRelief::height_spread)},
+            at(&Owner::relief, &Bedforms::height_spread)},
            {"forks", "", {0, 25}, "How many crests begin and end in a square of 10 x 10 wavelengths.",
-            at(&Owner::relief, &CrestRelief::forks)},
+            at(&Owner::relief, &Bedforms::forks)},
        }});
   return section;
 }
 
-const Section<Layer<TrawlMarks>>& trawl_mark_section() {
-  using Owner = Layer<TrawlMarks>;
+const Section<ReliefLayer<TrawlMarks>>& trawl_mark_section() {
+  using Owner = ReliefLayer<TrawlMarks>;
   static const Section<Owner> section = layer<TrawlMarks>(
       {"seafloor.trawl_marks",
        "A layer of paired furrows with berms, left by the doors of otter trawls.",
@@ -171,8 +171,8 @@ const Section<Layer<TrawlMarks>>& trawl_mark_section() {
   return section;
 }
 
-const Section<Layer<PitRelief>>& pit_section() {
-  using Owner = Layer<PitRelief>;
+const Section<ReliefLayer<PitRelief>>& pit_section() {
+  using Owner = ReliefLayer<PitRelief>;
   static const Section<Owner> section = layer<PitRelief>(
       {"seafloor.pits",
        "A layer of scattered hollows: pockmarks, scours.",
@@ -195,8 +195,8 @@ const Section<Layer<PitRelief>>& pit_section() {
   return section;
 }
 
-const Section<Layer<OutcropRelief>>& outcrop_section() {
-  using Owner = Layer<OutcropRelief>;
+const Section<ReliefLayer<OutcropRelief>>& outcrop_section() {
+  using Owner = ReliefLayer<OutcropRelief>;
   static const Section<Owner> section = layer<OutcropRelief>(
       {"seafloor.outcrops",
        "A layer of tilted beds of rock that stand out of the sediment in ledges. Over the width "
@@ -218,8 +218,8 @@ const Section<Layer<OutcropRelief>>& outcrop_section() {
   return section;
 }
 
-const Section<Layer<BoulderField>>& boulder_section() {
-  using Owner = Layer<BoulderField>;
+const Section<ReliefLayer<BoulderField>>& boulder_section() {
+  using Owner = ReliefLayer<BoulderField>;
   static const Section<Owner> section = layer<BoulderField>(
       {"seafloor.boulders",
        "A layer of many boulders with moats and tails; give the seabed four cells a boulder or more. A few "

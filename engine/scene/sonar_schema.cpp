@@ -1,6 +1,6 @@
 #include <ensonify/engine/scene/option_at.h>
 #include <ensonify/engine/scene/schema.h>
-#include <ensonify/engine/sonar/presets.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 
 namespace ensonify::engine {
 

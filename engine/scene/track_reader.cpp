@@ -9,7 +9,7 @@
 
 #include <ensonify/engine/scene/csv_table.h>
 #include <ensonify/engine/scene/schema.h>
-#include <ensonify/engine/seafloor/geographic.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 
 namespace ensonify::engine {
 namespace {

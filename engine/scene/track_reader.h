@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/sonar/recorded_track.h>
+#include <ensonify/engine/sonar/vehicle/recorded_track.h>
 
 namespace ensonify::engine {
 
@@ -20,7 +20,8 @@ struct LocalFrame {
 
 /// Reads a recorded track from CSV (see CsvTable): a pose a row, by the columns
 /// - `t_s`, or `time_s`, or `utc_s`: ascending;
-/// - `x_m,y_m` local, `easting_m,northing_m` of the seabed's world, or `lat_deg,lon_deg` (WGS 84), the
+/// - `x_m,y_m` local, `easting_m,northing_m` of the seabed's world, or `lat_deg,lon_deg` (WGS 84),
+/// the
 ///   first of these that is there;
 /// - `z_m`, height above the sea surface, or `depth_m` below it; `altitude_m` over the bed;
 /// - `roll_deg,pitch_deg`, 0 where they are missing, and `heading_deg`, from true north beside
@@ -28,8 +29,8 @@ struct LocalFrame {
 ///
 /// Latitudes and longitudes are put onto the tangent plane about the track options' origin, if they
 /// have one, which lies at the seabed's middle; else into the seabed's UTM zone, if that is known;
-/// else, over a generated seabed, onto the tangent plane about the middle of the track's own extent.
-/// All is then moved by middle_east_m and middle_north_m. Throws SceneError with
+/// else, over a generated seabed, onto the tangent plane about the middle of the track's own
+/// extent. All is then moved by middle_east_m and middle_north_m. Throws SceneError with
 /// `file:line: what is wrong, what was expected`.
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame);
 

@@ -5,13 +5,14 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/sonar/beam_pattern.h>
+#include <ensonify/engine/sonar/instrument/beam_pattern.h>
 
 namespace ensonify::engine {
 
 /// Reads a measured vertical pattern from CSV, as a CsvTable: `depression_deg` from -90 to 180 and
-/// `level_db`, or `port_db` and `starboard_db`, one-way power re the peak and so 0 at most. Two rows at
-/// least, in any order. Throws SceneError with `file:line: what is wrong, what was expected`.
+/// `level_db`, or `port_db` and `starboard_db`, one-way power re the peak and so 0 at most. Two
+/// rows at least, in any order. Throws SceneError with `file:line: what is wrong, what was
+/// expected`.
 std::array<std::vector<VerticalLevel>, 2> read_vertical_pattern(const std::filesystem::path& file);
 
 /// The same from text; `name` stands for the file in messages.

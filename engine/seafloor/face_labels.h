@@ -7,8 +7,8 @@
 
 namespace ensonify::engine {
 
-/// What faces are: a seafloor's, and beside it those of bodies that move, whose faces are all called by
-/// the seafloor's number of faces plus their body's number. A view; both must outlive it.
+/// What faces are: a seafloor's, and beside it those of bodies that move, whose faces are all
+/// called by the seafloor's number of faces plus their body's number. A view; both must outlive it.
 class FaceLabels {
  public:
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)

@@ -2,49 +2,13 @@
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/seafloor/fractal.h>
-#include <ensonify/engine/seafloor/heightfield.h>
-#include <ensonify/engine/seafloor/input_file.h>
-#include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/seafloor/object_options.h>
-#include <ensonify/engine/seafloor/ripples.h>
-#include <ensonify/engine/seafloor/seabed.h>
-#include <ensonify/engine/seafloor/survey_detail.h>
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
-
-enum class SeafloorKind { fractal, survey, mesh, progressive };
-
-/// Where the seafloor comes from.
-struct SeafloorOptions {
-  SeafloorKind kind = SeafloorKind::fractal;
-  // fractal
-  double extent_east_m = 200.0;
-  double extent_north_m = 140.0;
-  double cell_m = 0.2;
-  double depth_m = 20.0;  ///< mean depth below the sea surface
-  FractalRelief fractal;
-  RippleRelief ripples;
-  // survey
-  InputFile survey;
-  SurveyDetail detail;
-  // fractal, survey
-  SeabedOptions seabed;  ///< the map and the layers of relief on that
-  // progressive
-  InputFile progressive;  ///< what `ensonify analyse` wrote: bed, objects and labels
-  // mesh
-  InputFile mesh;
-  double weld_m = 0.0;  ///< the mesh's vertices this close become one
-  // survey, mesh
-  double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
-  std::string material = "medium sand";  ///< see material.h
-};
 
 /// What a face belongs to; 0 is none.
 struct Label {
@@ -79,13 +43,12 @@ struct Seafloor {
   refine::TriangleMesh mesh;  ///< of no faces where `progressive` has them
   /// The mesh at many resolutions, once it was analysed (analysis.h); faces keep their numbers.
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
-  std::size_t vertices = 0, faces = 0;  ///< of the mesh, wherever it is
-  std::size_t bed_faces = 0;            ///< the bed's come first, then each object's
-  double mean_bed_m = 0.0;              ///< mean height of the bed's faces
-  std::vector<Label> labels;            ///< the different ones there are; at least one
-  std::vector<std::uint16_t>
-      face_label;  ///< into labels, one a face; empty: the progressive mesh's
-                   ///< tags, or else all are labels[0]
+  std::size_t vertices = 0, faces = 0;    ///< of the mesh, wherever it is
+  std::size_t bed_faces = 0;              ///< the bed's come first, then each object's
+  double mean_bed_m = 0.0;                ///< mean height of the bed's faces
+  std::vector<Label> labels;              ///< the different ones there are; at least one
+  std::vector<std::uint16_t> face_label;  ///< into labels, one a face; empty: the progressive
+                                          ///< mesh's tags, or else all are labels[0]
   std::vector<std::string> classes = {"none"};
   std::vector<std::string> materials = {"none"};
   int utm_zone = 0;  ///< of the mesh's world, as in Heightfield
@@ -103,7 +66,8 @@ struct Seafloor {
     if (!face_label.empty()) return face_label[face];
     return progressive ? tag_of(face) : std::uint16_t{0};
   }
-  /// Of an object or, behind those, a feature. Throws std::out_of_range for an instance there is not.
+  /// Of an object or, behind those, a feature. Throws std::out_of_range for an instance there is
+  /// not.
   const Label& label_of_instance(std::uint32_t instance) const {
     const std::size_t number = std::size_t{instance} - 1;
     return number < objects.size() ? objects[number].label
@@ -114,16 +78,5 @@ struct Seafloor {
  private:
   std::uint16_t tag_of(std::uint32_t face) const;
 };
-
-/// The heights that options describe. Throws std::invalid_argument for options that make no bed
-/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a
-/// survey that makes none, and what its parts throw.
-Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed);
-/// The bed (of any kind) as a mesh, with objects set down on it; `materials` are the scene's own. Throws
-/// as make_heightfield does, and refine::MeshError for a mesh that cannot be read or an object without a
-/// bed below, and std::invalid_argument for objects over a progressive mesh, which has its own.
-Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
-                       std::span<const ObjectOptions> objects = {},
-                       std::span<const Material> materials = {});
 
 }  // namespace ensonify::engine

@@ -2,14 +2,14 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/face_planes.cpp"
-#include <ensonify/engine/trace/vector_targets.h>
+#include <ensonify/engine/simd/vector_targets.h>
 
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>
 
 #include <ensonify/engine/trace/face_planes.h>
-#include <ensonify/engine/trace/fan_vectors.inc>
+#include <ensonify/engine/trace/fan_frame-inl.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace ensonify::engine {

@@ -17,7 +17,8 @@ struct FacePlanes {
       *distance;  ///< as FanRuns has them; up to widest_vector behind may be overwritten
 };
 
-/// The planes of so many faces as a fan's plane cuts them: to the last bit those that list_runs tells.
+/// The planes of so many faces as a fan's plane cuts them: to the last bit those that list_runs
+/// tells.
 void find_face_planes(const FacePlanes& planes, std::int64_t count);
 
 }  // namespace ensonify::engine

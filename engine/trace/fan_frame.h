@@ -6,8 +6,8 @@ namespace ensonify::engine {
 
 struct RayFan;
 
-/// Where a fan stands, as plain arrays for the kernels: x is along the array, y to the middle of the sector, z
-/// along the pole.
+/// Where a fan stands, as plain arrays for the kernels: x is along the array, y to the middle of
+/// the sector, z along the pole.
 struct FanFrame {
   std::array<double, 3> origin;
   std::array<double, 9> axes;  ///< array axis, middle, pole

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/trace/face_planes.h>
-#include <ensonify/engine/trace/fan_kernel.h>
 
 namespace ensonify::engine {
 

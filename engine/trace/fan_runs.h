@@ -5,20 +5,20 @@
 #include <span>
 #include <vector>
 
-#include <ensonify/engine/trace/cache_lines.h>
+#include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/trace/ray.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-/// What the rays of a fan hit, run by run: neighbouring rays of a plane whose nearest face is one. Runs come
-/// plane by plane, and within a plane in the order of rays; those that miss, or are outside the beam, are
-/// in none.
+/// What the rays of a fan hit, run by run: neighbouring rays of a plane whose nearest face is one.
+/// Runs come plane by plane, and within a plane in the order of rays; those that miss, or are
+/// outside the beam, are in none.
 ///
-/// A run's face is told by its plane, as the fan's plane cuts it: a ray of elevation e meets it at the
-/// range distance / (level cos e + pole sin e), and its grazing angle's sine is -(level cos e + pole sin e)
-/// if the face's front is hit, for which distance is negative.
+/// A run's face is told by its plane, as the fan's plane cuts it: a ray of elevation e meets it at
+/// the range distance / (level cos e + pole sin e), and its grazing angle's sine is -(level cos e +
+/// pole sin e) if the face's front is hit, for which distance is negative.
 class FanRuns {
  public:
   CacheLines<std::uint32_t> begin, end;   ///< elevations [begin, end)

@@ -1,53 +1,16 @@
 #include <ensonify/engine/trace/intersector.h>
 
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <ensonify/engine/trace/brute_force.h>
-#include <ensonify/engine/trace/embree.h>
-#include <ensonify/engine/trace/fan_scan.h>
-#include <ensonify/engine/trace/pluecker.h>
 
 namespace ensonify::engine {
 namespace {
 
 bool fits(const Eigen::Vector3d& v) { return (v.array().abs() <= largest_component).all(); }
 
-constexpr std::array kinds{
-    IntersectorKind{"embree", "Embree's bounding volume hierarchy, packets of rays, float",
-                    &make_embree},
-    IntersectorKind{"embree-single", "the same, ray by ray: what packets bring",
-                    &make_embree_single},
-    IntersectorKind{"fan_scan", "scan conversion of a fan, no tree: fans only, for few faces",
-                    &make_fan_scan, false},
-    IntersectorKind{"pluecker", "the reference: Plücker's test, double, ties decided exactly",
-                    &make_pluecker},
-    IntersectorKind{"brute_force", "the same test of every face for every ray: slow",
-                    &make_brute_force},
-};
-
 }  // namespace
-
-std::span<const IntersectorKind> intersector_kinds() { return kinds; }
-
-std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
-                                              const IntersectorOptions& options) {
-  std::vector<std::string_view> names;
-  for (const IntersectorKind& kind : kinds) {
-    if (kind.name == name) {
-      std::unique_ptr<Intersector> made = kind.make(options);
-      made->build(triangles);
-      return made;
-    }
-    names.push_back(kind.name);
-  }
-  throw std::invalid_argument(
-      fmt::format("there is no intersector '{}'; there are: {}", name, fmt::join(names, ", ")));
-}
 
 void check_ray(const Ray& ray) {
   if (!fits(ray.origin) || !fits(ray.direction))

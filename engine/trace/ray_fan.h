@@ -25,13 +25,13 @@ struct FanLayout {
 };
 
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is
-/// turned about it by an azimuth; within a plane rays differ by elevation, counted from the middle of
-/// the sector. A ray's sine from broadside is cos(elevation) sin(azimuth).
+/// turned about it by an azimuth; within a plane rays differ by elevation, counted from the middle
+/// of the sector. A ray's sine from broadside is cos(elevation) sin(azimuth).
 ///
-/// Planes stand evenly across a main beam that is no wider than its main lobe. In the near field, where
-/// it is, they stand farther and farther apart from the axis outwards, so that as many cover it: the
-/// wider the beam, the nearer the bed, and the less it changes over an angle. Beyond the main beam they
-/// stand farther apart yet.
+/// Planes stand evenly across a main beam that is no wider than its main lobe. In the near field,
+/// where it is, they stand farther and farther apart from the axis outwards, so that as many cover
+/// it: the wider the beam, the nearer the bed, and the less it changes over an angle. Beyond the
+/// main beam they stand farther apart yet.
 ///
 /// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
 /// bed, so that every bin is fed; 15 % even in range beyond, for where the bed rises; 20 % even in
@@ -56,10 +56,10 @@ struct FanGrid {
   }
 };
 
-/// How far the rays of a fan may leave their straight lines, each in its launch's vertical plane: none
-/// by default. Seen from the origin, a ray's points lie within turn_rad of its launch direction, at most
-/// `widening` times as level (in cosine of the angle from the level), and at most `lengthening` times
-/// as far as its t.
+/// How far the rays of a fan may leave their straight lines, each in its launch's vertical plane:
+/// none by default. Seen from the origin, a ray's points lie within turn_rad of its launch
+/// direction, at most `widening` times as level (in cosine of the angle from the level), and at
+/// most `lengthening` times as far as its t.
 struct FanBend {
   double turn_rad = 0.0;
   double widening = 1.0;

@@ -131,7 +131,7 @@ TEST_CASE("An empty turn takes time, and less than one in which something is don
   CHECK(1e-6 * results.harness->ping_us < busy_s / turn_pings);
   results.cells[0].ping_ms.median = 2e-3 * results.harness->ping_us;
   const Harness too_much = measure_harness(results.cells);
-  CHECK(too_much.share() > Harness::most_share);
+  CHECK(too_much.share() > Harness::max_share);
   CHECK(too_much.fastest_ping_us == Approx(2.0 * results.harness->ping_us));
 }
 

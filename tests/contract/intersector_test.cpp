@@ -19,8 +19,9 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -73,8 +74,8 @@ Hit shoot(const Intersector& tracer, const Ray& ray) {
   return hit;
 }
 
-/// Those that promise that no ray slips through, and those that say of the faces around an edge or a
-/// corner that exactly one is hit, whichever others are there.
+/// Those that promise that no ray slips through, and those that say of the faces around an edge or
+/// a corner that exactly one is hit, whichever others are there.
 bool holds_everything(std::string_view kind) {
   return kind == "pluecker" || kind == "brute_force" || kind == "fan_scan";
 }
@@ -253,8 +254,8 @@ TEST_CASE("of several faces the nearest is hit") {
 }
 
 TEST_CASE("neither the faces' order nor the vertices' changes a hit, to the bit") {
-  // Steep relief seen from low above, so that many rays pass a ridge or an edge; every third face is
-  // there twice, and some faces lie within others.
+  // Steep relief seen from low above, so that many rays pass a ridge or an edge; every third face
+  // is there twice, and some faces lie within others.
   refine::TriangleMesh mesh = tests::open_grid(40, 40, 0.5, 1.0, 11);
   const std::size_t plain = mesh.faces.size();
   for (std::size_t i = 0; i < plain; i += 3)
@@ -564,7 +565,7 @@ Agreement compare_over(const Scene& scene, int pings) {
   const Seafloor bed = make_seafloor(scene.seafloor, scene.seed);
   const Sonar& sonar = scene.sonars.front();
   const double altitude_m = scene.track.altitude_m;
-  const Aperture aperture =
+  const RayLayout aperture =
       make_aperture(sonar, 1500.0 / sonar.frequency_hz, sonar.range_m / altitude_m);
   const auto embree = make_intersector("embree", bed.mesh);
   const auto pluecker = make_intersector("pluecker", bed.mesh);

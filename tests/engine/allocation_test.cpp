@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
 
@@ -126,7 +126,7 @@ TEST_CASE("a steady ping of an object that moves allocates nothing, and what wen
   const refine::TriangleMesh plate{.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}},
                                    .faces = {{0, 1, 2}}};
   const std::uint32_t instance = simulator.add({.mesh = plate}, poses.front());
-  const auto fly = [&] {
+  const auto build_track = [&] {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       Pose beside = poses[i];
       beside.position += Eigen::Vector3d(10.0, 0.0, -4.0);
@@ -134,10 +134,10 @@ TEST_CASE("a steady ping of an object that moves allocates nothing, and what wen
       simulator.ping(poses[i], i);
     }
   };
-  fly();
+  build_track();
   simulator.reset();
   const std::size_t before = allocations;
-  fly();
+  build_track();
   CHECK(allocations == before);
 
   std::ptrdiff_t alive_before = 0;
@@ -153,7 +153,7 @@ TEST_CASE("a steady ping of an object that moves allocates nothing, and what wen
 
 TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
   Simulator simulator(small_scene());
-  std::vector<std::array<refine::ViewVolume, 2>> pings;
+  std::vector<std::array<refine::FanVolume, 2>> pings;
   for (const Pose& pose : simulator.track()) {
     const std::span<const RayFan> fans = simulator.aim(pose);
     pings.push_back({view_volume(fans[0]), view_volume(fans[1])});

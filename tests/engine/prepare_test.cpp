@@ -185,7 +185,8 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   const TemporaryFolder folder;
   const fs::path cache = folder / "cache";
   fs::create_directories(cache);
-  // A file beyond the cache's limit, which takes no room on the disk, and a clock that was put back.
+  // A file beyond the cache's limit, which takes no room on the disk, and a clock that was put
+  // back.
   write_text(cache / "huge.mesh", "");
   fs::resize_file(cache / "huge.mesh", std::uintmax_t{17} << 30);
   fs::last_write_time(cache / "huge.mesh",

@@ -55,8 +55,8 @@ TEST_CASE("The generator is Philox4x64-10: the known answers of Random123 come o
        {0x452821e638d01377, 0xbe5466cf34e90c6c},
        {0xa528f45403e61d95, 0x38c72dbd566e9788, 0xa5a1610e72fd18b5, 0x57bd43b5e52b7fe6}}};
   for (const Case& c : cases) {
-    const Stream stream(c.key[0], static_cast<Purpose>(c.key[1]),
-                        {c.counter[1], c.counter[2], c.counter[3]});
+    const RandomStream stream(c.key[0], static_cast<Purpose>(c.key[1]),
+                              {c.counter[1], c.counter[2], c.counter[3]});
     std::array<double, 4> drawn{};
     stream.uniform(drawn, 4 * c.counter[0]);
     for (std::size_t i = 0; i < 4; ++i)
@@ -66,7 +66,7 @@ TEST_CASE("The generator is Philox4x64-10: the known answers of Random123 come o
 
 TEST_CASE("Uniform numbers fill 0 to 1 evenly and are not correlated") {
   std::vector<double> x(200000);
-  Stream(1, Purpose::test).uniform(x);
+  RandomStream(1, Purpose::test).uniform(x);
   std::array<double, 50> bins{};
   for (const double value : x) {
     REQUIRE(value > 0.0);
@@ -82,7 +82,7 @@ TEST_CASE("Uniform numbers fill 0 to 1 evenly and are not correlated") {
 
 TEST_CASE("Normal numbers have the normal's moments and tails, and pairs are independent") {
   std::vector<double> x(400000);
-  Stream(2, Purpose::test).normal(x);
+  RandomStream(2, Purpose::test).normal(x);
   const Moments m = moments(x);
   CHECK(m.mean == Approx(0.0).margin(0.008));  // five standard errors each
   CHECK(m.variance == Approx(1.0).margin(0.012));
@@ -101,7 +101,7 @@ TEST_CASE("Normal numbers have the normal's moments and tails, and pairs are ind
 
 TEST_CASE("Exponential numbers have the exponential's moments") {
   std::vector<double> x(400000);
-  Stream(3, Purpose::speckle).exponential(x);
+  RandomStream(3, Purpose::speckle).exponential(x);
   const Moments m = moments(x);
   CHECK(m.mean == Approx(1.0).margin(0.008));
   CHECK(m.variance == Approx(1.0).margin(0.025));
@@ -109,7 +109,7 @@ TEST_CASE("Exponential numbers have the exponential's moments") {
 }
 
 TEST_CASE("A number depends on its place in the stream and not on how it is fetched") {
-  const Stream stream(7, Purpose::test, {1, 2, 3});
+  const RandomStream stream(7, Purpose::test, {1, 2, 3});
   std::vector<double> uniform(37), normal(37), exponential(37);
   stream.uniform(uniform);
   stream.normal(normal);
@@ -130,11 +130,11 @@ TEST_CASE("A number depends on its place in the stream and not on how it is fetc
 
 TEST_CASE("Streams that differ in seed, purpose or owner are unrelated") {
   std::vector<double> x(50000), y(50000);
-  Stream(7, Purpose::test, {1, 2, 3}).uniform(x);
-  for (const Stream& other :
-       {Stream(8, Purpose::test, {1, 2, 3}), Stream(7, Purpose::speckle, {1, 2, 3}),
-        Stream(7, Purpose::test, {2, 2, 3}), Stream(7, Purpose::test, {1, 3, 3}),
-        Stream(7, Purpose::test, {1, 2, 4})}) {
+  RandomStream(7, Purpose::test, {1, 2, 3}).uniform(x);
+  for (const RandomStream& other :
+       {RandomStream(8, Purpose::test, {1, 2, 3}), RandomStream(7, Purpose::speckle, {1, 2, 3}),
+        RandomStream(7, Purpose::test, {2, 2, 3}), RandomStream(7, Purpose::test, {1, 3, 3}),
+        RandomStream(7, Purpose::test, {1, 2, 4})}) {
     other.uniform(y);
     CHECK(std::abs(correlation(x, y, 0)) < 0.02);
   }

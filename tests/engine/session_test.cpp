@@ -1,4 +1,5 @@
-// A simulator that somebody drives: pings at his times, other settings, objects that come, move and go.
+// A simulator that somebody drives: pings at his times, other settings, objects that come, move and
+// go.
 
 #include <ensonify/engine/simulate.h>
 
@@ -63,7 +64,7 @@ const Pose beside{.position = {0.0, 0.0, -7.0}, .roll_rad = 0.02, .heading_rad =
 std::vector<double> numbers(std::span<const EchoLine> lines) {
   std::vector<double> all;
   for (const EchoLine& line : lines)
-    Layers::for_each([&](std::string_view, auto layer) {
+    BinLayers::for_each([&](std::string_view, auto layer) {
       all.insert(all.end(), (line.bins.*layer).begin(), (line.bins.*layer).end());
     });
   return all;

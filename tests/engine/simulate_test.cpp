@@ -14,8 +14,8 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/seafloor/tessellate.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/seafloor/bed/tessellate.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify;
@@ -60,7 +60,7 @@ std::vector<double> everything(const Scene& scene) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (i % 10 == 0) simulator.reset();
     for (const EchoLine& line : simulator.ping(poses[i], i))
-      Layers::for_each([&](std::string_view, auto layer) {
+      BinLayers::for_each([&](std::string_view, auto layer) {
         all.insert(all.end(), (line.bins.*layer).begin(), (line.bins.*layer).end());
       });
     all.push_back(simulator.altitude_m(poses[i].position));
@@ -106,7 +106,7 @@ TEST_CASE("a sonar of one side hears the same as that side of one with two, to t
         const EchoLine& expected = whole[half == &port ? 0 : 1];
         REQUIRE(lines[0].side == expected.side);
         REQUIRE(lines[0].first_return == expected.first_return);
-        Layers::for_each([&](std::string_view name, auto layer) {
+        BinLayers::for_each([&](std::string_view name, auto layer) {
           CAPTURE(name);
           REQUIRE(lines[0].bins.*layer == expected.bins.*layer);
         });
@@ -146,14 +146,15 @@ TEST_CASE("a million rays of each scene hit the same on every surface, to the bi
     Simulator simulator(scene);
     const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
     const auto whole = make_intersector("embree", mesh);
-    const SurfaceParts parts{.progressive = make_progressive_mesh(mesh), .intersector = "embree"};
-    const auto refined = make_refined_surface(parts), footprint = make_footprint_surface(parts);
+    const FaceSourceParts parts{.progressive = make_progressive_mesh(mesh),
+                                .intersector = "embree"};
+    const auto refined = make_refined_faces(parts), footprint = make_footprint_faces(parts);
     const std::vector<Pose> track = simulator.track();
     std::size_t rays = 0, ties = 0, hit_or_miss = 0, others = 0;
     std::vector<Hit> expected, found;
     for (std::size_t ping = 0; rays < 1000000; ping = (ping + 7) % track.size()) {
       const std::span<const RayFan> fans = simulator.aim(track[ping]);
-      for (Surface* surface : {refined.get(), footprint.get()}) {
+      for (FaceSource* surface : {refined.get(), footprint.get()}) {
         const Intersector& exact = surface->prepare(fans);
         for (const RayFan& fan : fans) {
           expected.resize(fan.grid->rays());
@@ -189,7 +190,7 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
   const EchoLine& starboard = simulator.ping(pose, 0)[1];
   bool object = false, shadow = false, port_object = false;
   for (std::size_t i = 0; i < starboard.bins.region.size(); ++i) {
-    const Layers& bins = starboard.bins;
+    const BinLayers& bins = starboard.bins;
     if (bins.instance[i] == 1) {
       object = true;
       // Where most planes jump over the bin it is shadow, whatever the others see.
@@ -327,8 +328,8 @@ TEST_CASE("Refraction in water of one speed changes nothing, and times alone shi
 }
 
 TEST_CASE("However far from the seafloor's middle, Embree hits what the reference hits") {
-  // Relief of 0.5 m cells under a sonar 12 m up, moved away from the middle together. Embree's own rounding
-  // leaves a ray in ten thousand to a neighbouring face.
+  // Relief of 0.5 m cells under a sonar 12 m up, moved away from the middle together. Embree's own
+  // rounding leaves a ray in ten thousand to a neighbouring face.
   for (const double away_km : {0.0, 1.0, 10.0, 50.0, 500.0}) {
     CAPTURE(away_km);
     const Eigen::Vector3d away(800.0 * away_km + 0.123, 600.0 * away_km + 0.456, 0.0);

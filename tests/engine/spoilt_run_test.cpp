@@ -31,7 +31,7 @@ bool same_pose(const Pose& a, const Pose& b) {
 /// All layers of a row as numbers.
 std::vector<double> row_of(const Waterfall& image, std::size_t row) {
   std::vector<double> all;
-  Layers::for_each([&](std::string_view, auto layer) {
+  BinLayers::for_each([&](std::string_view, auto layer) {
     const auto from =
         (image.pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * image.columns());
     all.insert(all.end(), from, from + static_cast<std::ptrdiff_t>(image.columns()));
@@ -94,7 +94,7 @@ TEST_CASE("while the navigation stands still a run reports the pose it had, and 
   const Scene scene = spoilt_scene();
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
-  const std::vector<PingRecord>& pings = all.images.front().pings;
+  const std::vector<PingRow>& pings = all.images.front().pings;
   int stale = 0;
   for (std::size_t i = 1; i < pings.size(); ++i) {
     CAPTURE(i);

@@ -37,15 +37,15 @@ inline void check_mesh(const refine::TriangleMesh& mesh) {
       promise(vertex < mesh.positions.size(), "faces name vertices that are there");
 }
 
-inline void check_repair(const refine::TriangleMesh& mesh, double weld_m) {
-  const refine::RepairedMesh repaired = refine::repair(mesh, weld_m);
+inline void check_repair(const refine::TriangleMesh& mesh, double weld_tolerance_m) {
+  const refine::RepairedMesh repaired = refine::repair(mesh, weld_tolerance_m);
   const std::string fault = manifold_fault(repaired.mesh);
   promise(fault.empty(), fault);
   const refine::RepairReport& report = repaired.report;
   promise(repaired.mesh.faces.size() + report.degenerate_faces + report.duplicate_faces ==
               mesh.faces.size(),
           "dropped faces are counted");
-  const refine::RepairedMesh again = refine::repair(repaired.mesh, weld_m);
+  const refine::RepairedMesh again = refine::repair(repaired.mesh, weld_tolerance_m);
   promise(again.report.total() == 0 && again.mesh.faces == repaired.mesh.faces &&
               again.mesh.positions == repaired.mesh.positions,
           "what is repaired is in order");
@@ -61,7 +61,7 @@ inline int fuzz_mesh(const std::uint8_t* data, std::size_t size, refine::MeshFor
   }
   check_mesh(mesh);
   if (mesh.faces.size() <= 1000)
-    for (const double weld_m : {0.0, 0.5, -1.0}) check_repair(mesh, weld_m);
+    for (const double weld_tolerance_m : {0.0, 0.5, -1.0}) check_repair(mesh, weld_tolerance_m);
   return 0;
 }
 

@@ -1,8 +1,8 @@
 #include <filesystem>
 #include <string>
 
-#include <ensonify/engine/seafloor/survey.h>
-#include <ensonify/engine/seafloor/tessellate.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
+#include <ensonify/engine/seafloor/bed/tessellate.h>
 
 #include "fuzz/fuzz.h"
 #include "support/grids.h"

@@ -113,12 +113,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     };
     refine::Footprint footprint(mesh);
     for (int i = 0; i < 2; ++i) {
-      const refine::ViewVolume volume = tests::random_volume(random, 40.0);
+      const refine::FanVolume volume = tests::random_volume(random, 40.0);
       attempt([&] { check(footprint.query({&volume, 1})); });
     }
     refine::ActiveMesh active(mesh);
     for (int i = 0; i < 4; ++i) {
-      const refine::ViewVolume volume = tests::random_volume(random, 40.0);
+      const refine::FanVolume volume = tests::random_volume(random, 40.0);
       const auto refine_there = [&] {
         active.refine({&volume, 1});
         check(active.exact_faces());

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double altitude_m = 10.0, depth_m = 14.0;
 const Eigen::Vector3d array{0.0, 0.0, -depth_m};
-const Hearing hearing{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
+const PingContext hearing{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
 
 Sonar open_sonar() {  // hears alike in all vertical directions
   Sonar sonar = quiet_sonar();
@@ -35,11 +35,11 @@ Sonar open_sonar() {  // hears alike in all vertical directions
 /// The mean intensity of a ping with these arrivals over a bed that answers where `direct` says.
 struct Circumstances {
   Side side = Side::starboard;
-  Listener ear = hearing.array;
+  ArrayFrame ear = hearing.array;
   ArtefactOptions artefacts = {};
   std::optional<scatter::Sediment> bed = {};
 };
-std::vector<double> received(const Sonar& sonar, const ArrivalOptions& arrivals,
+std::vector<double> received(const Sonar& sonar, const OtherPathsOptions& arrivals,
                              const std::vector<float>& direct = {}, const SeaState& sea = {},
                              const Circumstances& under = {}) {
   const SignalChain chain(sonar, {.speckle = false,
@@ -52,7 +52,7 @@ std::vector<double> received(const Sonar& sonar, const ArrivalOptions& arrivals,
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
   SignalChain::Memory memory;
-  Hearing now = hearing;
+  PingContext now = hearing;
   now.array = under.ear;
   chain.receive(now, std::span(&line, 1), memory);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
@@ -95,7 +95,7 @@ TEST_CASE("the surface's return wanders with the waves, within their height") {
   double sum = 0.0, squares = 0.0;
   constexpr int pings = 2000;
   for (int ping = 0; ping < pings; ++ping) {
-    Hearing now = hearing;
+    PingContext now = hearing;
     now.t_s = 0.37 * ping;
     chain.receive(now, std::span(&line, 1), memory);
     const auto first = std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
@@ -134,22 +134,22 @@ TEST_CASE(
   Sonar upright = quiet_sonar(), mounted = upright;
   mounted.vertical.starboard_mount_rad = roll_rad;
   mounted.vertical.port_mount_rad = -roll_rad;
-  const Listener level{array, {0, 1, 0}};
-  const Listener rolled{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
+  const ArrayFrame level{array, {0, 1, 0}};
+  const ArrayFrame rolled{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
   std::vector<float> direct(upright.bins, 0.0f);
   std::fill(direct.begin() + 250, direct.end(), 1.0f);
   const ArtefactOptions wake{.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_offset_m = 12.0};
   const ArtefactOptions fish{.fish_per_hectare = 3000.0};
   struct Case {
     const char* name;
-    ArrivalOptions arrivals;
+    OtherPathsOptions arrivals;
     ArtefactOptions artefacts = {};
   };
   for (const Case& what :
        {Case{"surface", {.surface = true}}, Case{"volume", {.volume = true}},
         Case{"multiples", {.multiples = true}}, Case{"wake", {}, wake}, Case{"fish", {}, fish}})
     for (const Side side : {Side::port, Side::starboard}) {
-      const auto hear = [&](const Sonar& sonar, const Listener& ear) {
+      const auto hear = [&](const Sonar& sonar, const ArrayFrame& ear) {
         const bool bed = what.arrivals.multiples;
         return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, {},
                         {.side = side, .ear = ear, .artefacts = what.artefacts});
@@ -171,7 +171,7 @@ TEST_CASE(
 TEST_CASE("in open water, nearer than surface and bed, reverberation does not mind a roll") {
   const Sonar sonar = quiet_sonar();
   for (const double roll_rad : {-0.7, 0.2, 1.4}) {
-    const Listener ear{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
+    const ArrayFrame ear{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
     const std::vector<double> level = received(sonar, {.volume = true});
     const std::vector<double> rolled = received(sonar, {.volume = true}, {}, {}, {.ear = ear});
     for (std::size_t n = 0; (n + 1) * sonar.bin_m() < altitude_m; ++n)
@@ -184,7 +184,7 @@ TEST_CASE(
   const Sonar sonar = open_sonar();
   for (const double pitch_rad : {-0.35, 0.2}) {
     const Eigen::Vector3d ahead{0.0, std::cos(pitch_rad), std::sin(pitch_rad)};
-    const Listener ear{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
+    const ArrayFrame ear{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
     const std::vector<double> surface =
         received(sonar, {.surface = true}, {}, {.wind_mps = 0.0}, {.ear = ear});
     const auto first = std::ranges::find_if(surface, [](double i) { return i > 0.0; });
@@ -350,10 +350,11 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, there and back
   }
   SignalChain::Memory memory;
   with.receive(hearing, std::span(&line, 1), memory);
-  // The wall is 1 m / sin g tall; its image reaches as far before it over the ground as light at that angle.
+  // The wall is 1 m / sin g tall; its image reaches as far before it over the ground as light at
+  // that angle.
   const double r = (foot + 0.5) * sonar.bin_m(), sine = altitude_m / r;
-  const double tall_m = 20 * sonar.bin_m() / sine;
-  const double ground_m = tall_m * std::sqrt(1.0 - sine * sine) / sine;
+  const double shape_height_m = 20 * sonar.bin_m() / sine;
+  const double ground_m = shape_height_m * std::sqrt(1.0 - sine * sine) / sine;
   const double bins = ground_m * std::sqrt(1.0 - sine * sine) / sonar.bin_m();
   CHECK(line.bins.intensity[foot] == Approx(1.0 + 2.0 * bins).epsilon(0.02));
   for (std::size_t i = 250; i < line.bins.intensity.size(); ++i)

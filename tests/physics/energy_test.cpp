@@ -24,8 +24,9 @@ Seafloor rough_bed(double height_at_1m_m) {
 }
 
 /// The same energy without bins: every ray's own, by the trapezoid rule along each plane.
-double energy_of_rays(const RayFan& fan, const Aperture& aperture, const Beam& beam,
-                      const Reception& listens, std::span<const Hit> hits, const Seafloor& bed) {
+double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& beam,
+                      const ReceiverMotion& listens, std::span<const Hit> hits,
+                      const Seafloor& bed) {
   const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
   const refine::Triangles mesh = bed.mesh;
   const std::vector<double>& e = fan.grid->elevation_rad;
@@ -44,7 +45,7 @@ double energy_of_rays(const RayFan& fan, const Aperture& aperture, const Beam& b
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
       sum += beam.two_way(Side::starboard, aperture.samples_of(k), fan.grid->cos_elevation[j],
                           fan.ray(k, j).direction, hit.t, listens) *
-             lambert.over_sine(sine) / (hit.t * hit.t) * step;
+             lambert.sigma_over_sine(sine) / (hit.t * hit.t) * step;
     }
   return sum;
 }
@@ -67,7 +68,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         sonar.source_level_db = 0.0;
         const Seafloor bed = rough_bed(height_at_1m_m);
         const Medium medium{1500.0, 0.0};
-        const Aperture aperture = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
+        const RayLayout aperture = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
         const RayFan fan = place_fan(aperture, pose, Side::starboard, 80.0);
         std::vector<Hit> hits(fan.grid->rays());
         make_intersector("embree", bed.mesh)->intersect(fan, hits);
@@ -79,7 +80,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         EchoLine line;
         line.side = Side::starboard;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
-        const Reception listens = reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        const ReceiverMotion listens = reception(pose, line.side, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
         former.form(fan, aperture, listens, bed.mesh, runs, line);
@@ -102,7 +103,7 @@ TEST_CASE("an echo has the same bytes on every kind of vector register, and on p
   const auto bytes = [&] {
     std::string all;
     for (const EchoLine& line : ping_once(Sonar{}, bed, pose, 12.0, {1500.0, 0.03}, "fan_scan"))
-      Layers::for_each([&](std::string_view, auto layer) {
+      BinLayers::for_each([&](std::string_view, auto layer) {
         const auto& values = line.bins.*layer;
         all.append(reinterpret_cast<const char*>(values.data()),
                    values.size() * sizeof values.front());

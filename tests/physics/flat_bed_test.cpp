@@ -98,7 +98,8 @@ TEST_CASE("a flat bed shows twice the vertical pattern that was measured, each s
 TEST_CASE("a flat bed's picture has no ring, and no stripe where the fan's layout changes") {
   Sonar sonar;  // with its near field and its vertical pattern
   std::vector<float> before;
-  // Layouts change at altitudes of 2^(n / 4): one of them, 8, lies between the second and the third.
+  // Layouts change at altitudes of 2^(n / 4): one of them, 8, lies between the second and the
+  // third.
   for (const double height_m : {7.9998, 7.9999, 8.0001, 8.0002, 9.5135, 9.5139}) {
     const auto line =
         ping_once(sonar, level_bed(20.0), {.position = {0.0, 0.0, height_m - 20.0}}, height_m)[1];

@@ -67,7 +67,7 @@ class PassingPlate {
   const std::vector<scatter::BackscatterTable> lambert_{
       2, scatter::BackscatterTable(scatter::Lambert(-27.0))};
   Seafloor bed_;
-  Pinger pinger_;
+  PingTracer pinger_;
   std::unique_ptr<Intersector> tracer_;
   double altitude_m_;
   EchoLine line_;

@@ -12,7 +12,7 @@
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/object_views.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify;
@@ -56,7 +56,7 @@ struct Image {
   Waterfall waterfall;
   explicit Image(const Scene& scene)
       : simulator(scene), waterfall(scene.sonars[0], static_cast<std::size_t>(scene.track.pings)) {
-    simulator.watch_objects();
+    simulator.count_object_visibility();
     const std::vector<Pose> poses = simulator.track();
     for (std::size_t i = 0; i < poses.size(); ++i)
       waterfall.set_row(i, simulator.ping(poses[i], i), {.pose = poses[i]});
@@ -116,15 +116,15 @@ std::pair<std::size_t, std::size_t> run_of(const EchoLine& line, Region region,
 
 TEST_CASE("Every labelled pixel lies on its object, but for what else its bin saw") {
   Image image(level_scene(four_things()));
-  const Layers& pixels = image.waterfall.pixels;
+  const BinLayers& pixels = image.waterfall.pixels;
   std::map<std::uint32_t, int> seen;
   for (std::size_t i = 0; i < pixels.region.size(); ++i) {
     if (pixels.region[i] != static_cast<std::uint32_t>(Region::object)) continue;
     const Vector3d place(pixels.x_m[i], pixels.y_m[i], pixels.z_m[i]);
     const double off_m = distance_m(place, image.simulator.seafloor(), pixels.instance[i]);
     CAPTURE(pixels.instance[i], pixels.fraction[i], place.transpose());
-    // A bin and the beam's width are averaged over; the rest of the energy comes from the bed at the
-    // same range, two metres away at most.
+    // A bin and the beam's width are averaged over; the rest of the energy comes from the bed at
+    // the same range, two metres away at most.
     REQUIRE(off_m < 0.12 + 2.0 * (1.0 - pixels.fraction[i]));
     ++seen[pixels.instance[i]];
   }
@@ -138,7 +138,7 @@ TEST_CASE(
   objects[0].size.diameter_m = 1.0;
   objects[1].size.diameter_m = 1.2;
   objects[1].size.top_diameter_m = 1.2;
-  objects[1].size.tall_m = 1.5;
+  objects[1].size.shape_height_m = 1.5;
   const Scene scene = level_scene(objects);
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
@@ -194,7 +194,7 @@ TEST_CASE("What is buried is not seen, and what is not is, each once") {
 
 TEST_CASE("Half sunk in, an object's shadow is that of the half that stands out") {
   std::vector<ObjectOptions> objects = {thing("box", 16.0, 0.0), thing("box", -16.0, 0.0)};
-  for (ObjectOptions& box : objects) box.size.tall_m = 2.0;
+  for (ObjectOptions& box : objects) box.size.shape_height_m = 2.0;
   objects[1].burial = 0.5;
   Simulator simulator(level_scene(objects));
   const std::span<const EchoLine> lines = simulator.ping(simulator.track()[60], 60);
@@ -234,7 +234,7 @@ TEST_CASE("The reference tracer's line to a labelled pixel meets its object firs
   Image image(level_scene(four_things()));
   const Seafloor& seafloor = image.simulator.seafloor();
   const auto reference = make_intersector("pluecker", seafloor.mesh);
-  const Layers& pixels = image.waterfall.pixels;
+  const BinLayers& pixels = image.waterfall.pixels;
   const std::size_t columns = image.waterfall.columns();
   int asked = 0, met = 0;
   for (std::size_t i = 0; i < pixels.region.size(); ++i) {
@@ -246,8 +246,8 @@ TEST_CASE("The reference tracer's line to a labelled pixel meets its object firs
     Hit hit;
     reference->intersect({&ray, 1}, {&hit, 1});
     ++asked;
-    // The bin's own range, but for the beam's width over a surface that is not square to it, and for the
-    // tenth that the bed may have in it.
+    // The bin's own range, but for the beam's width over a surface that is not square to it, and
+    // for the tenth that the bed may have in it.
     met += hit && seafloor.labels[seafloor.label_of(hit.face)].instance == pixels.instance[i] &&
            std::abs(hit.t - pixels.range_m[i]) < 0.2;
   }
@@ -261,7 +261,7 @@ TEST_CASE("The bed is in shadow where the reference's line to it is cut, and now
   scene.track.pings = 60;
   Image image(scene);
   const auto reference = make_intersector("pluecker", image.simulator.seafloor().mesh);
-  const Layers& pixels = image.waterfall.pixels;
+  const BinLayers& pixels = image.waterfall.pixels;
   const std::size_t columns = image.waterfall.columns(), bins = columns / 2;
   int dark = 0, wrongly_dark = 0, lit = 0, wrongly_lit = 0;
   for (std::size_t i = 0; i < pixels.region.size(); ++i) {
@@ -294,7 +294,7 @@ TEST_CASE("The bed is in shadow where the reference's line to it is cut, and now
 TEST_CASE("The visible share is that of the object's own picture: half buried, hidden, whole") {
   std::vector<ObjectOptions> objects = {thing("box", 16.0, 0.0), thing("box", -16.0, 0.0),
                                         thing("sphere", -19.0, 0.0), thing("cone", 24.0, 4.0)};
-  for (const std::size_t tall : {0, 1}) objects[tall].size.tall_m = 2.0;
+  for (const std::size_t tall : {0, 1}) objects[tall].size.shape_height_m = 2.0;
   objects[0].burial = 0.5;
   objects[1].size.length_m = 3.0;  // hides the sphere
   objects[2].size.diameter_m = 0.8;
@@ -302,14 +302,14 @@ TEST_CASE("The visible share is that of the object's own picture: half buried, h
     Scene scene = level_scene(objects);
     scene.run.surface = surface;
     const Image image(scene);
-    const std::span<const ObjectView> views = image.simulator.object_views(0);
+    const std::span<const ObjectView> views = image.simulator.object_visibility(0);
     REQUIRE(views.size() == 4);
     CAPTURE(surface);
     CHECK(views[1].share() == Approx(1.0).margin(0.01));
     CHECK(views[2].share() < 0.02);
     CHECK(views[3].share() == Approx(1.0).margin(0.01));
-    // From 15.5 m and 8 m up, of a cube's front and top: the line of sight sinks by 8 / 15.5 at the foot.
-    // Alone, the box reaches from a metre under the bed to a metre over it.
+    // From 15.5 m and 8 m up, of a cube's front and top: the line of sight sinks by 8 / 15.5 at the
+    // foot. Alone, the box reaches from a metre under the bed to a metre over it.
     const double foot = std::atan2(altitude_m + 1.0, 15.5), bed = std::atan2(altitude_m, 15.5),
                  back = std::atan2(altitude_m - 1.0, 16.5);
     CHECK(views[0].share() == Approx((bed - back) / (foot - back)).margin(0.02));
@@ -341,7 +341,7 @@ TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixel
   CHECK(of_class["boulder"] > 10);
   CHECK(of_class["pockmark"] > 5);
   CHECK(of_class["trawl_mark"] <= 2);
-  const Layers& pixels = image.waterfall.pixels;
+  const BinLayers& pixels = image.waterfall.pixels;
   int looked = 0;
   for (std::size_t i = 0; i < pixels.region.size(); ++i) {
     if (pixels.instance[i] == 1)

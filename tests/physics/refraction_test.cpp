@@ -1,4 +1,5 @@
-// A layered sea: what a bent or a straight echo loses on its way, against the sonar equation of single rays.
+// A layered sea: what a bent or a straight echo loses on its way, against the sonar equation of
+// single rays.
 
 #include <algorithm>
 #include <cmath>
@@ -105,8 +106,8 @@ TEST_CASE("a level bed's bent echo has the sonar equation's level with the rays'
       const double along = ray.point().along, snell_s_per_m = along / sonar_mps;
       while (ray.path_to_range_m(range_m) > ray.path_to_edge_m()) ray.advance(ray.path_to_edge_m());
       ray.advance(ray.path_to_range_m(range_m));
-      // A line array's footprint: as broad as its beam at the launch angle makes it, and as long as the pulse is
-      // in range, where the two-way time grows by twice Snell's constant.
+      // A line array's footprint: as broad as its beam at the launch angle makes it, and as long as
+      // the pulse is in range, where the two-way time grows by twice Snell's constant.
       const double width_m =
           range_m * 2.0 / 3.0 * reference_mps / sonar.frequency_hz / sonar.array_length_m / along;
       const double cell_m = 0.5 * sonar.pulse.effective_length_s() / snell_s_per_m;

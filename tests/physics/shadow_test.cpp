@@ -26,14 +26,14 @@ bool is(const EchoLine& line, std::size_t bin, Region region) {
 
 TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
   const Sonar sonar = plain_sonar();
-  const double wall_m = 30.0, tall_m = 2.0, thick_m = 0.05;
+  const double wall_m = 30.0, shape_height_m = 2.0, thick_m = 0.05;
   Seafloor bed = level_bed(20.0);
   add_box(bed, {30.0f, -20.0f, -20.0f}, {30.05f, 20.0f, -18.0f});
   const auto lines = ping_once(sonar, bed, above_bed, height_m);
   const EchoLine& starboard = lines[1];
 
   // The far upper edge casts the shadow.
-  const double end_m = slant_m((wall_m + thick_m) * height_m / (height_m - tall_m));
+  const double end_m = slant_m((wall_m + thick_m) * height_m / (height_m - shape_height_m));
   std::size_t last_dark = 0, first_dark = starboard.bins.region.size();
   for (std::size_t i = 0; i < starboard.bins.region.size(); ++i)
     if (is(starboard, i, Region::shadow)) {
@@ -49,7 +49,7 @@ TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
     REQUIRE(starboard.bins.intensity_mean[i] == 0.0f);
 
   // The wall stands nearer than its foot, over the bed in front: bright, and layover.
-  const std::size_t top = bin_at(sonar, std::hypot(wall_m, height_m - tall_m)) + 2;
+  const std::size_t top = bin_at(sonar, std::hypot(wall_m, height_m - shape_height_m)) + 2;
   CHECK(is(starboard, top, Region::object));
   CHECK(starboard.bins.layover[top] == 1);
   CHECK(starboard.bins.instance[top] == 7);
@@ -76,7 +76,8 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam leans") 
       std::size_t differ = 0;
       for (std::size_t i = bin_at(sonar, slant_m(3.0)); i < lines[side].bins.region.size(); ++i)
         differ += lines[side].bins.region[i] != level[side].bins.region[i];
-      // The sector is 10 degrees above to 90 below its own horizon: rolled up, its far end is as level.
+      // The sector is 10 degrees above to 90 below its own horizon: rolled up, its far end is as
+      // level.
       CHECK(differ <= 4);
       // What reaches past nadir meets the nearest bed; the side that is rolled up misses it.
       const bool up = (side == 1) == (roll_rad < 0.0);
@@ -129,7 +130,7 @@ TEST_CASE("a pitched array looks aslant: its first return comes from h / cos(pit
 
 TEST_CASE("under pitch the first return and a wall's shadow lie in the array's slanted plane") {
   const Sonar sonar = plain_sonar();
-  const double wall_m = 30.0, tall_m = 2.0, thick_m = 0.05;
+  const double wall_m = 30.0, shape_height_m = 2.0, thick_m = 0.05;
   Seafloor bed = level_bed(20.0);
   add_box(bed, {30.0f, -40.0f, -20.0f}, {30.05f, 40.0f, -18.0f});
   for (const double pitch_rad : {-0.35, 0.1, 0.25}) {
@@ -147,7 +148,7 @@ TEST_CASE("under pitch the first return and a wall's shadow lie in the array's s
     std::size_t last_dark = 0;
     for (std::size_t i = 0; i < lines[1].bins.region.size(); ++i)
       if (is(lines[1], i, Region::shadow)) last_dark = i;
-    const double end_m = std::hypot((wall_m + thick_m) * height_m / (height_m - tall_m),
+    const double end_m = std::hypot((wall_m + thick_m) * height_m / (height_m - shape_height_m),
                                     height_m / std::cos(pitch_rad));
     CHECK(std::abs((static_cast<double>(last_dark) + 1.0) * sonar.bin_m() - end_m) <=
           4 * sonar.bin_m());

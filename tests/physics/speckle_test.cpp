@@ -281,8 +281,8 @@ TEST_CASE("a second pass hears the same on the same track, and nothing of it fro
 }
 
 TEST_CASE("a second pass at another altitude loses coherence as the grazing angle changes") {
-  // Of bins of length b over ground, |sinc(2 b (cos g' - cos g) / lambda)|^2 of the intensities (Li and
-  // Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
+  // Of bins of length b over ground, |sinc(2 b (cos g' - cos g) / lambda)|^2 of the intensities (Li
+  // and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
   Ear ear(quiet_sonar());
   const double lambda_m = 1500.0 / ear.sonar.frequency_hz;
   for (const double higher_m : {0.2, 0.5, 1.0, 1.6}) {

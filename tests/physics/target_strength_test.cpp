@@ -7,8 +7,8 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
-#include <ensonify/engine/seafloor/objects.h>
-#include <ensonify/engine/sonar/plane_spacing.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/sonar/echo/plane_spacing.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
 
@@ -42,7 +42,7 @@ double target_strength_db(const refine::TriangleMesh& mesh, const scatter::Solid
   const std::vector<scatter::BackscatterTable> tables(
       2, scatter::BackscatterTable(scatter::SolidTarget(solid)));
   const Medium medium;
-  Pinger pinger(sonar, medium, alone, tables);
+  PingTracer pinger(sonar, medium, alone, tables);
   const Pose pose{.position = {-range_m, 0.0, -20.0}};
   pinger.aim(pose, 10.0);
   EchoLine line;
@@ -67,7 +67,7 @@ TEST_CASE("a sphere has the target strength a^2 / 4, however narrow its lobe, fr
     ObjectOptions ball{.shape = "sphere", .material = "mirror"};
     Material mirror{.name = "mirror", .model = MaterialModel::solid, .like = "steel"};
     mirror.lobe_width_rad = solid.lobe_width_rad;
-    const refine::TriangleMesh mesh = body_of(ball, 1, {&mirror, 1});
+    const refine::TriangleMesh mesh = mesh_of(ball, 1, {&mirror, 1});
     // Seen from so near its nearest point is so much nearer, and the sphere so much flatter there.
     const double expected_db = scatter::to_db(
         solid.specular * std::pow(radius_m / 2.0 * (range_m - radius_m) / range_m, 2.0));
@@ -77,7 +77,7 @@ TEST_CASE("a sphere has the target strength a^2 / 4, however narrow its lobe, fr
             Approx(expected_db).margin(0.5));
     }
     // Facets that know of no lobe: 8 degrees.
-    const refine::TriangleMesh usual = body_of(ball, 1);
+    const refine::TriangleMesh usual = mesh_of(ball, 1);
     if (lobe_deg <= 1.0)
       CHECK(std::abs(target_strength_db(usual, solid, range_m, 0.0) - expected_db) > 3.0);
   }

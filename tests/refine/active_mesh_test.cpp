@@ -45,7 +45,8 @@ struct Built {
   ProgressiveMesh hierarchy;
 };
 
-/// Every kind of mesh of some hundred faces and the smallest ones, under good and random hierarchies.
+/// Every kind of mesh of some hundred faces and the smallest ones, under good and random
+/// hierarchies.
 const std::vector<Built>& small_meshes() {
   static const std::vector<Built> all = [] {
     std::vector<NamedMesh> meshes = ensonify::tests::manifold_meshes(false);
@@ -114,7 +115,7 @@ std::size_t not_later(const ProgressiveMesh& mesh, const std::set<std::uint32_t>
 }
 
 /// Looking down from above, across the track, as a sonar does that goes along x.
-ViewVolume sonar_volume(double x_m, double y_m, double height_m, double range_m) {
+FanVolume sonar_volume(double x_m, double y_m, double height_m, double range_m) {
   return {.apex = {x_m, y_m, height_m},
           .array_axis = {1.0, 0.0, 0.0},
           .middle = {0.0, 0.0, -1.0},
@@ -170,15 +171,15 @@ Hit nearest(const Ray& ray, const ExactFaces& exact, double range_m) {
 }
 
 /// A fan that looks at some vertex of the mesh from nearby.
-ViewVolume aimed_volume(const TriangleMesh& mesh, double size_m, Random& random) {
-  ViewVolume v = random_volume(random, size_m);
+FanVolume aimed_volume(const TriangleMesh& mesh, double size_m, Random& random) {
+  FanVolume v = random_volume(random, size_m);
   const double distance = uniform(random, 0.02, 0.2) * size_m;
   v.apex = mesh.positions[random() % mesh.positions.size()].cast<double>() - distance * v.middle;
   return v;
 }
 
 /// A ray of the fan; some on its very edges.
-Ray random_ray(const ViewVolume& v, Random& random) {
+Ray random_ray(const FanVolume& v, Random& random) {
   const double edge = uniform(random);
   const double elevation = edge < 0.1 ? v.elevation_low_rad
                            : edge < 0.2
@@ -196,15 +197,15 @@ Ray random_ray(const ViewVolume& v, Random& random) {
 struct Agreement {
   std::size_t hits = 0, wrong = 0;
 };
-/// Random rays of random fans: the nearest of the exact faces against the nearest of all. From half of
-/// them on, the fan's range is just one hit's distance.
+/// Random rays of random fans: the nearest of the exact faces against the nearest of all. From half
+/// of them on, the fan's range is just one hit's distance.
 Agreement agreement(const TriangleMesh& source, const ProgressiveMesh& hierarchy, double size_m,
                     int volumes, int rays) {
   Random random(21);
   ActiveMesh mesh(hierarchy);
   Agreement out;
   for (int i = 0; i < volumes; ++i) {
-    ViewVolume v = aimed_volume(source, size_m, random);
+    FanVolume v = aimed_volume(source, size_m, random);
     for (int j = 0; j < rays; ++j) {
       const Ray ray = random_ray(v, random);
       const Hit hit = nearest(ray, source, v.range_m);
@@ -345,7 +346,7 @@ TEST_CASE("refinement keeps all laws and has all that any of its volumes can tou
     Footprint footprint(hierarchy);
     Random random(51);
     for (int ping = 0; ping < 40; ++ping) {
-      std::vector<ViewVolume> volumes;
+      std::vector<FanVolume> volumes;
       for (std::uint64_t n = random() % 4; n > 0; --n)
         volumes.push_back(random_volume(random, 60.0));
       const std::size_t before = mesh.vertex_count();
@@ -354,7 +355,7 @@ TEST_CASE("refinement keeps all laws and has all that any of its volumes can tou
       REQUIRE(broken_invariants(mesh, volumes) == Lines{});
       // Each sonar's own, too.
       const auto kept = mesh.exact_faces().source_faces;
-      for (const ViewVolume& v : volumes)
+      for (const FanVolume& v : volumes)
         for (const std::uint32_t f : footprint.query({&v, 1}).source_faces)
           CHECK(std::ranges::binary_search(kept, f));
       exact += kept.size();
@@ -398,7 +399,7 @@ TEST_CASE("coarse faces handed out too would change hits") {
     ActiveMesh mesh(hierarchy);
     for (int i = 0; i < 1000; ++i) {
       // A pencil through a coarse face, which mostly goes with that.
-      ViewVolume v = random_volume(random, 60.0);
+      FanVolume v = random_volume(random, 60.0);
       const ActiveMesh::ActiveFace& aim = mesh.faces()[random() % mesh.faces().size()];
       if (aim.slot == none) continue;
       v.apex = -uniform(random, 0.1, 20.0) * v.middle;
@@ -431,7 +432,7 @@ TEST_CASE("children of a forced split that are not tested again would be missing
   Random random(71);
   std::size_t broken = 0;
   for (int i = 0; i < 100; ++i) {
-    const ViewVolume v = random_volume(random, 60.0);
+    const FanVolume v = random_volume(random, 60.0);
     const ViewTest view({&v, 1});
     const auto touched = [&](const ActiveMesh& mesh, std::uint32_t at) {
       const ActiveMesh::Node& node = mesh.nodes()[at];
@@ -469,8 +470,8 @@ TEST_CASE("real meshes are refined by the same laws, and hit as they are whole")
   ActiveMesh mesh(hierarchy);
   Random random(81);
   for (int ping = 0; ping < 10; ++ping) {
-    const std::vector<ViewVolume> volumes = {random_volume(random, size_m),
-                                             random_volume(random, size_m)};
+    const std::vector<FanVolume> volumes = {random_volume(random, size_m),
+                                            random_volume(random, size_m)};
     mesh.refine(volumes);
     if (ping % 3 == 0) REQUIRE(broken_invariants(mesh, volumes) == Lines{});
   }
@@ -488,7 +489,7 @@ TEST_CASE("a thousand pings leave hardly more behind than the last one needs") {
   ActiveMesh mesh(hierarchy), fresh(hierarchy);
   std::size_t unblocking = 0, splits = 0;
   for (int ping = 0; ping <= 1000; ++ping) {
-    const ViewVolume v = sonar_volume(-24.0 + 0.048 * ping, 0.2 * std::sin(0.01 * ping), 5.0, 15.0);
+    const FanVolume v = sonar_volume(-24.0 + 0.048 * ping, 0.2 * std::sin(0.01 * ping), 5.0, 15.0);
     const RefineStatistics s = mesh.refine({&v, 1});
     splits += s.splits;
     unblocking += s.unblocking_splits;
@@ -509,14 +510,14 @@ TEST_CASE("what was before a reset leaves no trace, and the same pings give the 
   ActiveMesh one(hierarchy), other(hierarchy);
   Random random(91);
   for (int i = 0; i < 30; ++i) {
-    const ViewVolume v = random_volume(random, 50.0);
+    const FanVolume v = random_volume(random, 50.0);
     other.refine({&v, 1});
   }
   other.reset();
   CHECK(other.exact_faces().faces.empty());
   CHECK(broken_invariants(other) == Lines{});
   for (int i = 0; i < 30; ++i) {
-    const ViewVolume v = random_volume(random, 50.0);
+    const FanVolume v = random_volume(random, 50.0);
     const RefineStatistics a = one.refine({&v, 1}), b = other.refine({&v, 1});
     CHECK(a.splits == b.splits);
     CHECK(a.collapses == b.collapses);
@@ -532,7 +533,7 @@ TEST_CASE("a standing volume changes nothing the second time") {
   ActiveMesh mesh(hierarchy);
   Random random(101);
   for (int i = 0; i < 10; ++i) {
-    const ViewVolume v = random_volume(random, 60.0);
+    const FanVolume v = random_volume(random, 60.0);
     mesh.refine({&v, 1});
     mesh.refine({&v, 1});
     const RefineStatistics s = mesh.refine({&v, 1});
@@ -551,7 +552,7 @@ TEST_CASE("what is no split and no collapse is refused") {
   CHECK_THROWS_AS(mesh.ecol(1000), std::invalid_argument);
   mesh.vsplit(root);
   CHECK_THROWS_AS(mesh.vsplit(root), std::invalid_argument);
-  const ViewVolume v = {.range_m = -1.0};
+  const FanVolume v = {.range_m = -1.0};
   CHECK_THROWS_AS(mesh.refine({&v, 1}), std::invalid_argument);
   CHECK(broken_invariants(mesh) == Lines{});
 }

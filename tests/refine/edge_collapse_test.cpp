@@ -57,8 +57,8 @@ std::size_t collapsible(std::span<const Face> faces) {
     std::set<std::uint32_t> common, expected = {corner};
     std::ranges::set_intersection(ring[a], ring[b], std::inserter(common, common.end()));
     if (!border) expected.insert(across[{b, a}]);
-    // A lone triangle, or one that hangs by an edge, would vanish with nothing to stand for it; and a
-    // tetrahedron would become two faces over one another.
+    // A lone triangle, or one that hangs by an edge, would vanish with nothing to stand for it; and
+    // a tetrahedron would become two faces over one another.
     const auto loose = [&](std::uint32_t c, std::uint32_t from, std::uint32_t to) {
       return !across.contains({c, to}) && !across.contains({from, c});
     };

@@ -30,7 +30,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 
 /// By the definition in view_volume.h.
-bool inside(const ViewVolume& v, const Eigen::Vector3d& point) {
+bool inside(const FanVolume& v, const Eigen::Vector3d& point) {
   const Eigen::Vector3d p = point - v.apex;
   const double r = p.norm(), h = p.dot(v.pole);
   return r <= v.range_m && std::abs(p.dot(v.array_axis)) <= r * std::sin(v.truncation_rad) &&
@@ -38,15 +38,14 @@ bool inside(const ViewVolume& v, const Eigen::Vector3d& point) {
          h <= r * std::sin(v.elevation_high_rad);
 }
 
-std::set<std::uint32_t> query(Footprint& footprint, std::span<const ViewVolume> volumes) {
+std::set<std::uint32_t> query(Footprint& footprint, std::span<const FanVolume> volumes) {
   const ExactFaces exact = footprint.query(volumes);
   CHECK(exact.faces.size() == exact.source_faces.size());
   return {exact.source_faces.begin(), exact.source_faces.end()};
 }
 
 /// Faces with a random point inside the volume: they touch it.
-std::set<std::uint32_t> touched(const TriangleMesh& mesh, const ViewVolume& volume,
-                                Random& random) {
+std::set<std::uint32_t> touched(const TriangleMesh& mesh, const FanVolume& volume, Random& random) {
   std::set<std::uint32_t> out;
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
     for (int k = 0; k < 12; ++k) {
@@ -72,7 +71,7 @@ Count compare(const TriangleMesh& source, const ProgressiveMesh& mesh, double si
   Footprint footprint(mesh);
   Count count;
   for (int i = 0; i < volumes; ++i) {
-    const ViewVolume v = random_volume(random, size_m);
+    const FanVolume v = random_volume(random, size_m);
     const std::set<std::uint32_t> found = query(footprint, {&v, 1});
     for (const std::uint32_t f : touched(source, v, random)) {
       count.lost += !found.contains(f);
@@ -124,7 +123,7 @@ TEST_CASE(
   Random random(8);
   std::size_t met = 0, lost = 0;
   for (int i = 0; i < 30; ++i) {
-    ViewVolume v = random_volume(random, 60.0);
+    FanVolume v = random_volume(random, 60.0);
     for (int k = 0; k < 60; ++k) {
       const double e = k % 3   ? uniform(random, v.elevation_low_rad, v.elevation_high_rad)
                        : k % 2 ? v.elevation_low_rad
@@ -162,7 +161,7 @@ TEST_CASE("a footprint's faces are the source's, corner by corner") {
   Footprint footprint(mesh);
   Random random(9);
   for (int i = 0; i < 20; ++i) {
-    const ViewVolume v = random_volume(random, 60.0);
+    const FanVolume v = random_volume(random, 60.0);
     const ExactFaces exact = footprint.query({&v, 1});
     for (std::size_t f = 0; f < exact.faces.size(); ++f)
       for (std::size_t k = 0; k < 3; ++k)
@@ -178,13 +177,13 @@ TEST_CASE("a view of everything finds all faces, a view elsewhere none") {
     INFO(name);
     const ProgressiveMesh mesh = build_by_edge_collapse(source);
     Footprint footprint(mesh);
-    ViewVolume v = {.apex = {0.0, 0.0, -100.0},
-                    .middle = {0.0, 0.0, 1.0},
-                    .pole = {0.0, -1.0, 0.0},
-                    .truncation_rad = 85.0 * degree,
-                    .elevation_low_rad = -85.0 * degree,
-                    .elevation_high_rad = 85.0 * degree,
-                    .range_m = 1000.0};
+    FanVolume v = {.apex = {0.0, 0.0, -100.0},
+                   .middle = {0.0, 0.0, 1.0},
+                   .pole = {0.0, -1.0, 0.0},
+                   .truncation_rad = 85.0 * degree,
+                   .elevation_low_rad = -85.0 * degree,
+                   .elevation_high_rad = 85.0 * degree,
+                   .range_m = 1000.0};
     CHECK(footprint.query({&v, 1}).faces.size() == source.faces.size());
     v.range_m = 10.0;
     CHECK(footprint.query({&v, 1}).faces.empty());
@@ -201,11 +200,11 @@ TEST_CASE("a query knows nothing of those before it, and of several volumes has 
   Footprint one(mesh);
   Random random(10);
   for (int i = 0; i < 20; ++i) {
-    const std::vector<ViewVolume> volumes = {random_volume(random, 60.0),
-                                             random_volume(random, 60.0)};
+    const std::vector<FanVolume> volumes = {random_volume(random, 60.0),
+                                            random_volume(random, 60.0)};
     Footprint fresh(mesh);
     const std::set<std::uint32_t> both = query(one, volumes);
     CHECK(query(fresh, volumes) == both);
-    for (const ViewVolume& v : volumes) CHECK(std::ranges::includes(both, query(one, {&v, 1})));
+    for (const FanVolume& v : volumes) CHECK(std::ranges::includes(both, query(one, {&v, 1})));
   }
 }

@@ -23,14 +23,14 @@ constexpr std::uint32_t none = ProgressiveMesh::none;
 struct Refined {
   ProgressiveMesh hierarchy =
       build_by_edge_collapse(ensonify::tests::open_grid(30, 30, 1.0, 0.5, 5));
-  ViewVolume volume = {.apex = {0.0, 0.0, 4.0},
-                       .array_axis = {1.0, 0.0, 0.0},
-                       .middle = {0.0, 0.0, -1.0},
-                       .pole = {0.0, 1.0, 0.0},
-                       .truncation_rad = 0.05,
-                       .elevation_low_rad = -1.5,
-                       .elevation_high_rad = 1.5,
-                       .range_m = 10.0};
+  FanVolume volume = {.apex = {0.0, 0.0, 4.0},
+                      .array_axis = {1.0, 0.0, 0.0},
+                      .middle = {0.0, 0.0, -1.0},
+                      .pole = {0.0, 1.0, 0.0},
+                      .truncation_rad = 0.05,
+                      .elevation_low_rad = -1.5,
+                      .elevation_high_rad = 1.5,
+                      .range_m = 10.0};
   ActiveMesh mesh{hierarchy};
 
   Refined() {

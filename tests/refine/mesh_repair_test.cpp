@@ -57,8 +57,8 @@ double volume(const TriangleMesh& mesh) {
 }
 
 /// Repairs, and checks all that is promised of any mesh.
-RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_m = 0.0) {
-  const RepairedMesh repaired = repair(mesh, weld_m);
+RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_tolerance_m = 0.0) {
+  const RepairedMesh repaired = repair(mesh, weld_tolerance_m);
   const RepairReport& report = repaired.report;
   const std::string fault = manifold_fault(repaired.mesh);
   CAPTURE(fault);
@@ -71,7 +71,7 @@ RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_m = 0.0) {
   CHECK(std::ranges::adjacent_find(repaired.source_face) == repaired.source_face.end());
   CHECK(repaired.mesh.faces.size() + report.degenerate_faces + report.duplicate_faces ==
         mesh.faces.size());
-  const double reach = 1.0001 * std::max(weld_m, 0.0);
+  const double reach = 1.0001 * std::max(weld_tolerance_m, 0.0);
   std::size_t astray = 0, turned = 0;
   for (std::size_t f = 0; f < repaired.mesh.faces.size(); ++f) {
     const Face& now = repaired.mesh.faces[f];
@@ -84,14 +84,14 @@ RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_m = 0.0) {
     turned += !straight;
   }
   CHECK(astray == 0);
-  if (weld_m <= 0.0) {  // else corners can be near each other
+  if (weld_tolerance_m <= 0.0) {  // else corners can be near each other
     CHECK(turned == report.flipped_faces);
     CHECK(repaired.mesh.positions.size() + report.welded_vertices + report.unreferenced_vertices ==
           mesh.positions.size() + report.split_vertices);
   }
 
   // What came out is in order, however it is looked at.
-  for (const double again_m : {weld_m, -1.0}) {
+  for (const double again_m : {weld_tolerance_m, -1.0}) {
     const RepairedMesh again = repair(repaired.mesh, again_m);
     CHECK(again.report.total() == 0);
     CHECK(equal(again.mesh, repaired.mesh));
@@ -101,8 +101,8 @@ RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_m = 0.0) {
   return repaired;
 }
 
-RepairReport counts(const TriangleMesh& mesh, double weld_m = 0.0) {
-  return checked_repair(mesh, weld_m).report;
+RepairReport counts(const TriangleMesh& mesh, double weld_tolerance_m = 0.0) {
+  return checked_repair(mesh, weld_tolerance_m).report;
 }
 
 /// A report's counts that are not zero, in one line.
@@ -131,8 +131,8 @@ TriangleMesh tetrahedron(Eigen::Vector3f at = Eigen::Vector3f::Zero()) {
   return mesh;
 }
 
-/// A grid of quads in two triangles each, its last columns or rows joined to the first where wanted;
-/// `twisted` joins the last column to the first upside down.
+/// A grid of quads in two triangles each, its last columns or rows joined to the first where
+/// wanted; `twisted` joins the last column to the first upside down.
 TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows, bool round_columns = false,
                    bool round_rows = false, bool twisted = false) {
   TriangleMesh mesh;
@@ -238,9 +238,9 @@ TEST_CASE("A mesh in order comes back as it was, byte for byte, and nothing is r
         sphere(2.0), sphere(1.0, {300.0, -200.0, 50.0})}) {
     mesh.world_origin = {500123.0, 6234000.0, -12.0};
     if (volume(mesh) < 0.0) turn(mesh);
-    for (const double weld_m : {-1.0, 0.0, 1e-4}) {
-      CHECK(equal(repair(mesh, weld_m).mesh, mesh));
-      CHECK(text(counts(mesh, weld_m)) == "in order");
+    for (const double weld_tolerance_m : {-1.0, 0.0, 1e-4}) {
+      CHECK(equal(repair(mesh, weld_tolerance_m).mesh, mesh));
+      CHECK(text(counts(mesh, weld_tolerance_m)) == "in order");
     }
   }
 }
@@ -638,10 +638,10 @@ TEST_CASE("Equal places far out are one, whatever the reach") {
     float far = from;
     for (int i = 0; i < 50; ++i) {
       far = std::nextafter(far, 1e18f);
-      for (const double weld_m : {0.0, 0.5, 3.0}) {
-        CAPTURE(far, weld_m);
+      for (const double weld_tolerance_m : {0.0, 0.5, 3.0}) {
+        CAPTURE(far, weld_tolerance_m);
         REQUIRE(weld(std::vector<Eigen::Vector3f>{{1, -3, -far}, {-2, 3, far}, {1, -3, -far}},
-                     weld_m) == std::vector<std::uint32_t>{0, 1, 0});
+                     weld_tolerance_m) == std::vector<std::uint32_t>{0, 1, 0});
       }
     }
   }

@@ -180,7 +180,7 @@ TEST_CASE("a mapped mesh gives the same exact faces as the one in memory") {
     Random random(3);
     int different = 0;
     for (int i = 0; i < 100; ++i) {
-      const ViewVolume volume = random_volume(random, 40.0);
+      const FanVolume volume = random_volume(random, 40.0);
       different += Exact(walk.query({&volume, 1})) != Exact(mapped_walk.query({&volume, 1}));
       active.refine({&volume, 1});
       mapped_active.refine({&volume, 1});
@@ -233,7 +233,7 @@ TEST_CASE("a changed byte is noticed before it is used, and what met it goes on 
   Random random(12);
   int noticed = 0, untouched = 0, wrong = 0;
   for (int i = 0; i < 150; ++i) {
-    ViewVolume volume = random_volume(random, 20.0);
+    FanVolume volume = random_volume(random, 20.0);
     volume.range_m = 6.0;
     Footprint walk(mesh);
     ActiveMesh active(mesh);
@@ -420,12 +420,12 @@ TEST_CASE("hierarchies that contradict themselves under right checksums harm nob
       Random view(22);
       Footprint walk(mesh);
       for (int k = 0; k < 4; ++k) {
-        const ViewVolume volume = random_volume(view, 12.0);
+        const FanVolume volume = random_volume(view, 12.0);
         attempt([&] { walk.query({&volume, 1}); });
       }
       ActiveMesh active(mesh);
       for (int k = 0; k < 12; ++k) {
-        const ViewVolume volume = random_volume(view, 12.0);
+        const FanVolume volume = random_volume(view, 12.0);
         attempt([&] {
           if (!is_fine) active.reset();
           active.refine({&volume, 1});
@@ -447,7 +447,7 @@ TEST_CASE("threads that touch a mapped mesh first at once get what it holds") {
   const ProgressiveMesh mesh = build_by_tiles(source, 2);
   const std::vector<std::uint16_t> tags = tags_for(source);
   save(mesh, {tags}, folder / "f");
-  std::vector<ViewVolume> volumes;
+  std::vector<FanVolume> volumes;
   std::vector<Exact> expected;
   Random random(4);
   Footprint walk(mesh);

@@ -18,7 +18,7 @@ TEST_CASE("An errand is done by the spare thread, as often as it is sent") {
   SpareThread spare;
   std::thread::id its;
   int done = 0, finished = 0;
-  SpareThreads::Errand errand([&] {
+  SpareThreads::BackgroundTask errand([&] {
     its = std::this_thread::get_id();
     ++done;
   });
@@ -40,7 +40,7 @@ TEST_CASE("An errand is either done or taken back, and finish() says which") {
   std::atomic<int> miscounted = 0, sent = 0;
   const auto send_often = [&] {
     int done = 0;
-    SpareThreads::Errand errand([&] { ++done; });
+    SpareThreads::BackgroundTask errand([&] { ++done; });
     for (int i = 0; i < 3000; ++i) {
       const int before = done;
       errand.send(spare.threads);
@@ -58,7 +58,7 @@ TEST_CASE("An errand is either done or taken back, and finish() says which") {
 
 TEST_CASE("Without a spare thread no errand is sent: outside of loops and on one thread") {
   SpareThreads spare;
-  SpareThreads::Errand errand([] { FAIL("was done"); });
+  SpareThreads::BackgroundTask errand([] { FAIL("was done"); });
   errand.send(spare);
   CHECK_FALSE(errand.is_out());
   parallel_for(
@@ -79,7 +79,7 @@ TEST_CASE("A loop lends the threads that have no item, and ends with an errand o
   for (const bool throws : {false, true}) {
     SpareThreads spare;
     std::atomic<int> done = 0;
-    SpareThreads::Errand errand([&] {
+    SpareThreads::BackgroundTask errand([&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       ++done;
     });

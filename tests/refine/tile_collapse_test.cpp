@@ -106,8 +106,8 @@ void check_refinement(const TriangleMesh& source, const ProgressiveMesh& hierarc
   CHECK(broken_invariants(mesh) == Lines{});
   Random random(41);
   for (int ping = 0; ping < pings; ++ping) {
-    const std::vector<ViewVolume> volumes = {random_volume(random, size_m),
-                                             random_volume(random, size_m)};
+    const std::vector<FanVolume> volumes = {random_volume(random, size_m),
+                                            random_volume(random, size_m)};
     mesh.refine(volumes);
     REQUIRE(broken_invariants(mesh, volumes) == Lines{});
   }
@@ -201,14 +201,14 @@ TEST_CASE(
     });
     ActiveMesh mesh(hierarchy);
     for (int ping = 0; ping < 300; ++ping) {
-      const ViewVolume v = {.apex = {-30.0 + 0.2 * ping, 0.0, 4.0},
-                            .array_axis = {1.0, 0.0, 0.0},
-                            .middle = {0.0, 0.0, -1.0},
-                            .pole = {0.0, 1.0, 0.0},
-                            .truncation_rad = 0.5 * degree,
-                            .elevation_low_rad = -85.0 * degree,
-                            .elevation_high_rad = 85.0 * degree,
-                            .range_m = 25.0};
+      const FanVolume v = {.apex = {-30.0 + 0.2 * ping, 0.0, 4.0},
+                           .array_axis = {1.0, 0.0, 0.0},
+                           .middle = {0.0, 0.0, -1.0},
+                           .pole = {0.0, 1.0, 0.0},
+                           .truncation_rad = 0.5 * degree,
+                           .elevation_low_rad = -85.0 * degree,
+                           .elevation_high_rad = 85.0 * degree,
+                           .range_m = 25.0};
       const RefineStatistics s = mesh.refine({&v, 1});
       out.splits += s.splits;
       out.forced += s.forced_splits;

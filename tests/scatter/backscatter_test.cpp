@@ -53,8 +53,9 @@ TEST_CASE("the bottom is as strong as TR 9407, table 3, prints it") {
     double frequency_hz;
     std::array<double, 15> strength_db;
   };
-  // Two cells are left out: the transcriptions have -10.0 for rock at 40 degrees, where the equations
-  // that meet its neighbours give -10.59, and -61.5 for medium sand at 1 degree, where they give -61.26.
+  // Two cells are left out: the transcriptions have -10.0 for rock at 40 degrees, where the
+  // equations that meet its neighbours give -10.59, and -61.5 for medium sand at 1 degree, where
+  // they give -61.26.
   const Column columns[] = {{"rock",
                              sediment_named("rock"),
                              30e3,
@@ -167,7 +168,8 @@ TEST_CASE("every named seabed scatters finitely and without a jump from 0 to 90 
                                   terms.large_roughness})
           REQUIRE((term >= 0.0 && std::isfinite(term)));
         const double here_db = strength_db(bed, angle);
-        // Where it is steep, halve the step towards the steeper half: a jump stays, a slope does not.
+        // Where it is steep, halve the step towards the steeper half: a jump stays, a slope does
+        // not.
         double a = below, b = angle, a_db = below_db, b_db = here_db;
         while (b - a > 1e-7 && std::abs(b_db - a_db) > 0.1) {
           const double middle = 0.5 * (a + b), middle_db = strength_db(bed, middle);
@@ -292,12 +294,12 @@ void check_table(const Backscatter& model, double largest_error_db, double step_
   for (double degrees = 0.05; degrees <= 90.0; degrees += step_deg) {
     const double grazing = degrees * degree;
     CAPTURE(degrees);
-    REQUIRE(std::abs(to_db(table.over_sine(std::sin(grazing)) * std::sin(grazing) /
+    REQUIRE(std::abs(to_db(table.sigma_over_sine(std::sin(grazing)) * std::sin(grazing) /
                            model.cross_section(grazing))) < largest_error_db);
   }
-  CHECK(std::isfinite(table.over_sine(0.0)));
-  CHECK(table.over_sine(1.0) == Approx(model.cross_section(pi / 2)));
-  CHECK(table.over_sine(1.0 + 1e-15) == table.over_sine(1.0));
+  CHECK(std::isfinite(table.sigma_over_sine(0.0)));
+  CHECK(table.sigma_over_sine(1.0) == Approx(model.cross_section(pi / 2)));
+  CHECK(table.sigma_over_sine(1.0 + 1e-15) == table.sigma_over_sine(1.0));
 }
 
 }  // namespace

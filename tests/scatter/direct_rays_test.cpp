@@ -43,7 +43,7 @@ TEST_CASE("A direct ray comes where and when its arcs do, and no nearer one does
           SoundRay ray(profile, source_m, cotangent / hypotenuse, 1.0 / hypotenuse, -1e9, depth_m);
           while (ray.reflections() == 0) ray.advance(ray.path_to_edge_m());
           const SoundRayPoint& there = ray.point();
-          DirectRays::Way way{.cotangent = 0.3 * cotangent + 1.0};
+          DirectRays::Eigenray way{.cotangent = 0.3 * cotangent + 1.0};
           REQUIRE(rays.find(there.range_m, depth_m, way));
           CAPTURE(source_m, cotangent, depth_m);
           REQUIRE(way.cotangent == Approx(cotangent).margin(1e-6));
@@ -61,7 +61,7 @@ TEST_CASE("A direct ray comes where and when its arcs do, and no nearer one does
 TEST_CASE("A point beyond the flattest ray is not reached") {
   DirectRays rays(profiles()[1], 14.0, 22.0);
   rays.start_at(5.0);
-  DirectRays::Way way;
+  DirectRays::Eigenray way;
   CHECK(rays.find(60.0, 20.0, way));
   CHECK_FALSE(rays.find(2000.0, 20.0, way));
   CHECK(rays.find(0.999 * rays.farthest_m(20.0), 20.0, way));

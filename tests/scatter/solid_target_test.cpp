@@ -80,7 +80,7 @@ TEST_CASE("every named solid is possible, and an unknown one is answered with th
     for (double degrees = 0.05; degrees <= 90.0; degrees += 0.05) {
       const double sine = std::sin(degrees * degree);
       CAPTURE(named.name, degrees);
-      REQUIRE(std::abs(to_db(table.over_sine(sine) * sine /
+      REQUIRE(std::abs(to_db(table.sigma_over_sine(sine) * sine /
                              target.cross_section(degrees * degree))) < 0.02);
     }
   }

@@ -178,16 +178,15 @@ TEST_CASE("Spreading is the distance between neighbouring rays") {
 TEST_CASE("At a caustic the gain stays within 20 dB") {
   // Rays that turn in one gradient have an envelope.
   const SoundSpeedProfile bending({{0.0, 1400.0}, {500.0, 1600.0}});
-  double most_db = -inf;
+  double max_db = -inf;
   for (double launch = 2.0; launch < 30.0; launch += 0.01) {
     SoundRay ray = launched(bending, 250.0, launch * degree);
     for (int i = 0; i < 2000; ++i) {
       ray.advance(1.0);
-      most_db =
-          std::max(most_db, 20.0 * std::log10(ray.point().path_m) - to_db(ray.spreading_m2()));
+      max_db = std::max(max_db, 20.0 * std::log10(ray.point().path_m) - to_db(ray.spreading_m2()));
     }
   }
-  CHECK(most_db <= 20.0 + 1e-9);
+  CHECK(max_db <= 20.0 + 1e-9);
 }
 
 TEST_CASE("A ray and the ray back take one time, one path and one loss") {
@@ -272,15 +271,15 @@ double apart_m(const SoundSpeedProfile& profile, double source_m, double launch_
                double bottom_m, const Path& path, double up_to_m) {
   SoundRay ray(profile, source_m, std::cos(launch_deg * degree), std::sin(launch_deg * degree), 0.0,
                bottom_m);
-  double most_m = 0.0;
+  double max_m = 0.0;
   for (const auto& [range_m, depth_m] : path)
     if (range_m <= up_to_m && range_m > ray.point().range_m)
-      most_m = std::max(most_m, std::abs(go(ray, range_m).point().depth_m - depth_m));
-  return most_m;
+      max_m = std::max(max_m, std::abs(go(ray, range_m).point().depth_m - depth_m));
+  return max_m;
 }
 
-/// Between samples as BELLHOP's monotone piecewise cubic: slopes are harmonic means of the neighbouring
-/// secants (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 300, 1984).
+/// Between samples as BELLHOP's monotone piecewise cubic: slopes are harmonic means of the
+/// neighbouring secants (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 300, 1984).
 std::vector<SoundSpeedSample> resampled(const std::vector<SoundSpeedSample>& at, int pieces) {
   const std::size_t n = at.size();
   std::vector<double> h, secant, slope(n);
@@ -317,13 +316,13 @@ TEST_CASE("BELLHOP's ray through four layers is met within a millimetre, bottom 
   const SoundSpeedProfile profile(
       {{0.0, 1500.0}, {300.0, 1480.0}, {700.0, 1520.0}, {1000.0, 1500.0}});
   REQUIRE(path->size() == 522);
-  const double most_m = apart_m(profile, 500.0, 10.0, 1000.0, *path, 5100.0);
-  CAPTURE(most_m);
-  CHECK(most_m < 1e-3);
+  const double max_m = apart_m(profile, 500.0, 10.0, 1000.0, *path, 5100.0);
+  CAPTURE(max_m);
+  CHECK(max_m < 1e-3);
 }
 
-// Its steps are up to 500 m long there, through a speed that is not linear: 8.0 m apart at 10 km, and
-// 11.5 m where the samples are joined by straight lines.
+// Its steps are up to 500 m long there, through a speed that is not linear: 8.0 m apart at 10 km,
+// and 11.5 m where the samples are joined by straight lines.
 TEST_CASE("BELLHOP's coarse ray through a smooth profile, resampled, is met within metres") {
   const auto path = bellhop_path("MunkP_one_ray");
   if (!path) {
@@ -338,7 +337,7 @@ TEST_CASE("BELLHOP's coarse ray through a smooth profile, resampled, is met with
       {3800, 1531.70}, {4000, 1535.04}, {4200, 1538.39}, {4400, 1541.76}, {4600, 1545.14},
       {4800, 1548.52}, {5000, 1551.91}};
   const SoundSpeedProfile profile(resampled(samples, 200));
-  const double most_m = apart_m(profile, 1000.0, -20.0, 5000.0, *path, 10100.0);
-  CAPTURE(most_m);
-  CHECK(most_m < 9.0);
+  const double max_m = apart_m(profile, 1000.0, -20.0, 5000.0, *path, 10100.0);
+  CAPTURE(max_m);
+  CHECK(max_m < 9.0);
 }

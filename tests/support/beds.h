@@ -4,9 +4,9 @@
 #include <vector>
 
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/ping.h>
-#include <ensonify/engine/sonar/sonar.h>
-#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/sonar/instrument/sonar.h>
+#include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/scatter/backscatter.h>
 
@@ -57,7 +57,7 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
   const auto tracer = engine::make_intersector(intersector, bed.mesh);
   const std::vector<scatter::BackscatterTable> lambert(
       3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  engine::Pinger pinger(sonar, medium, bed, lambert);
+  engine::PingTracer pinger(sonar, medium, bed, lambert);
   pinger.aim(pose, altitude_m);
   std::array<engine::EchoLine, 2> lines;
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {

@@ -3,12 +3,13 @@
 #include <cmath>
 #include <vector>
 
-#include <ensonify/engine/sonar/signal_chain.h>
+#include <ensonify/engine/sonar/reception/signal_chain.h>
 
 namespace ensonify::tests {
 
-/// The line of one side over a level bed of one strength everywhere, as it would be without rays: places
-/// in the plane abeam of an array that heads north, an expected intensity of 1 from the first return on.
+/// The line of one side over a level bed of one strength everywhere, as it would be without rays:
+/// places in the plane abeam of an array that heads north, an expected intensity of 1 from the
+/// first return on.
 inline engine::EchoLine level_line(const engine::Sonar& sonar, engine::Side side,
                                    const Eigen::Vector3d& array, double altitude_m) {
   engine::EchoLine line;

@@ -43,9 +43,9 @@ inline Eigen::Matrix3d frame(Random& random) {
   return axes;
 }
 
-/// Columns x rows vertices placed by (column, row), a square's two triangles between each four, turned
-/// counter-clockwise in (column, row); the diagonal is drawn where `random` is given. `wrap` joins the
-/// last column to the first, and the last row too: a torus.
+/// Columns x rows vertices placed by (column, row), a square's two triangles between each four,
+/// turned counter-clockwise in (column, row); the diagonal is drawn where `random` is given. `wrap`
+/// joins the last column to the first, and the last row too: a torus.
 inline refine::TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows,
                                   const std::function<Eigen::Vector3d(double, double)>& place,
                                   Random* random = nullptr, bool wrap = false) {
@@ -196,8 +196,8 @@ inline refine::TriangleMesh shuffled(const refine::TriangleMesh& mesh, std::uint
   return out;
 }
 
-/// Calls visit(node, lo, mid, hi, parent) for each inner node, from the roots down; a root's parent is
-/// `none`.
+/// Calls visit(node, lo, mid, hi, parent) for each inner node, from the roots down; a root's parent
+/// is `none`.
 template <class Visit>
 void for_each_node(const refine::ProgressiveMesh& mesh, Visit visit) {
   struct Branch {
@@ -219,7 +219,7 @@ void for_each_node(const refine::ProgressiveMesh& mesh, Visit visit) {
 }
 
 /// A fan above or beside a mesh that is about `size_m` wide.
-inline refine::ViewVolume random_volume(Random& random, double size_m) {
+inline refine::FanVolume random_volume(Random& random, double size_m) {
   constexpr double degree = std::numbers::pi / 180.0;
   const Eigen::Matrix3d axes = frame(random);
   const double half_sector = uniform(random, 5.0, 80.0) * degree;
@@ -276,8 +276,8 @@ struct NamedMesh {
   refine::TriangleMesh mesh;
 };
 
-/// One of each kind that refinement must get right, some 40 m wide about the origin, all manifold, of
-/// some thousand faces or, if not `big`, some hundred.
+/// One of each kind that refinement must get right, some 40 m wide about the origin, all manifold,
+/// of some thousand faces or, if not `big`, some hundred.
 inline std::vector<NamedMesh> manifold_meshes(bool big = true) {
   const std::uint32_t n = big ? 40 : 14;
   const double cell_m = 40.0 / n;

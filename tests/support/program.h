@@ -35,9 +35,9 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs the program in a folder and waits for it. `environment` is added to this one's, and a cache of
-/// its own unless it has one; `meanwhile` is called with its process id once it runs; stdout may go
-/// elsewhere, and stdin come from a file (from nowhere otherwise).
+/// Runs the program in a folder and waits for it. `environment` is added to this one's, and a cache
+/// of its own unless it has one; `meanwhile` is called with its process id once it runs; stdout may
+/// go elsewhere, and stdin come from a file (from nowhere otherwise).
 inline Outcome run_program(const std::filesystem::path& folder, std::vector<std::string> arguments,
                            const std::vector<std::string>& environment = {},
                            const std::function<void(pid_t)>& meanwhile = {},

@@ -11,9 +11,9 @@
 
 namespace ensonify::tests {
 
-/// A saved progressive mesh's bytes with its checksums made right again, after somebody changed the rest:
-/// the format once more, written from its description. What the header tells may be nonsense; what lies
-/// within the bytes is sealed.
+/// A saved progressive mesh's bytes with its checksums made right again, after somebody changed the
+/// rest: the format once more, written from its description. What the header tells may be nonsense;
+/// what lies within the bytes is sealed.
 class ProgressiveFile {
  public:
   static constexpr std::size_t page = 4096, group = 1024;

@@ -15,8 +15,8 @@
 
 namespace ensonify::tests {
 
-/// A hierarchy of legal collapses in random order, which is harder on all that follows than a good one:
-/// written for sight, without half-edges.
+/// A hierarchy of legal collapses in random order, which is harder on all that follows than a good
+/// one: written for sight, without half-edges.
 inline refine::ProgressiveMeshArrays random_hierarchy(const refine::TriangleMesh& source,
                                                       std::uint64_t seed) {
   constexpr std::uint32_t none = refine::ProgressiveMesh::none;

@@ -23,7 +23,7 @@ inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) 
       line.side = side;
       line.bins.assign(static_cast<std::size_t>(bins));
       int layer_number = 0;
-      engine::Layers::for_each([&](std::string_view, auto layer) {
+      engine::BinLayers::for_each([&](std::string_view, auto layer) {
         ++layer_number;
         for (int bin = 0; bin < bins; ++bin) {
           const int value = ((layer_number * 100 + static_cast<int>(ping)) * 2 +
@@ -39,7 +39,7 @@ inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) 
     lines[0].first_return = 3;
     lines[0].starved = 1;
     lines[1].first_return = 5;
-    engine::PingRecord record;
+    engine::PingRow record;
     record.pose = {0.5 * static_cast<double>(ping), {1.0 / 3.0, -2.0, -7.25}, 0.01, -0.02, 1.5};
     record.reported = {record.pose.t_s, {0.25, -2.125, -7.0}, 0.02, -0.01, 1.25};
     record.altitude_m = 10.5;

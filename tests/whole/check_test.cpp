@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The analysed seafloor in a file, written again with all its spheres a fifth too small: it is what
-/// was saved, and misses faces.
+/// The analysed seafloor in a file, written again with all its spheres a fifth too small: it is
+/// what was saved, and misses faces.
 void shrink_spheres(const fs::path& file) {
   const refine::ProgressiveMesh sound = refine::map_progressive_mesh(file);
   sound.verify_all();

@@ -1,4 +1,5 @@
-// What others read of a dataset: YOLO's files, COCO's outlines, numbers and names of classes, and what merge warns of.
+// What others read of a dataset: YOLO's files, COCO's outlines, numbers and names of classes, and
+// what merge warns of.
 
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -57,8 +58,8 @@ struct Labelled {
   fs::path picture, label;
 };
 
-/// What Ultralytics 8 loads of a split (check_det_dataset and img2label_paths of data/utils.py, get_img_files of
-/// data/base.py), by its rules for paths.
+/// What Ultralytics 8 loads of a split (check_det_dataset and img2label_paths of data/utils.py,
+/// get_img_files of data/base.py), by its rules for paths.
 std::vector<Labelled> load_yolo(const fs::path& yaml, const std::string& split) {
   std::map<std::string, std::string> keys;
   std::istringstream lines(read_text(yaml));

@@ -14,16 +14,55 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The rooms of engine, each of which may include those before it.
-constexpr std::array rooms{"clock",    "memory", "random",  "trace",   "seafloor", "sonar",
-                           "image",    "output", "scene",   "prepare", "simulate", "session_keys",
-                           "ping_all", "run",    "dataset", "live",    "app",      "python"};
+// The rooms of engine, each of which may include those before it. A file that stands above the
+// inner rooms of its folder is a room by itself: "trace/back_ends".
+constexpr std::array rooms{"clock",
+                           "memory",
+                           "random",
+                           "input_file",
+                           "simd",
+                           "trace",
+                           "trace/exact",
+                           "trace/embree",
+                           "trace/fan_scan",
+                           "trace/refraction",
+                           "trace/face_sources",
+                           "trace/back_ends",
+                           "trace/check",
+                           "seafloor",
+                           "seafloor/bed",
+                           "seafloor/layers",
+                           "seafloor/objects",
+                           "seafloor/seafloor_options",
+                           "seafloor/make_seafloor",
+                           "seafloor/analysis",
+                           "sonar/vehicle",
+                           "sonar/instrument",
+                           "sonar/echo",
+                           "sonar/reception",
+                           "image",
+                           "output",
+                           "scene",
+                           "prepare",
+                           "simulate",
+                           "session_keys",
+                           "ping_all",
+                           "run",
+                           "dataset",
+                           "live",
+                           "app",
+                           "python"};
 
-// Where a file stands: "scatter/decibel.h" on the floor scatter; "engine/trace/ray.h" on engine, in
-// the room trace; "engine/run.h" in the room run.
+// Where a file stands: "scatter/decibel.h" on the floor scatter; on the floor engine,
+// "engine/run.h" in the room run, "engine/trace/ray.h" in trace, "engine/trace/exact/pluecker.h" in
+// trace/exact.
 struct Place {
   explicit Place(const fs::path& file) : floor(file.begin()->string()) {
-    if (floor == "engine") room = std::next(file.begin())->stem().string();
+    if (floor != "engine") return;
+    const fs::path inside = file.lexically_relative("engine");
+    const std::string by_itself = (inside.parent_path() / inside.stem()).string();
+    const bool is_room = std::ranges::find(rooms, by_itself) != rooms.end();
+    room = is_room || inside.parent_path().empty() ? by_itself : inside.parent_path().string();
   }
   bool is_library() const {
     return floor != "bench" && room != "live" && room != "app" && room != "python";
@@ -105,12 +144,17 @@ TEST_CASE("the floors hold: what breaks them is found") {
   const std::vector<Planted> planted{
       {"scatter/a.cpp", "#include <ensonify/refine/b.h>", "scatter includes refine"},
       {"refine/a.cpp", "#include <ensonify/engine/run.h>", "refine includes engine"},
-      {"engine/trace/a.h", "#include <ensonify/engine/sonar/b.h>", "the room trace includes sonar"},
+      {"engine/trace/a.h", "#include <ensonify/engine/sonar/echo/b.h>",
+       "the room trace includes sonar/echo"},
       {"engine/scene/a.h", " # include <ensonify/engine/run.h>", "the room scene includes run"},
       {"engine/random.cpp", "#include <ensonify/engine/trace/ray.h>",
        "the room random includes trace"},
       {"engine/trace/b.cpp", "#include <ensonify/engine/attic/b.h>",
        "the room trace includes attic"},
+      {"engine/trace/a.cpp", "#include <ensonify/engine/trace/exact/b.h>",
+       "the room trace includes trace/exact"},
+      {"engine/trace/exact/a.cpp", "#include <ensonify/engine/trace/back_ends.h>",
+       "the room trace/exact includes trace/back_ends"},
       {"engine/attic/a.h", "#include <ensonify/engine/attic/b.h>",
        "the room attic has no place in the order"},
       {"engine/run.cpp", "#include <ensonify/bench/b.h>", "engine includes bench"},
@@ -128,10 +172,11 @@ TEST_CASE("the floors hold: what breaks them is found") {
        "a library prints or ends the program: abort("},
 
       {"engine/run.h", "#include <ensonify/engine/simulate.h>", ""},
-      {"engine/sonar/a.cpp", "#include <ensonify/scatter/decibel.h>", ""},
+      {"engine/trace/back_ends.cpp", "#include <ensonify/engine/trace/exact/b.h>", ""},
+      {"engine/sonar/echo/a.cpp", "#include <ensonify/scatter/decibel.h>", ""},
       {"engine/trace/c.h", "#include <Eigen/Core>", ""},
       {"engine/trace/d.h", "#include <vector>", ""},
-      {"engine/trace/d.cpp", "#include <embree3/rtcore.h>", ""},
+      {"engine/trace/embree/d.cpp", "#include <embree3/rtcore.h>", ""},
       {"engine/app/c.cpp", "#include \"arguments.h\"", ""},
       {"engine/app/d.cpp", "  std::cout << 1;", ""},
       {"bench/a.cpp", "#include <ensonify/engine/trace/ray.h>", ""},

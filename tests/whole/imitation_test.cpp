@@ -1,11 +1,12 @@
-// A scene that imitates a real recording: set up on its first half, compared with its second. The pictures
-// and the table go to build/imitation.
+// A scene that imitates a real recording: set up on its first half, compared with its second. The
+// pictures and the table go to build/imitation.
 //
-// What the recording's samples say of its recorder: each ping of each side has the same mean, a quarter of full
-// scale, within 1 % from ping to ping but where it clips, so it is scaled last but clipping; the floor in the
-// water column and in shadows is the same at all ranges, so it comes from behind the varied gain, and it goes up
-// and down with that scale; the file says of its channels that of several samples the largest was kept, and smooth
-// bed scatters as the largest of three Rayleigh amplitudes does.
+// What the recording's samples say of its recorder: each ping of each side has the same mean, a
+// quarter of full scale, within 1 % from ping to ping but where it clips, so it is scaled last but
+// clipping; the floor in the water column and in shadows is the same at all ranges, so it comes
+// from behind the varied gain, and it goes up and down with that scale; the file says of its
+// channels that of several samples the largest was kept, and smooth bed scatters as the largest of
+// three Rayleigh amplitudes does.
 
 #include <algorithm>
 #include <array>
@@ -101,7 +102,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Mean square over full scale, in dB, by whole degrees of depression; NaN where there are not enough samples.
+/// Mean square over full scale, in dB, by whole degrees of depression; NaN where there are not
+/// enough samples.
 std::vector<double> level_over_depression(const Recording& image, int side, std::size_t from,
                                           std::size_t until, double enough = 200.0) {
   std::vector<double> sums(91), counts(91);
@@ -118,8 +120,8 @@ std::vector<double> level_over_depression(const Recording& image, int side, std:
   return sums;
 }
 
-/// Medians over blocks of 8 pings x 16 bins of port's bed (starboard has the wreck), between two ranges: contrast,
-/// and the correlations of neighbours in range and along the track.
+/// Medians over blocks of 8 pings x 16 bins of port's bed (starboard has the wreck), between two
+/// ranges: contrast, and the correlations of neighbours in range and along the track.
 struct Texture {
   double contrast, in_range, along_track;
 };
@@ -206,8 +208,8 @@ struct Setup {
 };
 
 constexpr double absorption_db_per_m = 0.16;  // 600 kHz, cold and not very salty
-/// Over 1 m: of 0.03 and 0.05, with which contrast alone is nearer, what leaves contrast and correlations of the
-/// first half nearer together.
+/// Over 1 m: of 0.03 and 0.05, with which contrast alone is nearer, what leaves contrast and
+/// correlations of the first half nearer together.
 constexpr double relief_m = 0.03;
 constexpr int steepest = 80;  // degrees; beyond, a bin more or less at the first return is all
 
@@ -358,8 +360,8 @@ constexpr std::size_t block = 23;  // pings in which the height over the bed is 
 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude / full_scale); }
 
-/// The varied gain's slope for which the echo at one depression over the floor, which does not mind the gain,
-/// goes as a line array's does: as r^-3 and the absorption.
+/// The varied gain's slope for which the echo at one depression over the floor, which does not mind
+/// the gain, goes as a line array's does: as r^-3 and the absorption.
 double fitted_spreading(const Recording& real) {
   double covariance = 0.0, variance = 0.0;
   for (const int side : {0, 1})
@@ -420,7 +422,8 @@ Setup set_up(const Recording& real, const Navigation& navigation) {
   setup.altimeter = median(altitudes);
   setup.ping_mean = median(means);
   setup.spreading = fitted_spreading(real);
-  // From smooth bed at the highest: how far the largest of several looks still scatters, and how alike neighbours are.
+  // From smooth bed at the highest: how far the largest of several looks still scatters, and how
+  // alike neighbours are.
   const Texture smooth = texture(real, 0, half / 2, 15.0, 28.0);
   setup.looks = 1;
   while (setup.looks < 8 && std::abs(Largest(setup.looks + 1).contrast() - smooth.contrast) <
@@ -492,7 +495,8 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
     }
   }
 
-  // The vertical pattern and the gain: the bed over the floor, against where every direction is heard alike.
+  // The vertical pattern and the gain: the bed over the floor, against where every direction is
+  // heard alike.
   std::vector<Pose> poses;
   const Recording plain =
       imitation(parse_scene(scene_text(setup, false, {}), "plain", {}, paths), poses);
@@ -518,7 +522,8 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
   }
   write_pattern(folder / "pattern.csv", pattern_db);
   setup.gain_db = loudest + setup.noise_db;
-  // The wreck lies to starboard of where it is longest seen, along the track; its mesh points athwart.
+  // The wreck lies to starboard of where it is longest seen, along the track; its mesh points
+  // athwart.
   const Pose& beside = poses.at(275);
   const Eigen::Vector3d starboard = body_to_world(beside).col(1);
   const Eigen::Vector3d place = beside.position + 7.5 * starboard;

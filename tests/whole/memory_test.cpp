@@ -37,7 +37,7 @@ Outcome run_tiny(const TemporaryFolder& folder, std::vector<std::string> more,
 namespace {
 
 /// The most memory that a process held so far, but for files; 0: it has ended.
-double most_bytes(pid_t process) {
+double max_bytes(pid_t process) {
   std::ifstream in(fmt::format("/proc/{}/status", process));
   double kib = 0.0;
   for (std::string word; in >> word;)
@@ -64,7 +64,7 @@ TEST_CASE("a run is refused only if it would need more memory than it may have")
     const Outcome free = run_tiny(folder, arguments, [&](pid_t process) {
       for (double now = 1.0; now > 0.0; most = std::max(most, now)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        now = most_bytes(process);
+        now = max_bytes(process);
       }
     });
     CAPTURE(free.err, most);

@@ -11,7 +11,7 @@
 
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/sonar/ground_path.h>
+#include <ensonify/engine/sonar/vehicle/ground_path.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -163,7 +163,7 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
   if (const auto nav = data_file("nav/scotsman_iver2_nav.csv")) {
     const Scene scene = read_scene(tests::source_folder() / "scenes/recorded_track.toml", {},
                                    nav->parent_path().parent_path());
-    CHECK(Simulator(scene).flight().poses.size() == 460);
+    CHECK(Simulator(scene).track_poses().poses.size() == 460);
   } else {
     WARN("skipped the recorded track: the real data are not there");
   }

@@ -10,7 +10,7 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
-#include <ensonify/engine/seafloor/geographic.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 
 #include "support/catch.h"
 #include "support/data.h"

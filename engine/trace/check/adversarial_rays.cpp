@@ -54,7 +54,8 @@ class Tables {
     tidy(elevations_, &Elevation::sine);
     FanGrid grid(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
     grid.middle_depression_rad = middle_depression_rad;
-    // Every ray is within the beam, the widest just so: a surface may leave out all that lies beyond.
+    // Every ray is within the beam, the widest just so: a surface may leave out all that lies
+    // beyond.
     double sine = 0.0, level = 0.0;
     for (const FanGrid::Plane& plane : planes_) sine = std::max(sine, std::abs(plane.sin_azimuth));
     for (const Elevation& e : elevations_) level = std::max(level, e.cosine);
@@ -117,7 +118,7 @@ class AdversarialRays::Dice {
   }
 
  private:
-  Stream stream_;
+  RandomStream stream_;
   std::array<double, 32> drawn_;
   std::size_t used_ = drawn_.size();
   std::uint64_t next_ = 0;
@@ -227,8 +228,8 @@ Ray AdversarialRays::draw_ray(Dice& dice) const {
   return ray;
 }
 
-/// A fan without its grid, over a target. An even draw's frame is the grid's own: the plane at azimuth
-/// 0 is then exactly one of x or y.
+/// A fan without its grid, over a target. An even draw's frame is the grid's own: the plane at
+/// azimuth 0 is then exactly one of x or y.
 RayFan AdversarialRays::draw_frame(Dice& dice) const {
   const std::uint32_t face = draw_face(dice);
   const Vector3d target = triangles_.corner(face, static_cast<int>(dice.pick(3)));

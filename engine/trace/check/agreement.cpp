@@ -34,7 +34,7 @@ using PingHits = std::vector<std::vector<Hit>>;
 /// What one worker asks with, and where it keeps the answers.
 struct Worker {
   bool ready = false;
-  std::vector<std::unique_ptr<MovingSurface>> surfaces;
+  std::vector<std::unique_ptr<FacesWithBodies>> surfaces;
   std::vector<FanComparison> comparisons;  // one a candidate
   std::vector<std::function<double(double, double)>> heights;
   PingHits expected;
@@ -49,7 +49,7 @@ struct Tetrahedron {
   Eigen::Isometry3d place;
 
   /// Somewhere on a ray of the fan, before what that hits. Only the place is drawn.
-  Tetrahedron(const RayFan& fan, std::span<const Hit> hits, const Stream& stream) {
+  Tetrahedron(const RayFan& fan, std::span<const Hit> hits, const RandomStream& stream) {
     std::array<double, 6> drawn;
     stream.uniform(drawn);
     const auto pick = [&](double u, std::size_t of) {
@@ -222,7 +222,7 @@ class Comparison {
     worker.ready = true;
   }
 
-  static bool takes_lists(Surface& surface) {
+  static bool takes_lists(FaceSource& surface) {
     const Ray ray;
     Hit hit;
     try {
@@ -244,7 +244,7 @@ class Comparison {
       case RaySource::aimed_fans: {
         const RayFan fan = aimed_.aim(item.number, reference_);
         rays = compare_ping(
-            {&fan, 1}, item.number, worker, tallies, [](Surface&) {}, true);
+            {&fan, 1}, item.number, worker, tallies, [](FaceSource&) {}, true);
         break;
       }
       case RaySource::aimed_rays: rays = compare_list(item, worker, tallies); break;
@@ -263,7 +263,7 @@ class Comparison {
     std::uint64_t rays = 0;
     const std::span<const std::vector<RayFan>> pings = pings_of(item);
     for (std::size_t ping = 0; ping < pings.size() && !stopped_; ++ping) {
-      const auto look_ahead = [&](Surface& surface) {
+      const auto look_ahead = [&](FaceSource& surface) {
         for (std::size_t next = ping + 1; next < pings.size() && spare.any(); ++next)
           if (!surface.expect(pings[next], spare)) return;
       };
@@ -279,9 +279,9 @@ class Comparison {
                              bool afresh = false) {
     ask(reference_, fans, worker.expected);
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
-      std::unique_ptr<MovingSurface> own;
+      std::unique_ptr<FacesWithBodies> own;
       if (afresh && !candidates_[c].has_every_face) own = candidates_[c].make();
-      MovingSurface& surface = own ? *own : *worker.surfaces[c];
+      FacesWithBodies& surface = own ? *own : *worker.surfaces[c];
       const Intersector& intersector = surface.prepare(fans);
       look_ahead(surface);
       compare_candidate(c, intersector, surface.triangles(), fans, number, worker,
@@ -366,8 +366,8 @@ class Comparison {
     return worker.rays.size();
   }
 
-  /// Pings with tetrahedra in the water, which are put there, moved before every second ping, and taken
-  /// out. The reference has them and the faces near the fans in a tree of its own.
+  /// Pings with tetrahedra in the water, which are put there, moved before every second ping, and
+  /// taken out. The reference has them and the faces near the fans in a tree of its own.
   std::uint64_t compare_bodies(const Item& item, Worker& worker,
                                std::vector<AgreementCounts>& tallies) {
     std::uint64_t rays = 0;
@@ -382,9 +382,9 @@ class Comparison {
         const bool first = there.empty();
         there.clear();
         for (std::uint64_t i = 0; i < tetrahedra; ++i)
-          there.emplace_back(
-              fans[i % fans.size()], worker.expected[i % fans.size()],
-              Stream(options_.seed, Purpose::agreement, {3, item.number, ping * tetrahedra + i}));
+          there.emplace_back(fans[i % fans.size()], worker.expected[i % fans.size()],
+                             RandomStream(options_.seed, Purpose::agreement,
+                                          {3, item.number, ping * tetrahedra + i}));
         for (const auto& surface : worker.surfaces) put(there, first, *surface);
       }
       auto number = static_cast<std::uint32_t>(triangles_.faces.size());
@@ -400,7 +400,7 @@ class Comparison {
       ask(*reference, fans, worker.expected);
       for (std::size_t c = 0; c < candidates_.size(); ++c) {
         FanComparison comparison(judge, candidates_[c].precision);
-        MovingSurface& surface = *worker.surfaces[c];
+        FacesWithBodies& surface = *worker.surfaces[c];
         const Intersector& intersector = surface.prepare(fans);
         compare_candidate(c, intersector, surface.triangles(), fans, item.number, worker,
                           comparison, tallies[c]);
@@ -412,7 +412,7 @@ class Comparison {
     return rays;
   }
 
-  static void put(std::span<const Tetrahedron> bodies, bool first, MovingSurface& surface) {
+  static void put(std::span<const Tetrahedron> bodies, bool first, FacesWithBodies& surface) {
     std::size_t number = 0;
     for (const Tetrahedron& body : bodies)
       for (const refine::TriangleMesh& face : body.faces) {
@@ -477,12 +477,12 @@ std::uint64_t rays_within_beam(const FanGrid& grid) {
   return rays;
 }
 
-// What sound back-ends needed at most at 2e5 rays on ripples, clutter, mines and rocky: in float on a
-// scene's own rays and with bodies tie 4e-5, edge 8e-6, coarse 8e-5; on aimed rays tie 0.31, end 0.07,
-// edge 0.05, leak 0.0015, coplanar 0.05, coarse 0.14, unlike_static 0.011. In double nothing on a scene's
-// own rays; on aimed ones tie 0.05, end 2e-5, edge 1.5e-4. Nothing else was seen. The limits leave room,
-// twice to some hundred times, for other scenes; aimed rays meet edges, corners and their own ends by
-// intent.
+// What sound back-ends needed at most at 2e5 rays on ripples, clutter, mines and rocky: in float on
+// a scene's own rays and with bodies tie 4e-5, edge 8e-6, coarse 8e-5; on aimed rays tie 0.31, end
+// 0.07, edge 0.05, leak 0.0015, coplanar 0.05, coarse 0.14, unlike_static 0.011. In double nothing
+// on a scene's own rays; on aimed ones tie 0.05, end 2e-5, edge 1.5e-4. Nothing else was seen. The
+// limits leave room, twice to some hundred times, for other scenes; aimed rays meet edges, corners
+// and their own ends by intent.
 std::span<const Limit> limits(RaySource source, Precision precision) {
   static constexpr std::array scene_in_double{
       Limit{"tie", nullptr, Verdict::tie, 1e-4},
@@ -541,7 +541,7 @@ std::vector<AgreementRow> compare(refine::Triangles triangles, const Intersector
   return Comparison(triangles, reference, candidates, blocks, options).rows();
 }
 
-AgreementCounts compare_ping(Surface& surface, const CheckedMesh& mesh,
+AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
                              std::span<const RayFan> fans, Precision precision) {
   const NearFaces near(mesh.triangles, fans);
   const auto reference = make_intersector("pluecker", near.triangles());

@@ -10,16 +10,16 @@
 
 #include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/check/judge.h>
-#include <ensonify/engine/trace/moving_surface.h>
+#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
 
 namespace ensonify::engine {
 
-/// What is compared: one surface with one intersector on it. The candidate with a static surface stands
-/// before the others with its intersector: their answers are compared with its own, too.
+/// What is compared: one surface with one intersector on it. The candidate with a static surface
+/// stands before the others with its intersector: their answers are compared with its own, too.
 struct Candidate {
-  std::string surface, intersector;                      ///< their names, for the table
-  std::function<std::unique_ptr<MovingSurface>()> make;  ///< one worker's own
-  Precision precision = Precision::in_float;             ///< of the intersector
+  std::string surface, intersector;                        ///< their names, for the table
+  std::function<std::unique_ptr<FacesWithBodies>()> make;  ///< one worker's own
+  Precision precision = Precision::in_float;               ///< of the intersector
   bool has_every_face = true;  ///< whatever the fans: so lists of rays may be asked too
   std::uint64_t every = 1;     ///< asked one ray of so many, if more than 1 as a list
 };
@@ -79,15 +79,15 @@ struct AgreementOptions {
   std::uint64_t plumb_lines = 0;  ///< so many places are asked of those
   std::size_t bed_faces = 0;      ///< the first faces of the mesh, which they look for
   int threads = 1;                ///< no number changes the result
-  /// Told how far it is, from one thread at a time. Returning false ends the comparison: its rows are of
-  /// the rays that were asked till then.
+  /// Told how far it is, from one thread at a time. Returning false ends the comparison: its rows
+  /// are of the rays that were asked till then.
   std::function<bool(const AgreementProgress&)> progress = {};
 };
 
-/// Asks every candidate and the reference the same rays: the scene's pings in blocks as a run has them,
-/// and rays aimed at the mesh's weak places. A row for each candidate and source of rays that it was asked;
-/// one that refuses lists of rays has none for those. Throws std::invalid_argument for an empty mesh, and
-/// what intersectors throw.
+/// Asks every candidate and the reference the same rays: the scene's pings in blocks as a run has
+/// them, and rays aimed at the mesh's weak places. A row for each candidate and source of rays that
+/// it was asked; one that refuses lists of rays has none for those. Throws std::invalid_argument
+/// for an empty mesh, and what intersectors throw.
 std::vector<AgreementRow> compare(refine::Triangles triangles, const Intersector& reference,
                                   std::span<const Candidate> candidates,
                                   std::span<const PingBlock> blocks,
@@ -100,9 +100,9 @@ struct CheckedMesh {
   std::size_t bed_faces;  ///< those with lower numbers are the bed's
 };
 
-/// Compares one ping of a surface as it is with the reference, which is built over those faces alone that
-/// the fans can touch: so this needs no tree of the whole mesh.
-AgreementCounts compare_ping(Surface& surface, const CheckedMesh& mesh,
+/// Compares one ping of a surface as it is with the reference, which is built over those faces
+/// alone that the fans can touch: so this needs no tree of the whole mesh.
+AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
                              std::span<const RayFan> fans, Precision precision);
 /// Likewise the height of the bed at a place; counts one ray.
 AgreementCounts compare_height(const CheckedMesh& mesh, double x_m, double y_m, double height_m);

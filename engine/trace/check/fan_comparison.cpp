@@ -90,8 +90,8 @@ bool FanComparison::leads_to_face(refine::Triangles triangles, const Hit& hit) c
   return true;
 }
 
-/// A run is of the hit's face, and its plane is where the reference has the hit. At the end of the range
-/// rounding decides whether there is one.
+/// A run is of the hit's face, and its plane is where the reference has the hit. At the end of the
+/// range rounding decides whether there is one.
 bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, std::size_t run,
                                const Ray& ray, const Hit& expected, const Hit& hit) const {
   const auto tolerance_m = [&](std::uint32_t face) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <ensonify/engine/trace/check/judge.h>
-#include <ensonify/engine/trace/surface.h>
+#include <ensonify/engine/trace/face_source.h>
 
 namespace ensonify::engine {
 
@@ -37,18 +37,18 @@ struct AgreementCounts {
   AgreementCounts& operator+=(const AgreementCounts& other);
 };
 
-/// Holds the answers of one intersector on one surface against the reference's and adds them up. An answer
-/// is unexplained, too, if Hit::index does not lead to the face; if the run that the echo gets there is not
-/// that of the hit; and, unless the intersector computes in float, if the static surface's has other bits.
-/// One thread at a time.
+/// Holds the answers of one intersector on one surface against the reference's and adds them up. An
+/// answer is unexplained, too, if Hit::index does not lead to the face; if the run that the echo
+/// gets there is not that of the hit; and, unless the intersector computes in float, if the static
+/// surface's has other bits. One thread at a time.
 class FanComparison {
  public:
   /// The judge must outlive this.
   FanComparison(const Judge& judge, Precision precision) : judge_(&judge), precision_(precision) {}
 
-  /// All rays of a fan within its beam; another counts if it hits, which it must not. `triangles` are those of the surface, `expected` the reference's
-  /// hits by ray number, `of_static` the same intersector's on the static surface, or nothing. Afterwards
-  /// found() are the hits.
+  /// All rays of a fan within its beam; another counts if it hits, which it must not. `triangles`
+  /// are those of the surface, `expected` the reference's hits by ray number, `of_static` the same
+  /// intersector's on the static surface, or nothing. Afterwards found() are the hits.
   void fan(const Intersector& intersector, refine::Triangles triangles, const RayFan& fan,
            std::span<const Hit> expected, std::span<const Hit> of_static, AgreementCounts& tally);
   /// A list of rays, likewise.

@@ -35,11 +35,6 @@ double largest(const Vector3d& v) { return v.cwiseAbs().maxCoeff(); }
 
 }  // namespace
 
-Precision precision_of(std::string_view intersector) {
-  if (intersector == "pluecker" || intersector == "brute_force") return Precision::exact;
-  return intersector == "fan_scan" ? Precision::in_double : Precision::in_float;
-}
-
 bool same_bits(const Hit& a, const Hit& b) {
   return a.face == b.face && (!a || (a.t == b.t && a.u == b.u && a.v == b.v));
 }
@@ -59,7 +54,7 @@ struct Judge::Sight {
   double length;  // of the direction
   double longest_edge_m;
   double largest_m;  // M
-  double least_height_m;
+  double min_height_m;
   double rounding_m;  // of t, u and v; infinite exactly edge on
   double edge_m;      // from the ray's line to the nearest edge
   double outside_m;   // how far it is beyond the edges' lines, at most; not above 0 inside
@@ -73,7 +68,7 @@ struct Judge::Sight {
   double tolerance_m() const { return std::min(rounding_m, longest_edge_m); }
   /// Of u and v in double; what is enough for float's is tried.
   double rounding_of_weights() const {
-    return precision == Precision::in_float ? 0.0 : std::min(rounding_m / least_height_m, 1e-6);
+    return precision == Precision::in_float ? 0.0 : std::min(rounding_m / min_height_m, 1e-6);
   }
   double reach_m(double t) const {
     return by.edge_reach * metres(t) + 4.0 * by.rounding * largest_m;
@@ -115,7 +110,7 @@ Judge::Sight Judge::look(const Ray& ray, std::uint32_t face, Precision precision
   s.largest_m = largest(ray.origin - home) + from_origin;
   if (precision == Precision::in_float) s.largest_m += half_size_m_;
   const Vector3d normal = (b - a).cross(c - a);
-  s.least_height_m = normal.norm() / s.longest_edge_m;
+  s.min_height_m = normal.norm() / s.longest_edge_m;
   s.plane_m = std::min({std::abs(normal.dot(s.across[0])), std::abs(normal.dot(s.across[1])),
                         std::abs(normal.dot(s.across[2]))}) /
               normal.norm();
@@ -184,8 +179,9 @@ bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
     if (around.t > range_m + sight.longest_edge_m + other.longest_edge_m) return false;
     if (around.face == hit.face) continue;
     if (other.edge_m > 2.0 * away_m) return false;
-    // It comes together with this one only if it comes near the place where that is met: an edge that
-    // the ray passes far behind a ridge, where both lie in the plane of the grid, is none of it.
+    // It comes together with this one only if it comes near the place where that is met: an edge
+    // that the ray passes far behind a ridge, where both lie in the plane of the grid, is none of
+    // it.
     const Vector3d at = range_m * unit;
     const auto& [a, b, c] = other.corners;
     const double apart_m =

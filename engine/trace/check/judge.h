@@ -2,21 +2,10 @@
 
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 #include <ensonify/engine/trace/intersector.h>
 
 namespace ensonify::engine {
-
-/// What an intersector computes with. It says how far off a sound answer may be.
-enum class Precision {
-  exact,      ///< the reference's own test: the same bits
-  in_double,  ///< rounding of double, and of edges that pass within it
-  in_float    ///< rounding of float about an origin near the mesh
-};
-
-/// That of the back-end of this name; in_float for one that is not known here.
-Precision precision_of(std::string_view intersector);
 
 /// Whether two hits are one face at one t, u and v; or both are none. (Where the face is among the
 /// triangles may differ.)
@@ -36,27 +25,29 @@ enum class Verdict {
 inline constexpr std::array verdict_names{"same", "tie",      "end",        "edge",
                                           "leak", "coplanar", "unexplained"};
 
-/// Judges answers about rays through triangles. "Rounding" and "reach" are what arithmetic in float may
-/// do to a sound answer. Let e be 2^-24, r the distance to the hit and M the largest number at hand: the
-/// largest coordinate of the ray's origin about the middle of the mesh, plus that of the face as seen
-/// from the ray's origin, plus half the mesh's size, in metres: the back-end's own origin is at the mesh,
-/// wherever that lies.
+/// Judges answers about rays through triangles. "Rounding" and "reach" are what arithmetic in float
+/// may do to a sound answer. Let e be 2^-24, r the distance to the hit and M the largest number at
+/// hand: the largest coordinate of the ray's origin about the middle of the mesh, plus that of the
+/// face as seen from the ray's origin, plus half the mesh's size, in metres: the back-end's own
+/// origin is at the mesh, wherever that lies.
 ///
-/// - Float moves the ray, or the face, sideways by about e M. Edge functions carry that over the face's
+/// - Float moves the ray, or the face, sideways by about e M. Edge functions carry that over the
+/// face's
 ///   area as the ray sees it, N.d with N = (b-a)x(c-a), so the point of t, and that of u and v, are
-///   off by e M L^2 / |N.d|, L being the longest edge: much on needles and on faces seen edge on. The
-///   tolerance is 8 times that. Where it exceeds L, and the ray is within reach of the face's plane, it
-///   lies in that plane as far as float can tell: all edge functions vanish, and rounding decides
-///   whether it is met, and where.
-/// - Reach, how far from the ray an edge matters, is 1e-6 r + 4 e M. A ray outside of a face is within reach
+///   off by e M L^2 / |N.d|, L being the longest edge: much on needles and on faces seen edge on.
+///   The tolerance is 8 times that. Where it exceeds L, and the ray is within reach of the face's
+///   plane, it lies in that plane as far as float can tell: all edge functions vanish, and rounding
+///   decides whether it is met, and where.
+/// - Reach, how far from the ray an edge matters, is 1e-6 r + 4 e M. A ray outside of a face is
+/// within reach
 ///   of it if it is of every edge's line that it is beyond: of a needle's tip that is farther away.
 ///
-/// For double the same holds with e = 2^-53, about the mesh's own origin, and a reach of 1e-13 r + 4 e M.
-/// An exact back-end's answer is the reference's to the bit, or unexplained.
+/// For double the same holds with e = 2^-53, about the mesh's own origin, and a reach of 1e-13 r +
+/// 4 e M. An exact back-end's answer is the reference's to the bit, or unexplained.
 class Judge {
  public:
-  /// The triangles' numbers, where they have any, ascend. The reference answers lists of rays over them,
-  /// exactly; both must outlive this.
+  /// The triangles' numbers, where they have any, ascend. The reference answers lists of rays over
+  /// them, exactly; both must outlive this.
   Judge(refine::Triangles triangles, const Intersector& reference)
       : Judge(triangles, reference, refine::bounds(triangles)) {}
   /// Of some triangles of a mesh that has these bounds.

@@ -10,12 +10,12 @@
 
 namespace ensonify::engine {
 
-/// The faces of a mesh that some fans can touch, found without any tree or hierarchy: a face is left
-/// out only if it lies beyond one side of the oriented box of every fan. So a check of one ping needs no
-/// memory for the whole mesh.
+/// The faces of a mesh that some fans can touch, found without any tree or hierarchy: a face is
+/// left out only if it lies beyond one side of the oriented box of every fan. So a check of one
+/// ping needs no memory for the whole mesh.
 struct NearFaces {
-  /// The vertices they use, in their order in the mesh: so edges run the same way, and the reference
-  /// gives the same bits as over the whole mesh.
+  /// The vertices they use, in their order in the mesh: so edges run the same way, and the
+  /// reference gives the same bits as over the whole mesh.
   std::vector<Eigen::Vector3f> positions;
   std::vector<refine::Face> faces;
   std::vector<std::uint32_t> numbers;  ///< of the faces in the mesh, ascending

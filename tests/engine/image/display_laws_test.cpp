@@ -9,6 +9,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/image/display.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
 
 using namespace ensonify::engine;
 
@@ -16,8 +17,8 @@ namespace {
 
 constexpr std::size_t bins = 400, columns = 2 * bins;
 
-/// Level of a bed (power behind a gain of 30 lg r) over ping, column and depression; the sonar climbs from 8 m to
-/// 16 m over it. Nearer than that there is water.
+/// Level of a bed (power behind a gain of 30 lg r) over ping, column and depression; the sonar
+/// climbs from 8 m to 16 m over it. NearestOfTwo than that there is water.
 template <class Level>
 Waterfall bed(std::size_t pings, Level&& level) {
   Sonar sonar;
@@ -40,7 +41,7 @@ Waterfall bed(std::size_t pings, Level&& level) {
             1e9 * level(ping, column, std::asin(height_m / r)) * std::pow(r, -3.0));
       }
     }
-    PingRecord record;
+    PingRow record;
     record.altitude_m = height_m;
     waterfall.set_row(ping, sides, record);
   }
@@ -51,7 +52,7 @@ double flat(std::size_t, std::size_t, double) { return 1.0; }
 
 Display levelling() {
   Display display;
-  display.of = PictureOf::intensity;
+  display.of = DisplayedLayer::intensity;
   display.spreading = 30.0;
   display.absorption = false;
   return display;
@@ -283,7 +284,7 @@ TEST_CASE("a picture of samples undoes the recorder's gain, of whatever law") {
   Waterfall waterfall = bed(2, ramp);
   Display display = levelling();
   const Bright of_intensity = render16(waterfall, display);
-  display.of = PictureOf::sample;
+  display.of = DisplayedLayer::sample;
   for (const double spreading : {0.0, 20.0, 40.0}) {
     const double far_gain_db = spreading * std::log10(80.0);
     const Recorder recorder({.spreading = spreading, .gain_db = -75.0 - far_gain_db, .bits = 24},

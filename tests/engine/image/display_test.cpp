@@ -207,7 +207,7 @@ TEST_CASE("A picture line by line is the picture of all lines") {
   std::mt19937_64 random(2);
   std::exponential_distribution<float> speckle;
   for (float& intensity : waterfall.pixels.intensity) intensity *= speckle(random);
-  for (PingRecord& ping : waterfall.pings) ping.altitude_m = 7.5;
+  for (PingRow& ping : waterfall.pings) ping.altitude_m = 7.5;
   for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic})
     for (const bool over_ground : {false, true}) {
       Display display{.slant_range_correction = over_ground, .mapping = mapping};
@@ -216,7 +216,7 @@ TEST_CASE("A picture line by line is the picture of all lines") {
       for (std::size_t row = 0; row < 7; ++row) {
         Waterfall line(waterfall.sonar, 1);
         const auto from = static_cast<std::ptrdiff_t>(200 * row);
-        Layers::for_each([&](std::string_view, auto layer) {
+        BinLayers::for_each([&](std::string_view, auto layer) {
           const auto begin = (waterfall.pixels.*layer).begin() + from;
           (line.pixels.*layer).assign(begin, begin + 200);
         });

@@ -11,8 +11,8 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// A waterfall drawn as the picture shows it: '.' bed, a digit an object's body, a letter the shadow of
-/// object 1 (a), 2 (b) ...
+/// A waterfall drawn as the picture shows it: '.' bed, a digit an object's body, a letter the
+/// shadow of object 1 (a), 2 (b) ...
 Waterfall drawn(const std::vector<std::string>& picture) {
   Sonar sonar;
   sonar.bins = static_cast<int>(picture.front().size() / 2);
@@ -94,16 +94,15 @@ TEST_CASE("Parts that touch at a corner alone are parts of their own, the larges
 }
 
 TEST_CASE("A part with a hole, or with another in its hole, has run lengths of its pixels") {
-  for (const std::vector<std::string>& picture :
-       {std::vector<std::string>{"11111.",  //
-                                 "1...1.",  //
-                                 "11111."},
-        std::vector<std::string>{"......",  //
-                                 ".11111",  //
-                                 ".1...1",  //
-                                 ".1.1.1",  //
-                                 ".1...1",  //
-                                 ".11111"}}) {
+  for (const std::vector<std::string>& picture : {std::vector<std::string>{"11111.",  //
+                                                                           "1...1.",  //
+                                                                           "11111."},
+                                                  std::vector<std::string>{"......",  //
+                                                                           ".11111",  //
+                                                                           ".1...1",  //
+                                                                           ".1.1.1",  //
+                                                                           ".1...1",  //
+                                                                           ".11111"}}) {
     const Outline body = find_targets(drawn(picture)).at(0).body;
     CHECK(unrolled(body.runs, picture.size(), picture[0].size()) == picture);
   }

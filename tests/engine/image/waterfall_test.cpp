@@ -29,7 +29,7 @@ TEST_CASE("A row runs port far to near, then starboard near to far") {
   Waterfall waterfall(sonar, 2);
   CHECK(waterfall.rows() == 2);
   CHECK(waterfall.columns() == 6);
-  PingRecord record;
+  PingRow record;
   record.block = 9;
   // Whichever side comes first.
   std::vector sides = {line(Side::starboard, 3, 20), line(Side::port, 3, 10)};

@@ -179,7 +179,7 @@ TEST_CASE("The truth of a bin is that of the run, as long as the line is kept") 
   session.start();
   frames_of(session, 9);
   CHECK(session.truth(3, 100) == R"({"region":"water column"})");
-  const Layers& layers = pings.images.front().pixels;
+  const BinLayers& layers = pings.images.front().pixels;
   const std::string truth = session.truth(3, 10);
   CHECK(truth.find("\"sediment\":\"plain\"") != std::string::npos);
   const std::size_t at = truth.find("\"x_m\":") + 6;

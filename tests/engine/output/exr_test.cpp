@@ -48,10 +48,10 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
 
   int layers = 0, channels = 0;
   for (auto c = header.channels().begin(); c != header.channels().end(); ++c) ++channels;
-  Layers read;
+  BinLayers read;
   read.assign(waterfall.rows() * waterfall.columns());
   Imf::FrameBuffer frame;
-  Layers::for_each([&](std::string_view name, auto layer) {
+  BinLayers::for_each([&](std::string_view name, auto layer) {
     ++layers;
     auto& values = read.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
@@ -65,7 +65,7 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   CHECK(channels == layers);
   file.setFrameBuffer(frame);
   file.readPixels(0, static_cast<int>(waterfall.rows()) - 1);
-  Layers::for_each([&](std::string_view name, auto layer) {
+  BinLayers::for_each([&](std::string_view name, auto layer) {
     INFO(name);
     const auto& was = waterfall.pixels.*layer;
     const auto& is = read.*layer;
@@ -92,7 +92,7 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   CHECK(real("world_origin_x_m") == 148376.25);
   CHECK(real("world_origin_y_m") == 6234000.1);
   CHECK(real("world_origin_z_m") == -0.5);
-  Layers::for_each([&](std::string_view name, auto) {
+  BinLayers::for_each([&](std::string_view name, auto) {
     CHECK_FALSE(text(("units_" + std::string(name)).c_str()).empty());
   });
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <fstream>
 
-#include <ensonify/engine/seafloor/survey.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 
 #include "support/catch.h"
 #include "support/temporary_folder.h"

@@ -8,14 +8,14 @@
 using namespace ensonify::engine;
 using ensonify::tests::png_pixels;
 
-TEST_CASE(
-    "masks have the layers' numbers, the newest ping on top, and leave out what is ignored") {
+TEST_CASE("masks have the layers' numbers, the newest ping on top, and leave out what is ignored") {
   Sonar sonar;
   sonar.bins = 5;
   sonar.sides = Sides::port;
   Waterfall line(sonar, 2);
-  Layers& layers = line.pixels;
-  // The older ping: no data, water, bed, shadow, object 300; the newer one: object 7, ignored, and bed.
+  BinLayers& layers = line.pixels;
+  // The older ping: no data, water, bed, shadow, object 300; the newer one: object 7, ignored, and
+  // bed.
   const std::uint32_t regions[10] = {0, 1, 2, 4, 3, 3, 2, 2, 2, 2};
   for (std::size_t i = 0; i < 10; ++i) {
     layers.region[i] = regions[i];
@@ -36,7 +36,8 @@ TEST_CASE(
   CHECK(png_pixels(masks[2].png, true) ==
         std::vector<std::uint16_t>{65535, 0, 0, 0, 0, 65535, 0, 0, 0, 300});
   CHECK(masks[3].name == "region");
-  CHECK(png_pixels(masks[3].png, false) == std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
+  CHECK(png_pixels(masks[3].png, false) ==
+        std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
   layers.class_id[2] = 255;  // stands for what is ignored
   CHECK_THROWS_AS(encode_masks(line, {}), std::invalid_argument);
 }

@@ -80,7 +80,7 @@ TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
               ("python3 '" + path + "/read.py' '" + path + "' > '" + path + "/log'").c_str()) == 0);
   const std::string log = content(folder / "log");
   INFO(log);
-  Layers::for_each([&](std::string_view name, auto) {
+  BinLayers::for_each([&](std::string_view name, auto) {
     CHECK(log.find("entry " + std::string(name) + ".npy\n") != std::string::npos);
   });
   CHECK(log.find("entry attributes.npy\n") != std::string::npos);
@@ -88,7 +88,7 @@ TEST_CASE("Python and NumPy read the archive's arrays back, bit by bit") {
     WARN("skipped in part: no numpy here");
     return;
   }
-  Layers::for_each([&](std::string_view name, auto layer) {
+  BinLayers::for_each([&](std::string_view name, auto layer) {
     const auto& values = waterfall.pixels.*layer;
     const bool real = std::is_same_v<decltype(values[0]), const float&>;
     CHECK(log.find("array " + std::string(name) + (real ? " float32" : " uint32") + " 7 66\n") !=

@@ -48,7 +48,7 @@ TEST_CASE("A row a ping with the documented columns, its numbers reading back to
     CHECK(rows[i][0] == std::to_string(i - 1));
     CHECK(std::stod(rows[i][1]) == waterfall.pings[i - 1].pose.t_s);
     for (const std::size_t first : {2u, 8u}) {
-      const PingRecord& record = waterfall.pings[i - 1];
+      const PingRow& record = waterfall.pings[i - 1];
       const Pose& pose = first == 2u ? record.pose : record.reported;
       for (std::size_t k = 0; k < 3; ++k)
         CHECK(std::stod(rows[i][first + k]) == pose.position[static_cast<Eigen::Index>(k)]);

@@ -53,7 +53,7 @@ Waterfall sample_line(std::size_t pings, int bins = 50) {
         echo.bins.sample[b] = static_cast<std::uint32_t>(100.0f * amplitude);
       }
     }
-    PingRecord record;
+    PingRow record;
     record.pose.t_s = 0.05 * static_cast<double>(ping);
     record.pose.velocity_mps = {1.0, 1.0, 0.0};
     record.reported = record.pose;
@@ -278,7 +278,7 @@ TEST_CASE("texts that are too long for an XTF's field are cut, and end in a zero
 TEST_CASE("a recording gives the sonar's place and attitude, not the vehicle's") {
   Waterfall line = sample_line(1);
   line.sonar.mounting = {.forward_m = 6.0, .starboard_m = 2.0, .down_m = 1.0};
-  PingRecord& ping = line.pings.front();
+  PingRow& ping = line.pings.front();
   ping.reported.roll_rad = ping.reported.pitch_rad = 0.0;
   ping.reported.heading_rad = 90.0 * degree;  // the bow to the east
   ping.reported.heading_rate_radps = 0.5;
@@ -287,7 +287,7 @@ TEST_CASE("a recording gives the sonar's place and attitude, not the vehicle's")
   const auto recorded = [&] {
     return make_recording(line, sample_recorder(), sample_frame()).pings.front();
   };
-  RecordedPing there = recorded();
+  NavPing there = recorded();
   CHECK(there.place.longitude_rad / degree == Approx(10.0 + 0.106 / 63.994).margin(4e-7));
   CHECK(there.place.latitude_rad / degree == Approx(55.0 + 0.198 / 111.315).margin(2e-7));
   CHECK(there.depth_m == Approx(13.5));
@@ -331,7 +331,7 @@ TEST_CASE("a lost ping leaves a gap in the numbers, and what repeats nothing was
     ++i;
   }
 
-  for (PingRecord& ping : line.pings) ping.artefacts.add(Artefact::lost);
+  for (PingRow& ping : line.pings) ping.artefacts.add(Artefact::lost);
   const Recording nothing = make_recording(line, sample_recorder(), sample_frame());
   CHECK(encode_xtf(nothing).size() == 1024);
   CHECK(encode_jsf(nothing).empty());

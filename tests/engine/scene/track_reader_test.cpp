@@ -6,7 +6,7 @@
 #include "support/data.h"
 
 #include <ensonify/engine/scene/schema.h>
-#include <ensonify/engine/seafloor/geographic.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

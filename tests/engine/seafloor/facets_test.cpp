@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/facets.h>
+#include <ensonify/engine/seafloor/objects/facets.h>
 
 #include <cmath>
 #include <numbers>
@@ -6,9 +6,10 @@
 #include "engine/seafloor/spectrum.h"
 #include "support/catch.h"
 
-#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/seafloor/shapes.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -19,7 +20,7 @@ namespace {
 constexpr double degree = pi / 180.0;
 
 refine::TriangleMesh body(const char* name, const ShapeSize& size) {
-  return make_body(shape_named(name), size, Stream(1, Purpose::test));
+  return make_body(shape_named(name), size, RandomStream(1, Purpose::test));
 }
 
 }  // namespace

@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <vector>
 
-#include <ensonify/engine/seafloor/boulders.h>
-#include <ensonify/engine/seafloor/fractal.h>
-#include <ensonify/engine/seafloor/furrows.h>
-#include <ensonify/engine/seafloor/outcrops.h>
-#include <ensonify/engine/seafloor/pits.h>
-#include <ensonify/engine/seafloor/smooth_field.h>
+#include <ensonify/engine/seafloor/bed/fractal.h>
+#include <ensonify/engine/seafloor/bed/smooth_field.h>
+#include <ensonify/engine/seafloor/layers/boulders.h>
+#include <ensonify/engine/seafloor/layers/outcrops.h>
+#include <ensonify/engine/seafloor/layers/pits.h>
+#include <ensonify/engine/seafloor/layers/trawl_marks.h>
 
 #include "engine/seafloor/spectrum.h"
 #include "support/catch.h"

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/fractal.h>
+#include <ensonify/engine/seafloor/bed/fractal.h>
 
 #include <array>
 #include <cmath>
@@ -70,7 +70,7 @@ TEST_CASE("The synthesis equals a plain sum of waves over the same noise") {
     const Heightfield field = fractal(4, 3, 1.0, 2.0, relief, seed);
     constexpr int columns = 12, rows = 6;
     std::vector<double> noise(columns * rows);
-    Stream(seed, Purpose::fractal_relief).normal(noise);
+    RandomStream(seed, Purpose::fractal_relief).normal(noise);
     std::array<double, 12> expected{};
     double at_1m = 0.0;
     for (int v = 0; v < rows; ++v)
@@ -156,8 +156,8 @@ TEST_CASE("The variogram is that of the discrete ensemble, to the east and to th
 }
 
 TEST_CASE("The mean squared height difference is as far below sigma^2 d^2H as is documented") {
-  // What README.md and fractal.h say, over a field of 128 x 128 cells: its share at 1, 2, 8 (a sixteenth), 16 (an
-  // eighth) and 64 cells (half the side).
+  // What README.md and fractal.h say, over a field of 128 x 128 cells: its share at 1, 2, 8 (a
+  // sixteenth), 16 (an eighth) and 64 cells (half the side).
   constexpr std::array lags = {1, 2, 8, 16, 64};
   struct Row {
     double hurst;

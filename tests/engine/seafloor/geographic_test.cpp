@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/geographic.h>
+#include <ensonify/engine/seafloor/bed/geographic.h>
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/laid_line.h>
+#include <ensonify/engine/seafloor/objects/laid_line.h>
 
 #include <cmath>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/objects.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
 
 #include <cmath>
 #include <fstream>
@@ -8,7 +8,7 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
-#include <ensonify/engine/seafloor/path_reader.h>
+#include <ensonify/engine/seafloor/objects/path_reader.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -134,7 +134,7 @@ TEST_CASE("An object that follows the slope leans with the plane of the bed belo
   slab.shape = "box";
   slab.size.length_m = 3.0;
   slab.size.width_m = 2.0;
-  slab.size.tall_m = 0.5;
+  slab.size.shape_height_m = 0.5;
   slab.east_m = 4.0;
   slab.heading_rad = 0.7;
   slab.follow_slope = true;
@@ -149,7 +149,7 @@ TEST_CASE("Burial is a share of the height, and the record says so") {
   const Seafloor bed = tests::level_bed(20.0, 60.0);
   ObjectOptions crate;
   crate.shape = "box";
-  crate.size.tall_m = 2.0;
+  crate.size.shape_height_m = 2.0;
   for (const double burial : {0.0, 0.25, 1.0}) {
     crate.burial = burial;
     const PlacedObjects placed = place({crate}, bed);

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/ripples.h>
+#include <ensonify/engine/seafloor/bed/ripples.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/seabed.h>
+#include <ensonify/engine/seafloor/layers/seabed.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/triangle_mesh.h>
 

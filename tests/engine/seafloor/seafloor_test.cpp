@@ -1,3 +1,4 @@
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
 #include <algorithm>

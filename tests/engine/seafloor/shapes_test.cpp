@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/shapes.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 
 #include <map>
 #include <numbers>
@@ -18,7 +18,7 @@ using std::numbers::pi;
 
 namespace {
 
-const Stream draws(1, Purpose::test);
+const RandomStream draws(1, Purpose::test);
 
 double volume_m3(const refine::TriangleMesh& mesh) {
   const refine::Triangles triangles = mesh;
@@ -71,7 +71,7 @@ TEST_CASE("A shape has the sizes it is given, along its heading, across it and u
   ShapeSize size;
   size.length_m = 3.0;
   size.width_m = 1.5;
-  size.tall_m = 0.75;
+  size.shape_height_m = 0.75;
   for (const std::string_view name : {"box", "wedge", "pot"}) {
     CAPTURE(name);
     CHECK((size_of(body(name, size)) - Vector3d(1.5, 3.0, 0.75)).norm() < 0.04);
@@ -92,7 +92,7 @@ TEST_CASE("Round shapes have the volume of what they stand for") {
   ShapeSize size;
   size.diameter_m = 0.6;
   size.top_diameter_m = 0.3;
-  size.tall_m = 0.4;
+  size.shape_height_m = 0.4;
   size.length_m = 2.0;
   CHECK(volume_m3(body("cylinder", size)) == Approx(pi * 0.09 * 2.0).epsilon(1e-5));
   // A frustum's is pi h (R^2 + R r + r^2) / 3.
@@ -112,7 +112,7 @@ TEST_CASE("Boulders and debris differ from one another and come out the same aga
   for (const std::string_view name : {"boulder", "debris", "net"}) {
     const ShapeKind& kind = shape_named(name);
     const auto made = [&](std::uint64_t number) {
-      return make_body(kind, {}, Stream(1, Purpose::object_shape, {0, number})).positions;
+      return make_body(kind, {}, RandomStream(1, Purpose::object_shape, {0, number})).positions;
     };
     CHECK(made(1) == made(1));
     CHECK(made(1) != made(2));

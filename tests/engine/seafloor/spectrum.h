@@ -7,7 +7,7 @@
 
 #include <fftw3.h>
 
-#include <ensonify/engine/seafloor/heightfield.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
 
 namespace ensonify::tests {
 

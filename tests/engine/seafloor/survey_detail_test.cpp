@@ -1,12 +1,12 @@
-#include <ensonify/engine/seafloor/survey_detail.h>
+#include <ensonify/engine/seafloor/bed/survey_detail.h>
 
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
 
-#include <ensonify/engine/seafloor/catmull_rom.h>
-#include <ensonify/engine/seafloor/fractal.h>
+#include <ensonify/engine/seafloor/bed/catmull_rom.h>
+#include <ensonify/engine/seafloor/bed/fractal.h>
 
 #include "engine/seafloor/spectrum.h"
 #include "support/catch.h"

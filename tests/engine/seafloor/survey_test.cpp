@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/survey.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/seafloor/tessellate.h>
+#include <ensonify/engine/seafloor/bed/tessellate.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/artefacts.h>
+#include <ensonify/engine/sonar/reception/artefacts.h>
 
 #include <algorithm>
 #include <cmath>
@@ -140,7 +140,8 @@ TEST_CASE("a fish's shadow lies where the line of sight over it meets the bed") 
     ++fish;
     const double r = line.bins.range_m[static_cast<std::size_t>(bright - i.begin())];
     const double shadow_m = line.bins.range_m[static_cast<std::size_t>(dark - i.begin())];
-    // Over h - t of the way down the line of sight has gone r; at h it has gone r h / (h - t) for 0..5 m.
+    // Over h - t of the way down the line of sight has gone r; at h it has gone r h / (h - t) for
+    // 0..5 m.
     shadows += shadow_m >= r && shadow_m <= r * altitude_m / (altitude_m - 5.2) + 0.2;
   }
   CHECK(fish > 20);

@@ -3,9 +3,9 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/sonar/aperture.h>
-#include <ensonify/engine/sonar/beam.h>
-#include <ensonify/engine/sonar/beam_pattern.h>
+#include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
+#include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify::engine;
@@ -46,11 +46,12 @@ TEST_CASE("an aperture's weights sum over planes to the beam's width at every el
       sonar.focused = true;
       sonar.receive_array_length_m = receive_m;
       sonar.side_lobes = side_lobes;
-      const Aperture aperture = make_aperture(sonar, 0.00375, 7.5);
+      const RayLayout aperture = make_aperture(sonar, 0.00375, 7.5);
       const Beam beam(sonar, 0.00375);
-      const Reception still = reception({}, Side::port, 80.0, 1500.0);
+      const ReceiverMotion still = reception({}, Side::port, 80.0, 1500.0);
       const std::size_t elevations = aperture.grid->elevation_rad.size();
-      // The integral of sinc^2(a s) sinc^2(b s): two triangles' overlap, (1 - a / 3 b) / b for b >= a.
+      // The integral of sinc^2(a s) sinc^2(b s): two triangles' overlap, (1 - a / 3 b) / b for b >=
+      // a.
       const double b = std::max(sonar.array_length_m, sonar.receive_length_m());
       const double a = std::min(sonar.array_length_m, sonar.receive_length_m());
       const double width_rad = 0.00375 / b * (1.0 - a / (3.0 * b));
@@ -71,10 +72,10 @@ TEST_CASE("in the near field, too, a plane's samples sum to the beam's integral 
   Sonar sonar;
   sonar.vertical.beamwidth_rad = 0.0;
   for (const double height_m : {3.0, 8.0, 30.0}) {
-    const Aperture aperture = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
+    const RayLayout aperture = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
     const Beam beam(sonar, 0.00375);
     const LineArray its_array{sonar.array_length_m, 0.00375};
-    const Reception still = reception({}, Side::port, 80.0, 1500.0);
+    const ReceiverMotion still = reception({}, Side::port, 80.0, 1500.0);
     CHECK(aperture.grid->planes.size() <= 14);
     for (const double range_m : {1.0, 1.1, 1.5, 2.3, 4.0, 9.0}) {
       const double r = range_m * height_m;
@@ -105,7 +106,7 @@ TEST_CASE("a receiver that has moved and turned sees the echo where its own fram
   const Beam beam(sonar, wavelength_m);
   const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
   for (const Side side : {Side::port, Side::starboard}) {
-    const Reception listens = reception(pose, side, 80.0, sound_speed_mps);
+    const ReceiverMotion listens = reception(pose, side, 80.0, sound_speed_mps);
     CHECK_FALSE(listens.still);
     const Eigen::Matrix3d body = body_to_world(pose);
     const double sign = side == Side::port ? -1.0 : 1.0;

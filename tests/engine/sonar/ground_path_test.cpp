@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/ground_path.h>
+#include <ensonify/engine/sonar/vehicle/ground_path.h>
 
 #include <cmath>
 #include <numbers>
@@ -44,7 +44,8 @@ TEST_CASE("a lawn-mower's way is smooth, and its turns join its legs at their ra
     CAPTURE(radius_m);
     const double used_m = radius_m > 0.0 ? radius_m : 10.0;
     const GroundPath path(lawn_mower(radius_m));
-    // The second leg lies 20 m to starboard of the first, which heads east from (70, 70): south of it.
+    // The second leg lies 20 m to starboard of the first, which heads east from (70, 70): south of
+    // it.
     const GroundPoint begin = path.at(0.0), end = path.at(path.length_m());
     CHECK((begin.place - Eigen::Vector2d(70.0, 70.0)).norm() < 1e-9);
     CHECK((end.place - Eigen::Vector2d(130.0, 30.0)).norm() < 1e-9);

@@ -1,11 +1,11 @@
-#include <ensonify/engine/sonar/motion.h>
+#include <ensonify/engine/sonar/vehicle/motion.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "support/catch.h"
 
-#include <ensonify/engine/sonar/ground_path.h>
+#include <ensonify/engine/sonar/vehicle/ground_path.h>
 
 using namespace ensonify::engine;
 

@@ -1,10 +1,10 @@
-#include <ensonify/engine/sonar/mounting.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
 
 #include <numbers>
 
 #include "support/catch.h"
 
-#include <ensonify/engine/sonar/aperture.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
 
 using namespace ensonify::engine;
 using Eigen::Vector3d;

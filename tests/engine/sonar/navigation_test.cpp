@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/navigation.h>
+#include <ensonify/engine/sonar/vehicle/navigation.h>
 
 #include <cmath>
 

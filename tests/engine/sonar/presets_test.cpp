@@ -1,11 +1,11 @@
-#include <ensonify/engine/sonar/presets.h>
+#include <ensonify/engine/sonar/instrument/presets.h>
 
 #include <cmath>
 #include <set>
 
 #include "support/catch.h"
 
-#include <ensonify/engine/sonar/beam_pattern.h>
+#include <ensonify/engine/sonar/instrument/beam_pattern.h>
 
 using namespace ensonify::engine;
 

@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/pulse.h>
+#include <ensonify/engine/sonar/instrument/pulse.h>
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/sonar/sonar.h>
+#include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify::engine;
@@ -82,8 +82,8 @@ TEST_CASE("a pulse's effective length is its energy over its peak") {
 }
 
 TEST_CASE("a Hann window over a sweep's matched filter raises the noise by 1.76 dB") {
-  // By its own spectrum: behind a filter w that leaves an echo's peak, the sum of w, as it is, white noise has
-  // the power of sum(w^2) / sum(w)^2.
+  // By its own spectrum: behind a filter w that leaves an echo's peak, the sum of w, as it is,
+  // white noise has the power of sum(w^2) / sum(w)^2.
   constexpr int steps = 1000;
   double sum = 0.0, squares = 0.0;
   for (int i = 0; i < steps; ++i) {

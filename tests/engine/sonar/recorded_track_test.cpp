@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/recorded_track.h>
+#include <ensonify/engine/sonar/vehicle/recorded_track.h>
 
 #include <cmath>
 #include <numbers>

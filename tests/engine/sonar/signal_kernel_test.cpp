@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/signal_kernel.h>
+#include <ensonify/engine/sonar/reception/signal_kernel.h>
 
 #include <cmath>
 #include <vector>

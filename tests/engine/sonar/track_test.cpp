@@ -4,8 +4,8 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/sonar/aperture.h>
-#include <ensonify/engine/sonar/track.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
+#include <ensonify/engine/sonar/vehicle/track.h>
 
 using namespace ensonify::engine;
 using Eigen::Vector3d;
@@ -39,7 +39,7 @@ TEST_CASE("heading, pitch and roll are applied in that order") {
 
 TEST_CASE("a fan looks to its side, and its pole points upwards") {
   Sonar sonar;
-  const Aperture aperture = make_aperture(sonar, 0.00375, 7.5);
+  const RayLayout aperture = make_aperture(sonar, 0.00375, 7.5);
   const Pose north{};
   const RayFan starboard = place_fan(aperture, north, Side::starboard, 75.0);
   const RayFan port = place_fan(aperture, north, Side::port, 75.0);

@@ -16,7 +16,7 @@
 #include <ensonify/engine/trace/check/adversarial_rays.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/tile_collapse.h>
 
 using namespace ensonify;
@@ -44,7 +44,7 @@ refine::TriangleMesh square_of(std::uint32_t side, Place&& place) {
 refine::TriangleMesh rough_bed() {
   constexpr std::uint32_t side = 17;
   std::vector<double> heights(side * side);
-  Stream(5, Purpose::test).normal(heights);
+  RandomStream(5, Purpose::test).normal(heights);
   return square_of(side, [&](std::uint32_t i, std::uint32_t j) {
     return Eigen::Vector3f(i == 8 ? -0.499f : -4.0f + 0.5f * static_cast<float>(i),
                            -4.0f + 0.5f * static_cast<float>(j),
@@ -122,11 +122,11 @@ Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
 }
 
 /// A static surface of an intersector, before which bodies may be put.
-std::unique_ptr<MovingSurface> still(refine::Triangles mesh,
-                                     std::shared_ptr<const Intersector> whole) {
-  const SurfaceParts parts{.all = mesh, .whole = std::move(whole), .intersector = "pluecker"};
-  return std::make_unique<MovingSurface>(make_static_surface(parts),
-                                         static_cast<std::uint32_t>(mesh.faces.size()), parts);
+std::unique_ptr<FacesWithBodies> still(refine::Triangles mesh,
+                                       std::shared_ptr<const Intersector> whole) {
+  const FaceSourceParts parts{.all = mesh, .whole = std::move(whole), .intersector = "pluecker"};
+  return std::make_unique<FacesWithBodies>(make_static_faces(parts),
+                                           static_cast<std::uint32_t>(mesh.faces.size()), parts);
 }
 
 std::vector<AgreementRow> compare_one(refine::Triangles mesh,
@@ -426,7 +426,8 @@ TEST_CASE("an answer computed for the ray rounded to float lies within the toler
   CHECK(largest < 1.0);
   CHECK(largest > 0.02);  // and it is not loose by much
 
-  // From 10 m, at 45 degrees on an even face, a hit has to be right to some hundredths of a millimetre.
+  // From 10 m, at 45 degrees on an even face, a hit has to be right to some hundredths of a
+  // millimetre.
   const refine::TriangleMesh square = two_squares();
   CHECK(Judge(square, *tracer).tolerance_m({{-6.0, 1.0, 7.0}, {1, 0, -1}}, 0) < 5e-5);
 }
@@ -469,7 +470,7 @@ namespace {
 refine::TriangleMesh rocks() {
   constexpr std::uint32_t side = 49;
   std::vector<double> heights(side * side);
-  Stream(9, Purpose::test).normal(heights);
+  RandomStream(9, Purpose::test).normal(heights);
   return square_of(side, [&](std::uint32_t i, std::uint32_t j) {
     return Eigen::Vector3f(-9.6f + 0.4f * static_cast<float>(i),
                            -9.6f + 0.4f * static_cast<float>(j),
@@ -534,18 +535,18 @@ struct Faulty {
   std::vector<AgreementRow> rows() const {
     const auto reference = make_intersector("pluecker", mesh);
     std::vector<Candidate> candidates;
-    for (const SurfaceKind& kind : surface_kinds()) {
-      const SurfaceParts parts{.all = mesh,
-                               .whole = whole,
-                               .progressive = progressive,
-                               .intersector = "pluecker",
-                               .tree_pings = 6};
+    for (const FaceSourceKind& kind : face_source_kinds()) {
+      const FaceSourceParts parts{.all = mesh,
+                                  .whole = whole,
+                                  .progressive = progressive,
+                                  .intersector = "pluecker",
+                                  .tree_pings = 6};
       const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
       candidates.push_back(
           {.surface = std::string(kind.name),
            .intersector = "pluecker",
            .make = [make = kind.make, parts,
-                    faces] { return std::make_unique<MovingSurface>(make(parts), faces, parts); },
+                    faces] { return std::make_unique<FacesWithBodies>(make(parts), faces, parts); },
            .precision = Precision::exact,
            .has_every_face = !kind.needs_progressive_mesh});
     }

@@ -21,7 +21,7 @@
 #include "support/catch.h"
 #include "support/little_memory.h"
 
-#include <ensonify/engine/trace/embree.h>
+#include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/refine/parallel_for.h>
 
 using namespace ensonify;

@@ -7,7 +7,7 @@
 
 #include "support/catch.h"
 
-#include <ensonify/engine/trace/exact_side.h>
+#include <ensonify/engine/trace/exact/exact_side.h>
 
 using namespace ensonify::engine;
 using Eigen::Vector3d;
@@ -118,8 +118,8 @@ TEST_CASE("a side is exact for the smallest denormals and for 1e18") {
   }
 }
 
-// The product is linear in the origin: from a tie, the smallest move along an axis gives the sign of
-// that axis' part, and a large one the same.
+// The product is linear in the origin: from a tie, the smallest move along an axis gives the sign
+// of that axis' part, and a large one the same.
 TEST_CASE("the smallest denormal decides a tie, and outweighs the tie rule") {
   std::mt19937 random(4);
   int decided = 0;

@@ -14,7 +14,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/trace/check/agreement.h>
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -30,7 +30,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 refine::TriangleMesh bed(std::uint32_t n, double side_m, double depth_m, double rms_m,
                          std::uint64_t seed = 5) {
   std::vector<double> heights((n + 1) * (n + 1));
-  Stream(seed, Purpose::test).normal(heights);
+  RandomStream(seed, Purpose::test).normal(heights);
   refine::TriangleMesh mesh;
   for (std::uint32_t j = 0; j <= n; ++j)
     for (std::uint32_t i = 0; i <= n; ++i)
@@ -59,7 +59,7 @@ refine::TriangleMesh stone(int n, double radius_m, std::uint64_t seed) {
   refine::TriangleMesh mesh;
   std::map<std::array<int, 3>, std::uint32_t> numbers;
   std::array<double, 3> lump;
-  Stream(seed, Purpose::test).normal(lump);
+  RandomStream(seed, Purpose::test).normal(lump);
   const auto vertex = [&](const std::array<int, 3>& at) {
     const auto [found, is_new] =
         numbers.emplace(at, static_cast<std::uint32_t>(mesh.positions.size()));
@@ -92,7 +92,7 @@ refine::TriangleMesh stone(int n, double radius_m, std::uint64_t seed) {
 refine::TriangleMesh clutter(int stones, std::uint32_t bed_cells = 60) {
   refine::TriangleMesh mesh = bed(bed_cells, 60.0, 20.0, 0.05);
   std::vector<double> at(3 * static_cast<std::size_t>(stones));
-  Stream(9, Purpose::test).uniform(at);
+  RandomStream(9, Purpose::test).uniform(at);
   for (int i = 0; i < stones; ++i) {
     const double* p = &at[3 * static_cast<std::size_t>(i)];
     add(mesh, stone(4, 0.2 + p[2], static_cast<std::uint64_t>(i)),
@@ -136,28 +136,28 @@ std::vector<Hit> hits_of(const Intersector& tracer, const RayFan& fan) {
   return hits;
 }
 
-/// fan_scan against the reference on these fans and on fans aimed at the mesh, static and on the faces
-/// that the fans can touch.
+/// fan_scan against the reference on these fans and on fans aimed at the mesh, static and on the
+/// faces that the fans can touch.
 std::vector<AgreementRow> compare_on(const refine::TriangleMesh& mesh,
                                      const std::vector<RayFan>& fans,
                                      std::uint64_t aimed_fan_rays = 30000) {
   const auto reference = make_intersector("pluecker", mesh);
-  SurfaceParts parts{.all = mesh,
-                     .whole = make_intersector("fan_scan", mesh),
-                     .progressive = make_progressive_mesh(mesh),
-                     .intersector = "fan_scan",
-                     .options = {}};
+  FaceSourceParts parts{.all = mesh,
+                        .whole = make_intersector("fan_scan", mesh),
+                        .progressive = make_progressive_mesh(mesh),
+                        .intersector = "fan_scan",
+                        .options = {}};
   std::vector<Candidate> candidates;
   for (const char* name : {"static", "footprint"})
     candidates.push_back({.surface = name,
                           .intersector = "fan_scan",
                           .make =
-                              [make = surface_kind(name).make, &parts, &mesh] {
-                                return std::make_unique<MovingSurface>(
+                              [make = face_source_kind(name).make, &parts, &mesh] {
+                                return std::make_unique<FacesWithBodies>(
                                     make(parts), static_cast<std::uint32_t>(mesh.faces.size()),
                                     parts);
                               },
-                          .precision = precision_of("fan_scan"),
+                          .precision = Precision::in_double,
                           .has_every_face = std::string_view(name) == "static"});
   std::vector<PingBlock> blocks;
   for (const RayFan& fan : fans) blocks.push_back({{fan}});

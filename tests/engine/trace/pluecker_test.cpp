@@ -44,7 +44,8 @@ WideVector cross(const WideVector& a, const WideVector& b) {
 
 /// Does the ray hit the face, in whole numbers and by another way: the ray is really moved, by
 /// (B^-1, B^-2, B^-3) with B = 2^14; the point where it meets the face's plane, times the plane's
-/// approach and B^3, is looked up in the face's shadow on a plane of two axes. For integers below 16.
+/// approach and B^3, is looked up in the face's shadow on a plane of two axes. For integers
+/// below 16.
 bool hit_by_moving(const refine::Triangles& mesh, std::uint32_t face, const Ray& ray) {
   constexpr Wide b = 1 << 14, unit = b * b * b;
   const WideVector a = wide(mesh.corner(face, 0));
@@ -132,11 +133,12 @@ TEST_CASE("a face is hit when whole numbers say so, at corners, edges and in its
   CHECK(hits > 2000);
 }
 
-// The boundary of random unit cubes: closed, with edges where four faces meet, all of it in planes of
-// the grid. Each face is an intersector of its own, so that all crossings count.
+// The boundary of random unit cubes: closed, with edges where four faces meet, all of it in planes
+// of the grid. Each face is an intersector of its own, so that all crossings count.
 //
 //    +--+  +--+
-//    |##|  |##|      o--> along grid lines, through vertices, edges, midpoints, within faces' planes
+//    |##|  |##|      o--> along grid lines, through vertices, edges, midpoints, within faces'
+//    planes
 //    +--+--+--+
 //       |##|
 //       +--+

@@ -1,5 +1,5 @@
-// Bent rays against chords of a hundredth of a millimetre's sagitta through the reference tracer, over the
-// seabeds of scenes and under measured casts. Takes a while: [.soak].
+// Bent rays against chords of a hundredth of a millimetre's sagitta through the reference tracer,
+// over the seabeds of scenes and under measured casts. Takes a while: [.soak].
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@
 #include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/trace/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refracted_path.h>
 #include <ensonify/scatter/sound_ray.h>
 
 using namespace ensonify;
@@ -150,7 +150,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
   const RefractionCounts& counts = tracer.counts();
   WARN(tally.rays << " rays, " << tally.hits << " hits, " << tally.same << " of the same face, "
                   << tally.near_edge << " within a millimetre of an edge, " << tally.unexplained
-                  << " unexplained; times within " << tally.worst_s << " s; " << counts.pictured
+                  << " unexplained; times within " << tally.worst_s << " s; " << counts.straightened
                   << " of " << counts.rays << " in the picture, " << counts.chords << " chords");
   return tally;
 }

@@ -1,4 +1,4 @@
-#include <ensonify/engine/trace/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refracted_path.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "support/catch.h"
 #include "support/meshes.h"
 
-#include <ensonify/engine/trace/exact_surface.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -79,8 +79,8 @@ Hit reference(const scatter::SoundSpeedProfile& profile, const Intersector& plue
   return {};
 }
 
-/// Rays of a fan whose face or time is not the reference's, but for those that are a millimetre from where
-/// they would be.
+/// Rays of a fan whose face or time is not the reference's, but for those that are a millimetre
+/// from where they would be.
 void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elevations) {
   const Seafloor bed = rough_bed();
   const auto pluecker = make_intersector("pluecker", bed.mesh);
@@ -102,7 +102,7 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
       if (found.face == expected.face) {
         ++same;
         if (!found) continue;
-        const Arrival at = tracer.tell(k * fan.elevations() + j, found);
+        const RayIncidence at = tracer.tell(k * fan.elevations() + j, found);
         CHECK(found.t == Approx(expected.t).margin(2e-3));
         const refine::Face& face = bed.mesh.faces[found.face];
         const Eigen::Vector3d a = bed.mesh.positions[face[0]].cast<double>();
@@ -155,7 +155,7 @@ TEST_CASE("What a bent fan can touch lies in its view volume") {
   RayFan fan = fan_at({0, 0, -4.0}, 250, 60.0);
   fan.bend = bend(thermocline, 17.0, fan.range_m, 1490.0);
   CHECK(fan.bend.turn_rad > 0.0);
-  const refine::ViewVolume volume = view_volume(fan);
+  const refine::FanVolume volume = view_volume(fan);
   const refine::ViewTest test(std::span(&volume, 1));
   RefractedTracer tracer(thermocline, highest_m, 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
@@ -179,7 +179,7 @@ TEST_CASE("In the picture of a bent fan a facet is where its neighbours' times p
     if (!hits[first + j] || !hits[first + j + 1]) continue;
     const Eigen::Vector3d here = fan.ray(k, j).direction, there = fan.ray(k, j + 1).direction;
     Hit near = hits[first + j], next = hits[first + j + 1];
-    const Eigen::Vector3d normal = tracer.tell(first + j, near).pictured({0, 0, 1}, here);
+    const Eigen::Vector3d normal = tracer.tell(first + j, near).straightened({0, 0, 1}, here);
     tracer.tell(first + j + 1, next);
     const double predicted_m = near.t * normal.dot(here) / normal.dot(there);
     CHECK(predicted_m == Approx(next.t).epsilon(1e-3));

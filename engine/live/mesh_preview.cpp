@@ -1,0 +1,56 @@
+#include <ensonify/engine/live/mesh_preview.h>
+
+#include <cmath>
+
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t max_faces = 80'000;
+constexpr double steps = 32000.0;  // from the middle to where an int16 ends
+
+}  // namespace
+
+MeshPreview::MeshPreview(const Seafloor& seafloor)
+    : progressive_(seafloor.progressive ? seafloor.progressive
+                                        : make_progressive_mesh(seafloor.mesh)),
+      mesh_(std::make_unique<refine::ActiveMesh>(*progressive_)) {}
+
+MeshPatch MeshPreview::look(std::span<const refine::FanVolume> volumes, double within_m) {
+  const refine::RefineStatistics did = mesh_->refine(volumes);
+  counts_ = {.splits = did.splits,
+             .collapses = did.collapses,
+             .active_faces = mesh_->face_count(),
+             .exact_faces = mesh_->exact_faces().faces.size()};
+
+  MeshPatch patch{.middle = volumes.front().apex, .step_m = 4.0 * within_m / steps};
+  const auto middle = patch.middle.cast<float>().eval();
+  const auto nodes = mesh_->nodes();
+  const auto gather = [&](bool exact) {
+    for (const refine::ActiveMesh::ActiveFace& face : mesh_->faces()) {
+      if (face.slot == refine::ActiveMesh::none || patch.exact.size() >= max_faces) continue;
+      bool leaves = true, fits = true;
+      std::array<Eigen::Vector3f, 3> corners;
+      for (std::size_t k = 0; k < 3; ++k) {
+        leaves = leaves && nodes[face.vertices[k]].is_leaf();
+        corners[k] = mesh_->position(face.vertices[k]) - middle;
+        fits = fits && corners[k].cwiseAbs().maxCoeff() < 3.9 * within_m;
+      }
+      if (leaves != exact || !fits) continue;
+      const Eigen::Array3f low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+      const Eigen::Array3f high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+      if (low.max(-high).max(0.0f).head<2>().matrix().norm() > within_m)
+        continue;  // the box around
+      for (const Eigen::Vector3f& corner : corners)
+        for (int k = 0; k < 3; ++k)
+          patch.corners.push_back(static_cast<std::int16_t>(std::lround(corner[k] / patch.step_m)));
+      patch.exact.push_back(exact ? 1 : 0);
+    }
+  };
+  gather(false);
+  gather(true);
+  return patch;
+}
+
+}  // namespace ensonify::engine

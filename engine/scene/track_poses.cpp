@@ -1,0 +1,201 @@
+#include <ensonify/engine/scene/track_poses.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/check.h>
+#include <ensonify/engine/scene/water_check.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
+#include <ensonify/engine/sonar/vehicle/ground_path.h>
+#include <ensonify/engine/sonar/vehicle/motion.h>
+#include <ensonify/engine/sonar/vehicle/recorded_track.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// A scene's track while it is being made.
+class TrackBuilder {
+ public:
+  TrackBuilder(const Scene& scene, const Ground& ground, double sound_speed_mps)
+      : scene_(scene), track_(scene.track), ground_(ground), motion_(scene.motion, scene.seed) {
+    interval_s_ = track_.ping_interval_s;
+    if (interval_s_ > 0.0 || track_.kind == TrackKind::file) return;
+    double longest_m = 0.0;
+    for (const Sonar& sonar : scene.sonars) longest_m = std::max(longest_m, sonar.range_m);
+    interval_s_ = 2.0 * longest_m / sound_speed_mps;
+  }
+
+  TrackPoses build_track() {
+    if (track_.kind == TrackKind::file)
+      read();
+    else
+      generate();
+    find_bed();
+    if (track_.vertical == Vertical::altitude || !has_own_height()) set_heights();
+    for (Pose& pose : flight_.poses) pose = motion_.applied_to(pose);
+    check();
+    return std::move(flight_);
+  }
+
+ private:
+  bool has_own_height() const { return recorded_ && recorded_->has_height(); }
+  std::string what_to_move() const {
+    switch (track_.kind) {
+      case TrackKind::line:
+        return fmt::format(
+            "the line is {:.1f} m long: take fewer track.pings, or move track.middle_east_m and "
+            "track.middle_north_m",
+            (flight_.poses.back().position - flight_.poses.front().position).head<2>().norm());
+      case TrackKind::lawn_mower:
+        return "take fewer track.legs, or less track.leg_length_m, leg_spacing_m or turn_radius_m, "
+               "or "
+               "move track.middle_east_m and track.middle_north_m";
+      case TrackKind::file: break;
+    }
+    return "move the track with track.middle_east_m and track.middle_north_m, or take another "
+           "seafloor";
+  }
+
+  void generate() {
+    if (track_.kind == TrackKind::lawn_mower && !(track_.speed_mps * interval_s_ > 0.0))
+      throw SceneError("track: a lawn-mower needs a track.speed_mps above 0");
+    check_pings(scene_, generated_pings(track_, interval_s_), "track");
+    flight_.poses = generated_poses(track_, interval_s_, motion_.speed());
+  }
+
+  void read() {
+    const NavigationLog log = read_track(track_, ground_.frame);
+    const std::string name = track_.file.name;
+    if (const std::size_t repeated = log.repeated_places();
+        track_.smooth_s == 0.0 && 5 * repeated > log.t_s.size())
+      flight_.warnings.push_back(fmt::format(
+          "{}: {} of {} rows repeat the place of the row before, so the track moves by fits and "
+          "starts; if that is slow navigation, smooth it with track.smooth_s",
+          name, repeated, log.t_s.size()));
+    recorded_.emplace(log, track_.smooth_s);
+    if (interval_s_ == 0.0) {
+      check_pings(scene_, static_cast<double>(log.t_s.size()), name);
+      for (const double t_s : log.t_s) flight_.poses.push_back(recorded_->at(t_s));
+      return;
+    }
+    const double steps =
+        std::floor((recorded_->end_s() - recorded_->begin_s()) / interval_s_ * (1.0 + 1e-12));
+    check_pings(scene_, steps + 1.0, name);
+    for (double step = 0.0; step <= steps; ++step)
+      flight_.poses.push_back(recorded_->at(recorded_->begin_s() + step * interval_s_));
+  }
+
+  void find_bed() {
+    bed_m_.clear();
+    for (std::size_t i = 0; i < flight_.poses.size(); ++i) {
+      const Eigen::Vector3d& p = flight_.poses[i].position;
+      check_over_seafloor(p, i);
+      bed_m_.push_back(ground_.bed_height_m(p.x(), p.y()));
+    }
+    if (std::ranges::all_of(bed_m_, [](double z) { return std::isnan(z); }))
+      throw SceneError(
+          "track: there is no bed below any of it, only a hole in the seafloor; move "
+          "track.middle_east_m and track.middle_north_m");
+  }
+
+  void check_over_seafloor(const Eigen::Vector3d& p, std::size_t ping) const {
+    const Eigen::Vector2d &low = ground_.lowest, &high = ground_.highest;
+    if (p.x() >= low.x() && p.x() <= high.x() && p.y() >= low.y() && p.y() <= high.y()) return;
+    throw SceneError(
+        fmt::format("track: ping {} lies off the seafloor, at {:.1f} m east, {:.1f} m north (the "
+                    "seafloor spans "
+                    "{:.1f} to {:.1f} m east, {:.1f} to {:.1f} m north); {}",
+                    ping, p.x(), p.y(), low.x(), high.x(), low.y(), high.y(), what_to_move()));
+  }
+
+  void set_heights() {
+    const bool by_altitude =
+        track_.vertical == Vertical::altitude || recorded_altitude_m(0).has_value();
+    if (by_altitude) {
+      follow_bed();
+      return;
+    }
+    double sum_m = 0.0;
+    std::size_t found = 0;
+    for (const double bed_m : bed_m_)
+      if (!std::isnan(bed_m)) {
+        sum_m += bed_m;
+        ++found;
+      }
+    const double mean_bed_m = sum_m / static_cast<double>(found);
+    for (Pose& pose : flight_.poses) pose.position.z() = mean_bed_m + track_.altitude_m;
+  }
+
+  std::optional<double> recorded_altitude_m(std::size_t ping) const {
+    return recorded_ ? recorded_->altitude_m(flight_.poses[ping].t_s) : std::nullopt;
+  }
+
+  /// A first-order servo on the altitude, whose climb is limited; straight from ping to ping. Over
+  /// a hole it goes by the last bed there was, before the first one by that.
+  void follow_bed() {
+    std::vector<Pose>& poses = flight_.poses;
+    double bed_m = *std::ranges::find_if(bed_m_, [](double z) { return !std::isnan(z); });
+    double z_m = 0.0;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      if (!std::isnan(bed_m_[i])) bed_m = bed_m_[i];
+      const double wanted_m = bed_m + recorded_altitude_m(i).value_or(track_.altitude_m);
+      if (i == 0) {
+        z_m = wanted_m;
+      } else {
+        const double step_s = poses[i].t_s - poses[i - 1].t_s;
+        const double share = track_.follow_s > 0.0 ? -std::expm1(-step_s / track_.follow_s) : 1.0;
+        const double max_m = track_.climb_mps * step_s;
+        const double climb_m = std::clamp(share * (wanted_m - z_m), -max_m, max_m);
+        poses[i - 1].velocity_mps.z() = step_s > 0.0 ? climb_m / step_s : 0.0;
+        z_m += climb_m;
+      }
+      poses[i].position.z() = z_m;
+      poses[i].velocity_mps.z() = 0.0;
+    }
+  }
+
+  void check() const {
+    for (std::size_t i = 0; i < flight_.poses.size(); ++i) {
+      const Pose& vehicle = flight_.poses[i];
+      check_height(vehicle.position, i, "the vehicle", "");
+      for (const Sonar& sonar : scene_.sonars)
+        if (sonar.mounting != Mounting{})
+          check_height(mounted(vehicle, sonar.mounting).position, i, "sonar " + sonar.name,
+                       fmt::format(", or mount the sonar elsewhere (sonar.{}.forward_m, "
+                                   "starboard_m, down_m)",
+                                   sonar.name));
+    }
+  }
+
+  void check_height(const Eigen::Vector3d& p, std::size_t ping, std::string_view what,
+                    std::string_view or_else) const {
+    check_over_seafloor(p, ping);
+    const std::string_view cure = has_own_height() && track_.vertical == Vertical::depth
+                                      ? "take track.vertical = \"altitude\""
+                                      : "change track.altitude_m";
+    if (const auto fault = out_of_water(p, ground_.bed_height_m(p.x(), p.y())))
+      throw SceneError(fmt::format(
+          "track: at ping {} {} is {}; {}, or move the track{}, or check seafloor.water_level_m",
+          ping, what, *fault, cure, or_else));
+  }
+
+  const Scene& scene_;
+  const TrackOptions& track_;
+  const Ground& ground_;
+  Motion motion_;
+  double interval_s_ = 0.0;  // 0: a ping a row
+  std::optional<RecordedTrack> recorded_;
+  std::vector<double> bed_m_;  // heights below the pings; NaN over a hole
+  TrackPoses flight_;
+};
+
+}  // namespace
+
+TrackPoses build_track(const Scene& scene, const Ground& ground, double sound_speed_mps) {
+  return TrackBuilder(scene, ground, sound_speed_mps).build_track();
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,57 @@
+#include <ensonify/engine/seafloor/bed/fractal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/bed/spectral.h>
+
+namespace ensonify::engine {
+
+void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t seed) {
+  add_fractal(field, relief, RandomStream(seed, Purpose::fractal_relief));
+}
+
+void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise) {
+  const double h = relief.hurst;
+  const double sigma = relief.height_at_1m_m;
+  if (!(h > 0.0 && h < 1.0))
+    throw std::invalid_argument(
+        fmt::format("fractal relief: the Hurst exponent is {}; it must lie between 0 and 1", h));
+  if (!(sigma >= 0.0 && std::isfinite(sigma)))
+    throw std::invalid_argument(fmt::format(
+        "fractal relief: the height at 1 m is {} m; it must be finite and not negative", sigma));
+  if (!(relief.longest_m >= 0.0 && std::isfinite(relief.longest_m)))
+    throw std::invalid_argument(
+        fmt::format("fractal relief: the longest wave is {} m; it must be finite and not negative",
+                    relief.longest_m));
+  if (sigma == 0.0) return;
+  // Below it the spectrum is level (von Karman's form).
+  const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
+
+  SpectralField what;
+  what.period_m = fractal_period_m(field, h);
+  if (relief.spectrum == FractalSpectrum::variogram) {
+    // Phi(k) = C |k|^-(2H+2) is the plane's spectrum with the variogram sigma^2 d^2H.
+    const double c = sigma * sigma * std::pow(2.0, 2.0 * h - 1.0) * h * std::tgamma(1.0 + h) /
+                     (std::numbers::pi * std::tgamma(1.0 - h));
+    what.amplitude = [k0, root_c = std::sqrt(c), exponent = -0.5 * (h + 1.0)](double kx,
+                                                                              double ky) {
+      return root_c * std::pow(kx * kx + ky * ky + k0 * k0, exponent);
+    };
+  } else {
+    // Has no variogram of its own (it grows with the period): half the sum of the variograms 1 m to
+    // the east and 1 m to the north is what gets the height.
+    what.amplitude = [k0, exponent = -0.5 * (2.0 * h + 1.0)](double kx, double ky) {
+      return std::pow(kx * kx + ky * ky + k0 * k0, exponent);
+    };
+    what.weight = [](double kx, double ky) { return 2.0 - std::cos(kx) - std::cos(ky); };
+    what.calibrated_m2 = sigma * sigma;
+  }
+  add_spectral_field(field, what, noise);
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace ensonify::engine {
+
+/// Latitude north and longitude east, WGS 84.
+struct GeographicPlace {
+  double latitude_rad = 0.0;
+  double longitude_rad = 0.0;
+};
+
+/// A place on a map: metres east and north, and where the map's north lies there.
+struct MapPlace {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  double convergence_rad = 0.0;  ///< of the map's north, clockwise from true north
+};
+
+/// In a UTM zone, 1 to 60, southern ones negative. By GeographicLib. Throws std::invalid_argument
+/// for a place that is too far from the zone or no place, and in a build without that library.
+MapPlace utm_place(const GeographicPlace& where, int zone);
+
+/// On the plane that touches the ellipsoid at an origin. By GeographicLib; throws as utm_place
+/// does.
+MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& origin);
+
+/// A place on a map, back on the ellipsoid.
+struct PlaceOnEarth {
+  GeographicPlace where;
+  double convergence_rad = 0.0;  ///< of the map's north, clockwise from true north
+};
+
+/// The other way from utm_place. Throws as it does.
+PlaceOnEarth place_of_utm(const Eigen::Vector2d& place, int zone);
+/// The other way from tangent_place, at the ellipsoid. Throws as it does.
+PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlace& origin);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,100 @@
+#include <ensonify/engine/seafloor/bed/smooth_field.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/bed/catmull_rom.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t waves = 48;        // their sum has a kurtosis of 2.95
+constexpr double samples_a_wave = 10.0;  // interpolated to 1e-3 of the amplitude
+constexpr double golden = 0.6180339887498949;
+
+}  // namespace
+
+SmoothField::SmoothField(const RandomStream& draws, double shortest_m, double longest_m)
+    : shortest_m_(shortest_m) {
+  if (!(shortest_m > 0.0 && longest_m >= shortest_m && std::isfinite(longest_m)))
+    throw std::invalid_argument(
+        fmt::format("smooth field: waves of {} to {} m cannot be", shortest_m, longest_m));
+  std::array<double, 2 * waves + 1> u;
+  draws.uniform(u);
+  double power = 0.0;
+  for (std::size_t i = 0; i < waves; ++i) {
+    // Directions fill the half circle evenly, each shaken within its share, and lengths the
+    // octaves.
+    const double direction = std::numbers::pi * (static_cast<double>(i) + u[2 * i]) / waves;
+    const double turned = golden * static_cast<double>(i) + u[2 * waves];
+    const double share = turned - std::floor(turned);
+    const double length_m = shortest_m * std::pow(longest_m / shortest_m, share);
+    const double k = 2.0 * std::numbers::pi / length_m;
+    waves_.push_back({k * std::cos(direction), k * std::sin(direction),
+                      2.0 * std::numbers::pi * u[2 * i + 1], std::sqrt(length_m)});
+    power += 0.5 * length_m;
+  }
+  double slope = 0.0;
+  for (Wave& wave : waves_) {
+    wave.amplitude /= std::sqrt(power);
+    slope += 0.25 * wave.amplitude * wave.amplitude * (wave.kx * wave.kx + wave.ky * wave.ky);
+  }
+  slope_per_m_ = std::sqrt(slope);
+}
+
+double SmoothField::at(double x_m, double y_m) const {
+  double sum = 0.0;
+  for (const Wave& wave : waves_)
+    sum += wave.amplitude * std::cos(wave.kx * x_m + wave.ky * y_m + wave.phase);
+  return sum;
+}
+
+std::vector<double> SmoothField::over(const Heightfield& grid) const {
+  std::vector<double> values(grid.z_m.size());
+  const double step_m = shortest_m_ / samples_a_wave;
+  if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
+    for (int row = 0; row < grid.rows; ++row)
+      for (int column = 0; column < grid.columns; ++column)
+        values[grid.index(column, row)] = at(grid.x_m(column), grid.y_m(row));
+    return values;
+  }
+  // A lattice of its own, counted from the origin, so that the place alone matters here too.
+  const double west = std::floor(grid.x_m(0) / step_m) - 1.0;
+  const double south = std::floor(grid.y_m(0) / step_m) - 1.0;
+  const auto columns =
+      static_cast<std::size_t>(std::floor(grid.x_m(grid.columns - 1) / step_m) - west) + 3;
+  const auto rows =
+      static_cast<std::size_t>(std::floor(grid.y_m(grid.rows - 1) / step_m) - south) + 3;
+  std::vector<double> samples(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      samples[row * columns + column] = at((west + static_cast<double>(column)) * step_m,
+                                           (south + static_cast<double>(row)) * step_m);
+  std::vector<double> line(columns);
+  for (int row = 0; row < grid.rows; ++row) {
+    const double y = grid.y_m(row) / step_m - south;
+    const auto below = static_cast<std::size_t>(y);
+    const auto across = catmull_rom(y - static_cast<double>(below));
+    for (std::size_t column = 0; column < columns; ++column) {
+      line[column] = 0.0;
+      for (std::size_t i = 0; i < 4; ++i)
+        line[column] += across[i] * samples[(below - 1 + i) * columns + column];
+    }
+    for (int column = 0; column < grid.columns; ++column) {
+      const double x = grid.x_m(column) / step_m - west;
+      const auto left = static_cast<std::size_t>(x);
+      const auto along = catmull_rom(x - static_cast<double>(left));
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 4; ++i) sum += along[i] * line[left - 1 + i];
+      values[grid.index(column, row)] = sum;
+    }
+  }
+  return values;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,228 @@
+#include <ensonify/engine/seafloor/layers/area.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/bed/smooth_field.h>
+#include <ensonify/engine/seafloor/layers/area_files.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector2d;
+
+bool inside(const Polygon& polygon, const Vector2d& p) {
+  bool odd = false;
+  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
+    const Vector2d &a = polygon[i], &b = polygon[j];
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()))
+      odd = !odd;
+  }
+  return odd;
+}
+
+double side_of(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
+  return (b - a).x() * (p - a).y() - (b - a).y() * (p - a).x();
+}
+
+bool touch(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d) {
+  const auto within = [](const Vector2d& p, const Vector2d& q, const Vector2d& r) {
+    return (r.array() >= p.array().min(q.array())).all() &&
+           (r.array() <= p.array().max(q.array())).all();
+  };
+  const double abc = side_of(a, b, c), abd = side_of(a, b, d);
+  const double cda = side_of(c, d, a), cdb = side_of(c, d, b);
+  if (((abc > 0.0) != (abd > 0.0)) && ((cda > 0.0) != (cdb > 0.0)) && abc != 0.0 && abd != 0.0 &&
+      cda != 0.0 && cdb != 0.0)
+    return true;
+  return (abc == 0.0 && within(a, b, c)) || (abd == 0.0 && within(a, b, d)) ||
+         (cda == 0.0 && within(c, d, a)) || (cdb == 0.0 && within(c, d, b));
+}
+
+/// Even polygons are holes in odd ones.
+bool inside_any(const std::vector<Polygon>& polygons, const Vector2d& p) {
+  bool odd = false;
+  for (const Polygon& polygon : polygons) odd ^= inside(polygon, p);
+  return odd;
+}
+
+/// Sliding means of `width` points along lines that are `stride` apart; NaN does not count.
+void mean_along(std::vector<double>& values, std::size_t lines, std::size_t line_stride,
+                std::size_t points, std::size_t point_stride, std::size_t half) {
+  std::vector<double> line(points);
+  for (std::size_t l = 0; l < lines; ++l) {
+    double* const first = values.data() + l * line_stride;
+    for (std::size_t i = 0; i < points; ++i) line[i] = first[i * point_stride];
+    double sum = 0.0, count = 0.0;
+    const auto take = [&](std::size_t i, double sign) {
+      if (std::isnan(line[i])) return;
+      sum += sign * line[i];
+      count += sign;
+    };
+    for (std::size_t i = 0; i < std::min(half, points); ++i) take(i, 1.0);
+    for (std::size_t i = 0; i < points; ++i) {
+      if (i + half < points) take(i + half, 1.0);
+      if (i > half) take(i - half - 1, -1.0);
+      // In steps of 2^-30, of which sums are exact: nothing of a mask is left where it has ended.
+      first[i * point_stride] = count > 0.5 ? std::round(sum / count * 0x1p30) * 0x1p-30 : line[i];
+    }
+  }
+}
+
+/// Three sliding means in each direction: nearly a Gaussian that is `width_m` wide from end to end.
+std::vector<double> blurred(std::vector<double> values, const Heightfield& grid, double width_m) {
+  const auto columns = static_cast<std::size_t>(grid.columns);
+  const auto rows = static_cast<std::size_t>(grid.rows);
+  const auto half = [&](double cell_m) {
+    return static_cast<std::size_t>(std::min(1e6, std::round(width_m / (6.0 * cell_m))));
+  };
+  for (int pass = 0; pass < 3; ++pass) {
+    if (half(grid.cell_east_m) > 0)
+      mean_along(values, rows, columns, columns, 1, half(grid.cell_east_m));
+    if (half(grid.cell_north_m) > 0)
+      mean_along(values, columns, 1, rows, columns, half(grid.cell_north_m));
+  }
+  return values;
+}
+
+/// A mask under construction: each limit strikes points out.
+class Mask {
+ public:
+  Mask(const Area& area, const AreaGround& ground, const LayerDraws& draws)
+      : area_(area), ground_(ground), grid_(ground.base), draws_(draws) {
+    values_.assign(grid_.z_m.size(), 1.0);
+  }
+
+  std::vector<double> make() {
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      if (std::isnan(grid_.z_m[i])) values_[i] = 0.0;
+    limit_places();
+    limit_heights();
+    if (!area_.on.empty())
+      for (std::size_t i = 0; i < values_.size(); ++i)
+        if (!ground_.has_material(i, area_.on)) values_[i] = 0.0;
+    if (area_.share < 1.0) keep_share();
+    return std::move(values_);
+  }
+
+ private:
+  void limit_places() {
+    std::vector<Polygon> polygons;
+    if (!area_.polygon_m.empty()) polygons.push_back(area_.polygon_m);
+    const std::vector<Polygon> outlines =
+        area_.outline.path.empty() ? std::vector<Polygon>()
+                                   : read_outlines(area_.outline.path, grid_.world_origin);
+    std::optional<AreaImage> image;
+    if (!area_.image.path.empty())
+      image.emplace(read_area_image(area_.image.path, grid_, area_.image_value));
+    if (polygons.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
+    std::vector<double> shift_east, shift_north;
+    if (area_.ragged_m > 0.0) {
+      shift_east =
+          SmoothField(draws_.of(101), 2.5 * area_.ragged_m, 20.0 * area_.ragged_m).over(grid_);
+      shift_north =
+          SmoothField(draws_.of(102), 2.5 * area_.ragged_m, 20.0 * area_.ragged_m).over(grid_);
+    }
+    const Vector2d middle(area_.middle_east_m, area_.middle_north_m);
+    bool any = false;
+    for (int row = 0; row < grid_.rows; ++row)
+      for (int column = 0; column < grid_.columns; ++column) {
+        const std::size_t point = grid_.index(column, row);
+        Vector2d p(grid_.x_m(column), grid_.y_m(row));
+        if (area_.ragged_m > 0.0)
+          p += area_.ragged_m * Vector2d(shift_east[point], shift_north[point]);
+        const bool in = (polygons.empty() || inside(polygons[0], p)) &&
+                        (outlines.empty() || inside_any(outlines, p)) &&
+                        (area_.radius_m == 0.0 || (p - middle).norm() <= area_.radius_m) &&
+                        (!image || image->holds(p));
+        any = any || in;
+        if (!in) values_[point] = 0.0;
+      }
+    if (!any)
+      throw std::invalid_argument(fmt::format(
+          "an area lies outside the seabed, which spans {:.1f} to {:.1f} m east and {:.1f} to "
+          "{:.1f} m north of its middle",
+          grid_.x_m(0), grid_.x_m(grid_.columns - 1), grid_.y_m(0), grid_.y_m(grid_.rows - 1)));
+  }
+
+  void limit_heights() {
+    if (area_.shallowest_m || area_.deepest_m)
+      for (std::size_t i = 0; i < values_.size(); ++i) {
+        const double depth_m = -grid_.z_m[i];
+        if (!(depth_m >= area_.shallowest_m.value_or(-1e9) &&
+              depth_m <= area_.deepest_m.value_or(1e9)))
+          values_[i] = 0.0;
+      }
+    if (!area_.gentlest_rad && !area_.steepest_rad) return;
+    const std::vector<double> smooth =
+        blurred(grid_.z_m, grid_, std::max(area_.border_m, 6.0 * grid_.cell_east_m));
+    for (int row = 0; row < grid_.rows; ++row)
+      for (int column = 0; column < grid_.columns; ++column) {
+        const auto rise = [&](int dc, int dr, double cell_m) {
+          const int c0 = std::max(column - dc, 0), c1 = std::min(column + dc, grid_.columns - 1);
+          const int r0 = std::max(row - dr, 0), r1 = std::min(row + dr, grid_.rows - 1);
+          return (smooth[grid_.index(c1, r1)] - smooth[grid_.index(c0, r0)]) /
+                 ((c1 - c0 + r1 - r0) * cell_m);
+        };
+        const double slope =
+            std::atan(std::hypot(rise(1, 0, grid_.cell_east_m), rise(0, 1, grid_.cell_north_m)));
+        if (!(slope >= area_.gentlest_rad.value_or(-1.0) &&
+              slope <= area_.steepest_rad.value_or(2.0)))
+          values_[grid_.index(column, row)] = 0.0;
+      }
+  }
+
+  // The highest of a smooth field: its contours are the patches' borders.
+  void keep_share() {
+    const SmoothField field(draws_.of(100), 0.25 * area_.patch_m, 4.0 * area_.patch_m);
+    const std::vector<double> heights = field.over(grid_);
+    std::vector<double> within;
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      if (values_[i] > 0.0) within.push_back(heights[i]);
+    if (within.empty()) return;
+    const auto kept =
+        static_cast<std::size_t>(std::llround(area_.share * static_cast<double>(within.size())));
+    const auto border =
+        within.begin() + static_cast<std::ptrdiff_t>(within.size() - std::min(kept, within.size()));
+    if (border == within.end()) {
+      values_.assign(values_.size(), 0.0);
+      return;
+    }
+    std::nth_element(within.begin(), border, within.end());
+    const double least = *border;
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      if (heights[i] < least) values_[i] = 0.0;
+  }
+
+  const Area& area_;
+  const AreaGround& ground_;
+  const Heightfield& grid_;
+  const LayerDraws& draws_;
+  std::vector<double> values_;
+};
+
+}  // namespace
+
+std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws) {
+  return Mask(area, ground, draws).make();
+}
+
+std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {
+  return blurred(std::move(mask), grid, width_m);
+}
+
+std::optional<std::pair<std::size_t, std::size_t>> crossing_sides(const Polygon& polygon) {
+  const std::size_t n = polygon.size();
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 2; j < n; ++j) {
+      if (i == 0 && j == n - 1) continue;  // neighbours share a point
+      if (touch(polygon[i], polygon[i + 1], polygon[j], polygon[(j + 1) % n])) return {{i, j}};
+    }
+  return std::nullopt;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/layers/layer_draws.h>
+
+namespace ensonify::engine {
+
+/// Points of a polygon that closes itself, local metres (east, north).
+using Polygon = std::vector<Eigen::Vector2d>;
+
+/// A part of the seabed. All limits that are given hold at once; with none it is everywhere.
+struct Area {
+  Polygon polygon_m;
+  InputFile outline;      ///< GeoJSON polygons in the seabed's world coordinates
+  double radius_m = 0.0;  ///< a disc; 0: none
+  double middle_east_m = 0.0;
+  double middle_north_m = 0.0;
+  InputFile image;      ///< a raster: the seabed from above if it has no coordinates of its own
+  int image_value = 1;  ///< the pixels that count
+  std::optional<double> shallowest_m, deepest_m;     ///< depth of the bed before its layers
+  std::optional<double> gentlest_rad, steepest_rad;  ///< its slope, averaged over the border
+  std::string on;         ///< where the map has this material; empty: anywhere
+  double share = 1.0;     ///< of all that, a share in patches with smooth borders
+  double patch_m = 30.0;  ///< typical size of such a patch
+  double border_m = 1.0;  ///< relief fades in over this width
+  double ragged_m = 0.0;  ///< rms distance of the border from where the limits above have it
+  int number =
+      0;  ///< which draw of patches and of the layer's own relief; 0: its place in the list
+};
+
+/// What an area is laid on: heights before any layer, and the material of the map at each point.
+struct AreaGround {
+  const Heightfield& base;
+  std::function<bool(std::size_t point, const std::string& material)> has_material;
+};
+
+/// Where an area lies, 1 or 0 for each point of the grid. Throws std::invalid_argument for an area
+/// that misses the grid, and refine::MeshError for files that cannot be read or do not fit.
+std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
+
+/// A mask with borders that rise from 0 to 1 over a width: its mean over about that width.
+std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m);
+
+/// Tells of the first two sides of a polygon that cross or touch, by the numbers of their first
+/// points.
+std::optional<std::pair<std::size_t, std::size_t>> crossing_sides(const Polygon& polygon);
+
+}  // namespace ensonify::engine

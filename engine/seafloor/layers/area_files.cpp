@@ -1,0 +1,157 @@
+#include <ensonify/engine/seafloor/layers/area_files.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <fmt/format.h>
+#include <gdal_priv.h>
+#include <ogrsf_frmts.h>
+
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double max_pixels = 268435456.0;  // 2^28
+constexpr std::size_t max_points = 100000;  // of all outlines
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& what) {
+  throw refine::MeshError(fmt::format("{}: {}", file.string(), what));
+}
+
+/// This thread's GDAL while a file is read: quiet, and without files beside it.
+class Quiet {
+  CPLErrorHandlerPusher handler_{CPLQuietErrorHandler};
+  CPLConfigOptionSetter no_sidecars_{"GDAL_PAM_ENABLED", "NO", false};
+};
+
+std::unique_ptr<GDALDataset> open(const std::filesystem::path& file, unsigned kind,
+                                  const char* const* drivers, const char* what) {
+  [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
+  std::unique_ptr<GDALDataset> dataset(GDALDataset::Open(
+      std::filesystem::absolute(file).c_str(), kind | GDAL_OF_READONLY, drivers, nullptr, nullptr));
+  if (!dataset) fail(file, fmt::format("cannot be read as {}", what));
+  return dataset;
+}
+
+void place(AreaImage& image, GDALDataset& dataset, const std::filesystem::path& file,
+           const Heightfield& grid) {
+  const double east = grid.x_m(grid.columns - 1) - grid.x_m(0);
+  const double north = grid.y_m(grid.rows - 1) - grid.y_m(0);
+  std::array<double, 6> transform{};
+  if (dataset.GetGeoTransform(transform.data()) == CE_None) {
+    if (!(transform[1] > 0.0 && transform[5] < 0.0 && transform[2] == 0.0 && transform[4] == 0.0))
+      fail(file, "does not lie with north up; gdalwarp turns it");
+    image.west_m = transform[0] - grid.world_origin.x();
+    image.north_m = transform[3] - grid.world_origin.y();
+    image.pixel_east_m = transform[1];
+    image.pixel_north_m = -transform[5];
+    const double east_edge = image.west_m + image.columns * image.pixel_east_m;
+    const double south_edge = image.north_m - image.rows * image.pixel_north_m;
+    if (image.west_m > grid.x_m(0) || image.north_m < grid.y_m(grid.rows - 1) ||
+        east_edge < grid.x_m(grid.columns - 1) || south_edge > grid.y_m(0))
+      fail(file, fmt::format(
+                     "does not cover the seabed: it spans {:.1f} to {:.1f} m east and {:.1f} to "
+                     "{:.1f} m north of the seabed's middle, which reaches {:.1f} and {:.1f} m",
+                     image.west_m, east_edge, south_edge, image.north_m, 0.5 * east, 0.5 * north));
+    return;
+  }
+  const double proportions = (image.columns / east) / (image.rows / north);
+  if (!(std::abs(proportions - 1.0) <= 0.02))
+    fail(file,
+         fmt::format("has {} x {} pixels and no coordinates, and so would be stretched over a "
+                     "seabed of {:.1f} x {:.1f} m; give it the seabed's proportions",
+                     image.columns, image.rows, east, north));
+  image.west_m = grid.x_m(0);
+  image.north_m = grid.y_m(grid.rows - 1);
+  image.pixel_east_m = east / image.columns;
+  image.pixel_north_m = north / image.rows;
+}
+
+}  // namespace
+
+bool AreaImage::holds(const Eigen::Vector2d& place_m) const {
+  // A grid's last points lie on the image's edge.
+  const double column = std::floor((place_m.x() - west_m) / pixel_east_m - 1e-9);
+  const double row = std::floor((north_m - place_m.y()) / pixel_north_m - 1e-9);
+  if (!(column >= -1.0 && column <= columns && row >= -1.0 && row <= rows)) return false;
+  const auto c = static_cast<std::size_t>(std::clamp(column, 0.0, columns - 1.0));
+  const auto r = static_cast<std::size_t>(std::clamp(row, 0.0, rows - 1.0));
+  return counts[r * static_cast<std::size_t>(columns) + c] != 0;
+}
+
+AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value) {
+  const Quiet quiet;
+  constexpr std::array<const char*, 3> drivers = {"PNG", "GTiff", nullptr};
+  const auto dataset = open(file, GDAL_OF_RASTER, drivers.data(), "PNG or GeoTIFF; is it whole?");
+  AreaImage image;
+  image.columns = dataset->GetRasterXSize();
+  image.rows = dataset->GetRasterYSize();
+  const double pixels = static_cast<double>(image.columns) * image.rows;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(file));
+  if (pixels > max_pixels || pixels > 2000.0 * bytes)
+    fail(file, fmt::format("promises {} x {} pixels; expected at most 2^28, and a file that holds "
+                           "them",
+                           image.columns, image.rows));
+  if (dataset->GetRasterCount() != 1)
+    fail(file, fmt::format("has {} channels; expected one, whose values are the patches' numbers "
+                           "(indexed colours or grey)",
+                           dataset->GetRasterCount()));
+  GDALRasterBand& band = *dataset->GetRasterBand(1);
+  place(image, *dataset, file, grid);
+  image.counts.resize(static_cast<std::size_t>(pixels));
+  std::vector<double> row(static_cast<std::size_t>(image.columns));
+  bool found = false;
+  for (int r = 0; r < image.rows; ++r) {
+    if (band.RasterIO(GF_Read, 0, r, image.columns, 1, row.data(), image.columns, 1, GDT_Float64, 0,
+                      0, nullptr) != CE_None)
+      fail(file, fmt::format("row {} of {} cannot be read; the file is truncated or damaged", r + 1,
+                             image.rows));
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      const bool counts = row[c] == value;
+      found = found || counts;
+      image.counts[static_cast<std::size_t>(r) * row.size() + c] = counts;
+    }
+  }
+  if (!found) fail(file, fmt::format("has no pixel of the value {}", value));
+  return image;
+}
+
+std::vector<Polygon> read_outlines(const std::filesystem::path& file,
+                                   const Eigen::Vector3d& world_origin) {
+  const Quiet quiet;
+  constexpr std::array<const char*, 2> drivers = {"GeoJSON", nullptr};
+  const auto dataset = open(file, GDAL_OF_VECTOR, drivers.data(), "GeoJSON");
+  std::vector<Polygon> polygons;
+  std::size_t points = 0;
+  const auto add_ring = [&](const OGRLinearRing& ring) {
+    Polygon& polygon = polygons.emplace_back();
+    points += static_cast<std::size_t>(ring.getNumPoints());
+    if (points > max_points) fail(file, fmt::format("has more than {} points", max_points));
+    for (int i = 0; i + 1 < ring.getNumPoints(); ++i)  // the last is the first again
+      polygon.emplace_back(ring.getX(i) - world_origin.x(), ring.getY(i) - world_origin.y());
+    if (polygon.size() < 3) fail(file, "has a polygon of less than three points");
+  };
+  const auto add_polygon = [&](const OGRPolygon& polygon) {
+    for (const OGRLinearRing* ring : polygon) add_ring(*ring);
+  };
+  for (int i = 0; i < dataset->GetLayerCount(); ++i)
+    for (const auto& feature : dataset->GetLayer(i)) {
+      const OGRGeometry* geometry = feature->GetGeometryRef();
+      if (!geometry) continue;
+      const OGRwkbGeometryType type = wkbFlatten(geometry->getGeometryType());
+      if (type == wkbPolygon)
+        add_polygon(*geometry->toPolygon());
+      else if (type == wkbMultiPolygon)
+        for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) add_polygon(*polygon);
+    }
+  if (polygons.empty()) fail(file, "holds no polygon");
+  return polygons;
+}
+
+}  // namespace ensonify::engine

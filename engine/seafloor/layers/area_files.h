@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/layers/area.h>
+
+namespace ensonify::engine {
+
+/// Which pixels of a raster count, laid over a grid.
+struct AreaImage {
+  int columns = 0;
+  int rows = 0;          ///< the northern row first
+  double west_m = 0.0;   ///< local metres
+  double north_m = 0.0;  ///< local metres
+  double pixel_east_m = 1.0;
+  double pixel_north_m = 1.0;
+  std::vector<std::uint8_t> counts;  ///< 1 where a pixel has the value
+
+  /// Whether the pixel at a place counts; those off the image do not.
+  bool holds(const Eigen::Vector2d& place) const;
+};
+
+/// Reads an image of whole values (PNG, indexed or grey; GeoTIFF). One with coordinates lies where
+/// they say, in the grid's world, and must cover the grid; one without is stretched over the grid,
+/// and must have its proportions to within 2 per cent. Throws refine::MeshError for one that
+/// cannot be read, does not fit, or does not hold the value.
+AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value);
+
+/// Reads the polygons of a GeoJSON file, holes too, and moves them from world to local metres.
+/// Throws refine::MeshError for a file that cannot be read or holds no polygon.
+std::vector<Polygon> read_outlines(const std::filesystem::path& file,
+                                   const Eigen::Vector3d& world_origin);
+
+}  // namespace ensonify::engine

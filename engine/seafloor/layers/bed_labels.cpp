@@ -1,0 +1,130 @@
+#include <ensonify/engine/seafloor/layers/bed_labels.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector3d;
+
+/// What the map has of one feature.
+struct Extent {
+  Eigen::AlignedBox3d box;
+  std::uint16_t kind = 0;  // of its first point
+};
+
+std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
+  std::vector<Extent> extents(map.feature_layer.size());
+  for (int row = 0; row < field.rows; ++row)
+    for (int column = 0; column < field.columns; ++column) {
+      const std::size_t point = field.index(column, row);
+      const std::uint32_t feature = map.point_feature[point];
+      if (feature == 0 || std::isnan(field.z_m[point])) continue;
+      Extent& extent = extents[feature - 1];
+      if (extent.box.isEmpty()) extent.kind = map.point_kind[point];
+      extent.box.extend(Vector3d(field.x_m(column), field.y_m(row), field.z_m[point]));
+    }
+  return extents;
+}
+
+/// The instance number of each of the map's features, 0 for those without one; fills the records.
+std::vector<std::uint16_t> number_features(const Heightfield& field, const SeabedMap& map,
+                                           std::size_t objects, Seafloor& seafloor) {
+  std::vector<std::uint16_t> numbers(map.feature_layer.size(), 0);
+  if (numbers.empty()) return numbers;
+  const std::vector<Extent> extents = extents_of(field, map);
+  for (std::size_t begin = 0, end = 0; begin < numbers.size(); begin = end) {
+    const std::string& layer = map.feature_layer[begin];
+    std::size_t there = 0;
+    for (end = begin; end < numbers.size() && map.feature_layer[end] == layer; ++end)
+      there += !extents[end].box.isEmpty();
+    const std::size_t taken = seafloor.labels.size() + objects + seafloor.features.size();
+    if (taken + there > max_labels) {
+      seafloor.warnings.push_back(fmt::format(
+          "seafloor.{}: its {} features are more than the {} instance numbers that are left; the "
+          "truth has their class, but does not tell them apart",
+          layer, there, max_labels - std::min(taken, max_labels)));
+      continue;
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      const Extent& extent = extents[i];
+      if (extent.box.isEmpty()) continue;
+      FeatureRecord& record = seafloor.features.emplace_back();
+      numbers[i] = static_cast<std::uint16_t>(objects + seafloor.features.size());
+      record = {layer, extent.box.center(), extent.box.sizes(), seafloor.labels[extent.kind]};
+      record.label.instance = numbers[i];
+      record.label.feature = true;
+    }
+  }
+  return numbers;
+}
+
+}  // namespace
+
+std::uint16_t number_in(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin() + 1, names.end(), name);
+  const auto number = static_cast<std::uint16_t>(found - names.begin());
+  if (found == names.end()) names.push_back(name);
+  return number;
+}
+
+void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objects,
+               Seafloor& seafloor) {
+  const auto refuse_more = [&] {
+    if (seafloor.labels.size() + objects > max_labels)
+      throw std::invalid_argument(
+          fmt::format("the seabed's map has more than {} labels (a material and a class, of each "
+                      "feature apart) "
+                      "beside {} objects; take fewer features, patches or objects",
+                      max_labels, objects));
+  };
+  for (const SeabedMap::Kind& kind : map.kinds) {
+    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, kind.material),
+                               .class_id = number_in(seafloor.classes, kind.class_name)});
+    refuse_more();
+  }
+  if (map.kinds.size() == 1 && map.feature_layer.empty()) return;
+
+  const std::vector<std::uint16_t> instance = number_features(field, map, objects, seafloor);
+  std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint16_t> of_features;  // kind, instance
+  std::vector<std::uint16_t> vertex_label;
+  vertex_label.reserve(seafloor.mesh.positions.size());
+  for (const Eigen::Vector3f& p : seafloor.mesh.positions) {
+    const double column = p.x() / field.cell_east_m + 0.5 * (field.columns - 1);
+    const double row = p.y() / field.cell_north_m + 0.5 * (field.rows - 1);
+    const std::size_t point =
+        field.index(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
+    const std::uint16_t kind = map.point_kind[point];
+    const std::uint32_t feature = map.point_feature.empty() ? 0 : map.point_feature[point];
+    const std::uint16_t number = feature == 0 ? std::uint16_t{0} : instance[feature - 1];
+    if (number == 0) {
+      vertex_label.push_back(kind);
+      continue;
+    }
+    const auto next = static_cast<std::uint16_t>(seafloor.labels.size());
+    const auto [found, is_new] = of_features.try_emplace({kind, number}, next);
+    if (is_new) {
+      Label label = seafloor.labels[kind];
+      label.instance = number;
+      label.feature = true;
+      seafloor.labels.push_back(label);
+      refuse_more();
+    }
+    vertex_label.push_back(found->second);
+  }
+  seafloor.face_label.reserve(seafloor.mesh.faces.size());
+  for (const refine::Face& face : seafloor.mesh.faces) {
+    const std::uint16_t a = vertex_label[face[0]], b = vertex_label[face[1]],
+                        c = vertex_label[face[2]];
+    seafloor.face_label.push_back(b == c ? b : a);
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,122 @@
+#include <ensonify/engine/seafloor/layers/bedforms.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/bed/smooth_field.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+void check(const Bedforms& relief, double cell_m) {
+  const auto require = [](bool holds, const char* what, double value) {
+    if (!holds) throw std::invalid_argument(fmt::format("crests: the {} is {}", what, value));
+  };
+  const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
+  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
+  require(positive(relief.wavelength_m), "wavelength in metres", relief.wavelength_m);
+  require(in(relief.height_m, 0.0, 1e4), "height in metres", relief.height_m);
+  require(std::isfinite(relief.across_crests_rad), "heading", relief.across_crests_rad);
+  require(in(relief.sharpness, 0.0, 1.0), "sharpness", relief.sharpness);
+  require(in(relief.asymmetry, 0.0, 0.95), "asymmetry", relief.asymmetry);
+  require(in(relief.bend_rad, 0.0, 1.0), "bend in radians", relief.bend_rad);
+  require(in(relief.drift_m, 0.0, 1e6), "drift in metres", relief.drift_m);
+  require(in(relief.height_spread, 0.0, 2.0), "spread of heights", relief.height_spread);
+  require(in(relief.forks, 0.0, 25.0), "number of forks", relief.forks);
+  if (!(cell_m <= 0.25 * relief.wavelength_m))
+    throw std::invalid_argument(fmt::format(
+        "crests: cells of {} m cannot carry a wavelength of {} m; use cells of at most {} m",
+        cell_m, relief.wavelength_m, 0.25 * relief.wavelength_m));
+}
+
+/// Pairs of places where a crest ends or forks: about the first the phase turns once to one side,
+/// about the second once to the other, so that between them there is a crest more or less.
+class Forks {
+ public:
+  Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
+      : grid_(grid), core_m_(0.35 * relief.wavelength_m) {
+    turns_.assign(grid.z_m.size(), 0.0);
+    height_.assign(grid.z_m.size(), 1.0);
+    const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
+    const double longest_m = 7.0 * relief.wavelength_m;
+    for_each_scattered(grid, per_m2, 3.0 * longest_m, draws, 3, [&](double x, double y, auto& u) {
+      const double length_m = relief.wavelength_m * (2.0 + 5.0 * u[2]);
+      const double along = relief.across_crests_rad + 0.5 * pi + 0.5 * (u[3] - 0.5);
+      add(x, y, length_m * std::sin(along), length_m * std::cos(along), length_m,
+          u[4] < 0.5 ? -1.0 : 1.0);
+    });
+  }
+  double turns(std::size_t point) const { return turns_[point]; }
+  double height(std::size_t point) const { return height_[point]; }
+
+ private:
+  void add(double x, double y, double east, double north, double length_m, double sign) {
+    const double reach_m = 2.5 * length_m;
+    for_each_point_near(grid_, x, y, reach_m, [&](int column, int row, double dx, double dy) {
+      // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
+      const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
+      const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
+      const double away = std::hypot(dx, dy) / reach_m;
+      if (away >= 1.0) return;
+      const double rest = std::min(1.0, 2.0 * (1.0 - away));  // whole as far as the pair reaches
+      const double window = rest * rest * (3.0 - 2.0 * rest);
+      const std::size_t point = grid_.index(column, row);
+      turns_[point] +=
+          sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
+      // The profile has no value at the turning points themselves: a saddle of a crest's width.
+      for (const double r2 : {ax * ax + ay * ay, bx * bx + by * by})
+        if (r2 < 16.0 * core_m_ * core_m_)
+          height_[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));
+    });
+  }
+
+  const Heightfield& grid_;
+  double core_m_;
+  std::vector<double> turns_, height_;
+};
+
+}  // namespace
+
+double crest_profile(double turns, double sharpness, double asymmetry) {
+  const double t = turns - std::floor(turns);
+  const double rise = 0.5 * (1.0 + asymmetry);  // share of the gentle side
+  const double half = t < rise ? 0.5 * (1.0 - t / rise) : 0.5 * (t - rise) / (1.0 - rise);
+  return 1.0 - 2.0 * std::pow(std::sin(pi * half), 2.0 - sharpness);
+}
+
+void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws) {
+  check(relief, std::max(field.cell_east_m, field.cell_north_m));
+  if (relief.height_m == 0.0) return;
+  const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
+  const SmoothField bends(draws.of(1), 0.6 * drift_m, 3.0 * drift_m);
+  const SmoothField heights(draws.of(2), 0.6 * drift_m, 3.0 * drift_m);
+  const std::vector<double> bend = bends.over(field), height = heights.over(field);
+  const Forks forks(field, relief, draws);
+  // A phase of rms slope k0 * bend turns the crests by bend, and changes their spacing by as much.
+  const double bend_turns = relief.bend_rad / (relief.wavelength_m * bends.slope_per_m());
+  const double east = std::sin(relief.across_crests_rad),
+               north = std::cos(relief.across_crests_rad);
+  // Mean of sin^p over half a turn.
+  const double p = 2.0 - relief.sharpness;
+  const double mean =
+      1.0 - 2.0 * std::tgamma(0.5 * (p + 1.0)) / (std::sqrt(pi) * std::tgamma(0.5 * p + 1.0));
+  for (int row = 0; row < field.rows; ++row)
+    for (int column = 0; column < field.columns; ++column) {
+      const std::size_t point = field.index(column, row);
+      const double turns =
+          (field.x_m(column) * east + field.y_m(row) * north) / relief.wavelength_m +
+          bend_turns * bend[point] + forks.turns(point);
+      field.z_m[point] += 0.5 * relief.height_m * std::exp(relief.height_spread * height[point]) *
+                          forks.height(point) *
+                          (crest_profile(turns, relief.sharpness, relief.asymmetry) - mean);
+    }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/layers/layer_draws.h>
+
+namespace ensonify::engine {
+
+/// Trains of crests that do not fade: ripples, megaripples, sand waves. The height is a profile of
+/// a phase, and it is the phase that is random (after Tang, Henyey, Hefner and Traykovski 2009),
+/// so crests bend, crowd, end and fork while their height stays. Wave ripples are about 0.15
+/// wavelengths high (Wiberg and Harris 1994), megaripples 0.1 to 0.5 m at 0.6 to 10 m, sand waves
+/// 1 to 10 m at 50 to 500 m.
+struct Bedforms {
+  double wavelength_m = 1.0;
+  double height_m = 0.1;           ///< trough to crest; 0: none
+  double across_crests_rad = 0.0;  ///< heading across the crests, which the steep sides face
+  double sharpness = 0.6;          ///< 0: a cosine, 1: crests are edges between round troughs
+  double asymmetry = 0.0;          ///< 0: both sides alike; towards 1: steep lee sides
+  double bend_rad = 0.12;          ///< rms turn of the crests, and relative change of wavelength
+  double drift_m = 0.0;            ///< over what distance they do; 0: 20 wavelengths
+  double height_spread = 0.2;      ///< rms of the height's logarithm over such distances
+  double forks = 2.0;              ///< pairs of fork and end in a square of 10 x 10 wavelengths
+};
+
+/// Adds them, with a mean of zero over a wavelength. Throws std::invalid_argument for values that
+/// no crests have and cells longer than a quarter of the wavelength.
+void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws);
+
+/// The profile over the phase in turns, trough to trough, between -1 and 1.
+double crest_profile(double turns, double sharpness, double asymmetry);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,110 @@
+#include <ensonify/engine/seafloor/layers/boulders.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double largest_of_median = 5.0;
+constexpr double tail_diameters = 6.0;
+
+void check(const BoulderField& boulders) {
+  const auto require = [](bool holds, const char* what, double value) {
+    if (!holds) throw std::invalid_argument(fmt::format("boulders: the {} is {}", what, value));
+  };
+  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
+  require(in(boulders.per_hectare, 0.0, 1e5), "number a hectare", boulders.per_hectare);
+  require(in(boulders.diameter_m, 1e-3, 1e3), "diameter in metres", boulders.diameter_m);
+  require(in(boulders.diameter_spread, 0.0, 2.0), "spread of diameters", boulders.diameter_spread);
+  require(in(boulders.height_ratio, 0.0, 3.0), "height over diameter", boulders.height_ratio);
+  require(in(boulders.scour_ratio, 0.0, 1.0), "scour over height", boulders.scour_ratio);
+  require(in(boulders.tail_ratio, 0.0, 1.0), "tail over height", boulders.tail_ratio);
+  const double cover = 1e-4 * boulders.per_hectare * boulders.diameter_m * boulders.diameter_m;
+  require(cover <= 10.0, "number of times that they would cover the bed", cover);
+  require(std::isfinite(boulders.current_rad), "current's heading", boulders.current_rad);
+}
+
+/// One stone: a rounded block with a leaning top, longer one way than the other.
+class Boulder {
+ public:
+  Boulder(const BoulderField& field, const auto& u) {
+    const double normal = std::sqrt(-2.0 * std::log(u[2])) * std::cos(2.0 * pi * u[3]);
+    diameter_m_ =
+        field.diameter_m * std::min(largest_of_median, std::exp(field.diameter_spread * normal));
+    height_m_ = field.height_ratio * diameter_m_ * (0.5 + u[4]);
+    heading_ = 2.0 * pi * u[5];
+    stretch_ = std::sqrt(1.0 + 0.7 * u[6]);
+    corner_ = 2.0 * pi * u[7];
+    corner_2_ = 2.0 * pi * u[8];
+    lean_ = 0.6 * (u[9] - 0.5);
+  }
+  double diameter_m() const { return diameter_m_; }
+  double height_m() const { return height_m_; }
+
+  /// Its top's height over the bed, 0 outside.
+  double top_m(double dx, double dy) const {
+    const double along =
+        (dx * std::sin(heading_) + dy * std::cos(heading_)) / (0.5 * diameter_m_ * stretch_);
+    const double across =
+        (dx * std::cos(heading_) - dy * std::sin(heading_)) / (0.5 * diameter_m_) * stretch_;
+    const double angle = std::atan2(across, along);
+    const double outline =
+        1.0 + 0.10 * std::cos(3.0 * angle + corner_) + 0.06 * std::cos(5.0 * angle + corner_2_);
+    const double r = std::hypot(along, across) / outline;
+    return r < 1.0 ? height_m_ * std::sqrt(1.0 - r * r * r) * (1.0 + lean_ * along) : 0.0;
+  }
+
+ private:
+  double diameter_m_, height_m_, heading_, stretch_, corner_, corner_2_, lean_;
+};
+
+}  // namespace
+
+void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
+                  const Allowed& allowed, std::span<std::uint32_t> marked) {
+  check(boulders);
+  std::vector<double> stones(field.z_m.size(), 0.0);
+  const double down_x = std::sin(boulders.current_rad), down_y = std::cos(boulders.current_rad);
+  const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
+  std::uint32_t number = 0;
+  const auto set_down = [&](double x, double y, const auto& u) {
+    if (!allowed(x, y)) return;
+    ++number;
+    const Boulder stone(boulders, u);
+    const double half_m = 0.5 * stone.diameter_m();
+    const double reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
+    for_each_point_near(field, x, y, reach_m, [&](int column, int row, double dx, double dy) {
+      const std::size_t point = field.index(column, row);
+      const double down = (dx * down_x + dy * down_y) / half_m;
+      const double across = (dx * down_y - dy * down_x) / half_m;
+      const double r = std::hypot(down, across);
+      const double moat = (r - 1.15) / 0.45;  // a horseshoe, open to the lee
+      const double open = 0.5 - 0.5 * down / std::max(r, 1e-9);
+      field.z_m[point] -= boulders.scour_ratio * stone.height_m() * open * std::exp(-moat * moat);
+      if (down > 0.0) {
+        const double width = 0.55 + 0.06 * down;
+        const double along = down / 3.0;
+        field.z_m[point] += boulders.tail_ratio * stone.height_m() * along * std::exp(1.0 - along) *
+                            std::exp(-across * across / (width * width)) *
+                            std::clamp(2.0 - 2.0 * down / (2.0 * tail_diameters), 0.0, 1.0);
+      }
+      const double top = stone.top_m(dx, dy);
+      if (top > stones[point]) {
+        stones[point] = top;
+        marked[point] = number;
+      }
+    });
+  };
+  for_each_scattered(field, 1e-4 * boulders.per_hectare,
+                     tail_diameters * largest_of_median * boulders.diameter_m, draws, 1, set_down);
+  for (std::size_t i = 0; i < stones.size(); ++i) field.z_m[i] += stones[i];
+}
+
+}  // namespace ensonify::engine

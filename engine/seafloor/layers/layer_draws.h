@@ -1,0 +1,80 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+
+namespace ensonify::engine {
+
+/// The random numbers of one layer of the seabed. They belong to its own number, what they are for
+/// and a place's lattice cell, so that no layer disturbs another and no extent changes a place.
+struct LayerDraws {
+  std::uint64_t seed = 0;
+  Purpose purpose = Purpose::test;
+  std::uint64_t number = 0;
+
+  RandomStream of(std::uint64_t what, std::int64_t column = 0, std::int64_t row = 0) const {
+    return RandomStream(seed, purpose,
+                        {number, what,
+                         (static_cast<std::uint64_t>(column) << 32) ^
+                             (static_cast<std::uint64_t>(row) & 0xffffffffu)});
+  }
+};
+
+/// How many numbers each scattered feature gets.
+inline constexpr std::size_t feature_draws = 10;
+
+/// Calls f(x_m, y_m, draws) for the points of a Poisson process of that density, in a fixed order,
+/// over a grid and `margin_m` beyond its border. draws are uniform in (0, 1]; what a point is
+/// depends on where it lies, not on the grid.
+template <class F>
+void for_each_scattered(const Heightfield& grid, double per_m2, double margin_m,
+                        const LayerDraws& draws, std::uint64_t what, F&& f) {
+  if (!(per_m2 > 0.0)) return;
+  const double side_m = 1.0 / std::sqrt(per_m2);  // one point a lattice cell on average
+  const auto first = [&](double edge_m) {
+    return static_cast<std::int64_t>(std::floor((edge_m - margin_m) / side_m));
+  };
+  const auto last = [&](double edge_m) {
+    return static_cast<std::int64_t>(std::floor((edge_m + margin_m) / side_m));
+  };
+  for (std::int64_t row = first(grid.y_m(0)); row <= last(grid.y_m(grid.rows - 1)); ++row)
+    for (std::int64_t column = first(grid.x_m(0)); column <= last(grid.x_m(grid.columns - 1));
+         ++column) {
+      const RandomStream cell = draws.of(what, column, row);
+      std::array<double, 1> count;
+      cell.uniform(count);
+      double below = std::exp(-1.0), term = below;  // Poisson's distribution of mean 1
+      for (std::uint64_t point = 0; count[0] > below && point < 16; ++point) {
+        std::array<double, feature_draws> u;
+        cell.uniform(u, 4 + feature_draws * point);
+        f((static_cast<double>(column) + u[0]) * side_m, (static_cast<double>(row) + u[1]) * side_m,
+          u);
+        term /= static_cast<double>(point + 1);
+        below += term;
+      }
+    }
+}
+
+/// The grid's points within `reach_m` of a place: f(column, row, east of the place, north of it).
+template <class F>
+void for_each_point_near(const Heightfield& grid, double x_m, double y_m, double reach_m, F&& f) {
+  const auto clamp = [](double index, int count) {
+    return static_cast<int>(std::fmin(std::fmax(index, -1.0), static_cast<double>(count)));
+  };
+  const double east = x_m / grid.cell_east_m + 0.5 * (grid.columns - 1);
+  const double north = y_m / grid.cell_north_m + 0.5 * (grid.rows - 1);
+  const double wide = reach_m / grid.cell_east_m, high = reach_m / grid.cell_north_m;
+  for (int row = std::max(0, clamp(std::ceil(north - high), grid.rows));
+       row <= std::min(grid.rows - 1, clamp(std::floor(north + high), grid.rows)); ++row)
+    for (int column = std::max(0, clamp(std::ceil(east - wide), grid.columns));
+         column <= std::min(grid.columns - 1, clamp(std::floor(east + wide), grid.columns));
+         ++column)
+      f(column, row, grid.x_m(column) - x_m, grid.y_m(row) - y_m);
+}
+
+}  // namespace ensonify::engine

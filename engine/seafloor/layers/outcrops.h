@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/layers/layer_draws.h>
+
+namespace ensonify::engine {
+
+/// Rock that stands out of the sediment: beds of equal thickness, tilted, whose broken edges make
+/// ledges along the strike. All values are typical ones; there is no common law of outcrops.
+struct OutcropRelief {
+  double height_m = 2.0;           ///< how far the rock rises where its area is whole
+  double ledge_m = 0.5;            ///< thickness of a bed, so a step's height; 0: no ledges
+  double dip_rad = 0.05;           ///< how steeply the beds sink
+  double dip_heading_rad = 0.0;    ///< whereto they sink
+  double roughness_at_1m_m = 0.1;  ///< rms height difference of points 1 m apart on the rock
+  double hurst = 0.7;              ///< H of that roughness
+};
+
+/// Adds such rock where it stands over `field`, which counts as the sediment's surface: rock rises
+/// from -height_m where `weight` (0 to 1, one a point) is 0 to height_m where it is 1. Sets
+/// `marked` to 1 where rock shows. Throws std::invalid_argument for values that no rock has.
+void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
+                  std::span<const double> weight, std::span<std::uint32_t> marked);
+
+}  // namespace ensonify::engine

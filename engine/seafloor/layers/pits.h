@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/layers/layer_draws.h>
+
+namespace ensonify::engine {
+
+/// Whether a scattered feature may stand at a place.
+using Allowed = std::function<bool(double x_m, double y_m)>;
+
+/// Pockmarks, scours and other hollows, scattered without order. Pockmarks measure metres to
+/// hundreds of metres; in Belfast Bay they are on average 85 m wide and 7.6 m deep (Andrews and
+/// others 2010).
+struct PitRelief {
+  double per_hectare = 10.0;     ///< how many in 100 x 100 m; 0: none
+  double diameter_m = 5.0;       ///< the median's
+  double diameter_spread = 0.4;  ///< standard deviation of its logarithm
+  double depth_ratio = 0.09;     ///< depth over diameter
+  double rim_ratio = 0.0;        ///< height of the rim over the depth
+  double elongation = 1.0;       ///< length over width, at the same area; scours are long
+  double heading_rad = 0.0;      ///< of the long axis; its deep and steep end lies at the back
+};
+
+/// Adds such pits, each where `allowed` says so of its middle; where two meet the deeper one
+/// counts. Sets `marked` to a pit's number, from 1, inside. Throws std::invalid_argument for values
+/// that no pits have.
+void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
+              const Allowed& allowed, std::span<std::uint32_t> marked);
+
+}  // namespace ensonify::engine

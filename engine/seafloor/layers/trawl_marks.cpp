@@ -1,0 +1,140 @@
+#include <ensonify/engine/seafloor/layers/trawl_marks.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+void check(const TrawlMarks& marks) {
+  const auto require = [](bool holds, const char* what, double value) {
+    if (!holds) throw std::invalid_argument(fmt::format("trawl marks: the {} is {}", what, value));
+  };
+  const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
+  require(marks.count >= 0, "count", marks.count);
+  require(marks.depth_m >= 0.0 && std::isfinite(marks.depth_m), "depth in metres", marks.depth_m);
+  require(positive(marks.width_m), "width in metres", marks.width_m);
+  require(positive(marks.door_spacing_m), "spacing in metres", marks.door_spacing_m);
+  require(std::isfinite(marks.heading_rad), "heading", marks.heading_rad);
+  require(marks.heading_spread_rad >= 0.0 && std::isfinite(marks.heading_spread_rad),
+          "heading's spread", marks.heading_spread_rad);
+  require(marks.wander_m >= 0.0 && std::isfinite(marks.wander_m), "wander in metres",
+          marks.wander_m);
+}
+
+/// A sum of waves over a way; of rms 1.
+struct Wander {
+  std::array<double, 4> length_m, phase;
+  double at(double way_m) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < length_m.size(); ++i)
+      sum += std::sin(2.0 * pi * way_m / length_m[i] + phase[i]);
+    return sum / std::sqrt(2.0);
+  }
+};
+
+class Door {
+ public:
+  Door(double offset_m, const RandomStream& draws) : offset_m_(offset_m) {
+    std::array<double, 12> u;
+    draws.uniform(u);
+    for (std::size_t i = 0; i < 4; ++i) {
+      wobble_.length_m[i] = 12.0 + 60.0 * u[i];
+      wobble_.phase[i] = 2.0 * pi * u[4 + i];
+      bite_.length_m[i] = 4.0 + 30.0 * u[4 + i];
+      bite_.phase[i] = 2.0 * pi * u[8 + i];
+    }
+  }
+  double offset_m(double way_m) const { return offset_m_ + 0.25 * wobble_.at(way_m); }
+  /// How deep it digs, of the mean: doors bounce, and now and then leave the bed.
+  double bite(double way_m) const { return std::clamp(1.0 + 0.45 * bite_.at(way_m), 0.0, 1.6); }
+
+ private:
+  double offset_m_;
+  Wander wobble_{}, bite_{};
+};
+
+/// One tow.
+class Tow {
+ public:
+  Tow(const Heightfield& grid, const TrawlMarks& marks, const LayerDraws& draws, std::int64_t i)
+      : marks_(marks),
+        port_(-0.5 * marks.door_spacing_m, draws.of(2, i)),
+        starboard_(0.5 * marks.door_spacing_m, draws.of(3, i)) {
+    std::array<double, 12> u;
+    const RandomStream stream = draws.of(1, i);
+    stream.uniform(u);
+    std::array<double, 1> turn;
+    stream.normal(turn, 16);
+    x_m_ = (u[0] - 0.5) * grid.columns * grid.cell_east_m;
+    y_m_ = (u[1] - 0.5) * grid.rows * grid.cell_north_m;
+    const double heading =
+        marks.heading_rad + marks.heading_spread_rad * turn[0] + (u[2] < 0.5 ? pi : 0.0);
+    east_ = std::sin(heading);
+    north_ = std::cos(heading);
+    depth_m_ = marks.depth_m * (0.35 + 0.65 * u[3]);  // marks of several ages
+    for (std::size_t w = 0; w < 4; ++w) {
+      wander_.length_m[w] = 150.0 + 700.0 * u[4 + w];
+      wander_.phase[w] = 2.0 * pi * u[8 + w];
+    }
+  }
+
+  struct Change {
+    double height_m = 0.0;
+    std::uint32_t door = 0;  // 1 or 2, where its mark is
+  };
+  Change at(double x_m, double y_m) const {
+    const double dx = x_m - x_m_, dy = y_m - y_m_;
+    const double across = dx * north_ - dy * east_;
+    const double reach = 4.0 * marks_.width_m;
+    if (std::abs(across) > 0.5 * marks_.door_spacing_m + 2.9 * marks_.wander_m + 0.8 + reach)
+      return {};
+    const double way = dx * east_ + dy * north_;
+    const double from_middle = across - marks_.wander_m * wander_.at(way);
+    Change change;
+    for (const std::uint32_t number : {1u, 2u}) {
+      const Door& door = number == 1 ? port_ : starboard_;
+      const double from_door = from_middle - door.offset_m(way);
+      if (std::abs(from_door) > 0.5 * reach) continue;
+      // The Gaussian's second derivative: its integral is zero.
+      const double a2 = std::pow(from_door / (0.5 * marks_.width_m), 2);
+      const double bite = door.bite(way);
+      change.height_m -= depth_m_ * bite * (1.0 - a2) * std::exp(-0.5 * a2);
+      if (bite > 0.1 && a2 < 6.0) change.door = number;
+    }
+    return change;
+  }
+
+ private:
+  const TrawlMarks& marks_;
+  Door port_, starboard_;
+  double x_m_, y_m_, east_, north_, depth_m_;
+  Wander wander_{};
+};
+
+}  // namespace
+
+void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
+                     std::span<std::uint32_t> marked) {
+  check(marks);
+  for (int i = 0; i < marks.count; ++i) {
+    const Tow tow(field, marks, draws, i);
+    for (int row = 0; row < field.rows; ++row)
+      for (int column = 0; column < field.columns; ++column)
+        if (const Tow::Change change = tow.at(field.x_m(column), field.y_m(row));
+            change.height_m != 0.0) {
+          const std::size_t point = field.index(column, row);
+          field.z_m[point] += change.height_m;
+          if (change.door != 0) marked[point] = 2 * static_cast<std::uint32_t>(i) + change.door;
+        }
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,55 @@
+#include <ensonify/engine/seafloor/objects/facets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double sharpest_rad = 40.0 * std::numbers::pi / 180.0;
+constexpr double flattest_rad = 0.05 * std::numbers::pi / 180.0;  // rounding turns a plane by less
+
+}  // namespace
+
+double facet_angle_rad(refine::Triangles triangles) {
+  struct Edge {
+    std::uint32_t from, to, face;
+  };
+  std::vector<Edge> edges;
+  std::vector<Eigen::Vector3d> normals;
+  for (std::uint32_t f = 0; f < triangles.faces.size(); ++f) {
+    const refine::Face& face = triangles.faces[f];
+    const Eigen::Vector3d a = triangles.corner(f, 0);
+    normals.push_back((triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a).normalized());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [from, to] = std::minmax(face[k], face[(k + 1) % 3]);
+      edges.push_back({from, to, f});
+    }
+  }
+  std::ranges::sort(edges, {}, [](const Edge& e) { return std::pair(e.from, e.to); });
+  double round = 0.0, sharp = 0.0, squares = 0.0;  // of angle times length
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    const Edge &a = edges[i], &b = edges[i + 1];
+    if (a.from != b.from || a.to != b.to) continue;
+    const Eigen::Vector3d &m = normals[a.face], &n = normals[b.face];
+    const double angle_rad = std::atan2(m.cross(n).norm(), m.dot(n));
+    if (!(angle_rad > flattest_rad)) continue;
+    const double length_m =
+        (triangles.positions[a.to] - triangles.positions[a.from]).cast<double>().norm();
+    if (angle_rad > sharpest_rad) {
+      sharp += angle_rad * length_m;
+    } else {
+      round += angle_rad * length_m;
+      squares += angle_rad * angle_rad * length_m;
+    }
+  }
+  return round > sharp ? squares / round : 0.0;
+}
+
+}  // namespace ensonify::engine

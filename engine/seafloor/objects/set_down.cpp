@@ -1,0 +1,157 @@
+#include <ensonify/engine/seafloor/objects/set_down.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/objects/laid_line.h>
+#include <ensonify/engine/trace/intersector.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
+
+constexpr double max_pieces = 5e5;  // of one line
+constexpr double hidden_m = 1e-3;   // under the bed, not level with it, is what is wholly sunk in
+
+Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
+  return (AngleAxisd(-heading_rad, Vector3d::UnitZ()) *
+          AngleAxisd(object.pitch_rad, Vector3d::UnitX()) *
+          AngleAxisd(object.roll_rad, Vector3d::UnitY()))
+      .toRotationMatrix();
+}
+
+refine::MeshError no_bed(const std::string& what, double east_m, double north_m) {
+  return refine::MeshError(
+      fmt::format("{}: there is no bed below this object at {:.1f} m east, {:.1f} m north; move it "
+                  "over the seafloor (east_m, north_m, path or area)",
+                  what, east_m, north_m));
+}
+
+/// z = height + slope . (place - middle), nearest to the bed in least squares over a square of
+/// samples.
+struct Plane {
+  double height_m = 0.0;
+  Vector2d slope = Vector2d::Zero();
+};
+Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
+  constexpr int samples = 8;  // a side
+  const Vector2d low = box.lowest.head<2>().cast<double>();
+  const Vector2d size = box.highest.head<2>().cast<double>() - low;
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  Vector3d sums = Vector3d::Zero();
+  for (int i = 0; i < samples; ++i)
+    for (int j = 0; j < samples; ++j) {
+      const Vector2d from = size.cwiseProduct(Vector2d(i + 0.5, j + 0.5) / samples) - 0.5 * size;
+      const Vector2d place = low + 0.5 * size + from;
+      const double z = bed.height_m(place.x(), place.y());
+      if (std::isnan(z)) continue;
+      const Vector3d row(1.0, from.x(), from.y());
+      squares += row * row.transpose();
+      sums += z * row;
+    }
+  if (squares(0, 0) == 0.0) return {std::numeric_limits<double>::quiet_NaN()};
+  const Vector3d fit = squares.completeOrthogonalDecomposition().solve(sums);
+  return {fit[0], fit.tail<2>()};
+}
+
+/// How far an object can be let down until it touches the bed; negative if it must be raised.
+double drop_m(refine::Triangles object, const BedGrid& bed) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Vector3f& p : object.positions)
+    if (const double z = bed.height_m(p.x(), p.y()); !std::isnan(z))
+      least = std::min(least, p.z() - z);
+  // From below the object, so that its underside is met even where the two overlap.
+  const refine::Bounds box = refine::bounds(object);
+  const double start_m = box.lowest.z() - 1.0;
+  const std::vector<Vector3f> ground = bed.vertices_within(box);
+  std::vector<Ray> rays;
+  for (const Vector3f& p : ground) rays.push_back({{p.x(), p.y(), start_m}, Vector3d::UnitZ()});
+  std::vector<Hit> hits(rays.size());
+  if (!rays.empty()) make_intersector("pluecker", object)->intersect(rays, hits);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (hits[i]) least = std::min(least, start_m + hits[i].t - ground[i].z());
+  return least;
+}
+
+double buried_share(const refine::Bounds& box, const BedGrid& bed) {
+  const double bed_m = plane_below(box, bed).height_m;
+  const double shape_height_m = box.highest.z() - box.lowest.z();
+  return shape_height_m > 0.0 ? std::clamp((bed_m - box.lowest.z()) / shape_height_m, 0.0, 1.0)
+                              : 0.0;
+}
+
+/// Of a line whose shape has none of its own: a stiff pipe spans, a chain lies limp. Typical.
+double usual_sag_radius_m(const std::string& shape) {
+  if (shape == "pipeline") return 1000.0;
+  return shape == "cable" ? 50.0 : 3.0;
+}
+
+}  // namespace
+
+SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
+                 const BedGrid& bed, const std::string& what) {
+  SetDown placed{.mesh = {.positions = mesh.positions, .faces = mesh.faces}};
+  const refine::Bounds own = refine::bounds(mesh);
+  const Vector3d middle = 0.5 * (own.lowest.cast<double>() + own.highest.cast<double>());
+  const auto put = [&](const Eigen::Matrix3d& turn, double z_m) {
+    const Vector3d place(spot.east_m, spot.north_m, z_m);
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+      placed.mesh.positions[i] =
+          (spot.scale * (turn * (mesh.positions[i].cast<double>() - middle)) + place).cast<float>();
+  };
+  Eigen::Matrix3d turn = attitude(object, spot.heading_rad);
+  put(turn, 0.0);
+  if (object.follow_slope) {
+    const Plane plane = plane_below(refine::bounds(placed.mesh), bed);
+    if (std::isnan(plane.height_m)) throw no_bed(what, spot.east_m, spot.north_m);
+    const Vector3d normal(-plane.slope.x(), -plane.slope.y(), 1.0);
+    turn = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal).toRotationMatrix() * turn;
+    put(turn, 0.0);
+  }
+  const double drop = drop_m(placed.mesh, bed);
+  if (!std::isfinite(drop)) throw no_bed(what, spot.east_m, spot.north_m);
+  const refine::Bounds box = refine::bounds(placed.mesh);
+  const double shape_height_m = box.highest.z() - box.lowest.z();
+  put(turn, object.height_m - object.burial * (shape_height_m + hidden_m) - drop);
+  placed.buried = buried_share(refine::bounds(placed.mesh), bed);
+  return placed;
+}
+
+SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& bed,
+                 const std::string& what) {
+  const ShapeKind& kind = shape_named(object.shape);
+  const double diameter_m = line_diameter_m(kind, object.size);
+  const Eigen::Rotation2Dd turn(-spot.heading_rad);
+  std::vector<Vector2d> path;
+  for (const Vector2d& place : object.path)
+    path.push_back(Vector2d(spot.east_m, spot.north_m) + spot.scale * (turn * place));
+  const auto ground_m = [&](const Vector2d& place) {
+    const double z = bed.height_m(place.x(), place.y());
+    if (std::isnan(z)) throw no_bed(what, place.x(), place.y());
+    return z;
+  };
+  const double step_m = object.size.facet_m.value_or(std::clamp(diameter_m, 0.05, 1.0));
+  double length_m = 0.0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) length_m += (path[i + 1] - path[i]).norm();
+  if (length_m > max_pieces * std::min(step_m, diameter_m))
+    throw refine::MeshError(fmt::format(
+        "{}: {:.0f} m of it are more than {:.0e} pieces; make it shorter or thicker, or "
+        "its facet_m larger",
+        what, length_m, max_pieces));
+  const std::vector<Vector3d> line = laid_line(
+      path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
+      object.height_m - object.burial * (diameter_m + hidden_m), ground_m);
+  SetDown placed{.mesh = make_line(kind, object.size, line)};
+  double buried = 0.0;  // its mean along the line
+  for (const Vector3d& p : line)
+    buried += std::clamp((ground_m(p.head<2>()) - p.z()) / diameter_m + 0.5, 0.0, 1.0);
+  placed.buried = buried / static_cast<double>(line.size());
+  return placed;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/seafloor/objects/object_options.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// Where one object of a table goes.
+struct Spot {
+  double east_m = 0.0, north_m = 0.0;  ///< its middle, local metres
+  double heading_rad = 0.0;
+  double scale = 1.0;  ///< metres a unit of the mesh
+};
+
+/// An object on the bed.
+struct SetDown {
+  refine::TriangleMesh mesh;  ///< in the bed's local metres
+  double buried = 0.0;        ///< share of its height under the bed's plane at its middle
+};
+
+/// A mesh turned, scaled and set down over a bed: about the middle of its bounds, in the object's
+/// attitude, and leaning with the bed if it follows the slope: with the plane that lies nearest, in
+/// least squares, to the bed's heights below its bounds. It rests where one of its vertices meets
+/// the bed or a vertex of the bed meets it, then floats or is sunk in as asked. `what` begins
+/// messages. Throws refine::MeshError for a place without a bed below.
+SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
+                 const BedGrid& bed, const std::string& what);
+
+/// A pipeline, cable, rope or chain laid over a bed along the object's path (laid_line.h), which is
+/// turned and scaled about the spot. Throws as set_down.
+SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& bed,
+                 const std::string& what);
+
+}  // namespace ensonify::engine

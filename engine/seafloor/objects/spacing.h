@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace ensonify::engine {
+
+/// A disc of the bed, local metres.
+struct Disc {
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  double radius_m = 0.0;
+};
+
+/// A part of the bed seen from above: a polygon, whichever way it turns, or a disc.
+class PlacementArea {
+ public:
+  explicit PlacementArea(std::vector<Eigen::Vector2d> polygon);
+  explicit PlacementArea(const Disc& disc);
+
+  /// Whether a disc lies in it, no nearer to the border than the margin.
+  bool holds(const Disc& disc, double margin_m) const;
+  /// A place of the box around it for two numbers in (0, 1].
+  Eigen::Vector2d at(double x, double y) const {
+    return low_ + size_.cwiseProduct(Eigen::Vector2d(x, y));
+  }
+
+ private:
+  std::vector<Eigen::Vector2d> polygon_;  // empty: the disc
+  Disc disc_;
+  Eigen::Vector2d low_, size_;
+};
+
+/// The discs of the bed that are taken. Small ones are in a hashed grid, so that asking about one
+/// takes the time of its neighbours and of the few large ones.
+class Layout {
+ public:
+  /// Whether these keep the gap to all that are taken.
+  bool is_free(std::span<const Disc> discs, double gap_m) const;
+  void take(std::span<const Disc> discs);
+
+ private:
+  template <class F>
+  static void for_each_cell(const Disc& disc, double more_m, F&& f);
+
+  std::vector<Disc> discs_;
+  std::vector<std::uint32_t> large_;  // those that are in no cell
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+
+#include <ensonify/engine/input_file.h>
+#include <ensonify/engine/seafloor/bed/fractal.h>
+#include <ensonify/engine/seafloor/bed/ripples.h>
+#include <ensonify/engine/seafloor/bed/survey_detail.h>
+#include <ensonify/engine/seafloor/layers/seabed.h>
+
+namespace ensonify::engine {
+
+enum class SeafloorKind { fractal, survey, mesh, progressive };
+
+/// Where the seafloor comes from.
+struct SeafloorOptions {
+  SeafloorKind kind = SeafloorKind::fractal;
+  // fractal
+  double extent_east_m = 200.0;
+  double extent_north_m = 140.0;
+  double cell_m = 0.2;
+  double depth_m = 20.0;  ///< mean depth below the sea surface
+  FractalRelief fractal;
+  RippleRelief ripples;
+  // survey
+  InputFile survey;
+  SurveyDetail detail;
+  // fractal, survey
+  SeabedOptions seabed;  ///< the map and the layers of relief on that
+  // progressive
+  InputFile progressive;  ///< what `ensonify analyse` wrote: bed, objects and labels
+  // mesh
+  InputFile mesh;
+  double weld_tolerance_m = 0.0;  ///< the mesh's vertices this close become one
+  // survey, mesh
+  double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
+  std::string material = "medium sand";  ///< see material.h
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+namespace ensonify::engine {
+
+/// Gives memory that begins with a cache line, so that no vector register's load straddles two.
+template <class T>
+struct CacheLineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+
+  CacheLineAllocator() = default;
+  template <class Other>
+  CacheLineAllocator(const CacheLineAllocator<Other>&) {}
+
+  T* allocate(std::size_t count) {
+    if (count > static_cast<std::size_t>(-1) / sizeof(T)) throw std::bad_array_new_length();
+    return static_cast<T*>(::operator new(count * sizeof(T), line));
+  }
+  void deallocate(T* memory, std::size_t) { ::operator delete(memory, line); }
+  bool operator==(const CacheLineAllocator&) const = default;
+};
+
+template <class T>
+using CacheLines = std::vector<T, CacheLineAllocator<T>>;
+
+/// Floats in the widest vector register of any target: arrays have room for one more behind their
+/// end.
+inline constexpr std::size_t widest_vector = 64;
+
+}  // namespace ensonify::engine

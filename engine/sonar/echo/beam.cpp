@@ -1,0 +1,163 @@
+#include <ensonify/engine/sonar/echo/beam.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr auto rows = static_cast<std::size_t>(array_rows);
+constexpr double middle_nearness = array_middle_nearness;
+constexpr int columns_per_lobe = 64;
+
+constexpr auto directions = static_cast<std::size_t>(vertical_directions);
+
+double nearness_of(std::size_t row) {
+  return middle_nearness * static_cast<double>(row) / static_cast<double>(rows - row);
+}
+
+/// One row: power times 1 + 2 F, which stays within bounds, at x = column * step.
+void fill_row(double nearness, double step, std::span<float> row) {
+  // The array's integral over one half, by Simpson's rule; cosines of its steps by recurrence.
+  const double last_x = step * static_cast<double>(row.size() - 1);
+  const int steps = 64 + 2 * static_cast<int>(4.0 * (nearness + last_x));
+  const double du = 0.5 / steps;
+  std::vector<double> re(static_cast<std::size_t>(steps) + 1), im(re.size());
+  for (std::size_t i = 0; i < re.size(); ++i) {
+    const double u = du * static_cast<double>(i);
+    const double weight = i == 0 || i + 1 == re.size() ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    const double phase = 2.0 * std::numbers::pi * nearness * u * u;
+    re[i] = 2.0 * weight * du / 3.0 * std::cos(phase);
+    im[i] = 2.0 * weight * du / 3.0 * std::sin(phase);
+  }
+  for (std::size_t column = 0; column < row.size(); ++column) {
+    const double turn = std::cos(2.0 * std::numbers::pi * du * step * static_cast<double>(column));
+    double now = 1.0, before = turn, sum_re = 0.0, sum_im = 0.0;
+    for (std::size_t i = 0; i < re.size(); ++i) {
+      sum_re += re[i] * now;
+      sum_im += im[i] * now;
+      const double next = 2.0 * turn * now - before;
+      before = now;
+      now = next;
+    }
+    row[column] = static_cast<float>((sum_re * sum_re + sum_im * sum_im) * (1.0 + 2.0 * nearness));
+  }
+}
+
+/// A measure of the direction's angle, -2 to 2 once around, that takes no arc tangent.
+double diamond_angle(double abeam, double down) {
+  const double t = down / (std::abs(abeam) + std::abs(down));
+  return abeam >= 0.0 ? t : down >= 0.0 ? 2.0 - t : -2.0 - t;
+}
+
+}  // namespace
+
+// One lobe more than asked for, since a moving receiver looks beyond the transmitter's.
+ArrayTable::ArrayTable(int side_lobes)
+    : reach_(side_lobes + 2.0),
+      columns_(static_cast<std::size_t>(columns_per_lobe * (side_lobes + 2)) + 1),
+      last_column_(static_cast<float>(columns_ - 1)),
+      values_(rows * columns_) {
+  for (std::size_t row = 0; row < rows; ++row) {
+    const double step = (nearness_of(row) + reach_) / static_cast<double>(columns_ - 1);
+    fill_row(nearness_of(row), step, std::span(values_).subspan(row * columns_, columns_));
+  }
+}
+
+ArrayTable::Row ArrayTable::row(double nearness) const {
+  // One division for three.
+  const double to_middle = nearness + middle_nearness, to_reach = nearness + reach_,
+               to_scale = 1.0 + 2.0 * nearness;
+  const double inverse = 1.0 / (to_middle * to_reach * to_scale);
+  const double place =
+      std::min(nearness * inverse * to_reach * to_scale * double(rows), double(rows) - 1.001);
+  const auto below = static_cast<std::size_t>(place);
+  return {&values_[below * columns_], static_cast<float>(place - static_cast<double>(below)),
+          static_cast<float>(static_cast<double>(last_column_) * inverse * to_middle * to_scale),
+          static_cast<float>(inverse * to_middle * to_reach)};
+}
+
+VerticalTable::VerticalTable(const VerticalPattern& pattern, Side side) {
+  for (std::size_t i = 0; i <= directions; ++i) {
+    const double t = 4.0 * static_cast<double>(i) / directions - 2.0;
+    const double down = std::abs(t) <= 1.0 ? t : std::copysign(2.0 - std::abs(t), t);
+    const double abeam = std::copysign(1.0 - std::abs(down), 1.0 - std::abs(t));
+    values_.push_back(static_cast<float>(pattern.power(std::atan2(down, abeam), side)));
+  }
+}
+
+double VerticalTable::power(double abeam, double down) const {
+  const double place = (diamond_angle(abeam, down) + 2.0) * (directions / 4.0);
+  const std::size_t below = std::min(static_cast<std::size_t>(place), directions - 1);
+  const double share = place - static_cast<double>(below);
+  return values_[below] + share * (values_[below + 1] - values_[below]);
+}
+
+ReceiverMotion reception(const Pose& pose, Side side, double range_m, double sound_speed_mps) {
+  const double back_s = 2.0 * range_m / sound_speed_mps;
+  ReceiverMotion listens;
+  listens.still = pose.velocity_mps.isZero(0.0) && pose.roll_rate_radps == 0.0 &&
+                  pose.pitch_rate_radps == 0.0 && pose.heading_rate_radps == 0.0;
+  listens.drift = 2.0 / sound_speed_mps * pose.velocity_mps;
+  const Eigen::Matrix3d sent = body_to_world(pose);
+  const Eigen::Matrix3d turn = (body_to_world(pose.after(back_s)) - sent) / range_m;
+  const double to_side = side == Side::port ? -1.0 : 1.0;
+  listens.drift_along = listens.drift.dot(sent.col(0));
+  listens.abeam = to_side * sent.col(1);
+  listens.down = sent.col(2);
+  listens.array_turn = turn.col(0);
+  listens.abeam_turn = to_side * turn.col(1);
+  listens.down_turn = turn.col(2);
+  return listens;
+}
+
+Beam::Beam(const Sonar& sonar, double wavelength_m)
+    : focused_(sonar.focused),
+      alike_(sonar.receive_length_m() == sonar.array_length_m),
+      table_(sonar.side_lobes),
+      vertical_{VerticalTable(sonar.vertical, Side::port),
+                VerticalTable(sonar.vertical, Side::starboard)} {
+  const auto array = [&](double length_m) -> Array {
+    return {static_cast<float>(length_m / wavelength_m),
+            focused_ ? 0.0 : 0.5 * length_m * length_m / wavelength_m};
+  };
+  transmit_ = array(sonar.array_length_m);
+  receive_ = array(sonar.receive_length_m());
+}
+
+double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
+                     const Eigen::Vector3d& direction, double range_m,
+                     const ReceiverMotion& reception) const {
+  const VerticalTable& vertical = vertical_table(side);
+  const double sent = vertical.power(direction.dot(reception.abeam), direction.dot(reception.down));
+  const auto cosine = static_cast<float>(cos_elevation);
+  const ArrayTable::Row row = table_.row(transmit_.nearness_m / range_m);
+  float sum = 0.0f;
+  if (reception.still && alike_) {
+    for (const BeamSample& sample : samples) {
+      const float one_way = table_.value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
+      sum += sample.width_rad * one_way * one_way;
+    }
+    return cos_elevation * sent * sent * row.scale * row.scale * sum;
+  }
+  const ArrayTable::Row heard_row = alike_ ? row : table_.row(receive_.nearness_m / range_m);
+  double heard = sent;
+  float shift = 0.0f;
+  if (!reception.still) {
+    const Eigen::Vector3d way = direction - reception.drift;
+    shift = static_cast<float>(range_m * way.dot(reception.array_turn) - reception.drift_along);
+    heard = vertical.power(way.dot(reception.abeam) + range_m * way.dot(reception.abeam_turn),
+                           way.dot(reception.down) + range_m * way.dot(reception.down_turn));
+  }
+  for (const BeamSample& sample : samples) {
+    const float sine = cosine * sample.sin_azimuth;
+    const float transmitted = table_.value(row, sine * transmit_.x_per_sine);
+    if (transmitted > 0.0f)
+      sum += sample.width_rad * transmitted *
+             table_.value(heard_row, (sine + shift) * receive_.x_per_sine);
+  }
+  return cos_elevation * sent * heard * row.scale * heard_row.scale * sum;
+}
+
+}  // namespace ensonify::engine

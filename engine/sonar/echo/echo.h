@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/sonar/instrument/sonar.h>
+
+namespace ensonify::engine {
+
+/// What spoils a ping. The numbers are bits.
+enum class Artefact : std::uint32_t {
+  lost = 1,              ///< nothing was recorded
+  repeated = 2,          ///< the ping before was recorded again
+  stale_navigation = 4,  ///< the pose reported is an old one
+  interference = 8,      ///< another sonar was heard
+  gain_step = 16,        ///< the gain was not the one of the run's begin
+  automatic_gain = 32,
+  fish = 64,
+  wake = 128,
+  shimmer = 256,
+  transmit_burst = 512,
+  crosstalk = 1024,
+};
+
+/// Those of a ping.
+struct Artefacts {
+  std::uint32_t bits = 0;
+
+  void add(Artefact artefact) { bits |= static_cast<std::uint32_t>(artefact); }
+  void add(Artefacts others) { bits |= others.bits; }
+  bool has(Artefact artefact) const { return (bits & static_cast<std::uint32_t>(artefact)) != 0; }
+  /// Their names, as the enumerators are spelled, joined by '+'.
+  std::string text() const;
+};
+
+/// What a bin is. The numbers are in the files.
+enum class Region : std::uint32_t {
+  no_data = 0,
+  water_column = 1,
+  seabed = 2,
+  object = 3,
+  shadow = 4
+};
+
+/// What is known of each range bin, one value a bin: of one side of one ping in an EchoLine, of all
+/// pings in a Waterfall. Names, units and meanings are those of the files.
+struct BinLayers {
+  std::vector<float> intensity;  ///< as received: mean squared pressure, uPa^2, before any gain
+  std::vector<std::uint32_t> sample;  ///< the recorder's output: Recorder::sample
+  std::vector<float> intensity_mean;  ///< the expectation of the echo alone
+  std::vector<float> range_m;         ///< slant range of the bin's centre
+  std::vector<float> x_m, y_m, z_m;   ///< energy-weighted place of what the bin saw, local metres
+  std::vector<float> grazing_rad;     ///< energy-weighted
+  std::vector<std::uint32_t> region;  ///< a Region
+  std::vector<std::uint32_t> sediment, class_id, instance;  ///< those with the most energy
+  std::vector<float> fraction;                              ///< that triple's share of the energy
+  std::vector<float> shadow_fraction;  ///< beam-weighted share of the planes that jump over the bin
+  std::vector<std::uint32_t>
+      shadow_instance;                 ///< what blocks it; 0: the bed, and none of its features
+  std::vector<std::uint32_t> layover;  ///< 1 where one plane sees several places in the bin
+
+  /// Calls f(name in files, pointer to member) for every layer, in the files' order.
+  template <class F>
+  static void for_each(F&& f) {
+    f("intensity", &BinLayers::intensity);
+    f("sample", &BinLayers::sample);
+    f("intensity_mean", &BinLayers::intensity_mean);
+    f("range_m", &BinLayers::range_m);
+    f("x_m", &BinLayers::x_m);
+    f("y_m", &BinLayers::y_m);
+    f("z_m", &BinLayers::z_m);
+    f("grazing_rad", &BinLayers::grazing_rad);
+    f("region", &BinLayers::region);
+    f("sediment", &BinLayers::sediment);
+    f("class", &BinLayers::class_id);
+    f("instance", &BinLayers::instance);
+    f("fraction", &BinLayers::fraction);
+    f("shadow_fraction", &BinLayers::shadow_fraction);
+    f("shadow_instance", &BinLayers::shadow_instance);
+    f("layover", &BinLayers::layover);
+  }
+  /// Every layer to that many bins, all zero.
+  void assign(std::size_t bins) {
+    for_each([&](std::string_view, auto layer) { (this->*layer).assign(bins, 0); });
+  }
+};
+
+/// The echo of one side of one ping: bins from near to far, and what was counted on the way.
+struct EchoLine {
+  Side side = Side::port;
+  BinLayers bins;
+  int first_return = -1;  ///< the first bin with an echo; -1: none
+  int starved = 0;        ///< bins behind it that nothing could reach
+  Artefacts artefacts;    ///< what spoiled it
+  std::uint64_t rays = 0;
+  std::uint64_t hits = 0;
+};
+
+}  // namespace ensonify::engine

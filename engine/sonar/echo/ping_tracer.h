@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/echo_former.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
+#include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/trace/refraction/refracted_path.h>
+
+namespace ensonify::engine {
+
+/// What a sound speed profile does to rays: nothing, only their travel times, or all of it.
+enum class RefractionMode { off, time_only, full };
+
+/// The layered sea of all pings, for rays that are not straight.
+struct Refraction {
+  RefractionMode mode = RefractionMode::off;
+  const scatter::SoundSpeedProfile* profile = nullptr;
+  double highest_m = 0.0;  ///< height of the highest face
+  double deepest_m = 0.0;  ///< depth of the deepest
+  bool lists = true;       ///< the intersectors answer lists of rays
+};
+
+/// One sonar at work on one thread: aims its fans, then finds the expected echo. Its
+/// memory is kept from ping to ping.
+class PingTracer {
+ public:
+  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer.
+  PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
+             std::span<const scatter::BackscatterTable> by_material,
+             const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr);
+
+  /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until
+  /// the next call.
+  std::span<const RayFan> aim(const Pose& pose, double altitude_m);
+
+  /// Finds what the aimed fan of one side meets of the intersector's triangles, which are the same
+  /// ones as long as their version is.
+  void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
+             Side side) {
+    trace(intersector, triangles, version, side, false);
+  }
+  /// The same, and returns the nearest hits, good until the next call. Refracted rays' t is the
+  /// range that their time stands for at the medium's speed.
+  std::span<const Hit> trace_hits(const Intersector& intersector, refine::Triangles triangles,
+                                  std::uint64_t version, Side side) {
+    trace(intersector, triangles, version, side, true);
+    return hits_;
+  }
+  /// The aimed fan of one side.
+  const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
+  /// The expected echo of the side that was traced last, over these triangles.
+  void echo(refine::Triangles triangles, Side side, EchoLine& line);
+  /// What became of all its refracted rays.
+  RefractionCounts refraction_counts() const {
+    return refracted_ ? refracted_->counts() : RefractionCounts{};
+  }
+
+ private:
+  void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
+             Side side, bool hits_too);
+
+  double range_m_;
+  double sound_speed_mps_;
+  std::span<const Side> sides_;
+  Apertures apertures_;
+  EchoFormer former_;
+  std::array<const RayLayout*, 2> aims_{};
+  std::array<RayFan, 2> fans_;
+  std::array<ReceiverMotion, 2> receptions_;
+  FanBend bend_;
+  std::optional<RefractedTracer> refracted_;  // one of the two, or none
+  std::optional<TravelTime> travel_time_;
+  FanRuns runs_;  // of straight rays
+  std::vector<Hit> hits_;
+  bool lists_;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,136 @@
+#include <ensonify/engine/sonar/echo/range_bins.h>
+
+#include <algorithm>
+
+namespace ensonify::engine {
+
+RangeBins::RangeBins(double bin_m, std::size_t bins)
+    : bin_m_(bin_m),
+      bins_(bins),
+      layover_(bins),
+      others_(2 * bins),
+      first_share_(bins),
+      to_{.bins = nullptr, .count = bins, .bin_m = bin_m, .other_room = others_.size()} {}
+
+void RangeBins::reset() {
+  std::fill(bins_.begin(), bins_.end(), EchoBin{});
+  std::fill(layover_.begin(), layover_.end(), std::uint8_t{0});
+  std::fill(first_share_.begin(), first_share_.end(), -1);
+  shares_.clear();
+  to_.bins = bins_.data();
+  to_.layover = layover_.data();
+  to_.others = others_.data();
+  to_.other_count = 0;
+  to_.visit = 0;
+}
+
+void RangeBins::begin_plane() {
+  to_.visit = ((to_.visit >> EchoBin::branch_bits) + 1) << EchoBin::branch_bits;
+  shades_.clear();
+}
+
+void RangeBins::lay(const PieceKernelArgs& plane, std::span<const std::uint16_t> labels,
+                    std::span<const std::uint8_t> broken) {
+  for (std::size_t piece = 0; piece < plane.pieces; share_out())
+    piece = lay_pieces(plane, labels.data(), broken.data(), to_, piece);
+}
+
+void RangeBins::share_out() {
+  for (std::size_t i = 0; i < to_.other_count; ++i) {
+    const OtherShare& other = others_[i];
+    std::int32_t share = first_share_[other.bin];
+    while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != other.label)
+      share = shares_[static_cast<std::size_t>(share)].next;
+    if (share < 0) {
+      share = static_cast<std::int32_t>(shares_.size());
+      shares_.push_back({0.0, first_share_[other.bin], other.label});
+      first_share_[other.bin] = share;
+    }
+    shares_[static_cast<std::size_t>(share)].energy += other.energy;
+  }
+  to_.other_count = 0;
+}
+
+void RangeBins::shade(double from_m, double until_m, float weight, std::uint16_t label) {
+  const std::size_t first = bin_of(from_m) + 1, last = bin_of(until_m);
+  if (first < last) shades_.push_back({first, last, weight, label});
+}
+
+void RangeBins::end_plane() {
+  const std::uint32_t plane = to_.visit >> EchoBin::branch_bits;
+  for (const Shade& shade : shades_)
+    for (std::size_t i = shade.first; i < shade.last; ++i) {
+      EchoBin& bin = bins_[i];
+      if (bin.visit >> EchoBin::branch_bits == plane || bin.shadow_plane == plane)
+        continue;  // seen after all
+      bin.shadow_plane = static_cast<std::uint16_t>(plane);
+      bin.shadowed += shade.weight;
+      if (shade.weight > bin.darkest) {
+        bin.darkest = shade.weight;
+        bin.blocker = shade.label;
+      }
+    }
+}
+
+// The label with the most of a bin's energy, and how much.
+std::uint16_t RangeBins::strongest(std::size_t bin, double& energy) const {
+  auto label = static_cast<std::uint16_t>(bins_[bin].label);
+  energy = bins_[bin].energy;
+  const std::int32_t first = first_share_[bin];
+  for (std::int32_t s = first; s >= 0; s = shares_[static_cast<std::size_t>(s)].next)
+    energy -= shares_[static_cast<std::size_t>(s)].energy;
+  for (std::int32_t s = first; s >= 0;) {
+    const Share& share = shares_[static_cast<std::size_t>(s)];
+    if (share.energy > energy) {
+      energy = share.energy;
+      label = share.label;
+    }
+    s = share.next;
+  }
+  return label;
+}
+
+void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const {
+  BinLayers& out = line.bins;
+  line.first_return = -1;
+  line.starved = 0;
+  for (std::size_t i = 0; i < out.region.size(); ++i) {
+    const EchoBin& bin = bins_[i];
+    const bool lit = bin.energy > 0.0;
+    if (lit && line.first_return < 0) line.first_return = static_cast<int>(i);
+
+    Label label{};
+    double most = 0.0;
+    if (lit) label = labels[strongest(i, most)];
+    out.sediment[i] = label.sediment;
+    out.class_id[i] = label.class_id;
+    out.instance[i] = label.instance;
+    const double inverse = lit ? 1.0 / bin.energy : 0.0;
+    out.fraction[i] = static_cast<float>(most * inverse);
+    out.x_m[i] = lit ? static_cast<float>(sonar.x() + bin.seen[0] * inverse) : 0.0f;
+    out.y_m[i] = lit ? static_cast<float>(sonar.y() + bin.seen[1] * inverse) : 0.0f;
+    out.z_m[i] = lit ? static_cast<float>(sonar.z() + bin.seen[2] * inverse) : 0.0f;
+    out.grazing_rad[i] = static_cast<float>(bin.seen[3] * inverse);
+
+    const float weight = bin.lit + bin.shadowed;
+    const float dark = weight > 0.0f ? bin.shadowed / weight : 0.0f;
+    out.shadow_fraction[i] = dark;
+    out.shadow_instance[i] = bin.shadowed > 0.0f ? labels[bin.blocker].instance : 0;
+    out.layover[i] = layover_[i];
+
+    Region region = Region::no_data;
+    if (line.first_return < 0)
+      region = Region::water_column;
+    else if (dark > 0.5f)
+      region = Region::shadow;
+    else if (lit)
+      region = label.instance != 0 && !label.feature ? Region::object : Region::seabed;
+    else
+      ++line.starved;
+    out.region[i] = static_cast<std::uint32_t>(region);
+  }
+  if (line.first_return < 0)  // nothing at all: not even water that an echo ends
+    std::fill(out.region.begin(), out.region.end(), static_cast<std::uint32_t>(Region::no_data));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,196 @@
+#include <ensonify/engine/sonar/echo/ray_layout.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <ensonify/engine/trace/nearest_floats.h>
+
+namespace ensonify::engine {
+
+namespace {
+
+/// The parts of a plane's cell in which the beam is sampled at two Gauss points each.
+void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamSample>& samples) {
+  const double azimuth = std::asin(plane.sin_azimuth);
+  // Where only the near field reaches, the beam changes over a larger angle.
+  const double part_rad = 0.5 * null_rad * std::cbrt(std::max(1.0, std::abs(azimuth) / null_rad));
+  const int parts = static_cast<int>(std::ceil(plane.width_rad / part_rad * (1.0 - 1e-9)));
+  const double width = plane.width_rad / parts;
+  for (int i = 0; i < parts; ++i)
+    for (const double sign : {-1.0, 1.0}) {
+      const double middle = azimuth - 0.5 * plane.width_rad + (i + 0.5) * width;
+      samples.push_back({static_cast<float>(std::sin(middle + sign * width / std::sqrt(12.0))),
+                         static_cast<float>(0.5 * width)});
+    }
+}
+
+/// How far from broadside a beam reaches: to a null, and in the near field beyond the array's end.
+double reach_rad(const Sonar& sonar, const LineArray& array, int null, double nearest_m) {
+  const double near_rad = sonar.focused ? 0.0 : std::atan(0.5 * array.length_m / nearest_m);
+  return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
+}
+
+/// Those of a plane; returns the number of their rays.
+std::uint64_t add_stretches(const FanGrid& grid, std::size_t plane,
+                            std::vector<RayLayout::Stretch>& stretches) {
+  std::uint64_t rays = 0;
+  bool before = false;
+  for (std::size_t j = 0; j < grid.elevation_rad.size(); ++j) {
+    const bool within = grid.within_beam(plane, j);
+    if (within && !before) stretches.push_back({j, j});
+    if (within) stretches.back().until = j + 1;
+    rays += within;
+    before = within;
+  }
+  return rays;
+}
+
+/// How many rays count as one: what lies between them must be even, and straight in what they
+/// share, which is the vertical pattern. (How their ranges differ is their face's affair.)
+class Steps {
+ public:
+  Steps(const FanGrid& grid, const VerticalPattern& pattern) : elevation_rad_(grid.elevation_rad) {
+    for (const Side side : {Side::port, Side::starboard})
+      for (const double elevation_rad : elevation_rad_)
+        power_[static_cast<std::size_t>(side)].push_back(
+            pattern.power(grid.middle_depression_rad - elevation_rad, side));
+  }
+
+  std::size_t longest(std::size_t j) const {
+    std::size_t rays = 1;
+    while (even(j) && rays < most && even(j + rays) &&
+           elevation_rad_[j + rays] - elevation_rad_[j] < widest_rad)
+      ++rays;
+    while (rays > 2 && !straight(j, rays)) rays /= 2;
+    return rays;
+  }
+
+ private:
+  static constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
+  static constexpr std::size_t most = 255;
+
+  /// Each ray is in the middle of what it stands for.
+  bool even(std::size_t j) const {
+    if (j == 0 || j + 1 >= elevation_rad_.size()) return false;
+    const double below = elevation_rad_[j] - elevation_rad_[j - 1];
+    const double above = elevation_rad_[j + 1] - elevation_rad_[j];
+    return std::abs(above - below) < unevenness * below;
+  }
+  /// From the rays' neighbours on one side to those on the other, whose difference tells how the
+  /// beam changes.
+  bool straight(std::size_t j, std::size_t rays) const {
+    const std::size_t from = j - std::min(j, rays);
+    const std::size_t last = std::min(j + 2 * rays, elevation_rad_.size()) - 1;
+    const double length_rad = elevation_rad_[last] - elevation_rad_[from];
+    for (const std::vector<double>& power : power_)
+      for (const std::size_t k : {j, j + rays - 1}) {
+        const double share = (elevation_rad_[k] - elevation_rad_[from]) / length_rad;
+        if (std::abs(std::lerp(power[from], power[last], share) - power[k]) > bend * power[k])
+          return false;
+      }
+    return true;
+  }
+
+  const std::vector<double>& elevation_rad_;
+  std::array<std::vector<double>, 2> power_;  // one-way, by side
+};
+
+void lay_steps(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& aperture) {
+  const std::vector<double>& elevation_rad = grid.elevation_rad;
+  const Steps steps(grid, pattern);
+  const std::size_t count = elevation_rad.size();
+  const auto add = [&](double angle_rad) {
+    aperture.cosines.push_back(std::cos(angle_rad));
+    aperture.sines.push_back(std::sin(angle_rad));
+  };
+  aperture.edge_rad.push_back(elevation_rad.front());
+  for (std::size_t j = 0; j < count; ++j) {
+    const double halfway_rad = 0.5 * (elevation_rad[j] + elevation_rad[std::min(j + 1, count - 1)]);
+    add(elevation_rad[j]);
+    add(halfway_rad);
+    aperture.edge_rad.push_back(halfway_rad);
+    aperture.longest.push_back(static_cast<std::uint8_t>(steps.longest(j)));
+  }
+}
+
+}  // namespace
+
+RayLayout make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
+                        double lean_rad) {
+  const LineArray transmit{sonar.array_length_m, wavelength_m};
+  const LineArray receive{sonar.receive_length_m(), wavelength_m};
+  const double nearest_m = sonar.range_m / range_over_height;  // the first return
+  const auto reach = [&](int null) {
+    return std::min(reach_rad(sonar, transmit, null, nearest_m),
+                    reach_rad(sonar, receive, null, nearest_m));
+  };
+  const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
+  RayLayout aperture;
+  auto grid = std::make_shared<const FanGrid>(FanLayout{
+      .sector_low_rad = sonar.sector_low_rad,
+      .sector_high_rad = sonar.sector_high_rad,
+      .truncation_rad = reach(sonar.side_lobes + 1),
+      .main_lobe_rad = null_rad,
+      .main_beam_rad = reach(1),
+      .planes = sonar.planes,
+      .elevations = sonar.elevations,
+      .range_over_height = range_over_height,
+      .lean_rad = lean_rad,
+  });
+  for (const FanGrid::Plane& plane : grid->planes) {
+    aperture.first_sample.push_back(aperture.samples.size());
+    add_samples(plane, null_rad, aperture.samples);
+  }
+  aperture.first_sample.push_back(aperture.samples.size());
+
+  for (std::size_t plane = 0; plane < grid->planes.size(); ++plane)
+    aperture.rays += add_stretches(*grid, plane, aperture.within.emplace_back());
+  lay_steps(*grid, sonar.vertical, aperture);
+  aperture.grid = std::move(grid);
+  return aperture;
+}
+
+double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
+  return sonar.range_m +
+         std::max(sonar.pulse.cell_m(sound_speed_mps) + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m);
+}
+
+double lean_rad(const Pose& pose, Side side) {
+  const Eigen::Matrix3d body = body_to_world(pose);
+  const double out = side == Side::starboard ? body(2, 1) : -body(2, 1);
+  return std::atan2(-out, -body(2, 2));
+}
+
+RayFan place_fan(const RayLayout& aperture, const Pose& pose, Side side, double range_m) {
+  const Eigen::Matrix3d body = body_to_world(pose);
+  const Eigen::Vector3d abeam =
+      side == Side::starboard ? body.col(1) : Eigen::Vector3d(-body.col(1));
+  const Eigen::Vector3d down = body.col(2);
+  const double c = std::cos(aperture.grid->middle_depression_rad);
+  const double s = std::sin(aperture.grid->middle_depression_rad);
+  return {aperture.grid,        nearest_floats(pose.position), body.col(0),
+          c * abeam + s * down, s * abeam - c * down,          range_m};
+}
+
+const RayLayout& Apertures::at(double altitude_m, double lean_rad) {
+  constexpr double steps_per_octave = 4.0;
+  constexpr double lean_step_rad = 0.008726646259971648;  // half a degree
+  const double lowest_m = 1e-3 * sonar_.range_m;
+  const int step =
+      static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(altitude_m, lowest_m))));
+  const int lean_step = static_cast<int>(std::lround(lean_rad / lean_step_rad));
+  auto found = made_.find({step, lean_step});
+  if (found == made_.end()) {
+    const double height_m = std::exp2(step / steps_per_octave);
+    found = made_
+                .emplace(std::pair{step, lean_step},
+                         make_aperture(sonar_, wavelength_m_, sonar_.range_m / height_m,
+                                       lean_step * lean_step_rad))
+                .first;
+  }
+  return found->second;
+}
+
+}  // namespace ensonify::engine

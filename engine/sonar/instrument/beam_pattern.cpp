@@ -1,0 +1,77 @@
+#include <ensonify/engine/sonar/instrument/beam_pattern.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <ensonify/scatter/decibel.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double half_power_sinc = 0.442946;  // where sinc^2 has fallen to one half
+constexpr double lowest_formula_db = -20.0;
+
+double sinc(double x) {
+  const double a = pi * x;
+  return std::abs(a) < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
+}
+
+double interpolated_db(const std::vector<VerticalLevel>& levels, double depression_rad) {
+  const auto above =
+      std::ranges::upper_bound(levels, depression_rad, {}, &VerticalLevel::depression_rad);
+  if (above == levels.begin()) return levels.front().level_db;
+  if (above == levels.end()) return levels.back().level_db;
+  const VerticalLevel &a = *(above - 1), &b = *above;
+  const double share = (depression_rad - a.depression_rad) / (b.depression_rad - a.depression_rad);
+  return a.level_db + share * (b.level_db - a.level_db);
+}
+
+}  // namespace
+
+double LineArray::power(double sin_psi) const {
+  const double s = sinc(length_m * sin_psi / wavelength_m);
+  return s * s;
+}
+
+double LineArray::power(double sin_psi, double range_m) const {
+  const double x = length_m * sin_psi / wavelength_m;
+  const double fresnel = 0.5 * length_m * length_m / (wavelength_m * range_m);
+  // Simpson's rule, in steps of a sixteenth of the fastest turn or less.
+  const int steps = 64 + 2 * static_cast<int>(8.0 * (fresnel + std::abs(x)));
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i <= steps; ++i) {
+    const double u = static_cast<double>(i) / steps - 0.5;
+    const double weight = i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    sum += std::polar(weight / (3.0 * steps), 2.0 * pi * (fresnel * u * u - x * u));
+  }
+  return std::norm(sum);
+}
+
+double LineArray::null_rad(int number) const {
+  return std::asin(std::min(1.0, number * wavelength_m / length_m));
+}
+
+double VerticalPattern::power(double depression_rad, Side side) const {
+  const std::vector<VerticalLevel>& levels = measured[static_cast<std::size_t>(side)];
+  const double mount_rad = side == Side::port ? port_mount_rad : starboard_mount_rad;
+  const double depression = std::remainder(depression_rad - mount_rad, 2.0 * pi);
+  double power = 1.0;
+  if (!levels.empty()) {
+    power = scatter::from_db(interpolated_db(levels, depression));
+  } else if (beamwidth_rad > 0.0) {
+    const double off_axis = std::remainder(depression - tilt_rad, 2.0 * pi);
+    const double s = sinc(half_power_sinc * std::sin(off_axis) / std::sin(beamwidth_rad / 2.0));
+    power = std::abs(off_axis) < pi / 2.0 ? s * s : 0.0;  // nothing from the element's back
+  }
+  if (ripple_db > 0.0) {
+    const double turns = (depression - ripple_dark_rad) / ripple_period_rad;
+    power *= scatter::from_db(-0.5 * ripple_db * (1.0 + std::cos(2.0 * pi * turns)));
+  }
+  if (floor_db) return std::max(power, scatter::from_db(*floor_db));
+  return levels.empty() ? std::max(power, scatter::from_db(lowest_formula_db)) : power;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,53 @@
+#include <ensonify/engine/sonar/instrument/mounting.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::AngleAxisd, Eigen::Matrix3d, Eigen::Vector3d;
+
+/// Heading, pitch and roll rates as the angular velocity about the body's own axes.
+Vector3d angular_velocity_radps(const Pose& pose) {
+  const double cr = std::cos(pose.roll_rad), sr = std::sin(pose.roll_rad);
+  const double cp = std::cos(pose.pitch_rad), sp = std::sin(pose.pitch_rad);
+  return {pose.roll_rate_radps - pose.heading_rate_radps * sp,
+          pose.pitch_rate_radps * cr + pose.heading_rate_radps * cp * sr,
+          -pose.pitch_rate_radps * sr + pose.heading_rate_radps * cp * cr};
+}
+
+/// The same the other way about; a nose straight up has no heading.
+void set_rates(Pose& pose, const Vector3d& angular_velocity) {
+  const double cr = std::cos(pose.roll_rad), sr = std::sin(pose.roll_rad);
+  const double turning = angular_velocity.y() * sr + angular_velocity.z() * cr;
+  pose.pitch_rate_radps = angular_velocity.y() * cr - angular_velocity.z() * sr;
+  pose.heading_rate_radps = turning / std::cos(pose.pitch_rad);
+  pose.roll_rate_radps = angular_velocity.x() + turning * std::tan(pose.pitch_rad);
+}
+
+}  // namespace
+
+Pose mounted(const Pose& vehicle, const Mounting& mounting) {
+  if (mounting == Mounting{}) return vehicle;
+  const Matrix3d body = body_to_world(vehicle);
+  const Matrix3d turn = (AngleAxisd(mounting.azimuth_rad, Vector3d::UnitZ()) *
+                         AngleAxisd(mounting.pitch_rad, Vector3d::UnitY()))
+                            .toRotationMatrix();
+  const Vector3d arm_m{mounting.forward_m, mounting.starboard_m, mounting.down_m};
+  const Vector3d angular_velocity = angular_velocity_radps(vehicle);
+
+  Pose sonar = vehicle;
+  sonar.position += body * arm_m;
+  sonar.velocity_mps += body * angular_velocity.cross(arm_m);
+  const Matrix3d axes = body * turn;
+  sonar.heading_rad = std::atan2(axes(0, 0), axes(1, 0));
+  sonar.pitch_rad = std::asin(std::clamp(axes(2, 0), -1.0, 1.0));
+  sonar.roll_rad = std::atan2(-axes(2, 1), -axes(2, 2));
+  set_rates(sonar, turn.transpose() * angular_velocity);
+  return sonar;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,148 @@
+#include <ensonify/engine/sonar/instrument/pulse.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace ensonify::engine {
+namespace {
+
+// Of an amplitude of 1 / (pi x) or 1 / (pi x (x^2 - 1)), x = B t, the last of -60 dB.
+constexpr double sinc_reach = 318.3;
+constexpr double hann_reach = 6.9;
+
+// Integral from 0 to x of the triangle 1 - |s| on [-1, 1], the bins' overlap.
+double triangle_integral(double x) {
+  const double s = std::min(std::abs(x), 1.0);
+  return std::copysign(s - 0.5 * s * s, x);
+}
+
+/// The integral of a pulse's intensity times the bins' overlap, d bins off, over the bin.
+double overlap(const Pulse& pulse, double bin_s, int d) {
+  // Simpson's rule on either side of the triangle's top, in steps of a small part of a bin and a
+  // lobe.
+  const double lobe_s = 1.0 / pulse.bandwidth_hz;
+  const int steps = 2 * static_cast<int>(std::ceil(16.0 * std::max(1.0, bin_s / lobe_s)));
+  const double step = 1.0 / steps;
+  double sum = 0.0;
+  for (int side : {-1, 1})
+    for (int i = 0; i <= steps; ++i) {
+      const double from_top = i * step;
+      const double weight = i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+      sum += weight * (1.0 - from_top) * pulse.intensity((d + side * from_top) * bin_s);
+    }
+  return sum * step / 3.0;
+}
+
+}  // namespace
+
+double Pulse::effective_length_s() const {
+  if (kind == PulseKind::cw && length_s > 0.0) return length_s;
+  // Of the spectrum W: B * mean(W^2) / mean(W)^2, by Parseval.
+  return (kind == PulseKind::lfm && window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
+}
+
+double Pulse::noise_bandwidth_hz() const {
+  if (kind == PulseKind::cw) return 1.0 / effective_length_s();
+  return bandwidth_hz * bandwidth_hz * effective_length_s();
+}
+
+double Pulse::intensity(double time_s) const {
+  const double t = std::abs(time_s);
+  if (kind == PulseKind::cw) return t <= 0.5 * effective_length_s() ? 1.0 : 0.0;
+  const double x = bandwidth_hz * t;
+  const double a = std::numbers::pi * x;
+  double amplitude = a < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
+  if (window == PulseWindow::hann)
+    amplitude = std::abs(x - 1.0) < 1e-6 ? 0.5 : amplitude / (1.0 - x * x);
+  return amplitude * amplitude;
+}
+
+double Pulse::correlation(double time_s) const {
+  const double t = std::abs(time_s);
+  if (kind == PulseKind::cw) return std::max(0.0, 1.0 - t / effective_length_s());
+  const auto sinc = [](double x) {
+    const double a = std::numbers::pi * x;
+    return std::abs(a) < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
+  };
+  const double x = bandwidth_hz * t;
+  if (window == PulseWindow::none) return sinc(x);
+  // Of the spectrum cos^4: 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
+  return sinc(x) + (sinc(x - 1.0) + sinc(x + 1.0)) * 2.0 / 3.0 +
+         (sinc(x - 2.0) + sinc(x + 2.0)) / 6.0;
+}
+
+double Pulse::reach_s() const {
+  if (kind == PulseKind::cw) return 0.5 * effective_length_s();
+  return (window == PulseWindow::hann ? hann_reach : sinc_reach) / bandwidth_hz;
+}
+
+std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m) {
+  const double cells = pulse.cell_m(sound_speed_mps) / bin_m;
+  const double reach = 0.5 * sound_speed_mps * pulse.reach_s() / bin_m;
+  if (!(cells > 0.0 && bin_m > 0.0))
+    throw std::invalid_argument("pulse_kernel: the pulse, its speed and the bin must be positive");
+  std::vector<double> kernel;
+  for (int d = 0; d < reach + 1.0; ++d)
+    kernel.push_back(pulse.kind == PulseKind::cw
+                         ? triangle_integral(d + reach) - triangle_integral(d - reach)
+                         : overlap(pulse, 2.0 * bin_m / sound_speed_mps, d));
+  if (pulse.kind == PulseKind::cw) return kernel;
+  double sum = -kernel.front();
+  for (const double k : kernel) sum += 2.0 * k;
+  for (double& k : kernel) k *= cells / sum;
+  return kernel;
+}
+
+namespace {
+
+/// Power spectrum of speckle's samples over the angle a sample, of a sweep folded about the
+/// sampling rate.
+double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
+  constexpr double pi = std::numbers::pi;
+  if (pulse.kind == PulseKind::cw) {
+    double sum = 1.0;
+    for (int m = 1; m * bin_s < pulse.effective_length_s(); ++m)
+      sum += 2.0 * pulse.correlation(m * bin_s) * std::cos(m * angle);
+    return std::max(sum, 0.0);
+  }
+  const double half_band = 0.5 * pulse.bandwidth_hz;
+  const int folds = static_cast<int>(half_band * bin_s) + 1;
+  double sum = 0.0;
+  for (int fold = -folds; fold <= folds; ++fold) {
+    const double f = (angle / (2.0 * pi) + fold) / bin_s;
+    if (std::abs(f) >= half_band) continue;
+    const double c = std::cos(pi * f / pulse.bandwidth_hz);
+    sum += pulse.window == PulseWindow::hann ? c * c * c * c : 1.0;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m) {
+  constexpr int angles = 2048;
+  constexpr int most = 24;
+  constexpr double left_out = 2e-3;  // of the energy
+  const double bin_s = 2.0 * bin_m / sound_speed_mps;
+  std::vector<double> taps(most + 1);
+  for (int i = 0; i < angles; ++i) {
+    const double angle = std::numbers::pi * (i + 0.5) / angles;
+    const double root = std::sqrt(sampled_spectrum(pulse, bin_s, angle));
+    for (int d = 0; d <= most; ++d)
+      taps[static_cast<std::size_t>(d)] += root * std::cos(d * angle) / angles;
+  }
+  double total = -taps[0] * taps[0];
+  for (const double tap : taps) total += 2.0 * tap * tap;
+  double left = 0.0;
+  while (taps.size() > 1 && left + 2.0 * taps.back() * taps.back() < left_out * total) {
+    left += 2.0 * taps.back() * taps.back();
+    taps.pop_back();
+  }
+  std::vector<float> scaled;
+  for (const double tap : taps) scaled.push_back(static_cast<float>(tap / std::sqrt(total - left)));
+  return scaled;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+
+#include <ensonify/engine/sonar/instrument/beam_pattern.h>
+#include <ensonify/engine/sonar/instrument/mounting.h>
+#include <ensonify/engine/sonar/instrument/pulse.h>
+#include <ensonify/engine/sonar/instrument/receiver_options.h>
+
+namespace ensonify::engine {
+
+/// The sides an instrument has.
+enum class Sides { both, port, starboard };
+
+/// One instrument: a line array a side, looking to port and starboard of it.
+struct Sonar {
+  std::string name = "sidescan";
+  std::string preset;  ///< whose values are its defaults; empty: none
+  Sides sides = Sides::both;
+  Mounting mounting;
+  double frequency_hz = 400e3;
+  double source_level_db = 210.0;  ///< dB re 1 uPa at 1 m, on the axis of the beam
+  Pulse pulse;
+  double range_m = 75.0;                ///< slant range of the last bin's far edge
+  int bins = 1500;                      ///< a side
+  double sample_rate_hz = 0.0;          ///< of the digitiser; 0: as many bins as are wanted
+  double array_length_m = 0.5;          ///< of the transmitter
+  double receive_array_length_m = 0.0;  ///< 0: the same array
+  bool focused = false;  ///< at all ranges; else the near field is as wide as the array
+  int side_lobes = 0;    ///< how many of the array's are traced, either side of the main lobe
+  VerticalPattern vertical;
+  double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: depression where the fan begins
+  double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: and where it ends
+  int planes = 8;                                ///< fan planes across the main lobe
+  int elevations = 2048;                         ///< rays a plane
+  ReceiverOptions receiver;
+
+  double receive_length_m() const {
+    return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;
+  }
+  double bin_m() const { return range_m / bins; }
+  /// The same, where a digitiser's rate is given with the bins that it makes in water of that sound
+  /// speed: c / (2 rate) long, as many as reach the range.
+  Sonar sampled(double sound_speed_mps) const;
+};
+
+/// Its sides, port first.
+inline std::span<const Side> sides_of(const Sonar& sonar) {
+  static constexpr std::array both{Side::port, Side::starboard};
+  switch (sonar.sides) {
+    case Sides::both: break;
+    case Sides::port: return std::span(both).first(1);
+    case Sides::starboard: return std::span(both).last(1);
+  }
+  return both;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,52 @@
+#include <ensonify/engine/sonar/reception/recorder.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <ensonify/engine/sonar/reception/signal_kernel.h>
+
+namespace ensonify::engine {
+
+Recorder::Recorder(const ReceiverOptions& options, double bin_m, int bins,
+                   double absorption_db_per_m, double automatic_gain_db)
+    : curve_(options.curve),
+      curve_range_db_(static_cast<float>(options.curve_range_db)),
+      full_scale_((1u << options.bits) - 1u) {
+  for (int bin = 0; bin < bins; ++bin) {
+    const double r = std::max(bin + 0.5, 1.0) * bin_m;
+    double gain_db = options.gain_db.value_or(automatic_gain_db);
+    gain_db += options.spreading * std::log10(r);
+    if (options.absorption) gain_db += 2.0 * absorption_db_per_m * r;
+    gains_.push_back(static_cast<float>(std::pow(10.0, gain_db / 20.0)));
+  }
+}
+
+std::uint32_t Recorder::sample(float amplitude) const {
+  std::uint32_t one;
+  samples({&amplitude, 1}, 1.0f, {&one, 1});
+  return one;
+}
+
+void Recorder::samples(std::span<const float> amplitudes, float gain,
+                       std::span<std::uint32_t> samples) const {
+  digitise({.bins = samples.size(),
+            .amplitude = amplitudes.data(),
+            .gain = gain,
+            .square_root = curve_ == TransferCurve::square_root,
+            .curve_range_db = curve_ == TransferCurve::logarithmic ? curve_range_db_ : 0.0,
+            .full_scale = static_cast<double>(full_scale_),
+            .samples = samples.data()});
+}
+
+double Recorder::amplitude(std::uint32_t sample) const {
+  const double out = static_cast<double>(sample) / full_scale_;
+  switch (curve_) {
+    case TransferCurve::linear: break;
+    case TransferCurve::square_root: return out * out;
+    case TransferCurve::logarithmic:
+      return sample > 0 ? std::pow(10.0, (out - 1.0) * curve_range_db_ / 20.0) : 0.0;
+  }
+  return out;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,263 @@
+#include <ensonify/engine/sonar/reception/scatterers.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/sonar/reception/signal_kernel.h>
+
+namespace ensonify::engine {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int frames = 12;  // directions of cells over half a turn
+constexpr double rows_per_octave = 12.0;
+constexpr double beam_reach = 0.8;  // nulls to either side, where sinc^4 has all but 0.2 %
+constexpr double max_cells = 16.0;  // across the beam; half as many at least
+constexpr int finest_level = 10;    // its cells are a 1024th of the array
+constexpr double bin_share = 1.0;   // of a bin, how long a cell is
+constexpr double rise = 0.25;  // metres of cells a metre of height, so that walls have some too
+
+/// The field of a uniform line array of length 1 in its middle's units at range r: the mean of
+/// exp(i k (y - a)^2 / 2 r) over it. Focused: of exp(i k (y^2 - 2 y a) / 2 r).
+std::complex<double> one_way(double length_m, double wavelength_m, bool focused, double y_m,
+                             double range_m) {
+  const double x = length_m * y_m / (wavelength_m * range_m);
+  const double quadratic = pi * y_m * y_m / (wavelength_m * range_m);
+  const double fresnel = focused ? 0.0 : 0.5 * length_m * length_m / (wavelength_m * range_m);
+  if (fresnel < 1e-3) {
+    const double sinc = std::abs(x) < 1e-6 ? 1.0 : std::sin(pi * x) / (pi * x);
+    return std::polar(sinc, quadratic);
+  }
+  const int steps = 32 + 2 * static_cast<int>(4.0 * (fresnel + std::abs(x)));
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i <= steps; ++i) {
+    const double u = static_cast<double>(i) / steps - 0.5;
+    const double weight = i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    sum += std::polar(weight / (3.0 * steps), 2.0 * pi * (fresnel * u * u - x * u));
+  }
+  return sum * std::polar(1.0, quadratic);
+}
+
+}  // namespace
+
+Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
+                       double reference_heading_rad)
+    : cell_m_(bin_share * sonar.bin_m()), reference_rad_(reference_heading_rad) {
+  const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
+  turns_per_cell_ = 2.0 * cell_m_ / wavelength_m;
+  columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
+                                        columns_per_cell);
+  // NearestOfTwo than an array's length nothing is seen but the array itself.
+  const double nearest_m = 0.5 * (sonar.array_length_m + sonar.receive_length_m());
+  std::size_t levels = 0;
+  for (int bin = 0; bin < sonar.bins; ++bin) {
+    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m);
+    const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m));
+    while (rows_.size() <= row) {
+      const double middle = (static_cast<double>(rows_.size()) + 0.5) / rows_per_octave;
+      rows_.push_back(make_row(sonar, wavelength_m, nearest_m * std::exp2(middle)));
+      levels = std::max(levels, static_cast<std::size_t>(rows_.back().level) + 1);
+    }
+    row_of_bin_.push_back(static_cast<std::uint16_t>(row));
+  }
+  rows_.push_back(make_row(  // for the widths beyond the last one's middle
+      sonar, wavelength_m,
+      nearest_m * std::exp2((static_cast<double>(rows_.size()) + 0.5) / rows_per_octave)));
+  for (int bin = 0; bin < sonar.bins; ++bin) {  // between rows, linear in the range's logarithm
+    const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m);
+    const double place = std::clamp(rows_per_octave * std::log2(range_m / nearest_m) - 0.5, 0.0,
+                                    static_cast<double>(rows_.size() - 1));
+    const auto row = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(row);
+    const Row& next = rows_[std::min(row + 1, rows_.size() - 1)];
+    width_of_bin_m_.push_back(rows_[row].width_m + share * (next.width_m - rows_[row].width_m));
+  }
+  // Keys of 32 bits; of a bin's level of cells and a frame the sum counts.
+  const auto keys = [&](std::uint64_t number, std::size_t count) {
+    std::vector<double> random(count);
+    RandomStream(seed, Purpose::speckle,
+                 {std::bit_cast<std::uint64_t>(sonar.frequency_hz), number, 0})
+        .uniform(random);
+    std::vector<std::uint32_t> made;
+    for (const double r : random) made.push_back(static_cast<std::uint32_t>(r * 0x1p32 - 1.0));
+    return made;
+  };
+  const std::vector<std::uint32_t> of_frame = keys(0, frames), of_level = keys(1, levels);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    const double heading = reference_rad_ + static_cast<double>(frame) * pi / frames;
+    frames_.push_back({.along = {std::sin(heading), std::cos(heading)},
+                       .across = {std::cos(heading), -std::sin(heading)},
+                       .key = of_frame[frame]});
+  }
+  for (std::size_t bin = 0; bin < whole_groups(row_of_bin_.size()); ++bin) {
+    const Row& row = rows_[row_of_bin_[std::min(bin, row_of_bin_.size() - 1)]];
+    cells_per_m_.push_back(static_cast<float>(row.cells_per_m));
+    reach_.push_back(row.reach);
+    first_weight_.push_back(row.first_weight);
+    key_.push_back(of_level[static_cast<std::size_t>(row.level)]);
+  }
+}
+
+Scatterers::Row Scatterers::make_row(const Sonar& sonar, double wavelength_m, double range_m) {
+  const double lengths[] = {sonar.array_length_m, sonar.receive_length_m()};
+  double reach_m = 1e300;
+  for (const double length_m : lengths)
+    reach_m =
+        std::min(reach_m, (sonar.focused ? 0.0 : 0.5 * length_m) +
+                              (sonar.side_lobes + beam_reach) * wavelength_m * range_m / length_m);
+  Row row;
+  const double across = max_cells * (sonar.side_lobes + 1);
+  const double shortest_m = lengths[0] * std::exp2(-finest_level);
+  row.level =
+      std::max(0, static_cast<int>(std::ceil(std::log2(2.0 * reach_m / across / shortest_m))));
+  const double cell_m = shortest_m * std::exp2(row.level);
+  row.cells_per_m = 1.0 / cell_m;
+  row.reach = static_cast<float>(reach_m / cell_m);
+  row.first_weight = static_cast<std::uint32_t>(weights_.size() / 2);
+  row.width_m = 0.0;
+  const double step_m = cell_m / columns_per_cell;
+  const int columns = static_cast<int>(std::ceil(row.reach * columns_per_cell));
+  for (int column = 0; column < columns; ++column) {
+    const double y_m = (column + 0.5) * step_m;
+    const std::complex<double> sent =
+        one_way(lengths[0], wavelength_m, sonar.focused, y_m, range_m);
+    const std::complex<double> weight =
+        sent * (lengths[0] == lengths[1]
+                    ? sent
+                    : one_way(lengths[1], wavelength_m, sonar.focused, y_m, range_m));
+    weights_.push_back(static_cast<float>(weight.real()));
+    weights_.push_back(static_cast<float>(weight.imag()));
+    row.width_m += 2.0 * step_m * std::norm(weight);
+  }
+  weights_.resize(2 * (row.first_weight + std::size_t{columns_}), 0.0f);
+  return row;
+}
+
+double Scatterers::pattern(std::size_t bin, double along_m) const {
+  const Row& row = rows_[row_of_bin_[bin]];
+  const double cells = std::abs(along_m) * row.cells_per_m;
+  if (cells >= row.reach) return 0.0;
+  const auto power = [&](std::size_t column) {
+    const float* weight = &weights_[2 * (row.first_weight + column)];
+    return weight[0] * weight[0] + weight[1] * weight[1];
+  };
+  return power(static_cast<std::size_t>(cells * columns_per_cell)) / power(0);
+}
+
+const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& listener) const {
+  const double heading = std::atan2(listener.axis.x(), listener.axis.y());
+  const auto turned = std::lround((heading - reference_rad_) * frames / pi);
+  return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
+}
+
+void Scatterers::place(const ArrayFrame& listener, const BinLayers& bins, Memory& memory) const {
+  const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
+  for (auto* of_bin : {&memory.across_cell, &memory.across_within, &memory.first_cell})
+    of_bin->resize(room);
+  for (auto* of_bin : {&memory.first_column, &memory.phase_turns}) of_bin->resize(room);
+  for (auto* of_group : {&memory.cells, &memory.placeless}) of_group->resize(room / signal_group);
+  const Frame& frame = frame_of(listener);
+  memory.frame_key = frame.key;
+  // Where the row of a bin crosses the beam's middle.
+  const double along_axis = frame.along.dot(listener.axis.head<2>());
+  const double per_axis = 1.0 / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
+  const auto place_groups = [&](std::size_t begin, std::size_t count,
+                                const std::array<const float*, 5>& layers) {
+    place_cells(
+        {.bins = count,
+         .intensity = layers[0],
+         .x_m = layers[1],
+         .y_m = layers[2],
+         .z_m = layers[3],
+         .range_m = layers[4],
+         .cells_per_m = &cells_per_m_[begin],
+         .reach = &reach_[begin],
+         .across = {frame.across.x(), frame.across.y(), 0.0},
+         .along = {frame.along.x() - per_axis * listener.axis.x(),
+                   frame.along.y() - per_axis * listener.axis.y(), -per_axis * listener.axis.z()},
+         .along_from = per_axis * listener.axis.dot(listener.origin),
+         .across_from = frame.across.dot(listener.origin.head<2>()),
+         .across_cells_per_m = 1.0 / cell_m_,
+         .turns = turns_per_cell_,
+         .rise = rise,
+         .columns_per_cell = columns_per_cell,
+         .across_cell = &memory.across_cell[begin],
+         .across_within = &memory.across_within[begin],
+         .first_cell = &memory.first_cell[begin],
+         .first_column = &memory.first_column[begin],
+         .phase_turns = &memory.phase_turns[begin],
+         .cells = &memory.cells[begin / signal_group],
+         .placeless = &memory.placeless[begin / signal_group]});
+  };
+  const std::array layers = {bins.intensity_mean.data(), bins.x_m.data(), bins.y_m.data(),
+                             bins.z_m.data(), bins.range_m.data()};
+  const std::size_t begin = whole * signal_group;
+  if (whole > 0) place_groups(0, begin, layers);
+  if (begin < room) {  // the last group has fewer bins
+    std::array<std::array<float, signal_group>, 5> last{};
+    std::array<const float*, 5> padded{};
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      std::copy(layers[i] + begin, layers[i] + bins.intensity_mean.size(), last[i].begin());
+      padded[i] = last[i].data();
+    }
+    place_groups(begin, signal_group, padded);
+  }
+  place_side_lobes(bins, memory);
+}
+
+/// A bin that has nothing but another's side lobe hears the cells that follow on the last one's.
+void Scatterers::place_side_lobes(const BinLayers& bins, Memory& memory) const {
+  if (std::ranges::all_of(memory.placeless, [](std::uint32_t any) { return any == 0; })) return;
+  std::optional<std::size_t> last;
+  for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
+    if (!(bins.intensity_mean[n] > 0.0f)) continue;
+    if (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f && bins.z_m[n] == 0.0f) {
+      // Before the first of them nothing was placed: what the memory has there is an earlier
+      // ping's.
+      const std::size_t from = last.value_or(0);
+      const float turns = last ? memory.phase_turns[from] : 0.0f;
+      const bool outwards = !(turns > 0.0f);
+      const auto way = static_cast<std::uint32_t>(n - from);
+      memory.across_cell[n] = (last ? memory.across_cell[from] : 0u) + (outwards ? way : ~way + 1u);
+      memory.across_within[n] = last ? memory.across_within[from] : 0;
+      memory.phase_turns[n] = turns;
+      if (last) {
+        const double to_cells = double(cells_per_m_[n]) / double(cells_per_m_[from]);
+        const auto first = static_cast<std::int32_t>(memory.first_cell[from]);
+        memory.first_cell[n] =
+            static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(to_cells * first)));
+        memory.first_column[n] = memory.first_column[from];
+      }
+    }
+    last = n;
+  }
+}
+
+void Scatterers::gather(const Memory& memory, int look, std::span<const float> power, float* re,
+                        float* im) const {
+  sum_cells({.across_cell = memory.across_cell.data(),
+             .across_within = memory.across_within.data(),
+             .first_cell = memory.first_cell.data(),
+             .first_column = memory.first_column.data(),
+             .first_weight = first_weight_.data(),
+             .key = key_.data(),
+             .phase_turns = memory.phase_turns.data(),
+             .power = power.data(),
+             .cells = memory.cells.data(),
+             .bins = reach_.size(),
+             .common_key = memory.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
+             .weights = weights_.data(),
+             .columns_per_cell = columns_per_cell,
+             .last_column = columns_ - 1,
+             .re = re,
+             .im = im});
+}
+
+}  // namespace ensonify::engine

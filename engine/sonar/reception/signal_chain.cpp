@@ -1,0 +1,298 @@
+#include <ensonify/engine/sonar/reception/signal_chain.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/sonar/reception/signal_kernel.h>
+#include <ensonify/scatter/decibel.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double automatic_level_db = -16.0;  // of the nominal bed, below full scale
+constexpr double burst_over_full_scale_db = 30.0;
+constexpr int behind_gain = 1000;           // number of its noise's first look
+constexpr std::size_t gain_bins = 8;        // for which an automatic gain is set
+constexpr std::uint64_t of_gain_steps = 5;  // artefacts.cpp and disturbances.cpp have the others
+
+/// The echo of a level bed of unit strength, uPa^2.
+double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std::size_t bin) {
+  const double sine = std::min(options.nominal_altitude_m / law.range_m(bin), 0.9);
+  const double cosine = std::sqrt(1.0 - sine * sine);
+  const double pattern = law.vertical(side, cosine, sine);
+  return law.per_m2(bin) * law.width_m(bin) * law.cell_m() / cosine * pattern * pattern;
+}
+
+/// The gain at 1 m that puts a level bed at half the range where a good operator would.
+double automatic_gain_db(const Sonar& sonar, const ChainOptions& options, const EchoLaw& law) {
+  const auto bin = static_cast<std::size_t>(sonar.bins / 2);
+  const double r = law.range_m(bin);
+  const double level_db =
+      scatter::to_db(unit_bed(options, law, Side::starboard, bin)) +
+      scatter::to_db(options.nominal_strength(options.nominal_altitude_m / (0.5 * sonar.range_m)));
+  const ReceiverOptions& receiver = sonar.receiver;
+  return automatic_level_db - level_db - receiver.spreading * std::log10(r) -
+         (receiver.absorption ? 2.0 * options.absorption_db_per_m * r : 0.0);
+}
+
+}  // namespace
+
+SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
+    : sonar_(sonar),
+      options_(options),
+      scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad),
+      law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
+      noise_{noise_power(sonar, law_, options.sea, Side::port),
+             noise_power(sonar, law_, options.sea, Side::starboard)},
+      arrivals_(options.arrivals, options.sea, law_, options.bed, options.seed),
+      disturbances_(options.artefacts, law_, noise_[0], options.seed),
+      recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
+                automatic_gain_db(sonar, options, law_)),
+      taps_(speckle_taps(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
+      leak_(options.arrivals.crosstalk_db
+                ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
+                : 0.0f) {
+  if (!sonar.receiver.noise) noise_ = {};
+  for (const float tap : taps_) energy_taps_.push_back(tap * tap);
+  gains_.assign(recorder_.gains().begin(), recorder_.gains().end());
+  gains_.resize(whole_groups(gains_.size()), 0.0f);
+}
+
+std::vector<double> SignalChain::level_bed(Side side) const {
+  std::vector<double> bed(law_.bins());
+  for (std::size_t bin = 0; bin < bed.size(); ++bin) {
+    const double sine = options_.nominal_altitude_m / law_.range_m(bin);
+    if (sine < 1.0)
+      bed[bin] =
+          unit_bed(options_, law_, side, bin) * options_.nominal_strength(sine) + noise(side);
+  }
+  return bed;
+}
+
+// Of a sum of n exponential intensities (Wilson and Hilferty, PNAS 17, 684, 1931).
+double SignalChain::median_share() const {
+  return options_.speckle ? std::pow(1.0 - 1.0 / (9.0 * sonar_.receiver.looks), 3.0) : 1.0;
+}
+
+std::vector<double> SignalChain::automatic_gain(Side side) const {
+  const std::vector<double> bed = level_bed(side);
+  const ReceiverOptions& receiver = sonar_.receiver;
+  const double behind =
+      receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
+  // Mean over root mean square of an amplitude whose intensity is a mean of so many exponential
+  // ones: the ratio of two gamma functions, by Stirling's series.
+  const double looks = receiver.looks;
+  const double speckle =
+      options_.speckle ? 1.0 - 1.0 / (8.0 * looks) + 1.0 / (128.0 * looks * looks) : 1.0;
+  Channel channel;
+  channel.detected.assign(gains_.size(), 0.0f);
+  for (std::size_t n = 0; n < bed.size(); ++n) {
+    const double gain = gains_[n];
+    channel.detected[n] = static_cast<float>(
+        speckle * std::sqrt(std::max(bed[n], noise(side)) * gain * gain + behind));
+  }
+  const std::vector<float> before = channel.detected;
+  if (options_.artefacts.automatic_gain > 0.0) follow_level(channel);
+  const double scale = ping_scale(channel, bed.size());
+  std::vector<double> gain(bed.size(), scale);
+  for (std::size_t n = 0; n < bed.size(); ++n)
+    if (before[n] > 0.0f) gain[n] *= channel.detected[n] / before[n];
+  return gain;
+}
+
+void SignalChain::receive(const PingContext& hearing, std::span<EchoLine> lines,
+                          Memory& memory) const {
+  const auto channel = [&](const EchoLine& line) -> Channel& {
+    return memory.channels[static_cast<std::size_t>(line.side)];
+  };
+  for (EchoLine& line : lines) {
+    expect(hearing, line, channel(line));
+    if (options_.speckle) scatterers_.place(hearing.array, line.bins, channel(line).cells);
+  }
+  const float step = gain_step(hearing);
+  for (int look = 0; look < sonar_.receiver.looks; ++look) {
+    for (const EchoLine& line : lines) {
+      sum_scatterers(look, channel(line));
+      if (options_.speckle) draw_noise(hearing, line.side, look, channel(line));
+    }
+    for (const EchoLine& line : lines) {
+      const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
+      const bool heard = leak_ > 0.0f && lines.size() == 2;
+      detect_look(heard ? &memory.channels[static_cast<std::size_t>(opposite)] : nullptr, look,
+                  step, channel(line));
+    }
+  }
+  for (EchoLine& line : lines) {
+    Channel& its = channel(line);
+    std::copy_n(its.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
+    if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
+    if (options_.artefacts.automatic_gain > 0.0) follow_level(its);
+    if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
+      line.artefacts.add(Artefact::automatic_gain);
+    record(its, line);
+  }
+}
+
+/// What is expected of the direct echo, and of all else that comes with it.
+void SignalChain::expect(const PingContext& hearing, EchoLine& line, Channel& channel) const {
+  const std::size_t bins = line.bins.intensity_mean.size();
+  line.artefacts = {};
+  const std::size_t room = whole_groups(bins), reach = taps_.size() - 1;
+  channel.direct.assign(room + 2 * reach, 0.0f);
+  const std::span<float> direct = std::span(channel.direct).subspan(reach, bins);
+  std::ranges::copy(line.bins.intensity_mean, direct.begin());
+  channel.power.assign(room, static_cast<float>(noise(line.side)));
+  const std::span<float> power = std::span(channel.power).first(bins);
+  arrivals_.add(hearing, line, direct, power, channel.sums);
+  if (disturbances_.any()) {
+    channel.gain.assign(bins, 1.0f);
+    disturbances_.apply(hearing, line.side, channel.gain, power, line.artefacts);
+    for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
+  }
+  if (options_.arrivals.burst_m > 0.0) {
+    // The pulse itself, through the hull: beyond full scale, then dying away.
+    for (std::size_t n = 0; n < bins; ++n) {
+      const double over = law_.range_m(n) / options_.arrivals.burst_m - 1.0;
+      if (over > 2.0) break;
+      const double full = recorder_.gain(n);
+      power[n] += static_cast<float>(
+          scatter::from_db(burst_over_full_scale_db - 60.0 * std::max(over, 0.0)) / (full * full));
+    }
+    line.artefacts.add(Artefact::transmit_burst);
+  }
+  if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
+}
+
+void SignalChain::sum_scatterers(int look, Channel& channel) const {
+  const std::size_t room = gains_.size(), reach = taps_.size() - 1;
+  const std::span<const float> direct = std::span(channel.direct).subspan(reach, room);
+  channel.re.resize(room);
+  channel.im.resize(room);
+  if (!options_.speckle) {
+    for (std::size_t n = 0; n < room; ++n) channel.re[n] = std::sqrt(direct[n]);
+    std::ranges::fill(channel.im, 0.0f);
+    return;
+  }
+  if (reach == 0) {
+    scatterers_.gather(channel.cells, look, direct, channel.re.data(), channel.im.data());
+    return;
+  }
+  channel.spread_re.assign(room + 2 * reach, 0.0f);
+  channel.spread_im.assign(room + 2 * reach, 0.0f);
+  scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
+                     &channel.spread_im[reach]);
+  // And back to the expected mean, which has gone through the pulse already.
+  shape({.taps = taps_.data(),
+         .energy_taps = energy_taps_.data(),
+         .reach = reach,
+         .bins = room,
+         .spread_re = channel.spread_re.data(),
+         .spread_im = channel.spread_im.data(),
+         .power = channel.direct.data(),
+         .re = channel.re.data(),
+         .im = channel.im.data()});
+}
+
+/// White complex noise of a look.
+void SignalChain::draw_white(const PingContext& hearing, Side side, int look, std::size_t count,
+                             std::vector<float>& re, std::vector<float>& im) const {
+  std::array<double, 1> random;
+  RandomStream(options_.seed, Purpose::noise,
+               {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), hearing.ping,
+                static_cast<std::uint64_t>(look)})
+      .uniform(random);
+  re.resize(whole_groups(count));
+  im.resize(whole_groups(count));
+  draw_complex_normal(static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0), count, re.data(),
+                      im.data());
+}
+
+void SignalChain::draw_noise(const PingContext& hearing, Side side, int look,
+                             Channel& channel) const {
+  const std::size_t room = gains_.size();
+  draw_white(hearing, side, look, room + 2 * (taps_.size() - 1), channel.white_re,
+             channel.white_im);
+  if (sonar_.receiver.output_noise_db)
+    draw_white(hearing, side, behind_gain + look, room, channel.behind_re, channel.behind_im);
+}
+
+/// The echo with all that comes before and behind the gain; `other` leaks into it.
+void SignalChain::detect_look(const Channel* other, int look, float step, Channel& channel) const {
+  const ReceiverOptions& receiver = sonar_.receiver;
+  channel.energy.resize(gains_.size());
+  channel.detected.resize(gains_.size());
+  const double behind =
+      receiver.output_noise_db ? std::sqrt(scatter::from_db(*receiver.output_noise_db)) : 0.0;
+  detect({.bins = gains_.size(),
+          .re = channel.re.data(),
+          .im = channel.im.data(),
+          .other_re = other ? other->re.data() : nullptr,
+          .other_im = other ? other->im.data() : nullptr,
+          .leak = leak_,
+          .white_re = options_.speckle ? channel.white_re.data() : nullptr,
+          .white_im = options_.speckle ? channel.white_im.data() : nullptr,
+          .taps = taps_.data(),
+          .reach = taps_.size() - 1,
+          .power = channel.power.data(),
+          .gain = gains_.data(),
+          .step = step,
+          .behind_re = options_.speckle && behind > 0.0 ? channel.behind_re.data() : nullptr,
+          .behind_im = options_.speckle && behind > 0.0 ? channel.behind_im.data() : nullptr,
+          .behind_rms = static_cast<float>(behind),
+          .first = look == 0,
+          .peak = receiver.detector == Detector::peak,
+          .share = 1.0f / static_cast<float>(receiver.looks),
+          .energy = channel.energy.data(),
+          .detected = channel.detected.data()});
+}
+
+/// What the operator's hand has made of the gain by then.
+float SignalChain::gain_step(const PingContext& hearing) const {
+  const ArtefactOptions& artefacts = options_.artefacts;
+  if (!(artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0)) return 1.0f;
+  const auto number = static_cast<std::int64_t>(std::floor(hearing.t_s / artefacts.gain_step_s));
+  if (number == 0) return 1.0f;
+  std::array<double, 1> random;
+  RandomStream(options_.seed, Purpose::artefact,
+               {of_gain_steps, options_.sonar_number, static_cast<std::uint64_t>(number)})
+      .normal(random);
+  return static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
+}
+
+/// The automatic gain by the level over the last metres, against where the nominal bed is.
+void SignalChain::follow_level(Channel& channel) const {
+  const ArtefactOptions& artefacts = options_.artefacts;
+  const auto forget =
+      static_cast<float>(1.0 - std::exp(-law_.bin_m() / artefacts.automatic_gain_m));
+  const auto nominal = static_cast<float>(scatter::from_db(automatic_level_db));
+  const auto power = static_cast<float>(0.5 * artefacts.automatic_gain);
+  float level = nominal, gain = 1.0f;
+  for (std::size_t n = 0; n < channel.detected.size(); ++n) {
+    float& amplitude = channel.detected[n];
+    level += forget * (std::min(1.0f, amplitude * amplitude) - level);
+    if (n % gain_bins == 0) gain = std::pow(nominal / level, power);
+    amplitude *= gain;
+  }
+}
+
+/// What brings the mean amplitude of the ping, behind the transmitted pulse, to where it is wanted.
+float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
+  if (!(sonar_.receiver.ping_mean > 0.0)) return 1.0f;
+  const std::size_t first =
+      std::min(static_cast<std::size_t>(3.0 * options_.arrivals.burst_m / law_.bin_m()), bins);
+  double sum = 0.0;
+  for (std::size_t n = first; n < bins; ++n) sum += channel.detected[n];
+  return sum > 0.0 ? static_cast<float>(sonar_.receiver.ping_mean *
+                                        static_cast<double>(bins - first) / sum)
+                   : 1.0f;
+}
+
+void SignalChain::record(const Channel& channel, EchoLine& line) const {
+  const std::size_t bins = line.bins.sample.size();
+  recorder_.samples(std::span(channel.detected).first(bins), ping_scale(channel, bins),
+                    line.bins.sample);
+}
+
+}  // namespace ensonify::engine

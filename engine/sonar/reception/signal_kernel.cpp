@@ -1,0 +1,344 @@
+// Compiled once for each of Highway's targets; see the header.
+
+#define HWY_BROKEN_EMU128 1  // so that plain code is the last resort with any compiler
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ensonify/engine/sonar/reception/signal_kernel.cpp"
+#define HWY_DISABLED_TARGETS (HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include <ensonify/engine/sonar/reception/signal_kernel.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace ensonify::engine {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using F = hn::CappedTag<float, signal_group>;
+using I = hn::RebindToSigned<F>;
+using U = hn::RebindToUnsigned<F>;
+using VF = hn::Vec<F>;
+using VU = hn::Vec<U>;
+using D = hn::CappedTag<double, signal_group>;
+using HalfF = hn::Rebind<float, D>;
+using HalfI = hn::Rebind<std::int32_t, D>;
+using HalfU = hn::Rebind<std::uint32_t, D>;
+using VD = hn::Vec<D>;
+
+constexpr F f;
+constexpr I fi;
+constexpr U fu;
+constexpr D d;
+constexpr HalfF hf;
+constexpr HalfI hi;
+constexpr HalfU hu;
+
+HWY_INLINE VF set(float value) { return hn::Set(f, value); }
+HWY_INLINE VD set_double(double value) { return hn::Set(d, value); }
+HWY_INLINE VD load_double(const float* from) { return hn::PromoteTo(d, hn::LoadU(hf, from)); }
+/// Towards nothing.
+HWY_INLINE void store_integer(VD value, std::uint32_t* to) {
+  hn::StoreU(hn::BitCast(hu, hn::DemoteTo(hi, value)), hu, to);
+}
+/// Of less than 2^31.
+HWY_INLINE VF to_float(VU value) { return hn::ConvertTo(f, hn::BitCast(fi, value)); }
+
+/// Scrambles 32 bits (Appleby's MurmurHash3, its finaliser).
+HWY_INLINE VU scrambled(VU h) {
+  h = hn::Xor(h, hn::ShiftRight<16>(h));
+  h = hn::Mul(h, hn::Set(fu, 0x85ebca6bu));
+  h = hn::Xor(h, hn::ShiftRight<13>(h));
+  h = hn::Mul(h, hn::Set(fu, 0xc2b2ae35u));
+  return hn::Xor(h, hn::ShiftRight<16>(h));
+}
+
+/// sin(2 pi t) for t of -1/2 to 1/2, within 0.0011: two parabolas, bent.
+HWY_INLINE VF sine_of_turns(VF t) {
+  const VF y = hn::Add(t, t);
+  const VF s = hn::Mul(hn::Mul(set(4.0f), y), hn::Sub(set(1.0f), hn::Abs(y)));
+  return hn::Mul(s, hn::Add(set(0.775f), hn::Mul(set(0.225f), hn::Abs(s))));
+}
+HWY_INLINE VF wrapped(VF t) { return hn::Sub(t, hn::Round(t)); }
+
+/// The root of -ln u, u being the upper 24 bits and a half, over 2^24.
+HWY_INLINE VF rayleigh(VU random) {
+  const VF u = hn::Mul(hn::Add(to_float(hn::ShiftRight<8>(random)), set(0.5f)), set(0x1p-24f));
+  const VU bits = hn::BitCast(fu, u);
+  const VF exponent = hn::Sub(to_float(hn::ShiftRight<23>(bits)), set(127.0f));
+  const VF p = hn::Sub(
+      hn::BitCast(f, hn::Or(hn::And(bits, hn::Set(fu, 0x007fffffu)), hn::Set(fu, 0x3f800000u))),
+      set(1.0f));
+  // log2(1 + p) within 3e-6, fitted; exact at both ends.
+  VF poly = set(-0.02583931f);
+  poly = hn::Add(hn::Mul(poly, p), set(0.12179088f));
+  poly = hn::Add(hn::Mul(poly, p), set(-0.27789668f));
+  poly = hn::Add(hn::Mul(poly, p), set(0.4575443f));
+  poly = hn::Add(hn::Mul(poly, p), set(-0.71814403f));
+  poly = hn::Add(hn::Mul(poly, p), set(1.4425448f));
+  const VF log2 = hn::Add(exponent, hn::Mul(poly, p));
+  return hn::Sqrt(hn::Max(hn::Mul(log2, set(-0.69314718f)), set(0.0f)));
+}
+
+void place_cells_here(const CellPlaces& to) {
+  const std::size_t lanes = hn::Lanes(d);
+  for (std::size_t group = 0; group < to.bins; group += signal_group) {
+    std::uint32_t most = 0, placeless = 0;
+    for (std::size_t n = group; n < group + signal_group; n += lanes) {
+      const VD x = load_double(to.x_m + n), y = load_double(to.y_m + n),
+               z = load_double(to.z_m + n);
+      const auto lit = hn::Gt(load_double(to.intensity + n), hn::Zero(d));
+      if (hn::AllFalse(d, lit)) continue;
+      const auto nowhere =
+          hn::Eq(hn::Add(hn::Abs(x), hn::Add(hn::Abs(y), hn::Abs(z))), hn::Zero(d));
+      placeless |= hn::AllFalse(d, hn::And(lit, nowhere)) ? 0u : 1u;
+
+      const VD across =
+          hn::Add(hn::Mul(set_double(to.across[0]), x), hn::Mul(set_double(to.across[1]), y));
+      const VD along =
+          hn::Add(hn::Add(hn::Mul(set_double(to.along[0]), x), hn::Mul(set_double(to.along[1]), y)),
+                  hn::Add(hn::Mul(set_double(to.along[2]), z), set_double(to.along_from)));
+      const VD out = hn::Sub(across, set_double(to.across_from));
+      const VD range = hn::Max(load_double(to.range_m + n), set_double(1e-3));
+      const VD turns = hn::Div(hn::Mul(set_double(-to.turns), out), range);
+      hn::StoreU(hn::DemoteTo(hf, turns), hf, to.phase_turns + n);
+
+      const VD raised = hn::CopySign(hn::Mul(set_double(to.rise), z), hn::Mul(out, z));
+      const VD cell = hn::Mul(hn::Sub(across, raised), set_double(to.across_cells_per_m));
+      const VD whole = hn::Floor(cell);
+      store_integer(whole, to.across_cell + n);
+      const VD within = hn::Mul(hn::Sub(hn::Sub(cell, whole), set_double(0.5)), set_double(0x1p32));
+      hn::StoreU(hn::Xor(hn::BitCast(hu, hn::DemoteTo(hi, within)), hn::Set(hu, 0x80000000u)), hu,
+                 to.across_within + n);
+
+      const VD middle = hn::Mul(along, load_double(to.cells_per_m + n));
+      const VD reach = load_double(to.reach + n);
+      const VD first = hn::Floor(hn::Sub(middle, reach));
+      store_integer(first, to.first_cell + n);
+      hn::StoreU(hn::DemoteTo(hf, hn::Mul(hn::Sub(first, middle), set_double(to.columns_per_cell))),
+                 hf, to.first_column + n);
+      const VD cells = hn::Add(hn::Sub(hn::Floor(hn::Add(middle, reach)), first), set_double(1.0));
+      const auto in_lanes = hn::MaxOfLanes(d, hn::IfThenElseZero(lit, cells));
+      most =
+          hn::GetLane(in_lanes) > most ? static_cast<std::uint32_t>(hn::GetLane(in_lanes)) : most;
+    }
+    to.cells[group / signal_group] = most;
+    to.placeless[group / signal_group] = placeless;
+  }
+}
+
+void sum_cells_here(const CellSums& sums) {
+  const VU one = hn::Set(fu, 1u);
+  const VF step = set(sums.columns_per_cell);
+  const auto last = hn::Set(fi, static_cast<std::int32_t>(sums.last_column));
+  for (std::size_t n = 0; n < sums.bins; n += hn::Lanes(f)) {
+    if (sums.cells[n / signal_group] == 0) {
+      hn::StoreU(hn::Zero(f), f, sums.re + n);
+      hn::StoreU(hn::Zero(f), f, sums.im + n);
+      continue;
+    }
+    const VU across = hn::LoadU(fu, sums.across_cell + n);
+    const VU within = hn::LoadU(fu, sums.across_within + n);
+    const VU key = hn::Add(hn::LoadU(fu, sums.key + n), hn::Set(fu, sums.common_key));
+    const auto row = hn::BitCast(fi, hn::LoadU(fu, sums.first_weight + n));
+    const VF turns = hn::LoadU(f, sums.phase_turns + n);
+    VU cell = hn::LoadU(fu, sums.first_cell + n);
+    VF begin = hn::LoadU(f, sums.first_column + n);
+    VF sum_re = hn::Zero(f), sum_im = hn::Zero(f), squares = hn::Zero(f);
+    for (std::uint32_t i = sums.cells[n / signal_group]; i > 0; --i) {
+      // Rows of cells are staggered, by the golden section of a cell.
+      const VU stagger = hn::Mul(cell, hn::Set(fu, 0x9e3779b9u));
+      const VU place = hn::Add(within, stagger);
+      const VU its_across = hn::Add(across, hn::IfThenElseZero(hn::Lt(place, stagger), one));
+      VU random = hn::Mul(its_across, hn::Set(fu, 0xcc9e2d51u));
+      random = hn::Xor(random, hn::ShiftRight<15>(random));
+      random = scrambled(hn::Add(random, hn::Add(hn::Mul(cell, hn::Set(fu, 0x1b873593u)), key)));
+      // Of the upper bits, whatever the lower ones are: those of the product are as even as they.
+      const VU more = hn::Mul(random, hn::Set(fu, 0x9e3779b1u));
+
+      const VF jitter = hn::Mul(to_float(hn::ShiftRight<24>(random)), set(1.0f / 256.0f));
+      const VF column = hn::Abs(hn::Add(begin, hn::Mul(jitter, step)));
+      const auto index = hn::Add(row, hn::Min(hn::ConvertTo(fi, column), last));
+      const auto pair = hn::Add(index, index);
+      const VF weight_re = hn::GatherIndex(f, sums.weights, pair);
+      const VF weight_im = hn::GatherIndex(f, sums.weights, hn::Add(pair, hn::Set(fi, 1)));
+
+      const VF own = hn::Mul(to_float(hn::And(random, hn::Set(fu, 0xffffu))), set(0x1p-16f));
+      const VF way = hn::Mul(hn::Mul(to_float(hn::ShiftRight<8>(place)), set(0x1p-24f)), turns);
+      const VF t = wrapped(hn::Add(own, way));
+      const VF magnitude = rayleigh(more);
+      const VF s = hn::Mul(magnitude, sine_of_turns(t));
+      const VF c = hn::Mul(magnitude, sine_of_turns(wrapped(hn::Add(t, set(0.25f)))));
+      sum_re = hn::Add(sum_re, hn::Sub(hn::Mul(weight_re, c), hn::Mul(weight_im, s)));
+      sum_im = hn::Add(sum_im, hn::Add(hn::Mul(weight_re, s), hn::Mul(weight_im, c)));
+      squares =
+          hn::Add(squares, hn::Add(hn::Mul(weight_re, weight_re), hn::Mul(weight_im, weight_im)));
+      cell = hn::Add(cell, one);
+      begin = hn::Add(begin, step);
+    }
+    const VF scale = hn::Sqrt(hn::Div(hn::LoadU(f, sums.power + n), hn::Max(squares, set(1e-6f))));
+    hn::StoreU(hn::Mul(sum_re, scale), f, sums.re + n);
+    hn::StoreU(hn::Mul(sum_im, scale), f, sums.im + n);
+  }
+}
+
+void draw_complex_normal_here(std::uint32_t key, std::size_t count, float* re, float* im) {
+  const VU its_key = hn::Set(fu, key);
+  VU place = hn::BitCast(fu, hn::Iota(fi, 0));
+  const VU step = hn::Set(fu, static_cast<std::uint32_t>(hn::Lanes(f)));
+  for (std::size_t n = 0; n < count; n += hn::Lanes(f)) {
+    const VU random = scrambled(hn::Add(hn::Mul(place, hn::Set(fu, 0xcc9e2d51u)), its_key));
+    const VU more = scrambled(hn::Xor(random, hn::Set(fu, 0x9e3779b9u)));
+    const VF t = wrapped(hn::Mul(to_float(hn::ShiftRight<8>(random)), set(0x1p-24f)));
+    const VF magnitude = rayleigh(more);
+    hn::StoreU(hn::Mul(magnitude, sine_of_turns(wrapped(hn::Add(t, set(0.25f))))), f, re + n);
+    hn::StoreU(hn::Mul(magnitude, sine_of_turns(t)), f, im + n);
+    place = hn::Add(place, step);
+  }
+}
+
+/// At the bin whose own value lies there.
+HWY_INLINE VF convolved(const float* taps, std::size_t reach, const float* middle) {
+  VF sum = hn::Mul(set(taps[0]), hn::LoadU(f, middle));
+  for (std::size_t k = 1; k <= reach; ++k)
+    sum = hn::Add(
+        sum, hn::Mul(set(taps[k]), hn::Add(hn::LoadU(f, middle + k), hn::LoadU(f, middle - k))));
+  return sum;
+}
+
+void shape_here(const Shaping& of) {
+  for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
+    const VF spread = convolved(of.energy_taps, of.reach, of.power + of.reach + n);
+    const VF power = hn::LoadU(f, of.power + of.reach + n);
+    // Where nothing is spread there is nothing to scale.
+    const VF scale = hn::Sqrt(hn::Div(power, hn::Max(spread, set(1e-30f))));
+    hn::StoreU(hn::Mul(scale, convolved(of.taps, of.reach, of.spread_re + of.reach + n)), f,
+               of.re + n);
+    hn::StoreU(hn::Mul(scale, convolved(of.taps, of.reach, of.spread_im + of.reach + n)), f,
+               of.im + n);
+  }
+}
+
+void detect_here(const Detection& of) {
+  const VF share = set(of.share), leak = set(of.leak), step = set(of.step);
+  for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
+    VF re = hn::LoadU(f, of.re + n), im = hn::LoadU(f, of.im + n);
+    const VF power = hn::LoadU(f, of.power + n);
+    if (of.white_re) {
+      const VF amplitude = hn::Sqrt(power);
+      re =
+          hn::Add(re, hn::Mul(amplitude, convolved(of.taps, of.reach, of.white_re + of.reach + n)));
+      im =
+          hn::Add(im, hn::Mul(amplitude, convolved(of.taps, of.reach, of.white_im + of.reach + n)));
+    }
+    if (of.other_re) {
+      re = hn::Add(re, hn::Mul(leak, hn::LoadU(f, of.other_re + n)));
+      im = hn::Add(im, hn::Mul(leak, hn::LoadU(f, of.other_im + n)));
+    }
+    VF energy = hn::Add(hn::Mul(re, re), hn::Mul(im, im));
+    if (!of.white_re) energy = hn::Add(energy, power);
+
+    const VF gain = hn::Mul(step, hn::LoadU(f, of.gain + n));
+    VF seen = hn::Mul(hn::Mul(gain, gain), energy);
+    if (of.behind_re) {
+      const VF rms = set(of.behind_rms);
+      const VF a = hn::Add(hn::Mul(gain, re), hn::Mul(rms, hn::LoadU(f, of.behind_re + n)));
+      const VF b = hn::Add(hn::Mul(gain, im), hn::Mul(rms, hn::LoadU(f, of.behind_im + n)));
+      seen = hn::Add(hn::Mul(a, a), hn::Mul(b, b));
+    } else {
+      seen = hn::Add(seen, set(of.behind_rms * of.behind_rms));
+    }
+    VF detected = hn::Sqrt(seen);
+    energy = hn::Mul(share, energy);
+    if (!of.peak) detected = hn::Mul(share, detected);
+    if (!of.first) {
+      energy = hn::Add(energy, hn::LoadU(f, of.energy + n));
+      const VF before = hn::LoadU(f, of.detected + n);
+      detected = of.peak ? hn::Max(detected, before) : hn::Add(detected, before);
+    }
+    hn::StoreU(energy, f, of.energy + n);
+    hn::StoreU(detected, f, of.detected + n);
+  }
+}
+
+/// Of numbers above 0: by the series of artanh about 1, which needs no fused steps; within 1e-9.
+HWY_INLINE VD log2_of(hn::Vec<HalfF> value) {
+  const auto bits = hn::BitCast(hu, value);
+  // So that the mantissa is between 2/3 and 4/3.
+  const auto offset = hn::Set(hu, 0x3f2aaaabu);
+  const auto exponent = hn::ShiftRight<23>(hn::BitCast(hi, hn::Sub(bits, offset)));
+  const auto rest = hn::BitCast(hf, hn::Sub(bits, hn::BitCast(hu, hn::ShiftLeft<23>(exponent))));
+  const VD m = hn::PromoteTo(d, rest), one = set_double(1.0);
+  const VD s = hn::Div(hn::Sub(m, one), hn::Add(m, one)), s2 = hn::Mul(s, s);
+  VD sum = set_double(1.0 / 11.0);
+  for (const double odd : {9.0, 7.0, 5.0, 3.0, 1.0})
+    sum = hn::Add(hn::Mul(sum, s2), set_double(1.0 / odd));
+  return hn::Add(hn::PromoteTo(d, exponent),
+                 hn::Mul(hn::Mul(sum, s), set_double(2.885390081777927)));  // 2 / ln 2
+}
+
+void digitise_here(const Digitisation& of) {
+  constexpr double db_of_octave = 6.020599913279624;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto samples = [&](const float* amplitudes) HWY_ATTR {
+    auto level =
+        hn::Min(hn::Mul(hn::Set(hf, of.gain), hn::LoadU(hf, amplitudes)), hn::Set(hf, 1.0f));
+    if (of.square_root) level = hn::Sqrt(level);
+    VD out = hn::PromoteTo(d, level);
+    if (of.curve_range_db > 0.0)
+      out = hn::Max(hn::Add(hn::Mul(log2_of(hn::Max(level, hn::Set(hf, 1e-37f))),
+                                    set_double(db_of_octave / of.curve_range_db)),
+                            set_double(1.0)),
+                    hn::Zero(d));
+    out = hn::Add(hn::Mul(out, set_double(of.full_scale)), set_double(0.5));
+    return hn::BitCast(hu, hn::DemoteTo(hi, out));
+  };
+  std::size_t n = 0;
+  for (; n + lanes <= of.bins; n += lanes)
+    hn::StoreU(samples(of.amplitude + n), hu, of.samples + n);
+  HWY_ALIGN float last[signal_group] = {};
+  HWY_ALIGN std::uint32_t last_samples[signal_group];
+  for (std::size_t i = n; i < of.bins; ++i) last[i - n] = of.amplitude[i];
+  hn::StoreU(samples(last), hu, last_samples);
+  for (std::size_t i = n; i < of.bins; ++i) of.samples[i] = last_samples[i - n];
+}
+
+}  // namespace
+
+// What is exported must not be unnamed.
+void sum_cells_on(const CellSums& sums) { sum_cells_here(sums); }
+void draw_complex_normal_on(std::uint32_t key, std::size_t count, float* re, float* im) {
+  draw_complex_normal_here(key, count, re, im);
+}
+void place_cells_on(const CellPlaces& places) { place_cells_here(places); }
+void shape_on(const Shaping& shaping) { shape_here(shaping); }
+void detect_on(const Detection& detection) { detect_here(detection); }
+void digitise_on(const Digitisation& digitisation) { digitise_here(digitisation); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace ensonify::engine
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace ensonify::engine {
+
+HWY_EXPORT(place_cells_on);
+HWY_EXPORT(sum_cells_on);
+HWY_EXPORT(draw_complex_normal_on);
+HWY_EXPORT(shape_on);
+HWY_EXPORT(detect_on);
+HWY_EXPORT(digitise_on);
+
+void place_cells(const CellPlaces& places) { HWY_DYNAMIC_DISPATCH(place_cells_on)(places); }
+void sum_cells(const CellSums& sums) { HWY_DYNAMIC_DISPATCH(sum_cells_on)(sums); }
+void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float* im) {
+  HWY_DYNAMIC_DISPATCH(draw_complex_normal_on)(key, count, re, im);
+}
+void shape(const Shaping& shaping) { HWY_DYNAMIC_DISPATCH(shape_on)(shaping); }
+void detect(const Detection& detection) { HWY_DYNAMIC_DISPATCH(detect_on)(detection); }
+void digitise(const Digitisation& digitisation) { HWY_DYNAMIC_DISPATCH(digitise_on)(digitisation); }
+
+}  // namespace ensonify::engine
+#endif

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/input_file.h>
+
+namespace ensonify::engine {
+
+/// Where the sonar is and how it is turned, at a time.
+///
+/// The world has x east, y north, z up with the sea surface at z = 0. The body has x forward, y to
+/// starboard, z down. Heading turns clockwise from north, then pitch lifts the nose, then roll
+/// lowers the starboard side.
+struct Pose {
+  double t_s = 0.0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< local metres
+  double roll_rad = 0.0;
+  double pitch_rad = 0.0;
+  double heading_rad = 0.0;
+  // How these change, as far as it is known: a ping's echoes are received after it was sent.
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  double roll_rate_radps = 0.0;
+  double pitch_rate_radps = 0.0;
+  double heading_rate_radps = 0.0;
+
+  /// The pose some time later, at constant rates.
+  Pose after(double time_s) const;
+};
+
+/// Columns are the body's forward, starboard and down directions in the world.
+Eigen::Matrix3d body_to_world(const Pose& pose);
+
+enum class TrackKind { line, lawn_mower, file };
+/// How the height is kept: a depth, or an altitude over the bed.
+enum class Vertical { depth, altitude };
+
+/// Where the vehicle goes and when it pings. Its own movements about that are in motion.h.
+struct TrackOptions {
+  TrackKind kind = TrackKind::line;
+  int pings = 600;  ///< of a line; the others have as many as fit
+  double speed_mps = 2.0;
+  double heading_rad = 0.0;    ///< of a line, or of the first leg
+  double middle_east_m = 0.0;  ///< local metres; a file's track is moved by so much
+  double middle_north_m = 0.0;
+  double altitude_m = 10.0;      ///< over the mean seabed along the track, or over the bed below
+  double ping_interval_s = 0.0;  ///< 0: the longest range's two-way time; of a file, a ping a row
+  Vertical vertical = Vertical::depth;
+  double follow_s = 5.0;   ///< time constant with which an altitude is kept
+  double climb_mps = 0.5;  ///< the fastest climb and dive then
+  // lawn-mower
+  int legs = 4;
+  double leg_length_m = 60.0;
+  double leg_spacing_m = 20.0;
+  double turn_radius_m = 0.0;  ///< 0: half the spacing
+  bool ping_in_turns = true;
+  // file
+  InputFile file;
+  double smooth_s = 0.0;  ///< time over which a file's places and heights are smoothed
+  std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< of the seabed's middle
+};
+
+}  // namespace ensonify::engine

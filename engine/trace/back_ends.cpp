@@ -1,0 +1,98 @@
+// The two tables of kinds: what intersects rays and faces, and which faces there are. A row more is
+// all that a new back-end needs to be listed, tested and timed.
+
+#include <array>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <ensonify/engine/trace/embree/embree.h>
+#include <ensonify/engine/trace/exact/brute_force.h>
+#include <ensonify/engine/trace/exact/pluecker.h>
+#include <ensonify/engine/trace/face_source.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/face_sources/static_faces.h>
+#include <ensonify/engine/trace/fan_scan/fan_scan.h>
+#include <ensonify/engine/trace/intersector.h>
+#include <ensonify/refine/tile_collapse.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::array intersectors{
+    IntersectorKind{.name = "embree",
+                    .help = "Embree's bounding volume hierarchy, packets of rays, float",
+                    .make = &make_embree,
+                    .bytes_per_face = 70.0},
+    IntersectorKind{.name = "embree-single",
+                    .help = "the same, ray by ray: what packets bring",
+                    .make = &make_embree_single,
+                    .bytes_per_face = 70.0},
+    IntersectorKind{.name = "fan_scan",
+                    .help = "scan conversion of a fan, no tree: fans only, for few faces",
+                    .make = &make_fan_scan,
+                    .takes_lists = false,
+                    .precision = Precision::in_double,
+                    .bytes_per_face = 30.0},
+    IntersectorKind{.name = "pluecker",
+                    .help = "the reference: Plücker's test, double, ties decided exactly",
+                    .make = &make_pluecker,
+                    .precision = Precision::exact,
+                    .bytes_per_face = 160.0},
+    IntersectorKind{.name = "brute_force",
+                    .help = "the same test of every face for every ray: slow",
+                    .make = &make_brute_force,
+                    .precision = Precision::exact},
+};
+
+constexpr std::array surfaces{
+    FaceSourceKind{"static", "all faces, built once", false, &make_static_faces},
+    FaceSourceKind{"refined", "the exact faces of a mesh that is refined at each ping", true,
+                   &make_refined_faces},
+    FaceSourceKind{"footprint", "the same faces by a query at each ping", true,
+                   &make_footprint_faces},
+};
+
+}  // namespace
+
+std::span<const IntersectorKind> intersector_kinds() { return intersectors; }
+
+const IntersectorKind& intersector_kind(std::string_view name) {
+  std::vector<std::string_view> names;
+  for (const IntersectorKind& kind : intersectors) {
+    if (kind.name == name) return kind;
+    names.push_back(kind.name);
+  }
+  throw std::invalid_argument(
+      fmt::format("there is no intersector '{}'; there are: {}", name, fmt::join(names, ", ")));
+}
+
+std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
+                                              const IntersectorOptions& options) {
+  std::unique_ptr<Intersector> made = intersector_kind(name).make(options);
+  made->build(triangles);
+  return made;
+}
+
+std::span<const FaceSourceKind> face_source_kinds() { return surfaces; }
+
+std::vector<std::string_view> face_source_names() {
+  std::vector<std::string_view> names;
+  for (const FaceSourceKind& kind : surfaces) names.push_back(kind.name);
+  return names;
+}
+
+const FaceSourceKind& face_source_kind(std::string_view name) {
+  for (const FaceSourceKind& kind : surfaces)
+    if (kind.name == name) return kind;
+  throw std::invalid_argument(fmt::format("there is no surface '{}'; there are: {}", name,
+                                          fmt::join(face_source_names(), ", ")));
+}
+
+double build_bytes_per_face(const FaceSourceKind& surface, const IntersectorKind& intersector) {
+  return surface.needs_progressive_mesh ? refine::tile_collapse_bytes_per_face
+                                        : intersector.bytes_per_face;
+}
+
+}  // namespace ensonify::engine

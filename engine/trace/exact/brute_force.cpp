@@ -1,0 +1,31 @@
+#include <ensonify/engine/trace/exact/brute_force.h>
+
+#include <ensonify/engine/trace/exact/pluecker_faces.h>
+#include <ensonify/engine/trace/ray_by_ray.h>
+
+namespace ensonify::engine {
+namespace {
+
+class BruteForce final : public RayByRay {
+ public:
+  void build(refine::Triangles triangles) override { faces_.build(triangles); }
+
+  std::string_view code_path() const override { return "portable"; }
+
+ private:
+  Hit nearest(const Ray& ray) const override {
+    PlueckerQuery query(ray);
+    for (std::uint32_t face = 0; face < faces_.count(); ++face) faces_.meet(query, face);
+    return query.nearest();
+  }
+
+  PlueckerFaces faces_;
+};
+
+}  // namespace
+
+std::unique_ptr<Intersector> make_brute_force(const IntersectorOptions&) {
+  return std::make_unique<BruteForce>();
+}
+
+}  // namespace ensonify::engine

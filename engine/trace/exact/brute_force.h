@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include <ensonify/engine/trace/intersector.h>
+
+namespace ensonify::engine {
+
+/// The test of pluecker for every face and every ray, without its tree: the same answers to the
+/// bit, slowly.
+std::unique_ptr<Intersector> make_brute_force(const IntersectorOptions& options);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/trace/exact/box_tree.h>
+#include <ensonify/engine/trace/ray.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// A ray ready for the test, and the nearest hit found so far.
+class PlueckerQuery {
+ public:
+  /// Throws what check_ray throws.
+  explicit PlueckerQuery(const Ray& ray);
+
+  const BoxLine& line() const { return line_; }
+  /// Farther than this, in lengths of the direction as scaled below, no face can be hit any more.
+  const double& limit() const { return limit_; }
+  /// The nearest of the faces met; of several at one distance the one with the lowest number, and
+  /// of several with that number the first.
+  const Hit& nearest() const { return nearest_; }
+
+ private:
+  friend class PlueckerFaces;
+
+  int doublings_;  // of a very short direction, so that it can be divided by
+  Eigen::Vector3d origin_;
+  Eigen::Vector3d direction_;
+  Eigen::Vector3d moment_;  // origin x direction
+  double largest_origin_;
+  double largest_direction_;
+  BoxLine line_;
+  double t_min_, t_max_;
+  double limit_;
+  Hit nearest_;
+};
+
+/// Triangles with the Plücker coordinates of their edges, each stored once and shared by its faces,
+/// for the paper's test: a ray hits a face whose three edges it passes on the same side. The sides
+/// of two edges reject most faces, the third decides. A side within rounding of a tie is decided
+/// exactly, by exact_side with its tie rule.
+class PlueckerFaces {
+ public:
+  /// Keeps a view of the triangles. Throws refine::MeshError for a vertex that is not finite or
+  /// beyond 1e18, and beyond 715 million faces.
+  void build(refine::Triangles triangles);
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(faces_.size()); }
+  Box box(std::uint32_t face) const;
+
+  /// Takes the face for the query's nearest hit if it is that.
+  void meet(PlueckerQuery& query, std::uint32_t face) const;
+
+ private:
+  // One cache line. From `from` to `to`, the end that is lower in (x, y, z) first: so an edge's
+  // bits depend on its ends' places alone, not on how the vertices are numbered.
+  struct Edge {
+    Eigen::Vector3d along;   // to - from
+    Eigen::Vector3d moment;  // from x to, as from x along: its rounding is small with the edge
+    std::uint32_t from, to;
+    float slack;  // 20 u (|along_x| + |along_y| + |along_z|)
+    float reach;  // from's largest component
+  };
+  struct Side {
+    double product;
+    int sign;
+  };
+  Edge edge_between(std::uint32_t from, std::uint32_t to) const;
+  Side side(const PlueckerQuery& query, std::uint32_t half_edge) const;
+  void take(PlueckerQuery& query, std::uint32_t face, const std::array<Side, 3>& sides) const;
+
+  refine::Triangles triangles_;
+  std::vector<Edge> edges_;
+  std::vector<std::array<std::uint32_t, 3>>
+      faces_;  // twice the edge, plus one against its direction
+};
+
+}  // namespace ensonify::engine

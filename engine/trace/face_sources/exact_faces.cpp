@@ -1,0 +1,245 @@
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include <ensonify/refine/active_mesh.h>
+#include <ensonify/refine/footprint.h>
+#include <ensonify/refine/mesh_repair.h>
+#include <ensonify/refine/tile_collapse.h>
+
+namespace ensonify::engine {
+namespace {
+
+using refine::FanVolume;
+
+/// The active mesh as a source of exact faces: there is one, which is always that of the last ping,
+/// and two lists of its faces, which take turns.
+struct Refined {
+  refine::ActiveMesh mesh;
+  explicit Refined(const refine::ProgressiveMesh& of) : mesh(of) {}
+  refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t) {
+    mesh.refine(volumes);
+    return mesh.exact_faces();
+  }
+  void reset() { mesh.reset(); }
+};
+
+/// The top-down query as one.
+struct Walked {
+  const refine::ProgressiveMesh& progressive;
+  std::array<std::optional<refine::Footprint>, 2> footprints;
+  explicit Walked(const refine::ProgressiveMesh& of) : progressive(of) {}
+  refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t turn) {
+    std::optional<refine::Footprint>& footprint = footprints[turn];
+    if (!footprint) footprint.emplace(progressive);
+    return footprint->query(volumes);
+  }
+  void reset() {}
+};
+
+/// By turning alone no point within range of a volume moves farther than this.
+double turned_m(const FanVolume& from, const FanVolume& to) {
+  const double turned = (from.array_axis - to.array_axis).norm() +
+                        (from.middle - to.middle).norm() + (from.pole - to.pole).norm();
+  return turned * std::max(from.range_m, to.range_m);
+}
+/// No point within range of the one volume is farther than this from the same point of the other.
+double moved_m(const FanVolume& from, const FanVolume& to) {
+  return (to.apex - from.apex).norm() + turned_m(from, to);
+}
+
+bool same_shape(const FanVolume& a, const FanVolume& b) {
+  return a.truncation_rad == b.truncation_rad && a.elevation_low_rad == b.elevation_low_rad &&
+         a.elevation_high_rad == b.elevation_high_rad && a.range_m == b.range_m;
+}
+
+void take_volumes(std::span<const RayFan> fans, std::vector<FanVolume>& volumes) {
+  volumes.clear();
+  for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
+}
+
+/// Exact faces, and the intersector over them.
+struct Stage {
+  std::unique_ptr<Intersector> intersector;
+  refine::Triangles triangles;
+  std::vector<FanVolume> built;  // for which; none while nothing is there
+
+  /// Whether that is all that other volumes can touch.
+  bool holds(std::span<const FanVolume> volumes) const {
+    if (volumes.size() != built.size() || volumes.empty()) return false;
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+      if (!same_shape(volumes[i], built[i]) ||
+          moved_m(built[i], volumes[i]) + volumes[i].margin_m > built[i].margin_m)
+        return false;
+    return true;
+  }
+};
+
+/// Pings use the one stage while a spare thread makes the other one ready for those to come.
+template <class Source>
+class ExactFaces final : public FaceSource {
+ public:
+  explicit ExactFaces(const FaceSourceParts& parts)
+      : progressive_(parts.progressive),
+        intersector_(parts.intersector),
+        options_(parts.options.of_one_ping()),
+        tree_pings_(parts.tree_pings),
+        source_(*progressive_) {
+    stages_[turn_].intersector = make_intersector(intersector_, {}, options_);
+  }
+
+  const Intersector& prepare(std::span<const RayFan> fans) override {
+    take_volumes(fans, wanted_);
+    if (!stages_[turn_].holds(wanted_)) {
+      widen(wanted_, last_, wide_);
+      const bool ready = ahead_.finish();
+      if (std::exchange(fault_ahead_, false)) source_.reset();
+      // Only what would be built now: whether a thread was spare must not show, not even in a tie.
+      if (ready && stages_[1 - turn_].built == wide_)
+        turn_ = 1 - turn_;
+      else
+        build(turn_, wide_);
+      ++version_;
+    }
+    std::swap(last_, wanted_);
+    before_expected_ = last_;
+    return *stages_[turn_].intersector;
+  }
+
+  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    if (ahead_.is_out()) return false;
+    take_volumes(fans, expected_);
+    if (stages_[turn_].holds(expected_)) {
+      std::swap(before_expected_, expected_);
+      return true;
+    }
+    widen(expected_, before_expected_, wide_ahead_);
+    ahead_.send(spare);
+    return false;
+  }
+
+  refine::Triangles triangles() const override { return stages_[turn_].triangles; }
+  std::uint64_t version() const override { return version_; }
+
+  void reset() override {
+    ahead_.finish();
+    fault_ahead_ = false;
+    source_.reset();
+    for (Stage& stage : stages_) stage.built.clear();
+    last_.clear();
+  }
+
+ private:
+  /// Over what the next pings will see if they go on as the last two did: from the middle of their
+  /// way they are half of it off, and turned by all that they turn.
+  void widen(const std::vector<FanVolume>& volumes, const std::vector<FanVolume>& before,
+             std::vector<FanVolume>& wide) const {
+    wide = volumes;
+    if (!go_on(before, volumes)) return;
+    const double more = (tree_pings_ - 1) * (1.0 + 1e-6);  // and what rounding takes
+    for (std::size_t i = 0; i < wide.size(); ++i) {
+      const Eigen::Vector3d half_way = 0.5 * more * (volumes[i].apex - before[i].apex);
+      wide[i].apex += half_way;
+      wide[i].margin_m += half_way.norm() + more * turned_m(before[i], volumes[i]);
+    }
+  }
+  void build(std::size_t turn, std::vector<FanVolume>& volumes) {
+    Stage& stage = stages_[turn];
+    stage.built.clear();
+    if (!stage.intersector) stage.intersector = make_intersector(intersector_, {}, options_);
+    const refine::ExactFaces exact = source_.faces(volumes, turn);
+    stage.triangles = {exact.points, exact.faces, exact.source_faces};
+    stage.intersector->build(stage.triangles);
+    std::swap(stage.built, volumes);
+  }
+  /// What is wrong with the faces to come is told to the ping that wants them: it finds it, too.
+  void build_ahead() noexcept {
+    try {
+      build(1 - turn_, wide_ahead_);
+    } catch (...) {
+      fault_ahead_ = true;
+    }
+  }
+  /// Not the first time, nor after a leap (the end of a line), which nothing says will be made
+  /// again.
+  static bool go_on(const std::vector<FanVolume>& before, const std::vector<FanVolume>& volumes) {
+    if (before.size() != volumes.size()) return false;
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+      if (moved_m(before[i], volumes[i]) > leap_of_range * volumes[i].range_m) return false;
+    return true;
+  }
+
+  static constexpr double leap_of_range = 0.05;
+
+  std::shared_ptr<const refine::ProgressiveMesh> progressive_;
+  std::string intersector_;
+  IntersectorOptions options_;
+  int tree_pings_;
+  Source source_;
+  std::array<Stage, 2> stages_;
+  std::size_t turn_ = 0;  // which of them is there now
+  std::uint64_t version_ = 0;
+  std::vector<FanVolume> wanted_, last_, wide_;  // by a ping; and with the next ones
+  std::vector<FanVolume> expected_, before_expected_, wide_ahead_;
+  bool fault_ahead_ = false;
+  refine::SpareThreads::BackgroundTask ahead_{
+      [this] { build_ahead(); }};  // the last: it uses the others
+};
+
+}  // namespace
+
+std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts) {
+  return std::make_unique<ExactFaces<Refined>>(parts);
+}
+
+std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts) {
+  return std::make_unique<ExactFaces<Walked>>(parts);
+}
+
+std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
+    const refine::TriangleMesh& mesh, int threads) {
+  try {
+    return std::make_shared<const refine::ProgressiveMesh>(refine::build_by_tiles(mesh, threads));
+  } catch (const refine::MeshError&) {
+    // Not manifold as it is, as heightfields are: those need no repair, which takes as long.
+    const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
+    refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
+    for (std::uint32_t& face : built.source_face)
+      if (face != refine::ProgressiveMesh::none) face = manifold.source_face[face];
+    return std::make_shared<const refine::ProgressiveMesh>(std::move(built));
+  }
+}
+
+// A bent ray's point lies in direction d', that of its launch d turned by up to the bend within a
+// vertical plane. With k = cos'/cos of the two angles from the level, at most the widening, d' = k
+// d + (k sin - sin') z: so |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|, and the last
+// difference is at most k - 1 + 2 sin(turn / 2), or with k < 1 less than the turn's part and 1 - k,
+// which is less than k' - 1 for the slowest against the fastest. Elevations change by the turn at
+// most; what that turns past 90 degrees is as near as the margin.
+FanVolume view_volume(const RayFan& fan) {
+  constexpr double right_angle = 0.5 * std::numbers::pi;
+  const FanGrid& grid = *fan.grid;
+  const FanBend& bend = fan.bend;
+  const double range_m = fan.range_m * bend.lengthening;
+  const double tilted = std::abs(fan.array_axis.z()) *
+                        (bend.widening - 1.0 + 2.0 * std::sin(0.5 * std::min(bend.turn_rad, 1.0)));
+  const double low = grid.elevation_rad.front() - bend.turn_rad;
+  const double high = grid.elevation_rad.back() + bend.turn_rad;
+  const double past = std::max({0.0, -right_angle - low, high - right_angle});
+  return {.apex = fan.origin,
+          .array_axis = fan.array_axis,
+          .middle = fan.middle,
+          .pole = fan.pole,
+          .truncation_rad = std::asin(std::min(grid.sin_truncation * bend.widening + tilted, 1.0)),
+          .elevation_low_rad = std::max(low, -right_angle),
+          .elevation_high_rad = std::min(high, right_angle),
+          .range_m = range_m,
+          .margin_m = past * range_m};
+}
+
+}  // namespace ensonify::engine

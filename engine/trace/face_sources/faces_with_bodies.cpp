@@ -1,0 +1,151 @@
+#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// About the middle of the bounds.
+refine::Sphere sphere_around(const refine::TriangleMesh& mesh) {
+  const refine::Bounds box = refine::bounds(mesh);
+  const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
+  float radius_m = 0.0f;
+  for (const Eigen::Vector3f& p : mesh.positions)
+    radius_m = std::max(radius_m, (p - middle).norm());
+  return {middle, radius_m};
+}
+
+}  // namespace
+
+void FacesWithBodies::NearestOfTwo::intersect(const RayFan& fan, std::span<Hit> hits) const {
+  still_->intersect(fan, hits);
+  of_bodies_.resize(hits.size());
+  bodies_->intersect(fan, of_bodies_);
+  merge(hits);
+}
+
+void FacesWithBodies::NearestOfTwo::intersect(std::span<const Ray> rays,
+                                              std::span<Hit> hits) const {
+  still_->intersect(rays, hits);
+  of_bodies_.resize(hits.size());
+  bodies_->intersect(rays, of_bodies_);
+  merge(hits);
+}
+
+void FacesWithBodies::NearestOfTwo::merge(std::span<Hit> hits) const {
+  for (std::size_t i = 0; i < hits.size(); ++i)
+    if (of_bodies_[i] && of_bodies_[i].t < hits[i].t) {
+      hits[i] = of_bodies_[i];
+      hits[i].index += still_faces_;
+    }
+}
+
+FacesWithBodies::FacesWithBodies(std::unique_ptr<FaceSource> still, std::uint32_t still_faces,
+                                 const FaceSourceParts& parts)
+    : still_(std::move(still)),
+      still_faces_(still_faces),
+      nearer_(make_intersector(parts.intersector, {}, parts.options.of_one_ping())) {}
+
+/// With room for the rounding of its vertices to floats.
+refine::Sphere FacesWithBodies::Body::ball() const {
+  const Eigen::Vector3f middle = (place * around.centre.cast<double>()).cast<float>();
+  return {middle, around.radius + 1e-6f * (around.radius + middle.norm())};
+}
+
+std::size_t FacesWithBodies::add(refine::TriangleMesh mesh, const Eigen::Isometry3d& place) {
+  check_vertices(mesh);
+  const auto free =
+      std::ranges::find_if(bodies_, [](const Body& body) { return body.mesh.faces.empty(); });
+  const auto number = static_cast<std::size_t>(free - bodies_.begin());
+  if (free == bodies_.end()) bodies_.emplace_back();
+  const refine::Sphere around = sphere_around(mesh);
+  bodies_[number] = {std::move(mesh), around, place};
+  return number;
+}
+
+void FacesWithBodies::move(std::size_t body, const Eigen::Isometry3d& place) {
+  bodies_[body].place = place;
+  bodies_[body].moved = true;
+}
+
+void FacesWithBodies::remove(std::size_t body) {
+  bodies_[body] = {};
+  while (!bodies_.empty() && bodies_.back().mesh.faces.empty()) bodies_.pop_back();
+  std::erase(in_tree_, body);
+}
+
+const Intersector& FacesWithBodies::prepare(std::span<const RayFan> fans) {
+  const Intersector& still = still_->prepare(fans);
+  wanted_.clear();
+  if (!bodies_.empty()) {
+    volumes_.clear();
+    for (const RayFan& fan : fans) volumes_.push_back(view_volume(fan));
+    view_.look_at(volumes_);
+    for (std::size_t body = 0; body < bodies_.size(); ++body)
+      if (!bodies_[body].mesh.faces.empty() && view_.touches(bodies_[body].ball()))
+        wanted_.push_back(body);
+  }
+  if (joined_) ++version_;  // other triangles, or none but the still ones
+  joined_ = !wanted_.empty();
+  if (!joined_) return still;
+  const bool moved =
+      std::ranges::any_of(wanted_, [&](std::size_t body) { return bodies_[body].moved; });
+  if (moved || wanted_ != in_tree_) gather();
+  join(still_->triangles());
+  nearer_.stand_before(still, joined_faces_);
+  return nearer_;
+}
+
+/// Puts the wanted bodies' faces where they are, and builds their tree.
+void FacesWithBodies::gather() {
+  seen_.positions.clear();
+  seen_.faces.clear();
+  seen_numbers_.clear();
+  for (const std::size_t body : wanted_) {
+    Body& its = bodies_[body];
+    const auto first = static_cast<std::uint32_t>(seen_.positions.size());
+    for (const Eigen::Vector3f& p : its.mesh.positions)
+      seen_.positions.push_back((its.place * p.cast<double>()).cast<float>());
+    for (const refine::Face& face : its.mesh.faces)
+      seen_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+    seen_numbers_.resize(seen_.faces.size(), still_faces_ + static_cast<std::uint32_t>(body));
+    its.moved = false;
+  }
+  nearer_.build({seen_.positions, seen_.faces, seen_numbers_});
+  in_tree_ = wanted_;
+}
+
+/// Puts the still surface's faces, unless they are there, and the bodies' behind them.
+void FacesWithBodies::join(const refine::Triangles& still) {
+  if (joined_faces_ == 0 || joined_version_ != still_->version()) {
+    all_.positions.reserve(still.positions.size() + seen_.positions.size());
+    all_.faces.reserve(still.faces.size() + seen_.faces.size());
+    all_.positions.assign(still.positions.begin(), still.positions.end());
+    all_.faces.assign(still.faces.begin(), still.faces.end());
+    all_numbers_.resize(still.faces.size());
+    for (std::uint32_t i = 0; i < all_numbers_.size(); ++i) all_numbers_[i] = still.number(i);
+    joined_version_ = still_->version();
+    joined_positions_ = still.positions.size();
+    joined_faces_ = still.faces.size();
+  }
+  all_.positions.resize(joined_positions_);
+  all_.positions.insert(all_.positions.end(), seen_.positions.begin(), seen_.positions.end());
+  all_.faces.resize(joined_faces_);
+  const auto first = static_cast<std::uint32_t>(joined_positions_);
+  for (const refine::Face& face : seen_.faces)
+    all_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  all_numbers_.resize(joined_faces_);
+  all_numbers_.insert(all_numbers_.end(), seen_numbers_.begin(), seen_numbers_.end());
+  ++version_;
+}
+
+refine::Triangles FacesWithBodies::triangles() const {
+  if (!joined_) return still_->triangles();
+  return {all_.positions, all_.faces, all_numbers_};
+}
+
+}  // namespace ensonify::engine

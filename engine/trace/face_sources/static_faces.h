@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include <ensonify/engine/trace/face_source.h>
+
+namespace ensonify::engine {
+
+/// All faces, built once.
+std::unique_ptr<FaceSource> make_static_faces(const FaceSourceParts& parts);
+
+}  // namespace ensonify::engine

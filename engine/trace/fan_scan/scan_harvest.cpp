@@ -1,0 +1,274 @@
+// What a scan has found, handed out: as hits, or as runs of rays. Compiled as fan_kernel.cpp is.
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_scan/scan_harvest.cpp"
+#include <ensonify/engine/simd/vector_targets.h>
+
+#include <hwy/foreach_target.h>
+
+#include <cmath>
+
+#include <hwy/highway.h>
+
+#include <ensonify/engine/trace/fan_frame-inl.h>
+#include <ensonify/engine/trace/fan_scan/scan_kernel.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace ensonify::engine {
+namespace HWY_NAMESPACE {
+namespace {
+
+using U = hn::ScalableTag<std::uint32_t>;
+using Half = hn::Rebind<std::int32_t, D>;
+constexpr U du;
+constexpr Half half;
+
+HWY_INLINE hn::Vec<Half> load(const std::uint32_t* from) {
+  return hn::LoadU(half, reinterpret_cast<const std::int32_t*>(from));
+}
+
+// How many rays from j on have the same nearest face, at most up to the end.
+HWY_INLINE std::int64_t run_from(const std::uint32_t* nearest, std::int64_t j, std::int64_t end) {
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(du));
+  const auto slot = hn::Set(du, nearest[j]);
+  for (std::int64_t k = j; k < end; k += width) {
+    const auto other = hn::Ne(hn::LoadU(du, nearest + k), slot);
+    const std::intptr_t first = hn::FindFirstTrue(du, other);
+    if (first >= 0) return (k + first < end ? k + first : end) - j;
+  }
+  return end - j;
+}
+
+void write_misses_here(Hit* hits, std::int64_t count) {
+  std::int64_t i = 0;
+  if constexpr (lanes >= 4) {
+    constexpr std::int64_t together = lanes / 4;
+    const Hit pattern[2] = {};
+    const V misses = hn::LoadU(d, reinterpret_cast<const double*>(pattern));
+    for (; i + together <= count; i += together)
+      hn::StoreU(misses, d, reinterpret_cast<double*>(hits + i));
+  }
+  for (; i < count; ++i) hits[i] = Hit{};
+}
+
+// The hits of rays [from, until), which one face is nearest to, into places from `hits` on. Writes
+// whole vectors, past the end.
+HWY_INLINE std::int64_t finish_run(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                                   std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  const std::int64_t slot = pass.nearest[plane * pass.stride + from];
+  const float* nearness = pass.nearness + plane * pass.stride;
+  const std::uint32_t index = pass.index[slot];
+  const std::uint32_t number = pass.numbers ? pass.numbers[index] : index;
+  const V names =
+      hn::BitCast(d, hn::Set(di, static_cast<std::int64_t>(std::uint64_t{index} << 32 | number)));
+  const double* x = pass.forms + 4 * slot;
+  const double* y = x + 4 * pass.slots;
+  const double* z = y + 4 * pass.slots;
+  const V sin_azimuth = hn::Set(d, pass.sin_azimuth[plane]);
+  const V cos_azimuth = hn::Set(d, pass.cos_azimuth[plane]);
+  const auto level = [&](std::int64_t i) HWY_ATTR {
+    return fma(hn::Set(d, x[i]), sin_azimuth, hn::Mul(hn::Set(d, y[i]), cos_azimuth));
+  };
+  const V u_level = level(0), v_level = level(1), level_sum = level(2);
+  const V u_pole = hn::Set(d, z[0]), v_pole = hn::Set(d, z[1]), pole_sum = hn::Set(d, z[2]);
+  const V distance = hn::Set(d, x[3]), per_distance = hn::Set(d, y[3]);
+  const V one = hn::Set(d, 1.0), range = hn::Set(d, pass.range_m);
+  const V agreement = hn::Set(d, 0x1p-10);  // of double with float
+  std::int64_t doubts = 0;
+  for (std::int64_t j = from; j < until; j += lanes) {
+    const V cosine = hn::LoadU(d, pass.cos_elevation + j),
+            sine = hn::LoadU(d, pass.sin_elevation + j);
+    // 1 / sum is t / distance, of which float knows t: better by Newton's step, then by Halley's.
+    const auto less = [&](V a, V b) HWY_ATTR { return fma(hn::Neg(a), b, one); };
+    const V sum = fma(level_sum, cosine, hn::Mul(pole_sum, sine));
+    const auto near_t = hn::Div(hn::Set(df, 1.0f), hn::LoadU(df, nearness + j));
+    const V guess = hn::Mul(hn::PromoteTo(d, near_t), per_distance);
+    const V off = less(sum, guess);
+    const V better = fma(guess, off, guess);
+    const V lack = less(sum, better);
+    const V inverse = fma(better, fma(lack, lack, lack), better);
+    const V t = hn::Mul(distance, inverse);
+    const V u = hn::Mul(fma(u_level, cosine, hn::Mul(u_pole, sine)), inverse);
+    const V v = hn::Mul(fma(v_level, cosine, hn::Mul(v_pole, sine)), inverse);
+    hn::StoreInterleaved4(names, t, u, v, d, reinterpret_cast<double*>(hits + (j - from)));
+
+    const M agrees = hn::Lt(hn::Abs(off), agreement);
+    const M sound = hn::And(agrees, hn::Le(t, range));
+    const M within = hn::FirstN(d, static_cast<std::size_t>(until - j));
+    if (HWY_LIKELY(hn::AllFalse(d, hn::AndNot(sound, within)))) continue;
+    std::uint8_t agree[8] = {}, good[8] = {};
+    hn::StoreMaskBits(d, agrees, agree);
+    hn::StoreMaskBits(d, sound, good);
+    for (std::int64_t i = 0; i < lanes && j + i < until; ++i) {
+      if (!(agree[0] >> i & 1))
+        doubtful[doubts++] = static_cast<std::uint32_t>(j + i);
+      else if (!(good[0] >> i & 1))
+        hits[j - from + i] = Hit{};
+    }
+  }
+  return doubts;
+}
+
+// Leaves their rows as they were before, while they are at hand.
+HWY_INLINE void forget(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                       std::int64_t until) {
+  float* nearness = pass.nearness + plane * pass.stride;
+  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  for (std::int64_t j = from; j < until; ++j) nearness[j] = 0.0f;
+  for (std::int64_t j = from; j < until; ++j) nearest[j] = ScanArgs::no_slot;
+}
+
+std::int64_t finish_rays_here(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                              std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  const std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  std::int64_t doubts = 0;
+  for (std::int64_t j = from; j < until;) {
+    const std::int64_t end = j + run_from(nearest, j, until);
+    if (nearest[j] == ScanArgs::no_slot)
+      write_misses_here(hits + (j - from), end - j);
+    else
+      doubts += finish_run(pass, plane, j, end, hits + (j - from), doubtful + doubts);
+    j = end;
+  }
+  forget(pass, plane, from, until);
+  return doubts;
+}
+
+// Where runs begin and end, and into `index` their slots, behind so many others; how many there are
+// then.
+HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t from,
+                                   std::int64_t until, const RunRows& rows, std::int64_t count) {
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(du));
+  const auto none = hn::Set(du, ScanArgs::no_slot);
+  std::int64_t begins = count, ends = count;
+  if (nearest[from] != ScanArgs::no_slot) {
+    rows.begin[begins] = static_cast<std::uint32_t>(from);
+    rows.index[begins++] = nearest[from];
+  }
+  for (std::int64_t j = from; j + 1 < until; j += width) {
+    const auto here = hn::LoadU(du, nearest + j), next = hn::LoadU(du, nearest + j + 1);
+    const auto differ =
+        hn::And(hn::Ne(here, next), hn::FirstN(du, static_cast<std::size_t>(until - 1 - j)));
+    if (hn::AllFalse(du, differ)) continue;
+    const auto behind = hn::Add(hn::Iota(du, 0), hn::Set(du, static_cast<std::uint32_t>(j + 1)));
+    const auto end = hn::And(differ, hn::Ne(here, none));
+    const auto begin = hn::And(differ, hn::Ne(next, none));
+    store_some(du, behind, end, rows.end + ends);
+    store_some(du, next, begin, rows.index + begins);
+    store_some(du, behind, begin, rows.begin + begins);
+    ends += static_cast<std::int64_t>(hn::CountTrue(du, end));
+    begins += static_cast<std::int64_t>(hn::CountTrue(du, begin));
+  }
+  if (nearest[until - 1] != ScanArgs::no_slot) rows.end[ends] = static_cast<std::uint32_t>(until);
+  return begins;
+}
+
+// Takes the rays from a run's ends that meet its face beyond the range. (Those within are
+// neighbours.)
+HWY_INLINE void trim(const ScanArgs& pass, const RunRows& rows, std::int64_t i) {
+  const auto beyond = [&](std::uint32_t j) HWY_ATTR {
+    const double facing =
+        std::fma(rows.level[i], pass.cos_elevation[j], rows.pole[i] * pass.sin_elevation[j]);
+    return !(rows.distance[i] / facing <= pass.range_m);
+  };
+  while (rows.begin[i] < rows.end[i] && beyond(rows.begin[i])) ++rows.begin[i];
+  while (rows.begin[i] < rows.end[i] && beyond(rows.end[i] - 1)) --rows.end[i];
+}
+
+HWY_INLINE std::int64_t without_empty(const RunRows& rows, std::int64_t from, std::int64_t until) {
+  std::int64_t to = from;
+  for (std::int64_t i = from; i < until; ++i) {
+    if (rows.begin[i] == rows.end[i]) continue;
+    rows.begin[to] = rows.begin[i], rows.end[to] = rows.end[i];
+    rows.index[to] = rows.index[i], rows.face[to] = rows.face[i];
+    rows.level[to] = rows.level[i], rows.pole[to] = rows.pole[i];
+    rows.distance[to++] = rows.distance[i];
+  }
+  return to;
+}
+
+std::int64_t list_runs_here(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                            std::int64_t until, const RunRows& rows, std::int64_t count) {
+  if (from >= until) return count;
+  const std::int64_t end = bound_runs(pass.nearest + plane * pass.stride, from, until, rows, count);
+  const float* nearness = pass.nearness + plane * pass.stride;
+  const auto surely_within = static_cast<float>((1.0 + 0x1p-9) / pass.range_m);
+  const V sine = hn::Set(d, pass.sin_azimuth[plane]), cosine = hn::Set(d, pass.cos_azimuth[plane]);
+  std::int64_t full = end;  // so many runs, at least, have rays
+  for (std::int64_t i = count; i < end; i += lanes) {
+    const std::int64_t some = end - i < lanes ? end - i : lanes;
+    // 32 bits are signed to Highway; so many slots there are not.
+    const auto within = hn::FirstN(half, static_cast<std::size_t>(some));
+    const auto slot = hn::IfThenElseZero(within, load(rows.index + i));
+    const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, slot));
+    const auto row = [&](std::int64_t k)
+                         HWY_ATTR { return hn::GatherIndex(d, pass.face_planes + k, at); };
+    const FacePlane face{{row(0), row(1), row(2)}, row(3)};
+    hn::StoreU(level_of(face, sine, cosine), d, rows.level + i);
+    hn::StoreU(face.normal.z, d, rows.pole + i);
+    hn::StoreU(face.distance, d, rows.distance + i);
+    const auto gather = [&](const std::uint32_t* table, hn::Vec<Half> index) HWY_ATTR {
+      return hn::GatherIndex(half, reinterpret_cast<const std::int32_t*>(table), index);
+    };
+    const auto store = [&](hn::Vec<Half> values, std::uint32_t* to) HWY_ATTR {
+      hn::StoreU(values, half, reinterpret_cast<std::int32_t*>(to));
+    };
+    const auto index = gather(pass.index, slot);
+    store(pass.numbers ? gather(pass.numbers, index) : index, rows.face + i);
+    const auto last = hn::Sub(load(rows.end + i), hn::Set(half, 1));
+    const auto near_at = [&](hn::Vec<Half> ray) HWY_ATTR {
+      return hn::GatherIndex(df, nearness, hn::IfThenElseZero(within, ray));
+    };
+    const auto least = hn::Min(near_at(load(rows.begin + i)), near_at(last));
+    store(index, rows.index + i);
+    const auto far = hn::And(hn::Lt(least, hn::Set(df, surely_within)), hn::RebindMask(df, within));
+    if (HWY_LIKELY(hn::AllFalse(df, far))) continue;
+    for (std::int64_t k = i; k < i + some; ++k) {
+      trim(pass, rows, k);
+      if (rows.begin[k] == rows.end[k] && k < full) full = k;
+    }
+  }
+  forget(pass, plane, from, until);
+  return without_empty(rows, full, end);
+}
+
+}  // namespace
+
+// What is exported must not be unnamed.
+std::int64_t finish_rays_on(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                            std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  return finish_rays_here(pass, plane, from, until, hits, doubtful);
+}
+void write_misses_on(Hit* hits, std::int64_t count) { write_misses_here(hits, count); }
+std::int64_t list_runs_on(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                          std::int64_t until, const RunRows& rows, std::int64_t count) {
+  return list_runs_here(pass, plane, from, until, rows, count);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace ensonify::engine
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace ensonify::engine {
+
+HWY_EXPORT(finish_rays_on);
+HWY_EXPORT(write_misses_on);
+HWY_EXPORT(list_runs_on);
+
+std::int64_t finish_rays(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                         std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  return HWY_DYNAMIC_DISPATCH(finish_rays_on)(pass, plane, from, until, hits, doubtful);
+}
+
+void write_misses(Hit* hits, std::int64_t count) {
+  HWY_DYNAMIC_DISPATCH(write_misses_on)(hits, count);
+}
+
+std::int64_t list_runs(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                       std::int64_t until, const RunRows& rows, std::int64_t count) {
+  return HWY_DYNAMIC_DISPATCH(list_runs_on)(pass, plane, from, until, rows, count);
+}
+
+}  // namespace ensonify::engine
+#endif

@@ -1,0 +1,631 @@
+// Compiled once for each of Highway's targets (vector_targets.h).
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_scan/scan_kernel.cpp"
+#include <ensonify/engine/simd/vector_targets.h>
+
+#include <hwy/foreach_target.h>
+
+#include <cmath>
+#include <limits>
+
+#include <hwy/highway.h>
+
+#include <ensonify/engine/trace/fan_frame-inl.h>
+#include <ensonify/engine/trace/fan_scan/scan_kernel.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace ensonify::engine {
+namespace HWY_NAMESPACE {
+namespace {
+
+using F = hn::ScalableTag<float>;
+
+constexpr std::int64_t block_faces = 16;
+static_assert(block_faces % lanes == 0);
+
+constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin itself
+constexpr double in_the_plane = 1e-30;   // metres from the origin
+// 1 / t in float is off by less than 2^-21 of the sum of its plane's three terms. Where that sum is
+// no more than so many times 1 / t, the error is less than 2^-14 of it; a face seen more on edge is
+// done in double.
+constexpr float largest_sum = 128.0f;
+constexpr float surely_nearer = 1.0f - 0x1p-12f, maybe_nearer = 1.0f + 0x1p-12f;
+constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
+
+// How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
+// which side of the plane a place is.
+HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
+  const V back = hn::Mul(sin_azimuth, y);
+#if HWY_TARGET == HWY_SCALAR
+  return fma(cos_azimuth, x, hn::Neg(back));
+#else
+  return hn::MulSub(cos_azimuth, x, back);
+#endif
+}
+HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
+  return fma(cos_azimuth, y, hn::Mul(sin_azimuth, x));
+}
+
+// A block may be met if it is within range, and for some plane on both of its sides and not behind.
+void find_blocks_here(ScanArgs& pass) {
+  const Frame frame = laid(pass.frame);
+  const V range2 = hn::Set(d, pass.range_m * pass.range_m);
+  const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
+  std::int64_t met = 0;
+  for (std::int64_t block = 0; block < pass.blocks; block += lanes) {
+    const float* box = pass.boxes + block;
+    const std::int64_t row = pass.boxes_in_row;
+    const V3 middle{promoted(box), promoted(box + row), promoted(box + 2 * row)};
+    const V3 half{promoted(box + 3 * row), promoted(box + 4 * row), promoted(box + 5 * row)};
+    const V3 from = middle - frame.origin;
+    const V3 away{hn::Abs(from.x), hn::Abs(from.y), hn::Abs(from.z)};
+    const V3 gap = away - half;
+    const V3 least{hn::Max(gap.x, zero), hn::Max(gap.y, zero), hn::Max(gap.z, zero)};
+    const M in_range = hn::Le(dot(least, least), hn::Mul(range2, wider));
+    if (hn::AllFalse(d, in_range)) continue;
+
+    const auto reach = [&](const V3& axis) HWY_ATTR {
+      return dot({hn::Abs(axis.x), hn::Abs(axis.y), hn::Abs(axis.z)}, half);
+    };
+    const V slack = hn::Mul(rounding, hn::Add(hn::Add(hn::Add(away.x, away.y), away.z),
+                                              hn::Add(hn::Add(half.x, half.y), half.z)));
+    const V x = dot(frame.array, from), y = dot(frame.middle, from);
+    const V reach_x = fma(reach(frame.array), wider, slack);
+    const V reach_y = fma(reach(frame.middle), wider, slack);
+    M meets = hn::Lt(zero, zero);
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+      const V off = hn::Abs(off_plane(sine, cosine, x, y));
+      const V off_reach = fma(hn::Abs(cosine), reach_x, hn::Mul(hn::Abs(sine), reach_y));
+      const V along = along_plane(sine, cosine, x, y);
+      const V along_reach = fma(hn::Abs(cosine), reach_y, hn::Mul(hn::Abs(sine), reach_x));
+      meets = hn::Or(meets, hn::And(hn::Le(off, off_reach), hn::Ge(along, hn::Neg(along_reach))));
+    }
+    alignas(8) std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::And(meets, in_range), bits);
+    for (std::int64_t i = 0; i < lanes && block + i < pass.blocks; ++i) {
+      pass.met_blocks[met] = static_cast<std::uint32_t>(block + i);
+      met += bits[0] >> i & 1;
+    }
+  }
+  pass.met = met;
+}
+
+// What is common to all rays that faces meet. With a, b, c a face's corners from the origin, N its
+// normal (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at t = (N.a) /
+// (N.d), and the point there weighs b by d.((c - a) x a) / (N.d), c by d.(a x (b - a)) / (N.d) and
+// a by the rest. All signs are turned so that N.a >= 0.
+HWY_INLINE void prepare_faces(const ScanArgs& pass, ScanBatch& batch, std::int64_t first_slot,
+                              std::int64_t place, const Corners& at) {
+  const V3 a = at.a, b = at.b, c = at.c;
+  const V3 ab = b - a, ac = c - a, bc = c - b;
+  const V zero = hn::Zero(d);
+  V3 normal = cross(ab, ac);
+  V distance = dot(normal, a);
+  const std::int64_t slot = first_slot + place;
+  if (!pass.hits_wanted) {
+    const V turn = hn::Set(d, pass.frame.handedness);
+    const FacePlane face = face_plane(turn * normal, hn::Mul(turn, distance));
+    hn::StoreInterleaved4(face.normal.x, face.normal.y, face.normal.z, face.distance, d,
+                          pass.face_planes + 4 * slot);
+  }
+  const V sign = hn::IfThenElse(hn::Lt(distance, zero), hn::Set(d, -1.0), hn::Set(d, 1.0));
+  normal = sign * normal;
+  distance = hn::Mul(sign, distance);
+  const V size = hn::Add(hn::Add(hn::Abs(normal.x), hn::Abs(normal.y)), hn::Abs(normal.z));
+  const M apart = hn::Gt(distance, hn::Mul(hn::Set(d, in_the_plane), size));
+  const V inverse =
+      hn::IfThenElse(apart, hn::Div(hn::Set(d, 1.0), hn::IfThenElse(apart, distance, size)), zero);
+  if (pass.hits_wanted) {
+    const V3 to_b = sign * cross(ac, a), to_c = sign * cross(a, ab);
+    const V3 to_a = normal - to_b - to_c;
+    // The source's corners are the face's, turned.
+    const V turn = promoted(&batch.rows[0] + 9 * batch_room + place);
+    const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
+    const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
+    const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
+    double* forms = pass.forms + 4 * slot;
+    const std::int64_t step = 4 * pass.slots;
+    hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
+    hn::StoreInterleaved4(u.y, v.y, normal.y, inverse, d, forms + step);
+    hn::StoreInterleaved4(u.z, v.z, normal.z, zero, d, forms + 2 * step);
+  }
+  hn::StoreU(hn::IfThenElse(apart, zero, hn::Set(d, 1.0)), d, &batch.sees_origin[0] + place);
+  batch.through_origin |= !hn::AllTrue(d, apart);
+  const V3 scaled = inverse * normal;
+  float* planes = &batch.planes[0] + place;
+  hn::StoreU(hn::DemoteTo(df, scaled.x), df, planes);
+  hn::StoreU(hn::DemoteTo(df, scaled.y), df, planes + batch_room);
+  hn::StoreU(hn::DemoteTo(df, scaled.z), df, planes + 2 * batch_room);
+  double* precise = &batch.precise_planes[0] + place;
+  hn::StoreU(scaled.x, d, precise);
+  hn::StoreU(scaled.y, d, precise + batch_room);
+  hn::StoreU(scaled.z, d, precise + 2 * batch_room);
+
+  // No point of the face is farther than its farthest corner, nor nearer than that less the longest
+  // edge.
+  const auto one = hn::Set(df, 1.0f);
+  const auto far = hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(a, a), hn::Max(dot(b, b), dot(c, c)))));
+  const auto longest =
+      hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(ab, ab), hn::Max(dot(ac, ac), dot(bc, bc)))));
+  const auto outer = hn::Mul(far, hn::Set(df, 1.0f + 0x1p-20f));
+  const auto inner = hn::Sub(hn::Mul(far, hn::Set(df, 1.0f - 0x1p-20f)),
+                             hn::Mul(longest, hn::Set(df, 1.0f + 0x1p-20f)));
+  const auto apart_from = hn::Gt(inner, hn::Set(df, 1.0f / nearest_of_all));
+  const auto least = hn::Div(one, outer);
+  const auto sum =
+      hn::DemoteTo(df, hn::Add(hn::Add(hn::Abs(scaled.x), hn::Abs(scaled.y)), hn::Abs(scaled.z)));
+  const auto on_edge = hn::Gt(sum, hn::Mul(least, hn::Set(df, largest_sum)));
+  hn::StoreU(hn::IfThenElse(on_edge, hn::Neg(least), least), df, planes + 3 * batch_room);
+  hn::StoreU(hn::IfThenElse(apart_from, hn::Div(one, hn::IfThenElse(apart_from, inner, one)),
+                            hn::Set(df, nearest_of_all)),
+             df, planes + 4 * batch_room);
+}
+
+// A place where an edge crosses a plane: along the plane and along the pole, times a positive
+// number. The edge's ends may come in either order.
+struct Crossing {
+  V x, y;
+};
+struct InPlane {
+  V off, x, y;
+};
+HWY_INLINE InPlane choose(M mask, const InPlane& yes, const InPlane& no) {
+  return {hn::IfThenElse(mask, yes.off, no.off), hn::IfThenElse(mask, yes.x, no.x),
+          hn::IfThenElse(mask, yes.y, no.y)};
+}
+HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
+  const V weight_p = hn::Abs(q.off), weight_q = hn::Abs(p.off);
+  return {hn::Add(hn::Mul(weight_p, p.x), hn::Mul(weight_q, q.x)),
+          hn::Add(hn::Mul(weight_p, p.y), hn::Mul(weight_q, q.y))};
+}
+
+// The rows of a batch's list of one plane.
+HWY_INLINE double* crossings_of(const ScanBatch& batch, std::int64_t plane) {
+  return batch.crossings + plane * ScanBatch::list_rows * ScanBatch::list_room;
+}
+
+// Adds those faces of a block to the batch that may cross a plane of the fan, told in float: in
+// front of the pole a face sees as much of the azimuth as its corners do, x / y being the tangent.
+//
+// Places from the origin err by 2^-24 of the origin's coordinates and a few times as much of their
+// own, so x and y by less than e = 2^-21 of both; where y is more than 2 e, x / y by less than 2 e
+// (1 + |x / y|) / y. Twice that is allowed, for the rounding of all this.
+HWY_INLINE void add_block(const ScanArgs& pass, ScanBatch& batch, std::uint32_t block,
+                          std::uint32_t* index) {
+  constexpr F f;
+  constexpr hn::RebindToUnsigned<F> u;
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(f));
+  static_assert(block_faces % width == 0);
+  using VF = hn::Vec<F>;
+  const auto set = [&](double value) HWY_ATTR { return hn::Set(f, static_cast<float>(value)); };
+  const double* o = &pass.frame.origin[0];
+  const double* axes = &pass.frame.axes[0];
+  const float origin_size = static_cast<float>(std::fabs(o[0]) + std::fabs(o[1]) + std::fabs(o[2]));
+  const float* rows = pass.block_rows + std::int64_t{block} * 10 * block_faces;
+  for (std::int64_t i = 0; i < block_faces; i += width, rows += width) {
+    VF min_y = set(0.0), least = min_y, greatest = min_y, size = min_y;
+    const auto see = [&](std::int64_t corner) HWY_ATTR {
+      const auto from = [&](std::int64_t axis) HWY_ATTR {
+        return hn::Sub(hn::LoadU(f, rows + (3 * corner + axis) * block_faces), set(o[axis]));
+      };
+      const VF p = from(0), q = from(1), r = from(2);
+      const auto along = [&](const double* axis) HWY_ATTR {
+        return fma(f, set(axis[0]), p, fma(f, set(axis[1]), q, hn::Mul(set(axis[2]), r)));
+      };
+      const VF x = along(axes), y = along(axes + 3), tangent = hn::Div(x, y);
+      const VF far = hn::Add(hn::Add(hn::Abs(p), hn::Abs(q)), hn::Abs(r));
+      min_y = corner == 0 ? y : hn::Min(min_y, y);
+      least = corner == 0 ? tangent : hn::Min(least, tangent);
+      greatest = corner == 0 ? tangent : hn::Max(greatest, tangent);
+      size = corner == 0 ? far : hn::Max(size, far);
+    };
+    see(0), see(1), see(2);
+    const VF error = hn::Mul(hn::Add(size, hn::Set(f, origin_size)), set(0x1p-21));
+    const auto in_front = hn::Gt(min_y, hn::Add(error, error));
+    const VF steepest = hn::Max(hn::Abs(least), hn::Abs(greatest));
+    const VF slack = hn::Mul(hn::Div(hn::Mul(error, set(4.0)), min_y), hn::Add(steepest, set(1.0)));
+    const VF from = hn::Sub(least, slack), until = hn::Add(greatest, slack);
+    auto may_cross = hn::Not(in_front);
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      const VF tangent = hn::Set(f, pass.tan_azimuth[k]);
+      may_cross = hn::Or(may_cross, hn::And(hn::Ge(tangent, from), hn::Le(tangent, until)));
+    }
+    if (hn::AllFalse(f, may_cross)) continue;
+    float* to = &batch.rows[0] + batch.count;
+    const auto keep = [&](std::int64_t row, VF values)
+                          HWY_ATTR { store_some(f, values, may_cross, to + row * batch_room); };
+    for (std::int64_t row = 0; row < 10; ++row) keep(row, hn::LoadU(f, rows + row * block_faces));
+    keep(ScanBatch::min_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
+    keep(ScanBatch::greatest_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
+    const auto number =
+        hn::Add(hn::Iota(u, 0),
+                hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i)));
+    store_some(u, number, hn::RebindMask(u, may_cross), index + batch.count);
+    batch.count += static_cast<std::int64_t>(hn::CountTrue(f, may_cross));
+  }
+}
+
+// Brings faces of the batch from a place on into the fan's frame and lists which planes they cross,
+// and where.
+HWY_INLINE void cross_faces(const ScanArgs& pass, const Frame& frame, ScanBatch& batch,
+                            std::int64_t first_slot, std::int64_t place) {
+  const V zero = hn::Zero(d);
+  const auto corner = [&](std::int64_t k) HWY_ATTR {
+    const float* at = &batch.rows[0] + 3 * k * batch_room + place;
+    return into(frame, {promoted(at), promoted(at + batch_room), promoted(at + 2 * batch_room)});
+  };
+  const Corners at{corner(0), corner(1), corner(2)};
+  const V3 a = at.a, b = at.b, c = at.c;
+  prepare_faces(pass, batch, first_slot, place, at);
+  const M within = hn::FirstN(d, static_cast<std::size_t>(batch.count - place));
+  const V places = hn::BitCast(d, hn::Add(hn::Iota(di, 0), hn::Set(di, place)));
+  const auto tangents = [&](std::int64_t row) HWY_ATTR {
+    return promoted(&batch.rows[0] + row * batch_room + place);
+  };
+  const V none = hn::Set(d, std::numeric_limits<double>::infinity());
+  const double least = hn::GetLane(
+      hn::MinOfLanes(d, hn::IfThenElse(within, tangents(ScanBatch::min_tangent), none)));
+  const double greatest = hn::GetLane(hn::MaxOfLanes(
+      d, hn::IfThenElse(within, tangents(ScanBatch::greatest_tangent), hn::Neg(none))));
+  for (std::int64_t k = 0; k < pass.planes; ++k) {
+    if (pass.tan_azimuth[k] < least || pass.tan_azimuth[k] > greatest) continue;
+    const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+    const V off_a = off_plane(sine, cosine, a.x, a.y), off_b = off_plane(sine, cosine, b.x, b.y),
+            off_c = off_plane(sine, cosine, c.x, c.y);
+    const M side_a = hn::Ge(off_a, zero), side_b = hn::Ge(off_b, zero),
+            side_c = hn::Ge(off_c, zero);
+    const M a_from_b = hn::Xor(side_a, side_b), a_from_c = hn::Xor(side_a, side_c);
+    const M crosses = hn::And(hn::Or(a_from_b, a_from_c), within);
+    if (hn::AllFalse(d, crosses)) continue;
+    const InPlane in_a{off_a, along_plane(sine, cosine, a.x, a.y), a.z},
+        in_b{off_b, along_plane(sine, cosine, b.x, b.y), b.z},
+        in_c{off_c, along_plane(sine, cosine, c.x, c.y), c.z};
+    const M lone_b = hn::Not(a_from_c), lone_c = hn::Not(a_from_b);
+    const InPlane lone = choose(lone_b, in_b, choose(lone_c, in_c, in_a));
+    const Crossing p = between(lone, choose(lone_b, in_a, in_b));
+    const Crossing q = between(lone, choose(lone_c, in_a, in_c));
+    std::int64_t& count = batch.counts[k];
+    double* const list = crossings_of(batch, k) + count;
+    const auto note = [&](std::int64_t row, V values) HWY_ATTR {
+      store_some(d, values, crosses, list + row * ScanBatch::list_room);
+    };
+    note(0, p.x), note(1, p.y), note(2, q.x), note(3, q.y), note(4, places);
+    count += static_cast<std::int64_t>(hn::CountTrue(d, crosses));
+  }
+}
+
+// A crossing's place among the elevations (fan_tables.h), if it is in front.
+HWY_INLINE V order_of(M in_front, const Crossing& at) {
+  const V across = hn::IfThenElse(in_front, hn::Add(at.x, hn::Abs(at.y)), hn::Set(d, 1.0));
+  return hn::Div(hn::IfThenElseZero(in_front, at.y), across);
+}
+
+// How many of the plane's rays are below a crossing: a function of the crossing alone, so that
+// faces that share it share the answer. First a guess: one ray decides whether it or one more is
+// right, but where it says that it may be far off.
+struct Guess {
+  hn::Vec<I> below;
+  M far_off;
+};
+HWY_INLINE Guess guess_below(const ScanArgs& pass, V order) {
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
+  const V stepped = hn::Max(
+      hn::Mul(hn::Sub(order, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q)), zero);
+  const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, pass.steps - 1.0)));
+  const V fraction = hn::Min(hn::Sub(stepped, hn::ConvertTo(d, step)), one);
+  constexpr hn::RebindToUnsigned<D> du;
+  constexpr hn::RebindToUnsigned<HalfF> half;
+  const auto line = hn::GatherIndex(du, pass.lines, step);
+  const auto number = [&](hn::Vec<decltype(du)> bits) HWY_ATTR {
+    return hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(half, bits)));
+  };
+  const V below = number(line), rise = number(hn::ShiftRight<32>(line));
+  return {hn::ConvertTo(di, fma(fraction, rise, hn::Abs(below))), hn::Lt(below, zero)};
+}
+HWY_INLINE void find_below(const ScanArgs& pass, V p_order, V q_order, hn::Vec<I>& p,
+                           hn::Vec<I>& q) {
+  const Guess p_guess = guess_below(pass, p_order), q_guess = guess_below(pass, q_order);
+  p = p_guess.below, q = q_guess.below;
+  // A mask's lanes are -1 as integers.
+  const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
+  if (HWY_LIKELY(hn::AllFalse(d, hn::Or(p_guess.far_off, q_guess.far_off)))) {
+    p = hn::Sub(p, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order)));
+    q = hn::Sub(q, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order)));
+    return;
+  }
+  for (;;) {
+    const M p_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, p), p_order);
+    const M q_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, q), q_order);
+    const M p_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order);
+    const M q_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order);
+    if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
+    p = hn::Add(p, hn::Sub(number(p_fewer), number(p_more)));
+    q = hn::Add(q, hn::Sub(number(q_fewer), number(q_more)));
+  }
+}
+
+// What a face lays over a plane's rays: 1 / t = x cos(elevation) + y sin(elevation), within bounds.
+struct Claim {
+  float x, y, least, greatest;
+  std::uint32_t slot;
+  const double* on_edge;  // its normal over distance in double where float will not do; else null
+};
+
+// 1 / t of a face's plane on a ray in double, from the face's corners. One computation for all who
+// ask, for hits as for runs.
+HWY_INLINE double precise_nearness(const ScanArgs& pass, std::uint32_t slot, std::int64_t plane,
+                                   std::int64_t ray) {
+  const std::int64_t index = pass.index[slot];
+  const float* rows =
+      pass.block_rows + index / block_faces * 10 * block_faces + index % block_faces;
+  const double *o = &pass.frame.origin[0], *axes = &pass.frame.axes[0];
+  double corners[3][3];
+  for (std::int64_t k = 0; k < 3; ++k) {
+    double from[3];
+    for (std::int64_t i = 0; i < 3; ++i) from[i] = double{rows[(3 * k + i) * block_faces]} - o[i];
+    for (std::int64_t i = 0; i < 3; ++i)
+      corners[k][i] = axes[3 * i] * from[0] + axes[3 * i + 1] * from[1] + axes[3 * i + 2] * from[2];
+  }
+  const auto &a = corners[0], &b = corners[1], &c = corners[2];
+  double normal[3], distance = 0.0, size = 0.0, far2 = 0.0, longest2 = 0.0;
+  for (std::int64_t i = 0; i < 3; ++i) {
+    const std::int64_t j = (i + 1) % 3, k = (i + 2) % 3;
+    normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
+    distance += normal[i] * a[i];
+    size += std::fabs(normal[i]);
+  }
+  if (!(std::fabs(distance) > in_the_plane * size)) return nearest_of_all;
+  for (std::int64_t k = 0; k < 3; ++k) {
+    double corner2 = 0.0, edge2 = 0.0;
+    for (std::int64_t i = 0; i < 3; ++i) {
+      const double edge = corners[(k + 1) % 3][i] - corners[k][i];
+      corner2 += corners[k][i] * corners[k][i];
+      edge2 += edge * edge;
+    }
+    far2 = far2 > corner2 ? far2 : corner2;
+    longest2 = longest2 > edge2 ? longest2 : edge2;
+  }
+  const double level = normal[0] * pass.sin_azimuth[plane] + normal[1] * pass.cos_azimuth[plane];
+  const double facing = level * pass.cos_elevation[ray] + normal[2] * pass.sin_elevation[ray];
+  const double far = std::sqrt(far2), near = far - std::sqrt(longest2);
+  const double within = facing / distance > 1.0 / far ? facing / distance : 1.0 / far;
+  return near > 0.0 && within > 1.0 / near ? 1.0 / near : within;
+}
+
+// Whether a face is nearer on a ray than another, where float does not tell. At one distance the
+// face with the lowest number is, and of several with that number the first.
+HWY_NOINLINE bool nearer(const ScanArgs& pass, std::uint32_t slot, std::uint32_t than,
+                         std::int64_t plane, std::int64_t ray) {
+  const double one = precise_nearness(pass, slot, plane, ray);
+  const double other = precise_nearness(pass, than, plane, ray);
+  if (one != other) return one > other;
+  const std::uint32_t i = pass.index[slot], j = pass.index[than];
+  if (!pass.numbers || pass.numbers[i] == pass.numbers[j]) return i < j;
+  return pass.numbers[i] < pass.numbers[j];
+}
+
+// The face takes those of rays [from, until) of a plane to which it is nearer than all before it.
+template <bool on_edge>
+HWY_INLINE void claim_row(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                          std::int64_t until, const Claim& face) {
+  constexpr F f;
+  constexpr hn::RebindToUnsigned<F> u;
+  constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(f));
+  float* nearness = pass.nearness + plane * pass.stride;
+  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  const auto x = hn::Set(f, face.x), y = hn::Set(f, face.y);
+  const auto least = hn::Set(f, face.least), greatest = hn::Set(f, face.greatest);
+  const auto slot = hn::Set(u, face.slot);
+  for (std::int64_t j = from; j < until; j += width) {
+    const auto plain = [&]() HWY_ATTR {
+      if constexpr (on_edge) {
+        const double level = face.on_edge[0] * pass.sin_azimuth[plane] +
+                             face.on_edge[batch_room] * pass.cos_azimuth[plane];
+        const double pole = face.on_edge[2 * batch_room];
+        float in_double[width] = {};
+        for (std::int64_t i = 0; i < width && j + i < until; ++i)
+          in_double[i] = static_cast<float>(level * pass.cos_elevation[j + i] +
+                                            pole * pass.sin_elevation[j + i]);
+        return hn::LoadU(f, in_double);
+      } else {
+        const auto cosine = hn::LoadU(f, pass.cos_elevation_rounded + j);
+        const auto sine = hn::LoadU(f, pass.sin_elevation_rounded + j);
+        return fma(f, x, cosine, hn::Mul(y, sine));
+      }
+    }();
+    // What was there before comes late, from the last face's store: all else is done on the new
+    // values.
+    const auto within = hn::FirstN(f, static_cast<std::size_t>(until - j));
+    const auto w = hn::IfThenElseZero(within, hn::Min(hn::Max(plain, least), greatest));
+    const auto surely = hn::Mul(w, hn::Set(f, surely_nearer));
+    const auto perhaps = hn::Mul(w, hn::Set(f, maybe_nearer));
+    const auto old = hn::LoadU(f, nearness + j);
+    auto wins = hn::Gt(surely, old);
+    const auto unsure = hn::AndNot(wins, hn::Gt(perhaps, old));
+    if (HWY_UNLIKELY(!hn::AllFalse(f, unsure))) {
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(f, unsure, bits);
+      for (std::int64_t i = 0; i < width; ++i)
+        if ((bits[i / 8] >> i % 8 & 1) && !nearer(pass, face.slot, nearest[j + i], plane, j + i))
+          bits[i / 8] &= static_cast<std::uint8_t>(~(1 << i % 8));
+      wins = hn::Or(wins, hn::LoadMaskBits(f, bits));
+    }
+    hn::StoreU(hn::IfThenElse(wins, w, old), f, nearness + j);
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(u, wins), slot, hn::LoadU(u, nearest + j)), u,
+               nearest + j);
+  }
+}
+
+HWY_NOINLINE void claim_rays_on_edge(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                                     std::int64_t until, const Claim& face) {
+  const std::int64_t first = pass.left_out_from[plane], last = pass.left_out_until[plane];
+  if (from < first) claim_row<true>(pass, plane, from, until < first ? until : first, face);
+  if (until > last) claim_row<true>(pass, plane, from > last ? from : last, until, face);
+}
+
+// The same, but for rays outside the beam.
+HWY_INLINE void claim_rays(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+                           std::int64_t until, const Claim& face) {
+  const std::int64_t first = pass.left_out_from[plane], last = pass.left_out_until[plane];
+  if (HWY_UNLIKELY(face.on_edge != nullptr))
+    return claim_rays_on_edge(pass, plane, from, until, face);
+  if (from < first) claim_row<false>(pass, plane, from, until < first ? until : first, face);
+  if (until > last) claim_row<false>(pass, plane, from > last ? from : last, until, face);
+}
+
+// A face that goes through the origin meets all of a plane's rays there, but those that lie in it.
+HWY_INLINE void claim_at_origin(const ScanArgs& pass, std::int64_t plane, double own, Claim face) {
+  face.least = face.greatest = nearest_of_all;
+  const double* order = pass.ascending + 1;
+  std::int64_t below = 0;
+  while (below < pass.elevations && order[below] < own) ++below;
+  std::int64_t above = below;
+  while (above < pass.elevations && order[above] == own) ++above;
+  claim_rays(pass, plane, 0, below, face);
+  claim_rays(pass, plane, above, pass.elevations, face);
+}
+
+// What a face of the batch lays over a plane's rays.
+HWY_INLINE Claim claim_of(const ScanArgs& pass, const ScanBatch& batch, std::int64_t plane,
+                          std::int64_t place, std::int64_t first_slot) {
+  const float* face = &batch.planes[0] + place;
+  const float sine = static_cast<float>(pass.sin_azimuth[plane]);
+  const float cosine = static_cast<float>(pass.cos_azimuth[plane]);
+  const float least = face[3 * batch_room];
+  return {std::fma(face[0], sine, face[batch_room] * cosine),
+          face[2 * batch_room],
+          std::fabs(least),
+          face[4 * batch_room],
+          static_cast<std::uint32_t>(first_slot + place),
+          least < 0.0f ? &batch.precise_planes[0] + place : nullptr};
+}
+
+// Turns a plane's list of crossings into one of the rays between them: in its first row the first
+// ray, and in the upper half the one behind the last; in its second the face. Those without rays
+// drop out.
+HWY_INLINE void find_intervals(const ScanArgs& pass, ScanBatch& batch, std::int64_t plane,
+                               std::int64_t first_slot) {
+  const V zero = hn::Zero(d);
+  const auto all = hn::Set(di, pass.elevations);
+  const std::int64_t count = batch.counts[plane];
+  double* const rows = crossings_of(batch, plane);
+  constexpr std::int64_t room = ScanBatch::list_room;
+  for (std::int64_t row = 0; row < ScanBatch::list_rows; ++row)  // fills the last vector
+    hn::StoreU(hn::Set(d, rows[row * room]), d, rows + row * room + count);
+  std::int64_t intervals = 0;
+  for (std::int64_t first = 0; first < count; first += lanes) {
+    const double* at = rows + first;
+    const Crossing p{hn::LoadU(d, at), hn::LoadU(d, at + room)};
+    const Crossing q{hn::LoadU(d, at + 2 * room), hn::LoadU(d, at + 3 * room)};
+    const V places = hn::LoadU(d, at + 4 * room);
+
+    // Behind the pole there are no rays. A face that goes there passes over all rays above the
+    // crossing in front, or over all below it.
+    const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
+    const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
+    hn::Vec<I> p_rays, q_rays;
+    find_below(pass, p_order, q_order, p_rays, q_rays);
+    if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p_front, q_front)))) {
+      const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
+      const auto p_end =
+          hn::IfThenElseZero(hn::RebindMask(di, hn::And(q_front, hn::Lt(turn, zero))), all);
+      const auto q_end =
+          hn::IfThenElseZero(hn::RebindMask(di, hn::And(p_front, hn::Gt(turn, zero))), all);
+      p_rays = hn::IfThenElse(hn::RebindMask(di, p_front), p_rays, p_end);
+      q_rays = hn::IfThenElse(hn::RebindMask(di, q_front), q_rays, q_end);
+    }
+    const auto from = hn::Min(p_rays, q_rays), until = hn::Max(p_rays, q_rays);
+    M some = hn::And(hn::RebindMask(d, hn::Lt(from, until)),
+                     hn::FirstN(d, static_cast<std::size_t>(count - first)));
+
+    if (HWY_UNLIKELY(batch.through_origin)) {
+      const V size =
+          hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
+      const V sees = hn::GatherIndex(d, &batch.sees_origin[0], hn::BitCast(di, places));
+      const M at_origin =
+          hn::And(hn::Gt(sees, zero),
+                  hn::And(hn::Le(fma(p.x, q.x, hn::Mul(p.y, q.y)), zero), hn::Gt(size, zero)));
+      const M take_p = hn::Ne(p.x, zero);
+      const V x = hn::IfThenElse(take_p, p.x, q.x), y = hn::IfThenElse(take_p, p.y, q.y);
+      const M behind = hn::Lt(x, zero), along_pole = hn::Eq(x, zero);
+      const V order =
+          order_of(hn::Not(along_pole), {hn::Abs(x), hn::IfThenElse(behind, hn::Neg(y), y)});
+      alignas(64) double own[lanes];
+      alignas(64) std::int64_t place[lanes];
+      std::uint8_t through[8] = {};
+      hn::Store(hn::IfThenElse(along_pole, hn::Set(d, 3.0), order), d, own);
+      hn::Store(hn::BitCast(di, places), di, place);
+      hn::StoreMaskBits(d, at_origin, through);
+      for (std::int64_t i = 0; i < lanes && first + i < count; ++i)
+        if (through[0] >> i & 1)
+          claim_at_origin(pass, plane, own[i], claim_of(pass, batch, plane, place[i], first_slot));
+      some = hn::AndNot(at_origin, some);
+    }
+    const V interval = hn::BitCast(d, hn::Or(from, hn::ShiftLeft<32>(until)));
+    store_some(d, interval, some, rows + intervals);
+    store_some(d, places, some, rows + room + intervals);
+    intervals += static_cast<std::int64_t>(hn::CountTrue(d, some));
+  }
+  batch.counts[plane] = intervals;
+}
+
+// Plane after plane by turns: a row's next face comes when what the last wrote there can be read
+// again.
+HWY_INLINE void claim_intervals(const ScanArgs& pass, ScanBatch& batch, std::int64_t first_slot) {
+  for (std::int64_t i = 0, left = 1; left > 0; ++i) {
+    left = 0;
+    for (std::int64_t k = 0; k < pass.planes; ++k) {
+      if (i >= batch.counts[k]) continue;
+      left += batch.counts[k] - i - 1;
+      const double* at = crossings_of(batch, k) + i;
+      const auto interval = __builtin_bit_cast(std::int64_t, at[0]);
+      const auto place = __builtin_bit_cast(std::int64_t, at[ScanBatch::list_room]);
+      claim_rays(pass, k, interval & 0xffffffff, interval >> 32,
+                 claim_of(pass, batch, k, place, first_slot));
+    }
+  }
+}
+
+void scan_faces_here(const ScanArgs& pass, ScanBatch& batch) {
+  const Frame frame = laid(pass.frame);
+  std::int64_t slots = 0;
+  for (std::int64_t met = 0; met < pass.met;) {
+    batch.count = 0;
+    for (; met < pass.met && batch.count <= batch_faces - block_faces; ++met)
+      add_block(pass, batch, pass.met_blocks[met], pass.index + slots);
+    for (std::int64_t k = 0; k < pass.planes; ++k) batch.counts[k] = 0;
+    batch.through_origin = false;
+    for (std::int64_t place = 0; place < batch.count; place += lanes)
+      cross_faces(pass, frame, batch, slots, place);
+    for (std::int64_t k = 0; k < pass.planes; ++k)
+      if (batch.counts[k] > 0) find_intervals(pass, batch, k, slots);
+    claim_intervals(pass, batch, slots);
+    slots += batch.count;
+  }
+}
+
+}  // namespace
+
+// What is exported must not be unnamed.
+void find_blocks_on(ScanArgs& pass) { find_blocks_here(pass); }
+void scan_faces_on(const ScanArgs& pass, ScanBatch& batch) { scan_faces_here(pass, batch); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace ensonify::engine
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace ensonify::engine {
+
+HWY_EXPORT(find_blocks_on);
+HWY_EXPORT(scan_faces_on);
+
+void find_blocks(ScanArgs& pass) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(pass); }
+void scan_faces(const ScanArgs& pass, ScanBatch& batch) {
+  HWY_DYNAMIC_DISPATCH(scan_faces_on)(pass, batch);
+}
+
+}  // namespace ensonify::engine
+#endif

@@ -1,0 +1,370 @@
+#include <ensonify/engine/trace/refraction/straightened_space.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/fan_scan/fan_scan.h>
+#include <ensonify/engine/trace/refraction/refracted_path.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using scatter::SoundSpeedLayer;
+using scatter::SoundSpeedProfile;
+
+constexpr double longest_edge_m = 2.0;  // in the picture
+constexpr double clearance_m = 0.1;     // of all faces below the sonar
+constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr double min_spreading = 0.01;  // of the path squared, as SoundRay has it at caustics
+
+/// The fastest speed at depths from one to another.
+double fastest_mps(const SoundSpeedProfile& profile, double from_m, double to_m) {
+  double fastest = std::max(profile.speed_mps(from_m), profile.speed_mps(to_m));
+  for (const SoundSpeedLayer& layer : profile.layers())
+    if (layer.top_m > from_m && layer.top_m < to_m) fastest = std::max(fastest, layer.top_mps);
+  return fastest;
+}
+
+/// A fan's beam as a wedge about its broadside plane, for boxes: tighter for flat ones than for the
+/// balls around them.
+struct Wedge {
+  Vector3f apex, axis, abs_axis;
+  float sine, range_m, margin_m;
+  explicit Wedge(const refine::FanVolume& volume)
+      : apex(volume.apex.cast<float>()),
+        axis(volume.array_axis.cast<float>()),
+        abs_axis(axis.cwiseAbs()),
+        sine(static_cast<float>(std::sin(volume.truncation_rad)) + 1e-5f),
+        range_m(static_cast<float>(volume.range_m)),
+        margin_m(static_cast<float>(volume.margin_m) + 1e-2f) {}
+  bool touches(const Vector3f& middle, const Vector3f& half) const {
+    const Vector3f away = middle - apex;
+    const float distance = away.norm(), radius = half.norm();
+    return distance <= range_m + radius + margin_m &&
+           std::abs(axis.dot(away)) <= abs_axis.dot(half) + sine * (distance + radius) + margin_m;
+  }
+};
+
+}  // namespace
+
+StraightenedSpace::StraightenedSpace(const SoundSpeedProfile& profile, double shallowest_m,
+                                     double deepest_m, double reference_mps, double tolerance_m)
+    : profile_(&profile),
+      shallowest_m_(shallowest_m),
+      deepest_m_(deepest_m),
+      reference_mps_(reference_mps),
+      tolerance_m_(tolerance_m),
+      ways_(profile, shallowest_m, deepest_m),
+      scan_(make_fan_scan({})) {}
+
+void StraightenedSpace::group() {
+  const auto take = [](auto& groups, const Vector3f& low, const Vector3f& high) {
+    groups.push_back({0.5f * (low + high), 0.5f * (high - low) * 1.0001f});
+  };
+  groups_.clear();
+  larger_.clear();
+  const Vector3f far = Vector3f::Constant(std::numeric_limits<float>::infinity());
+  Vector3f all_low = far, all_high = -far;
+  for (std::size_t first = 0; first < triangles_.faces.size(); first += group_faces) {
+    Vector3f low = far, high = -far;
+    const std::size_t end = std::min(first + group_faces, triangles_.faces.size());
+    for (std::size_t face = first; face < end; ++face)
+      for (const std::uint32_t corner : triangles_.faces[face]) {
+        low = low.cwiseMin(triangles_.positions[corner]);
+        high = high.cwiseMax(triangles_.positions[corner]);
+      }
+    take(groups_, low, high);
+    all_low = all_low.cwiseMin(low);
+    all_high = all_high.cwiseMax(high);
+    if (groups_.size() % groups_together == 0 || end == triangles_.faces.size()) {
+      take(larger_, all_low, all_high);
+      all_low = far, all_high = -far;
+    }
+  }
+}
+
+/// Which faces the fan can touch, and some more.
+void StraightenedSpace::gather() {
+  places_.clear();
+  const refine::FanVolume volume = view_volume(*fan_);
+  const Wedge wedge(volume);
+  view_.look_at({&volume, 1});
+  const auto touches = [&](const Group& group) {
+    return wedge.touches(group.middle, group.half) &&
+           view_.touches({group.middle, group.half.norm()});
+  };
+  for (std::size_t i = 0; i < larger_.size(); ++i) {
+    if (!touches(larger_[i])) continue;
+    const std::size_t end = std::min((i + 1) * groups_together, groups_.size());
+    for (std::size_t k = i * groups_together; k < end; ++k) {
+      if (!touches(groups_[k])) continue;
+      const std::size_t last = std::min((k + 1) * group_faces, triangles_.faces.size());
+      for (std::size_t face = k * group_faces; face < last; ++face) {
+        const auto& [a, b, c] = triangles_.faces[face];
+        const Vector3f &p = triangles_.positions[a], &q = triangles_.positions[b],
+                       &r = triangles_.positions[c];
+        const Vector3f low = p.cwiseMin(q).cwiseMin(r), high = p.cwiseMax(q).cwiseMax(r);
+        if (wedge.touches(0.5f * (low + high), 0.5001f * (high - low)))
+          places_.push_back(static_cast<std::uint32_t>(face));
+      }
+    }
+  }
+}
+
+/// Puts a point into the picture. What its ray is does not depend on what was asked before.
+std::uint32_t StraightenedSpace::see(const Vector3d& point) {
+  const Vector2d out = (point - fan_->origin).head<2>();
+  const double range_m = out.norm(), below_m = fan_->origin.z() - point.z();
+  points_.push_back(point);
+  Seen& seen = seen_.emplace_back();
+  Vector3f& to = mesh_.positions.emplace_back(Vector3f::Zero());
+  scatter::DirectRays::Eigenray way;
+  stands_high_ = stands_high_ || !(below_m > clearance_m);
+  if (!stands_high_ && ways_.find(range_m, -point.z(), way)) {
+    const double sine = 1.0 / std::sqrt(1.0 + way.cotangent * way.cotangent);
+    const double t = reference_mps_ * way.time_s;
+    const double level = range_m > 0.0 ? t * way.cotangent * sine / range_m : 0.0;
+    to = Vector3d(level * out.x(), level * out.y(), -t * sine).cast<float>();
+    const double along = way.cotangent * sine * way.sound_speed_mps / source_mps_;  // Snell
+    const double spread_m =
+        way.range_per_cotangent_m / (sine * sine) * std::sqrt(1.0 - along * along);
+    seen = {way.cotangent, way.sound_speed_mps, t / spread_m};
+  }
+  return static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+/// A vertex's number in the picture.
+std::uint32_t StraightenedSpace::vertex_of(std::uint32_t vertex) {
+  const std::size_t mask = slots_.size() - 1;
+  const int shift = 32 - std::countr_zero(slots_.size());
+  for (std::size_t slot = (vertex * 2654435769u) >> shift;; slot = (slot + 1) & mask) {
+    auto& [number, place] = slots_[slot];
+    if (number == vertex) return place;
+    if (number != none) continue;
+    number = vertex;
+    return place = see(triangles_.positions[vertex].cast<double>());
+  }
+}
+
+/// How far the middle of an edge lies from its chord's in the picture: between two points whose
+/// scales differ by ds, ds / 8 of the length of a smooth one.
+double StraightenedSpace::bow_m(const Seen& a, const Seen& b, double length_m) const {
+  if (length_m > longest_edge_m) return inf;
+  if (a.cotangent == inf || b.cotangent == inf) return 0.0;
+  return 0.125 * length_m *
+         (std::abs(a.scale - b.scale) + reference_mps_ * std::abs(1.0 / a.mps - 1.0 / b.mps));
+}
+
+/// Puts a face into the picture, cut along its edges until all are straight enough: faces that
+/// share an edge cut it in the same places.
+void StraightenedSpace::lay(const refine::Face& whole, std::uint32_t place) {
+  open_.assign(1, whole);
+  while (!open_.empty()) {
+    const refine::Face face = open_.back();
+    open_.pop_back();
+    std::size_t longest = 0;
+    double longest_m = 0.0, most = 0.0, least = inf;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = face[k], to = face[(k + 1) % 3];
+      const double length_m = (points_[to] - points_[from]).norm();
+      const double edge_bow_m = bow_m(seen_[from], seen_[to], length_m);
+      if (length_m > longest_m && edge_bow_m > tolerance_m_) {
+        longest_m = length_m;
+        longest = k;
+      }
+      most = std::max(most, seen_[from].cotangent);
+      least = std::min(least, seen_[from].cotangent);
+    }
+    if (longest_m > 0.0) {
+      const std::uint32_t a = face[longest], b = face[(longest + 1) % 3],
+                          c = face[(longest + 2) % 3];
+      const std::uint32_t middle = see(0.5 * (points_[a] + points_[b]));
+      open_.push_back({a, middle, c});
+      open_.push_back({middle, b, c});
+    } else if (most ==
+               inf) {  // no known ray comes to all of it: those to what it is part of are left
+      flattest_ = std::min(flattest_, least);
+    } else {
+      mesh_.faces.push_back(face);
+      picture_place_.push_back(place);
+    }
+  }
+}
+
+/// The picture of the gathered faces; false where it would not hold.
+bool StraightenedSpace::picture() {
+  slots_.assign(std::bit_ceil(4 * places_.size() + 16), {none, none});
+  points_.clear();
+  seen_.clear();
+  mesh_.positions.clear();
+  mesh_.faces.clear();
+  picture_place_.clear();
+  stands_high_ = false;
+  source_mps_ = profile_->speed_mps(-fan_->origin.z());
+  ways_.start_at(-fan_->origin.z());
+  flattest_ = ways_.rays().flattest();
+  for (const std::uint32_t place : places_) {
+    refine::Face face;
+    for (std::size_t k = 0; k < 3; ++k) face[k] = vertex_of(triangles_.faces[place][k]);
+    if (stands_high_) return false;
+    lay(face, place);
+  }
+  return true;
+}
+
+/// Whether a ray that the picture does not hold may come to a face within range.
+bool StraightenedSpace::may_hit(double level, double down, double farthest_m) const {
+  // One that goes up comes back only from where the water is fast enough to turn it; and then, as
+  // one that goes down, it is farther out at every depth than the flattest that is known, unless it
+  // is steeper than that.
+  if (down <= 0.0 && fastest_above_mps_ * level <= source_mps_) return false;
+  return std::abs(down) * ways_.rays().flattest() > level || min_range_m_ <= farthest_m;
+}
+
+bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, std::uint64_t version,
+                              std::span<Hit> hits, std::vector<std::uint32_t>& left) {
+  constexpr double right_angle = 0.5 * std::numbers::pi;  // as far as a scan sees
+  if (fan.grid->elevation_rad.front() < -right_angle ||
+      fan.grid->elevation_rad.back() > right_angle)
+    return false;
+  fan_ = &fan;
+  triangles_ = triangles;
+  if (grouped_version_ != version) {
+    group();
+    grouped_version_ = version;
+  }
+  gather();
+  if (!picture()) return false;
+  const double source_m = -fan.origin.z();
+  fastest_above_mps_ = fastest_mps(*profile_, std::min(0.0, source_m), source_m);
+  const double depth_m = std::max(shallowest_m_, source_m + clearance_m);  // of the highest face
+  {
+    // Where the flattest known ray comes to that depth. Flatter ones that go down are farther out
+    // there if none of them turns first.
+    const bool none_turns = fastest_mps(*profile_, source_m, depth_m) <= source_mps_;
+    min_range_m_ = none_turns ? ways_.rays().farthest_m(depth_m) : 0.0;
+  }
+  RayFan straight = fan;
+  straight.origin.setZero();
+  scan_->build({mesh_.positions, mesh_.faces});
+  scan_->intersect(straight, hits);
+
+  // Whether a ray can be at that depth within range. Of two rays, whichever way they set out, the
+  // flatter one has a smaller sine wherever both are, so that it takes longer from the source's
+  // depth down.
+  const auto way_down_m = [&](double cotangent) {
+    scatter::DirectRays::Eigenray way;
+    ways_.rays().follow(cotangent, depth_m, way);
+    return reference_mps_ * way.time_s;
+  };
+  // One that goes up and turns has been as high as the water there is so much faster, and back,
+  // before.
+  double slowest_above = source_mps_, steepest_above = 0.0;
+  for (const SoundSpeedLayer& layer : profile_->layers())
+    if (layer.top_m < source_m) {
+      slowest_above = std::min({slowest_above, layer.top_mps, layer.bottom_mps});
+      steepest_above = std::max(steepest_above, -layer.gradient_per_s);
+    }
+  const auto way_back_m = [&](double level) {
+    const double height_m = (source_mps_ / level - source_mps_) / steepest_above;
+    const double slow = level * slowest_above / source_mps_;
+    return 2.0 * height_m * reference_mps_ / (fastest_above_mps_ * std::sqrt(1.0 - slow * slow));
+  };
+  const double flattest = ways_.rays().flattest(), longest_m = way_down_m(flattest);
+  const auto comes_in_time = [&](double level, double down) {
+    const double above_m = down < 0.0 && steepest_above > 0.0 ? way_back_m(level) : 0.0;
+    if (!(above_m <= fan.range_m)) return false;
+    const bool known = level < flattest * std::abs(down);
+    return above_m + (known ? way_down_m(level / std::abs(down)) : longest_m) <= fan.range_m;
+  };
+  const double farthest_m = fan.range_m * fan.bend.lengthening;
+  left.clear();
+  piece_.resize(hits.size());
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
+    const Vector3d in_plane = fan.plane_direction(plane);
+    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
+      const std::size_t number = plane * fan.elevations() + elevation;
+      Hit& hit = hits[number];
+      const Vector3d direction = fan.direction(in_plane, elevation);
+      const double level2 = direction.head<2>().squaredNorm(), down = -direction.z();
+      if (down > 0.0 && level2 < flattest_ * flattest_ * down * down) {
+        if (!hit) continue;
+        piece_[number] = hit.index;
+        hit.index = picture_place_[hit.index];
+        hit.face = triangles.number(hit.index);
+      } else {
+        hit = Hit{};
+        const double level = std::sqrt(level2);
+        if (fan.grid->within_beam(plane, elevation) && comes_in_time(level, down) &&
+            may_hit(level, down, farthest_m))
+          left.push_back(static_cast<std::uint32_t>(number));
+      }
+    }
+  }
+  return true;
+}
+
+// The way to the place that the picture has for the hit is known, and the ray's own is next to it,
+// by far less than their curvature: at one depth it is farther by its cotangent's difference, and
+// later by Snell's constant times that. From there it goes straight on to the face's plane.
+RayIncidence StraightenedSpace::tell(std::size_t number, Hit& hit) {
+  const RayFan& fan = *fan_;
+  const Vector3d direction =
+      fan.direction(fan.plane_direction(number / fan.elevations()), number % fan.elevations());
+  const refine::Face& piece = mesh_.faces[piece_[number]];
+  Vector3d point = (1.0 - hit.u - hit.v) * points_[piece[0]] + hit.u * points_[piece[1]] +
+                   hit.v * points_[piece[2]];
+  const Vector3d a = triangles_.corner(hit.index, 0);
+  const Vector3d ab = triangles_.corner(hit.index, 1) - a, ac = triangles_.corner(hit.index, 2) - a;
+  const Vector3d normal = ab.cross(ac);
+  const double level = direction.head<2>().norm(), sine = -direction.z();
+  const double cotangent = level / sine, snell = level / source_mps_;
+  const Vector2d outwards = level > 1e-6 ? Vector2d(direction.head<2>() / level) : Vector2d::Zero();
+  double range_m = (point - fan.origin).head<2>().norm();
+  scatter::DirectRays::Eigenray way;
+  if (!ways_.find(range_m, -point.z(), way))  // beyond the last by rounding
+    way = {cotangent,
+           hit.t / reference_mps_,
+           hit.t,
+           range_m / cotangent,
+           profile_->speed_mps(-point.z()),
+           hit.t * profile_->mean_absorption_db_per_m(-fan.origin.z(), -point.z())};
+  const double along = snell * way.sound_speed_mps;
+  const double down = std::sqrt(std::max(0.0, 1.0 - along * along));
+  const Vector3d travel(along * outwards.x(), along * outwards.y(), -down);
+  Vector3d near = point;
+  double farther_m = 0.0;
+  if (level > 1e-6) {
+    farther_m = (cotangent - way.cotangent) * way.range_per_cotangent_m;
+    near.head<2>() = fan.origin.head<2>() + (range_m + farther_m) * outwards;
+  }
+  const double step_m = normal.dot(a - near) / normal.dot(travel);
+  if (std::abs(step_m) < longest_edge_m) {  // else seen edge on
+    point = near + step_m * travel;
+    range_m += farther_m + step_m * along;
+    hit.t = reference_mps_ * (way.time_s + snell * farther_m + step_m / way.sound_speed_mps);
+  }
+  const double spread_m = way.range_per_cotangent_m * (1.0 + cotangent * cotangent) * down;
+  const double sideways_m = level > 1e-6 ? range_m / level : way.range_per_cotangent_m;
+  const double per_t = 1.0 / hit.t, speeds = source_mps_ / way.sound_speed_mps;
+  return {.place = point,
+          .direction = travel,
+          .spreading_m2 = speeds * speeds *
+                          std::max(spread_m * sideways_m, min_spreading * way.path_m * way.path_m),
+          .absorption_db = way.absorption_db,
+          .along = way.sound_speed_mps / reference_mps_,
+          .upwards = std::max(spread_m * per_t, 0.01),
+          .sideways = sideways_m * per_t};
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,88 @@
+#include <cmath>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/dataset/labelled_image.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+/// A line whose every pixel knows its ping and bin, and a picture of the same.
+LabelledImage sample_view(std::size_t pings, int bins, double range_m, double spacing_m,
+                          double height_m) {
+  Sonar sonar;
+  sonar.bins = bins;
+  sonar.range_m = range_m;
+  Waterfall line(sonar, pings);
+  Picture picture{line.columns(), pings, 1, std::vector<std::uint8_t>(line.columns() * pings)};
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    line.pings[ping].pose.position = {0.0, spacing_m * double(ping), -5.0};
+    line.pings[ping].altitude_m = height_m;
+    for (std::size_t column = 0; column < line.columns(); ++column) {
+      const std::size_t i = ping * line.columns() + column;
+      line.pixels.instance[i] = static_cast<std::uint32_t>(i + 1);
+      line.pixels.region[i] = static_cast<std::uint32_t>(Region::seabed);
+      picture.pixels[(pings - 1 - ping) * line.columns() + column] =
+          static_cast<std::uint8_t>((i + 1) % 251);
+    }
+  }
+  return slant_view(line, {picture});
+}
+
+/// Picture and labels tell the same pixel of the line everywhere.
+void check_alike(const LabelledImage& view) {
+  const std::size_t rows = view.labels.rows(), columns = view.labels.columns();
+  REQUIRE(view.pictures.front().pixels.size() == rows * columns);
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      REQUIRE(view.pictures.front().pixels[row * columns + column] ==
+              view.labels.pixels.instance[(rows - 1 - row) * columns + column] % 251);
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a ground view takes each pixel from the ping and the bin that Pythagoras says, labels and "
+    "picture alike") {
+  const double height_m = 6.0, pixel_m = 0.25;
+  const LabelledImage slant = sample_view(40, 100, 20.0, 0.1, height_m);
+  CHECK(slant.along_m == Approx(0.1));
+  const LabelledImage ground = ground_view(slant, pixel_m);
+  CHECK(ground.labels.rows() == 16);  // 3.9 m
+  CHECK(ground.labels.columns() == 160);
+  check_alike(ground);
+  for (const std::size_t row : {0u, 6u, 14u})
+    for (std::size_t from_nadir = 0; from_nadir < 80; ++from_nadir) {
+      const double slant_m =
+          std::sqrt(height_m * height_m + std::pow((double(from_nadir) + 0.5) * pixel_m, 2));
+      const auto bin = static_cast<std::size_t>(slant_m / 0.2);
+      const std::size_t ping = static_cast<std::size_t>(std::lround(2.5 * double(row)));
+      const auto at = [&](std::size_t column) {
+        return ground.labels.pixels.instance[row * 160 + column];
+      };
+      CAPTURE(row, from_nadir, bin);
+      CHECK(at(80 + from_nadir) == (bin < 100 ? ping * 200 + 100 + bin + 1 : 0));
+      CHECK(at(79 - from_nadir) == (bin < 100 ? ping * 200 + 99 - bin + 1 : 0));
+    }
+}
+
+TEST_CASE("a part of a view is that part of its pictures and labels") {
+  const LabelledImage view = sample_view(12, 10, 5.0, 0.5, 2.0);
+  const LabelledImage piece = cut(view, {3, 2, 7, 4});
+  CHECK(piece.labels.rows() == 4);
+  CHECK(piece.labels.columns() == 7);
+  check_alike(piece);
+  // Its left upper pixel: row 2 from the top is ping 9.
+  CHECK(piece.labels.pixels.instance[3 * 7] == 9 * 20 + 3 + 1);
+  CHECK(piece.labels.pings.back().pose.position.y() == view.labels.pings[9].pose.position.y());
+}
+
+TEST_CASE("ground pixels longer than the range are refused, and pings over a hole have no data") {
+  LabelledImage view = sample_view(4, 10, 5.0, 0.5, 2.0);
+  CHECK_THROWS_WITH(ground_view(view, 6.0), Catch::Contains("longer than the range"));
+  view.labels.pings[0].altitude_m = std::nan("");
+  const LabelledImage ground = ground_view(view, 0.5);
+  CHECK(ground.labels.pixels.region[0] == 0);
+  CHECK(ground.labels.pixels.region[1 * ground.labels.columns() + 10] == 2);
+}

@@ -1,0 +1,177 @@
+#include <ensonify/engine/seafloor/layers/bedforms.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include <ensonify/engine/seafloor/bed/ripples.h>
+
+#include "engine/seafloor/spectrum.h"
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+LayerDraws draws(std::uint64_t seed) { return {seed, Purpose::crest_layer, 1}; }
+
+Heightfield crests(const Bedforms& relief, std::uint64_t seed) {
+  Heightfield field = flat(320, 256, 0.2, 0.25);
+  add_crests(field, relief, draws(seed));
+  return field;
+}
+
+struct Moments {
+  double mean = 0.0, rms = 0.0, skewness = 0.0;
+};
+Moments moments(const std::vector<double>& z) {
+  Moments m;
+  const auto n = static_cast<double>(z.size());
+  for (const double x : z) m.mean += x / n;
+  for (const double x : z) m.rms += (x - m.mean) * (x - m.mean) / n;
+  m.rms = std::sqrt(m.rms);
+  for (const double x : z) m.skewness += std::pow((x - m.mean) / m.rms, 3) / n;
+  return m;
+}
+
+/// Coefficient of variation of the rms height over windows of about two wavelengths.
+double fading(const Heightfield& field, int window) {
+  std::vector<double> local;
+  for (int row = 0; row + window <= field.rows; row += window)
+    for (int column = 0; column + window <= field.columns; column += window) {
+      double square = 0.0, mean = 0.0;
+      for (int r = 0; r < window; ++r)
+        for (int c = 0; c < window; ++c) mean += field.at(column + c, row + r) / (window * window);
+      for (int r = 0; r < window; ++r)
+        for (int c = 0; c < window; ++c)
+          square += std::pow(field.at(column + c, row + r) - mean, 2) / (window * window);
+      local.push_back(std::sqrt(square));
+    }
+  const Moments m = moments(local);
+  return m.rms / m.mean;
+}
+
+}  // namespace
+
+TEST_CASE("Crests have their wavelength and direction: the spectrum's maximum is there") {
+  for (const double heading_deg : {30.0, 90.0, -60.0}) {
+    const double heading = heading_deg * pi / 180.0;
+    const Bedforms relief{.wavelength_m = 2.5, .height_m = 0.2, .across_crests_rad = heading};
+    Spectrum mean(320, 256, 0.2, 0.25);
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) mean.add(crests(relief, seed));
+    const double k0 = 2.0 * pi / 2.5;
+    const double k0x = k0 * std::sin(heading), k0y = k0 * std::cos(heading);
+    double all = 0.0, x = 0.0, y = 0.0;
+    mean.each([&](double kx, double ky, double power) {
+      if (std::hypot(kx, ky) > 1.6 * k0 || std::hypot(kx, ky) < 0.4 * k0) return;
+      const double sign = kx * k0x + ky * k0y < 0.0 ? -1.0 : 1.0;  // k and -k are one wave
+      all += power;
+      x += sign * kx * power;
+      y += sign * ky * power;
+    });
+    INFO("heading " << heading_deg);
+    CHECK(std::hypot(x / all - k0x, y / all - k0y) < 0.06 * k0);
+  }
+}
+
+TEST_CASE("A profile reaches from -1 to 1 and its crests are sharper than its troughs") {
+  for (const double sharpness : {0.0, 0.5, 1.0})
+    for (const double asymmetry : {0.0, 0.6}) {
+      std::vector<double> z;
+      for (int i = 0; i < 10000; ++i) z.push_back(crest_profile(i / 10000.0, sharpness, asymmetry));
+      const auto [low, high] = std::minmax_element(z.begin(), z.end());
+      CHECK(*low == Approx(-1.0));
+      CHECK(*high == Approx(1.0).margin(1e-3));
+      // The crest stands at the end of the gentle side.
+      CHECK((high - z.begin()) / 10000.0 == Approx(0.5 * (1.0 + asymmetry)).margin(1e-3));
+      if (sharpness == 0.0)
+        CHECK(moments(z).skewness == Approx(0.0).margin(1e-6));
+      else
+        CHECK(moments(z).skewness > 0.2);
+      CHECK(crest_profile(-0.3, sharpness, asymmetry) ==
+            Approx(crest_profile(3.7, sharpness, asymmetry)));
+    }
+}
+
+TEST_CASE("Sharp crests make a skewed bed, round ones none, and the mean stays") {
+  const Moments sharp =
+      moments(crests({.wavelength_m = 2.0, .height_m = 0.2, .sharpness = 1.0}, 3).z_m);
+  const Moments round =
+      moments(crests({.wavelength_m = 2.0, .height_m = 0.2, .sharpness = 0.0}, 3).z_m);
+  CHECK(sharp.skewness > 0.4);
+  CHECK(std::abs(round.skewness) < 0.05);
+  CHECK(std::abs(sharp.mean) < 0.004);
+  // A cosine's rms is its height over 2 sqrt 2; heights spread by 0.2 add some.
+  CHECK(round.rms == Approx(0.2 / std::sqrt(8.0)).epsilon(0.12));
+}
+
+TEST_CASE("Crests do not fade as a Gaussian field's do") {
+  double trains = 0.0, gaussian = 0.0;
+  constexpr int seeds = 4;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    trains +=
+        fading(crests({.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 1.0}, seed), 20);
+    Heightfield field = flat(320, 256, 0.2, 0.25);
+    add_ripples(field, {.rms_height_m = 0.07, .wavelength_m = 2.0, .across_crests_rad = 1.0}, seed);
+    gaussian += fading(field, 20);
+  }
+  CAPTURE(trains / seeds, gaussian / seeds);
+  CHECK(gaussian / seeds > 0.4);
+  CHECK(trains / seeds < 0.25);
+}
+
+TEST_CASE("A pair of forks adds a crest between its ends, and none away from it") {
+  // Straight crests: along a line across them, the turns of phase are the crests that are counted.
+  const auto count = [](double forks, std::uint64_t seed) {
+    Heightfield field = flat(400, 400, 0.1, 0.1);
+    add_crests(field,
+               {.wavelength_m = 2.0,
+                .height_m = 0.2,
+                .across_crests_rad = 0.5 * pi,
+                .sharpness = 0.0,
+                .bend_rad = 0.0,
+                .height_spread = 0.0,
+                .forks = forks},
+               draws(seed));
+    std::vector<int> crossings;  // upward, of each row
+    for (int row = 0; row < field.rows; ++row) {
+      int n = 0;
+      for (int column = 0; column + 1 < field.columns; ++column)
+        n += field.at(column, row) < 0.0 && field.at(column + 1, row) >= 0.0;
+      crossings.push_back(n);
+    }
+    return crossings;
+  };
+  const std::vector<int> none = count(0.0, 5), some = count(4.0, 5);
+  CHECK(*std::ranges::max_element(none) == *std::ranges::min_element(none));
+  CHECK(*std::ranges::max_element(some) - *std::ranges::min_element(some) >= 1);
+}
+
+TEST_CASE("Crests are a matter of place: a smaller bed is a part of the larger one") {
+  const Bedforms relief{.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 0.4};
+  Heightfield large = flat(201, 161, 0.2, 0.2), small = flat(101, 81, 0.2, 0.2);
+  add_crests(large, relief, draws(7));
+  add_crests(small, relief, draws(7));
+  for (int row = 0; row < small.rows; ++row)
+    for (int column = 0; column < small.columns; ++column)
+      REQUIRE(small.at(column, row) == Approx(large.at(column + 50, row + 40)).margin(1e-9));
+}
+
+TEST_CASE("Crests that cannot be are refused") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Bedforms& wrong :
+       {Bedforms{.wavelength_m = 0.0}, Bedforms{.wavelength_m = nan}, Bedforms{.wavelength_m = 0.9},
+        Bedforms{.wavelength_m = 2.0, .height_m = -1.0},
+        Bedforms{.wavelength_m = 2.0, .sharpness = 1.1},
+        Bedforms{.wavelength_m = 2.0, .asymmetry = 1.0},
+        Bedforms{.wavelength_m = 2.0, .bend_rad = -0.1},
+        Bedforms{.wavelength_m = 2.0, .forks = nan}})
+    CHECK_THROWS_AS(crests(wrong, 1), std::invalid_argument);
+}
