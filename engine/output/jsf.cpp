@@ -55,7 +55,7 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   }
   bytes.put<std::int16_t>(h + 196, static_cast<std::int16_t>(time.day_of_year));
   bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
-  // Speed: tenths of a knot, and the hundredths in bits of their own.
+  // Speed: tenths of a knot, and the hundredths in separate bits.
   constexpr double knot_mps = 1852.0 / 3600.0;
   const int hundredths_kn = rounded<int>(ping.speed_mps / knot_mps * 100.0);
   bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));

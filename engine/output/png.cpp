@@ -59,7 +59,7 @@ std::vector<std::byte> encode_png(const Picture& picture) {
       picture.pixels.size() != picture.width * picture.height *
                                    static_cast<std::size_t>(picture.channels) *
                                    static_cast<std::size_t>(picture.bits / 8))
-    throw std::invalid_argument("encode_png: pixels that do not fit the picture's size");
+    throw std::invalid_argument("encode_png: the number of pixels does not fit the picture's size");
   Writer writer;
   writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
   if (writer.png) writer.info = png_create_info_struct(writer.png);

@@ -8,14 +8,14 @@
 #include <numbers>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>
-#include <ensonify/scatter/decibel.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-// In the open North Sea, where a made-up survey is in nobody's way.
+// In the open North Sea, away from real surveys.
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
 constexpr double counts_from_1970_s = 1e8;         // a track does not take three years
@@ -36,7 +36,7 @@ PlaceOnEarth place_of(const Eigen::Vector3d& position, const RecordingFrame& fra
   return place_of_tangent(position.head<2>(), frame.origin.value_or(usual_origin));
 }
 
-/// Both sides' columns, also of a sonar with one.
+/// Columns of both sides, also for a sonar with one side.
 std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
                                            std::vector<std::uint16_t> samples) {
   if (waterfall.sonar.sides == Sides::both) return samples;

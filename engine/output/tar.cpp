@@ -36,7 +36,7 @@ struct TarFile::Open {
     } catch (...) {
       open.refused = std::current_exception();
     }
-    // Told of an error, libarchive would not free what it holds; check() tells ours.
+    // If this returned an error, libarchive would not free its memory; check() reports the error.
     return static_cast<la_ssize_t>(size);
   }
   void check(int result) const {

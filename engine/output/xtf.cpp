@@ -41,7 +41,7 @@ void add_file_header(PackedBytes& bytes, const Recording& recording) {
     bytes.put<std::uint8_t>(at + 1, static_cast<std::uint8_t>(k));
     bytes.put<std::uint16_t>(at + 2, 1);  // slant range
     bytes.put<std::uint16_t>(at + 4, 1);  // unipolar
-    bytes.put<std::uint16_t>(at + 6, 2);  // bytes a sample
+    bytes.put<std::uint16_t>(at + 6, 2);  // bytes per sample
     bytes.put<std::uint32_t>(at + 8, static_cast<std::uint32_t>(recording.bins));
     bytes.text(at + 12, 16, k == 0 ? "port" : "starboard");
     bytes.put<float>(at + 28, 5.0f);  // volts
@@ -103,7 +103,7 @@ void add_ping(PackedBytes& bytes, const Recording& recording, const NavPing& pin
     bytes.put<std::uint16_t>(at + 30, as_word(recording.far_full_scale_db));
     bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
     bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
-    bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm a ping
+    bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm per ping
     bytes.samples(at + channel_header,
                   recording.side(ping.number, k == 0 ? Side::port : Side::starboard));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -10,13 +11,17 @@
 
 namespace ensonify::engine {
 
+/// How many labels, and numbers of instances, there can be: they have 16 bits, and the last number
+/// is what label pictures ignore. Number 0 is none.
+inline constexpr std::size_t max_labels = 65535;
+
 /// What a face belongs to; 0 is none.
 struct Label {
   std::uint16_t sediment = 0;  ///< into Seafloor::materials
   std::uint16_t class_id = 0;  ///< into Seafloor::classes
   std::uint16_t instance = 0;  ///< which object or feature of the bed, from 1; 0: the bed
-  bool two_sided = false;      ///< its backs answer as well: nobody knows a stranger's outside
-  bool feature = false;        ///< a form of the bed that has an instance: no object on it
+  bool two_sided = false;  ///< its backs answer as well: an imported mesh's outside is not known
+  bool feature = false;    ///< a form of the bed that has an instance: no object on it
 };
 
 /// Where an object came to lie.

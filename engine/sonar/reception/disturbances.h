@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include <ensonify/engine/sonar/reception/artefacts.h>
 #include <ensonify/engine/sonar/reception/other_paths.h>
@@ -17,22 +18,27 @@ class Disturbances {
   Disturbances(const ArtefactOptions& options, const EchoLaw& law, double noise,
                std::uint64_t seed);
 
-  /// Whether there are any.
-  bool any() const;
+  bool empty() const { return effects_.empty(); }
   /// Changes the direct echo's gain in each bin and adds to the incoherent power.
   void apply(const PingContext& hearing, Side side, std::span<float> gain, std::span<float> power,
              Artefacts& artefacts) const;
 
  private:
-  void add_interference(const PingContext& hearing, std::span<float> power) const;
-  void add_wake(const PingContext& hearing, Side side, std::span<float> power,
-                Artefacts& artefacts) const;
+  /// What apply() does for one artefact.
+  using Effect = void (Disturbances::*)(const PingContext& hearing, Side side,
+                                        std::span<float> gain, std::span<float> power,
+                                        Artefacts& artefacts) const;
+  void add_interference(const PingContext& hearing, Side side, std::span<float> gain,
+                        std::span<float> power, Artefacts& artefacts) const;
+  void add_wake(const PingContext& hearing, Side side, std::span<float> gain,
+                std::span<float> power, Artefacts& artefacts) const;
   void add_fish(const PingContext& hearing, Side side, std::span<float> gain,
                 std::span<float> power, Artefacts& artefacts) const;
-  void add_fish(const PingContext& hearing, Side side, const Eigen::Vector3d& from_array,
-                double over_bed_m, std::span<float> gain, std::span<float> power,
-                Artefacts& artefacts) const;
-  void shimmer(const PingContext& hearing, std::span<float> gain) const;
+  void add_one_fish(const PingContext& hearing, Side side, const Eigen::Vector3d& from_array,
+                    double over_bed_m, std::span<float> gain, std::span<float> power,
+                    Artefacts& artefacts) const;
+  void shimmer(const PingContext& hearing, Side side, std::span<float> gain, std::span<float> power,
+               Artefacts& artefacts) const;
 
   ArtefactOptions options_;
   const EchoLaw& law_;
@@ -40,6 +46,7 @@ class Disturbances {
   double interference_begin_m_;
   std::uint64_t seed_;
   std::array<double, 4> phases_;
+  std::vector<Effect> effects_;  // those that are on
 };
 
 }  // namespace ensonify::engine
