@@ -41,7 +41,7 @@ struct BottomTerms {
 };
 
 /// Weight of Kirchhoff and composite roughness against the large-roughness form, f_y: TR 9407
-/// eqs 63-64. It goes by the whole slope s.
+/// eqs 63-64. It depends on the whole slope s.
 double gentle_relief_weight(double slope);
 
 /// A sediment at one frequency, and what the models need of it.
@@ -49,7 +49,7 @@ struct BottomConditions {
   Sediment sediment;
   double frequency_hz = 0.0;
   double sound_speed_mps = 0.0;   ///< of the water at the bed
-  double k_per_cm = 0.0;          ///< wavenumber that the relief's roughness goes by
+  double k_per_cm = 0.0;          ///< the wavenumber to use for the relief
   double slope = 0.0;             ///< rms slope of the relief
   double unresolved_slope = 0.0;  ///< the part of it that no mesh shows
 };
@@ -67,7 +67,7 @@ struct BottomModelKind {
   std::string_view name;
   std::string_view help;  ///< a few words
   std::unique_ptr<const BottomModel> (*make)(const BottomConditions&);
-  bool by_sediment = true;  ///< whether it goes by the sediment's parameters
+  bool by_sediment = true;  ///< whether it depends on the sediment's parameters
 };
 
 /// All models, the default one first. A new model is a row here.

@@ -18,16 +18,16 @@ namespace ensonify::engine {
 /// One sample of a recipe: what was drawn, and the scene that it makes.
 struct SampleScene {
   Scene scene;
-  std::size_t seafloor = 0;  ///< which of the recipe's
+  std::size_t seafloor = 0;  ///< index among the recipe's
   std::string split;         ///< train, val or test
-  std::map<std::string, std::string>
-      drawn;                     ///< values as in TOML, by the recipe's names of the keys
-  std::vector<Display> renders;  ///< the first is the scene's own
+  /// Values as in TOML, by the recipe's names of the keys.
+  std::map<std::string, std::string> drawn;
+  std::vector<Display> renders;  ///< the first is the scene's
 };
 
 /// A dataset's recipe: a scene with distributions in place of values, and [dataset]. The draw of a
-/// key depends on the recipe's seed, the key's name and the sample's number (or its seafloor's)
-/// alone.
+/// key depends only on the recipe's seed, the key's name and the number of the sample (or of its
+/// seafloor).
 class Recipe {
  public:
   /// Throws SceneError with `file:line:column` for what is wrong.
@@ -42,18 +42,18 @@ class Recipe {
   const std::filesystem::path& data_folder() const { return data_folder_; }
   std::size_t samples() const { return static_cast<std::size_t>(options_.samples); }
   std::size_t seafloors() const;
-  /// Neighbouring samples share one.
+  /// Index of the sample's seafloor; neighbouring samples share one.
   std::size_t seafloor_of(std::size_t sample) const;
 
-  /// Throws SceneError for what was drawn and cannot be.
+  /// Throws SceneError if the values that were drawn make no valid scene.
   SampleScene sample(std::size_t number) const;
 
-  /// Every name that a label of a sample can have, of targets first, sorted; number k of the list
-  /// is k + 1.
+  /// Every name that a label of a sample can have: sorted names of targets, then of ground. Index k
+  /// has the number k + 1.
   std::vector<std::string> class_names() const;
-  std::size_t target_classes() const;  ///< how many of these are of objects
+  std::size_t target_classes() const;  ///< how many of them are of targets
   std::vector<std::string> material_names() const;
-  /// Files under the data folder that it names, `data:path`, sorted.
+  /// The files under the data folder that the recipe names, `data:path`, sorted.
   std::vector<std::string> assets() const;
 
  private:

@@ -11,19 +11,19 @@
 
 namespace ensonify::engine {
 
-/// What a recipe's text says beside its [dataset].
+/// A recipe's text without its [dataset].
 struct RecipeText {
   std::uint64_t seed = 1;
   bool has_seafloor_seed = false;
   std::map<std::string, Distribution, std::less<>> distributions;  ///< by the key's whole name
-  std::map<std::string, std::string, std::less<>>
-      values;  ///< of the other keys: numbers, words, truths
-  std::map<std::string, std::size_t, std::less<>> lists;  ///< how long each list of tables is
+  /// Of the other keys: numbers, words, true and false.
+  std::map<std::string, std::string, std::less<>> values;
+  std::map<std::string, std::size_t, std::less<>> lists;  ///< length of each list of tables
   std::set<std::string> assets;                           ///< strings that begin with data:
 };
 
-/// Finds a recipe's distributions. Throws SceneError with `file:line:column` for those that are
-/// none.
+/// Finds a recipe's distributions. Throws SceneError with `file:line:column` for a
+/// distribution that is not valid.
 RecipeText parse_recipe_text(std::string_view text, std::string_view name);
 
 }  // namespace ensonify::engine

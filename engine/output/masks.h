@@ -14,14 +14,14 @@ namespace ensonify::engine {
 inline constexpr std::uint16_t ignored_class = 255;  ///< also of sediment masks
 inline constexpr std::uint16_t ignored_instance = max_labels;
 
-/// A label picture: newest ping on top.
+/// A label image, the newest ping on top.
 struct Mask {
   std::string name;  ///< class, sediment, instance or region
   std::vector<std::byte> png;
-  std::vector<std::uint16_t> numbers;  ///< that its pixels have, ascending
+  std::vector<std::uint16_t> numbers;  ///< those of its pixels, ascending
 };
 
-/// What each pixel of a waterfall's picture belongs to, by the numbers of its layers. class: of bed
+/// What each pixel of a waterfall's image belongs to, by the numbers of its layers. class: of bed
 /// and objects, 0 elsewhere, 255 without data and on ignored objects; sediment: of bed and objects,
 /// 255 elsewhere; instance: of objects and of the bed's features (16 bits), 65535 without data and
 /// on ignored ones; region: its number. `ignored` names instances. Throws std::invalid_argument for

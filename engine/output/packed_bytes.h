@@ -12,14 +12,15 @@
 
 namespace ensonify::engine {
 
-static_assert(std::endian::native == std::endian::little, "packed as they are");
+static_assert(std::endian::native == std::endian::little,
+              "numbers are copied in the machine's byte order");
 
-/// Bytes of a little-endian packed format, filled by offset; 0 where nothing was put.
+/// Bytes of a little-endian packed format, set by offset; the others are 0.
 class PackedBytes {
  public:
   explicit PackedBytes(std::vector<std::byte>& bytes) : bytes_(bytes) {}
 
-  /// Begins a header or packet of that many bytes; offsets count from here.
+  /// Begins a header or packet of that many bytes; offsets are relative to it.
   void begin(std::size_t size) {
     start_ = bytes_.size();
     bytes_.resize(start_ + size);
@@ -28,7 +29,7 @@ class PackedBytes {
   void put(std::size_t offset, T value) {
     std::memcpy(bytes_.data() + start_ + offset, &value, sizeof value);
   }
-  /// Cut so that the field ends in a zero: C programs read until there.
+  /// Cut so that the field ends with a zero, where C programs stop to read.
   void text(std::size_t offset, std::size_t width, std::string_view value) {
     std::memcpy(bytes_.data() + start_ + offset, value.data(), std::min(value.size(), width - 1));
   }
@@ -41,7 +42,7 @@ class PackedBytes {
   std::size_t start_ = 0;
 };
 
-/// A moment by the calendar, UTC.
+/// Date and time, UTC.
 struct CalendarTime {
   int year = 1970, month = 1, day = 1, day_of_year = 1, hour = 0, minute = 0, second = 0, ms = 0;
   std::int64_t ms_of_day = 0;

@@ -9,8 +9,8 @@
 
 namespace ensonify::engine {
 
-/// A grey or RGB PNG of 8 or 16 bits, with nothing in it of when or where it was made. Throws
-/// std::invalid_argument for a picture without pixels, or whose pixels do not fit its size.
+/// A grey or RGB PNG of 8 or 16 bits, independent of when or where it is made. Throws
+/// std::invalid_argument for a picture without pixels, or if they do not fit its size.
 std::vector<std::byte> encode_png(const Picture& picture);
 
 /// Numbers row by row from the top as a grey PNG of 16 bits. Throws as above.

@@ -15,8 +15,8 @@
 
 namespace ensonify::engine {
 
-/// What a recording takes from its scene: where and when its local metres and seconds are, the
-/// water, the bed and the other sonars.
+/// What a recording needs of its scene: where and when its local metres and seconds are, the water,
+/// the bed and the other sonars.
 struct RecordingFrame {
   std::optional<GeographicPlace> origin;  ///< of the seabed's middle
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
@@ -28,8 +28,8 @@ struct RecordingFrame {
   int frequency_rank = 0;  ///< of the sonar among those of the scene; 0: the lowest frequency
 };
 
-/// What a ping of a recording says. Place, attitude and speed are those of the sonar itself: of its
-/// mounting on the vehicle, which is where the vehicle reports to be. The altitude is the true one.
+/// A ping of a recording. Position, attitude and speed are those of the sonar: of its mounting on
+/// the vehicle, at the vehicle's reported pose. The altitude is the true one.
 struct NavPing {
   std::size_t number = 0;  ///< of the scene's ping; a lost ping leaves a gap
   std::int64_t unix_ms = 0;
@@ -42,7 +42,7 @@ struct NavPing {
   double speed_mps = 0.0;
 };
 
-/// A waterfall as a sonar's own program would have kept it.
+/// A waterfall as the sonar's own program would have recorded it.
 struct Recording {
   std::string name;  ///< of the sonar
   double frequency_hz = 0.0, bandwidth_hz = 0.0;
@@ -54,7 +54,7 @@ struct Recording {
   double near_full_scale_db = 0.0, far_full_scale_db = 0.0;
   int frequency_rank = 0;  ///< as in RecordingFrame
   double sound_speed_mps = 1500.0;
-  std::size_t bins = 0;  ///< a side
+  std::size_t bins = 0;  ///< per side
   bool port = true, starboard = true;
   std::vector<NavPing> pings;
   /// 2 * bins for each ping of the scene: port far..near, starboard near..far; at most 32767.
@@ -67,10 +67,10 @@ struct Recording {
 /// Unix seconds of `2025-06-01T12:00:00Z`; none for anything else.
 std::optional<std::int64_t> unix_time(std::string_view text);
 
-/// A recording of a waterfall. Without an origin it lies by the frame's UTM zone, else in the North
-/// Sea; without a start time it begins on 2000-01-01, or when its track says, if that counts its
-/// seconds from 1970. A side that the sonar does not have is silent. Pings that are lost are left
-/// out. Throws std::invalid_argument in a build without GeographicLib.
+/// A recording of a waterfall. Without an origin it is placed by the frame's UTM zone, else in the
+/// North Sea; without a start time it begins on 2000-01-01, or at the time of its track, if that
+/// counts its seconds from 1970. A side that the sonar does not have is 0. Lost pings are left out.
+/// Throws std::invalid_argument in a build without GeographicLib.
 Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
                          const RecordingFrame& frame);
 

@@ -10,15 +10,15 @@
 
 namespace ensonify::engine {
 
-/// A tar (ustar) in the making, with nothing in it of time or owner; in place once it is finished.
+/// Writes a tar (ustar) without times or owners. The file appears when it is finished.
 class TarFile {
  public:
   explicit TarFile(const std::filesystem::path& file);
   ~TarFile();
   TarFile(const TarFile&) = delete;
   TarFile& operator=(const TarFile&) = delete;
-  /// Throws std::system_error where the disk refuses, std::runtime_error for a name that tar does
-  /// not take.
+  /// Throws std::system_error if writing fails, std::runtime_error for a name that tar cannot
+  /// hold.
   void add(const std::string& name, std::span<const std::byte> content);
   void finish();
 

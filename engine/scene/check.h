@@ -8,11 +8,11 @@
 
 namespace ensonify::engine {
 
-/// What no single key can tell: that options fit each other. Throws SceneError, beginning with what
-/// `place` says of the key at fault.
+/// Checks that options fit each other, beyond the range of each key. Throws SceneError, beginning
+/// with the place of the key at fault, which `place` returns.
 void check_scene(const Scene& scene, const std::function<std::string(std::string_view key)>& place);
 
-/// Throws SceneError, beginning with `place`, for so many pings that their images would not fit.
+/// Throws SceneError, beginning with `place`, if the images of that many pings would be too large.
 void check_pings(const Scene& scene, double pings, std::string_view place);
 
 }  // namespace ensonify::engine

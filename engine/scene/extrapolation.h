@@ -12,18 +12,18 @@
 
 namespace ensonify::engine {
 
-/// Which sediments are heard at frequencies that the bottom model is not validated at.
+/// Which sediments are used at frequencies for which the bottom model is not validated.
 class Extrapolation {
  public:
   Extrapolation() = default;
-  /// Of a simulator's sonars and materials; `own` are the materials that its scene describes.
+  /// Of a simulator's sonars and materials; `own` are the materials that its scene defines.
   Extrapolation(std::span<const Sonar> sonars, std::span<const std::string> materials,
                 std::span<const Material> own);
   Extrapolation& operator+=(const Extrapolation& other);
 
-  /// What should be said of it, one line; nothing where all is validated.
+  /// A warning in one line; none where all is validated.
   std::optional<std::string> warning() const;
-  /// These warnings, and behind them that one.
+  /// These warnings, followed by warning().
   std::vector<std::string> behind(std::span<const std::string> warnings) const;
 
  private:

@@ -7,14 +7,14 @@
 
 namespace ensonify::engine {
 
-/// A key, and what is wrong with its value.
+/// A key and the error in its value.
 struct ObjectFault {
   std::string key;
   std::string message;
 };
 
-/// The first thing that is wrong with a table of objects, called `name`: keys that contradict one
-/// another, or are for other shapes.
+/// The first error in a table of objects, whose key is `name`: keys that contradict each other, or
+/// belong to other shapes.
 std::optional<ObjectFault> fault_of(const ObjectOptions& object, const std::string& name);
 
 }  // namespace ensonify::engine

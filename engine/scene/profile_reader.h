@@ -8,8 +8,8 @@
 namespace ensonify::engine {
 
 /// Reads a sound speed profile from CSV with the columns `depth_m` and `soundspeed_mps`, or from a
-/// CastAway's own, as a CsvTable: a sample a row, in any order. Throws SceneError with `file:line:
-/// what is wrong, what was expected`.
+/// CastAway's file, as a CsvTable: one sample per row, in any order. Throws SceneError with
+/// `file:line: what is wrong, what was expected`.
 scatter::SoundSpeedProfile read_profile(const std::filesystem::path& file);
 
 /// The same from text; `name` stands for the file in messages.

@@ -12,18 +12,18 @@
 
 namespace ensonify::engine {
 
-/// Where a scene's files may lie: a relative path under the scene's own folder, or `data:path`
-/// under the data folder. Absolute paths, `..`, links that lead out and anything but a regular file
-/// are refused.
+/// Where a scene's files may lie: a relative path under the scene's folder, or `data:path` under
+/// the data folder. Absolute paths, `..`, links that lead out and files that are not regular are
+/// refused.
 struct ScenePaths {
   std::filesystem::path scene_folder = ".";
-  std::filesystem::path data_folder;  ///< empty: none was named
+  std::filesystem::path data_folder;  ///< empty: none is known
 };
 
 /// Reads a scene file, then applies `key=value` overrides: the key's whole name with dots, a value
-/// as in TOML (a bare word is a string). An override may change a sonar that the scene has, not add
-/// one. Every fault throws SceneError with `file:line:column: what is wrong, what was expected`,
-/// for an override `-D key=value: ...`, for an unknown key with the nearest known one.
+/// as in TOML (a bare word is a string). An override can change a sonar of the scene, not add one.
+/// Every fault throws SceneError with `file:line:column: what is wrong, what was expected`, for an
+/// override `-D key=value: ...`; for an unknown key with the nearest known one.
 Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {},
                  const std::filesystem::path& data_folder = {});
 
@@ -33,24 +33,23 @@ Scene parse_scene(std::string_view text, std::string_view name,
 
 /// What was drawn for one scene of a dataset's recipe.
 struct DrawnValues {
-  /// By the key's whole name: a value as in TOML, or nothing, which leaves the key out.
+  /// By the key's whole name: a value as in TOML; an empty one leaves the key out.
   std::map<std::string, std::string, std::less<>> values;
-  /// Tables of lists that the scene has not, as in `objects.1`: numbers of the recipe. Those that
-  /// follow are called in `values` by the numbers they have without them.
+  /// Tables of lists that the scene does not have, such as `objects.1`, by their numbers in the
+  /// recipe. In `values` the tables behind them have the numbers that they have in the scene.
   std::set<std::string, std::less<>> absent;
 };
 
 /// A scene from a recipe's text, with drawn values in place of the recipe's distributions. Its
-/// tables [dataset] and [draw] and the keys `present` of lists are passed over.
+/// tables [dataset] and [draw] and the keys `present` of lists are skipped.
 Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValues& drawn,
                    const ScenePaths& paths);
 
-/// The same without a look at whether its options fit each other and its files are there: what it
-/// names.
+/// The same without checks that its options fit each other and that its files exist.
 Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
                              const DrawnValues& drawn);
 
-/// The text of a scene or recipe file, of 1 MiB at most. Throws SceneError.
+/// The text of a scene or recipe file, at most 1 MiB. Throws SceneError.
 std::string read_scene_text(const std::filesystem::path& file);
 
 /// A commented TOML file with every key, its unit, range and value, that reads back to the same

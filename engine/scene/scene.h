@@ -26,39 +26,39 @@
 
 namespace ensonify::engine {
 
-/// What is wrong with a scene: `file:line:column: what, what was expected, what to do`.
+/// An error in a scene: `file:line:column: what is wrong, what was expected, what to do`.
 struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The sea: from its temperature and salinity, or by a cast or plain numbers where given.
+/// The sea: its temperature and salinity, or a cast or plain numbers if given.
 struct Sea {
   scatter::SeaWater water;
   InputFile profile;  ///< a sound speed profile, of which the mean down to the bed is taken
-  RefractionMode refraction = RefractionMode::off;  ///< what else is taken of it
+  RefractionMode refraction = RefractionMode::off;  ///< what else the profile is used for
   std::optional<double> sound_speed_mps;       ///< unset: from the water, at half the bed's depth
   std::optional<double> absorption_db_per_km;  ///< unset: from the water, at half the bed's depth
   SeaState state;
 };
 
-/// How a run is computed. None of it but the intersector's last bits changes the result.
+/// How a run is computed. It does not change the result, except for the intersector's last bits.
 struct RunOptions {
   std::string surface = "auto";  ///< a face source's name, or auto: prepare_seafloor() chooses
   std::string intersector = "embree";
   IntersectorOptions intersection;
-  int tree_pings = 6;  ///< an intersector's tree of exact faces is meant to do for this many pings
+  int tree_pings = 6;    ///< for how many pings one tree of exact faces is used
   int block_pings = 64;  ///< pings are computed in aligned blocks of this many
 };
 
 struct OutputOptions {
   bool exr = true, npz = false, xtf = false, jsf = false;  ///< see output_formats()
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
-  bool truth = false;  ///< the truth laid over the picture as NAME_truth.png
+  bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
   std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
   std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
 };
 
-/// Every option of a run. The defaults are a scene that gives a good picture.
+/// Every option of a run. The defaults make a scene with a good image.
 struct Scene {
   std::uint64_t seed = 1;
   std::optional<std::uint64_t> seafloor_seed;  ///< of the seafloor and its objects; unset: `seed`
@@ -66,7 +66,7 @@ struct Scene {
   Sea sea;
   SeafloorOptions seafloor;
   std::vector<ObjectOptions> objects;
-  std::vector<Material> materials;  ///< those of its own
+  std::vector<Material> materials;  ///< those that the scene defines
   TrackOptions track;
   MotionOptions motion;
   NavigationOptions navigation;
@@ -76,7 +76,7 @@ struct Scene {
   RunOptions run;
   Display display;
   OutputOptions output;
-  /// Where the file's keys stand, "file:line:column", for messages of faults that show later. No
+  /// Where the file has its keys, "file:line:column", for errors that are found later. Not an
   /// option.
   std::map<std::string, std::string, std::less<>> places;
 

@@ -24,8 +24,8 @@ using OptionTypes =
     ValueTypes<bool, int, std::uint64_t, std::optional<std::uint64_t>, double,
                std::optional<double>, std::string, std::vector<std::string>, InputFile,
                std::vector<Eigen::Vector2d>, RefractionMode, SeafloorKind, FractalSpectrum,
-               TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer,
-               PulseKind, PulseWindow, Detector, TransferCurve>;
+               TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer, PulseKind, PulseWindow,
+               Detector, TransferCurve>;
 /// The option behind a key, to be set.
 using Option = OptionTypes::Pointer;
 /// The same, to be read.

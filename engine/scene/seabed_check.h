@@ -8,13 +8,13 @@
 
 namespace ensonify::engine {
 
-/// That patches and layers of relief fit the seabed. Throws SceneError, beginning with what `place`
-/// says of the key at fault.
+/// Checks that patches and layers of relief fit the seabed. Throws SceneError, beginning with the
+/// place of the key at fault, which `place` returns.
 void check_seabed(const Scene& scene,
                   const std::function<std::string(std::string_view key)>& place);
 
-/// The same of the files that they name, once these are found: that images and outlines can be
-/// read, and lie on a generated seabed.
+/// Checks the files that they name, after these are found: that images and outlines can be read,
+/// and lie on a generated seabed.
 void check_seabed_files(const Scene& scene,
                         const std::function<std::string(std::string_view key)>& place);
 

@@ -11,21 +11,21 @@
 
 namespace ensonify::engine {
 
-/// What a track is flown over.
+/// What a track runs over.
 struct Ground {
   std::function<double(double x_m, double y_m)> bed_height_m;  ///< NaN where there is no bed
   Eigen::Vector2d lowest, highest;                             ///< of the seafloor, seen from above
   LocalFrame frame;
 };
 
-/// A pose for each ping of a scene.
+/// One pose per ping of a scene.
 struct TrackPoses {
   std::vector<Pose> poses;
   std::vector<std::string> warnings;
 };
 
-/// Flies the scene's track over the ground: where it goes, then how high, then the vehicle's own
-/// movements. Each sonar is checked to lie over the seafloor, above the bed and below the sea
+/// Builds the scene's track over the ground: its path, then its height, then the vehicle's own
+/// movements. Checks that each sonar lies over the seafloor, above the bed and below the sea
 /// surface at every ping. Throws SceneError.
 TrackPoses build_track(const Scene& scene, const Ground& ground, double sound_speed_mps);
 

@@ -11,27 +11,26 @@
 
 namespace ensonify::engine {
 
-/// Where a track's places are put: local metres have their origin at the seabed's middle.
+/// The frame of a track's positions: local metres have their origin at the seabed's middle.
 struct LocalFrame {
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
-  bool has_world = false;  ///< whether that origin is of a survey's or a mesh's own world
+  bool has_world = false;  ///< whether the origin is in a survey's or a mesh's world
   int utm_zone = 0;        ///< of that world, southern ones negative; 0: unknown
 };
 
-/// Reads a recorded track from CSV (see CsvTable): a pose a row, by the columns
+/// Reads a recorded track from CSV (see CsvTable): one pose per row, from the columns
 /// - `t_s`, or `time_s`, or `utc_s`: ascending;
-/// - `x_m,y_m` local, `easting_m,northing_m` of the seabed's world, or `lat_deg,lon_deg` (WGS 84),
-/// the
-///   first of these that is there;
+/// - `x_m,y_m` local, `easting_m,northing_m` of the seabed's world, or `lat_deg,lon_deg` (WGS 84):
+///   the first of these that the file has;
 /// - `z_m`, height above the sea surface, or `depth_m` below it; `altitude_m` over the bed;
-/// - `roll_deg,pitch_deg`, 0 where they are missing, and `heading_deg`, from true north beside
-///   latitudes, else from the y axis.
+/// - `roll_deg,pitch_deg`, 0 where they are missing, and `heading_deg`, from true north in a file
+///   with latitudes, else from the y axis.
 ///
-/// Latitudes and longitudes are put onto the tangent plane about the track options' origin, if they
-/// have one, which lies at the seabed's middle; else into the seabed's UTM zone, if that is known;
-/// else, over a generated seabed, onto the tangent plane about the middle of the track's own
-/// extent. All is then moved by middle_east_m and middle_north_m. Throws SceneError with
-/// `file:line: what is wrong, what was expected`.
+/// Latitudes and longitudes are projected onto the tangent plane about the origin of the track
+/// options, if they have one, which lies at the seabed's middle; else into the seabed's UTM zone,
+/// if it is known; else, over a generated seabed, onto the tangent plane about the middle of the
+/// track's extent. Then all positions are moved by middle_east_m and middle_north_m. Throws
+/// SceneError with `file:line: what is wrong, what was expected`.
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame);
 
 /// The same from text; `name` stands for the file in messages.

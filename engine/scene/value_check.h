@@ -4,8 +4,8 @@
 
 namespace ensonify::engine {
 
-/// For scenes that no reader made: that each value is one that its key may have, and that options
-/// fit each other. Throws SceneError that names the key.
+/// Checks a scene that was made without a reader: that each value is in the range of its key, and
+/// that options fit each other. Throws SceneError, which names the key.
 void check_values(const Scene& scene);
 
 }  // namespace ensonify::engine

@@ -10,8 +10,8 @@
 namespace ensonify::engine {
 
 /// Reads a measured vertical pattern from CSV, as a CsvTable: `depression_deg` from -90 to 180 and
-/// `level_db`, or `port_db` and `starboard_db`, one-way power re the peak and so 0 at most. Two
-/// rows at least, in any order. Throws SceneError with `file:line: what is wrong, what was
+/// `level_db`, or `port_db` and `starboard_db`, one-way power re the peak, so at most 0. At
+/// least two rows, in any order. Throws SceneError with `file:line: what is wrong, what was
 /// expected`.
 std::array<std::vector<VerticalLevel>, 2> read_vertical_pattern(const std::filesystem::path& file);
 

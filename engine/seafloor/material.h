@@ -20,13 +20,13 @@ struct MaterialModel {
 };
 std::vector<MaterialModel> material_models();
 
-/// What the bed or an object is made of: a seabed or a solid that is known by name, and what
-/// differs.
+/// What the bed or an object is made of: a known sediment or solid, and what differs from it.
 struct Material {
   std::string name;
-  std::string model = "tr9407";               ///< the name of one of material_models()
-  std::string like = "medium sand";           ///< a named sediment, for `solid` a named solid
-  std::optional<double> mean_grain_size_phi;  ///< the seabed of that grain size instead
+  std::string model = "tr9407";      ///< the name of one of material_models()
+  std::string like = "medium sand";  ///< a named sediment, for `solid` a named solid
+  std::optional<double>
+      mean_grain_size_phi;  ///< start from the sediment of that grain size instead
   std::optional<double> density_ratio, sound_speed_ratio, loss, volume, exponent, strength_cm4;
   double lambert_mu_db = -27.0;
   std::optional<double> diffuse_db, specular, lobe_width_rad;

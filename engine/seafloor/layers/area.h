@@ -15,7 +15,7 @@
 
 namespace ensonify::engine {
 
-/// Points of a polygon that closes itself, local metres (east, north).
+/// Points of a closed polygon (the first is not repeated), local metres (east, north).
 using Polygon = std::vector<Eigen::Vector2d>;
 
 /// A part of the seabed. All limits that are given hold at once; with none it is everywhere.
@@ -34,8 +34,7 @@ struct Area {
   double patch_m = 30.0;  ///< typical size of such a patch
   double border_m = 1.0;  ///< relief fades in over this width
   double ragged_m = 0.0;  ///< rms distance of the border from where the limits above have it
-  int number =
-      0;  ///< which draw of patches and of the layer's own relief; 0: its place in the list
+  int number = 0;         ///< of the random numbers of patches and relief; 0: its place in the list
 };
 
 /// What an area is laid on: heights before any layer, and the material of the map at each point.
@@ -51,8 +50,8 @@ std::vector<double> area_mask(const Area& area, const AreaGround& ground, const 
 /// A mask with borders that rise from 0 to 1 over a width: its mean over about that width.
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m);
 
-/// Tells of the first two sides of a polygon that cross or touch, by the numbers of their first
-/// points.
+/// The first two sides of a polygon that cross or touch, by the indices of their first points; none
+/// if no sides do.
 std::optional<std::pair<std::size_t, std::size_t>> crossing_sides(const Polygon& polygon);
 
 }  // namespace ensonify::engine

@@ -20,14 +20,14 @@ struct AreaImage {
   double pixel_north_m = 1.0;
   std::vector<std::uint8_t> counts;  ///< 1 where a pixel has the value
 
-  /// Whether the pixel at a place counts; those off the image do not.
+  /// Whether the pixel at a place counts; outside the image none does.
   bool holds(const Eigen::Vector2d& place) const;
 };
 
-/// Reads an image of whole values (PNG, indexed or grey; GeoTIFF). One with coordinates lies where
-/// they say, in the grid's world, and must cover the grid; one without is stretched over the grid,
-/// and must have its proportions to within 2 per cent. Throws refine::MeshError for one that
-/// cannot be read, does not fit, or does not hold the value.
+/// Reads an image of integers (PNG, indexed or grey; GeoTIFF). An image with coordinates lies at
+/// these in the grid's world, and must cover the grid; one without is stretched over the grid, and
+/// must have its proportions within 2 per cent. Throws refine::MeshError for an image that cannot
+/// be read, does not fit, or does not have the value.
 AreaImage read_area_image(const std::filesystem::path& file, const Heightfield& grid, int value);
 
 /// Reads the polygons of a GeoJSON file, holes too, and moves them from world to local metres.

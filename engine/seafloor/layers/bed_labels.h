@@ -16,8 +16,9 @@ namespace ensonify::engine {
 std::uint16_t number_in(std::vector<std::string>& names, const std::string& name);
 
 /// Labels the faces of a bed, which is the field's tessellation: each as most of its corners are on
-/// the map. The map's features get the instance numbers behind those of so many objects; a layer of
-/// more features than there are numbers left has none, and a warning says so. Throws
+/// the map. The map's features get the instance numbers that follow those of the objects, of which
+/// there are `objects`; a layer with more features than numbers are left gets none, and a warning
+/// reports it. Throws
 /// std::invalid_argument for a map of more labels than there are numbers.
 void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objects,
                Seafloor& seafloor);

@@ -14,9 +14,9 @@ struct Bedforms {
   double height_m = 0.1;           ///< trough to crest; 0: none
   double across_crests_rad = 0.0;  ///< heading across the crests, which the steep sides face
   double sharpness = 0.6;          ///< 0: a cosine, 1: crests are edges between round troughs
-  double asymmetry = 0.0;          ///< 0: both sides alike; towards 1: steep lee sides
+  double asymmetry = 0.0;          ///< 0: both sides equal; towards 1: steep lee sides
   double bend_rad = 0.12;          ///< rms turn of the crests, and relative change of wavelength
-  double drift_m = 0.0;            ///< over what distance they do; 0: 20 wavelengths
+  double drift_m = 0.0;            ///< distance over which they change; 0: 20 wavelengths
   double height_spread = 0.2;      ///< rms of the height's logarithm over such distances
   double forks = 2.0;              ///< pairs of fork and end in a square of 10 x 10 wavelengths
 };
@@ -27,7 +27,7 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 
-/// The profile over the phase in turns, trough to trough, between -1 and 1.
+/// The profile, between -1 and 1, over the phase; one turn is from trough to trough.
 double crest_profile(double turns, double sharpness, double asymmetry);
 
 }  // namespace ensonify::engine

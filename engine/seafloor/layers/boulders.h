@@ -10,7 +10,7 @@ namespace ensonify::engine {
 /// Boulders as relief: many, and some cells wide (single ones with a hull's detail are objects). A
 /// current digs a moat in front of each and leaves a tail behind it.
 struct BoulderField {
-  double per_hectare = 60.0;  ///< how many in 100 x 100 m; 0: none
+  double per_hectare = 60.0;  ///< number in 100 x 100 m; 0: none
   double diameter_m = 0.8;    ///< the median's; boulders are stones over 0.256 m (Wentworth 1922)
   double diameter_spread = 0.5;  ///< standard deviation of its logarithm
   double height_ratio = 0.5;     ///< height above the bed over the diameter; the rest is buried
@@ -19,7 +19,7 @@ struct BoulderField {
   double current_rad = 0.0;      ///< heading that the current goes to, and the tails point to
 };
 
-/// Adds such boulders, each where `allowed` says so of its middle. Sets `marked` to a stone's
+/// Adds such boulders, each only if `allowed` is true of its middle. Sets `marked` to a stone's
 /// number, from 1, on what is highest of it. Throws std::invalid_argument for values that no
 /// boulders have.
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,

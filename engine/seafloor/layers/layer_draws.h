@@ -25,17 +25,17 @@ struct LayerDraws {
   }
 };
 
-/// How many numbers each scattered feature gets.
+/// Number of random numbers of each scattered feature.
 inline constexpr std::size_t feature_draws = 10;
 
 /// Calls f(x_m, y_m, draws) for the points of a Poisson process of that density, in a fixed order,
-/// over a grid and `margin_m` beyond its border. draws are uniform in (0, 1]; what a point is
-/// depends on where it lies, not on the grid.
+/// over a grid and `margin_m` beyond its border. draws are uniform in (0, 1]; they
+/// depend on the place of the point, not on the grid.
 template <class F>
 void for_each_scattered(const Heightfield& grid, double per_m2, double margin_m,
                         const LayerDraws& draws, std::uint64_t what, F&& f) {
   if (!(per_m2 > 0.0)) return;
-  const double side_m = 1.0 / std::sqrt(per_m2);  // one point a lattice cell on average
+  const double side_m = 1.0 / std::sqrt(per_m2);  // one point per lattice cell on average
   const auto first = [&](double edge_m) {
     return static_cast<std::int64_t>(std::floor((edge_m - margin_m) / side_m));
   };

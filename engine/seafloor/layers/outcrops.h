@@ -19,7 +19,7 @@ struct OutcropRelief {
 };
 
 /// Adds such rock where it stands over `field`, which counts as the sediment's surface: rock rises
-/// from -height_m where `weight` (0 to 1, one a point) is 0 to height_m where it is 1. Sets
+/// from -height_m where `weight` (0 to 1, one per point) is 0 to height_m where it is 1. Sets
 /// `marked` to 1 where rock shows. Throws std::invalid_argument for values that no rock has.
 void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
                   std::span<const double> weight, std::span<std::uint32_t> marked);

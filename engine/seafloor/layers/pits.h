@@ -11,7 +11,7 @@ namespace ensonify::engine {
 /// hundreds of metres; in Belfast Bay they are on average 85 m wide and 7.6 m deep (Andrews and
 /// others 2010).
 struct PitRelief {
-  double per_hectare = 10.0;     ///< how many in 100 x 100 m; 0: none
+  double per_hectare = 10.0;     ///< number in 100 x 100 m; 0: none
   double diameter_m = 5.0;       ///< the median's
   double diameter_spread = 0.4;  ///< standard deviation of its logarithm
   double depth_ratio = 0.09;     ///< depth over diameter
@@ -20,7 +20,7 @@ struct PitRelief {
   double heading_rad = 0.0;      ///< of the long axis; its deep and steep end lies at the back
 };
 
-/// Adds such pits, each where `allowed` says so of its middle; where two meet the deeper one
+/// Adds such pits, each only if `allowed` is true of its middle; where two meet the deeper one
 /// counts. Sets `marked` to a pit's number, from 1, inside. Throws std::invalid_argument for values
 /// that no pits have.
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,

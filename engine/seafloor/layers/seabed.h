@@ -52,8 +52,12 @@ struct SeabedOptions {
 
 /// The kinds of layers, in the order in which they are laid.
 inline constexpr std::tuple relief_lists{
-    &SeabedOptions::roughness, &SeabedOptions::crests,   &SeabedOptions::trawl_marks,
-    &SeabedOptions::pits,      &SeabedOptions::outcrops, &SeabedOptions::boulders,
+    &SeabedOptions::roughness,    //
+    &SeabedOptions::crests,       //
+    &SeabedOptions::trawl_marks,  //
+    &SeabedOptions::pits,         //
+    &SeabedOptions::outcrops,     //
+    &SeabedOptions::boulders,     //
 };
 static_assert(sizeof(SeabedOptions) ==
                   (1 + std::tuple_size_v<decltype(relief_lists)>)*sizeof(std::vector<Patch>),

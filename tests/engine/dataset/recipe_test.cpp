@@ -46,7 +46,7 @@ TEST_CASE("seed 0 is a seed like any other") {
   CHECK(zero != recipe_of("seed = 1\n" + rest).sample(0).scene.track.altitude_m);
 }
 
-TEST_CASE("distributions are what they are called") {
+TEST_CASE("distributions have the shapes that they are named after") {
   const Recipe recipe = recipe_of(R"(
 [dataset]
 samples = 2000
@@ -112,7 +112,7 @@ aspect = { uniform = [0, 1], stratified = true }
   CHECK(quarters.size() == 16);
 }
 
-TEST_CASE("keys go by one another: times, plus, tables, tables that are absent") {
+TEST_CASE("keys depend on each other: times, plus, tables, absent tables") {
   const Recipe recipe = recipe_of(R"(
 [dataset]
 samples = 40
@@ -199,7 +199,7 @@ bins = { int = [100, 200] }
   CHECK(altitudes.size() == 12);
 }
 
-TEST_CASE("splits have their shares, and values held out are in theirs alone") {
+TEST_CASE("splits have their shares, and held-out values are only in their set") {
   const Recipe even =
       recipe_of("[dataset]\nsamples = 100\n[dataset.split]\ntrain = 6\nval = 2\ntest = 2\n");
   std::map<std::string, int> counts;
@@ -224,7 +224,7 @@ site = { choice = ["harbour", "bay", "fjord", "bank"] }
   }
 }
 
-TEST_CASE("renders draw the display anew and nothing else") {
+TEST_CASE("renders draw the display again and nothing else") {
   const Recipe recipe = recipe_of(
       "[dataset]\nsamples = 2\nrenders = 3\n[display]\ngain_db = { uniform = [-6, 6] }\n");
   const SampleScene sample = recipe.sample(1);
@@ -280,7 +280,7 @@ TEST_CASE("an error in a recipe names its place") {
                 "r.toml:4:14: 'track.altitude_m' is -");
 }
 
-TEST_CASE("a layer that no sample has need not fit the seabed, of one sample as of many") {
+TEST_CASE("a layer that no sample has need not fit the seabed") {
   const auto with = [](const std::string& present, int samples) {
     return "[dataset]\nsamples = " + std::to_string(samples) +
            "\n[seafloor]\ncell_m = 0.2\n[[seafloor.crests]]\nclass = \"ripples\"\npresent = " +
@@ -329,8 +329,7 @@ TEST_CASE("every sample's scene numbers its labels as the dataset does") {
   }
 }
 
-TEST_CASE(
-    "each split of the recipe for target recognition shows each class, on seabeds of its own") {
+TEST_CASE("each split of the recipe for target recognition shows each class, on separate seabeds") {
   const Recipe recipe(ensonify::tests::source_folder() / "scenes/target_recognition.toml", {});
   std::map<std::string, std::set<std::string>> classes;
   std::map<std::size_t, std::set<std::string>> splits;

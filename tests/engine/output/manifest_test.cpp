@@ -39,7 +39,7 @@ TEST_CASE("The hash is XXH3 with 128 bits, big end first") {
   CHECK(xxh128(text) != xxh128(text.substr(1)));
 }
 
-TEST_CASE("A manifest says what it was given, in order, with versions and the scene's hash") {
+TEST_CASE("A manifest has what it was given, in order, with versions and the scene's hash") {
   const Manifest manifest = sample_manifest();
   const auto json = nlohmann::ordered_json::parse(manifest_json(manifest));
   std::vector<std::string> keys;
@@ -69,7 +69,7 @@ TEST_CASE("A manifest says what it was given, in order, with versions and the sc
   CHECK(json["files"][1]["xxh128"] == "99aa06d3014798d86001c324468d497f");
 }
 
-TEST_CASE("A manifest of nothing has an empty list of files, not null") {
+TEST_CASE("An empty manifest has an empty list of files, not null") {
   const auto json = nlohmann::json::parse(manifest_json({}));
   CHECK(json["files"] == nlohmann::json::array());
   CHECK(json["warnings"] == nlohmann::json::array());

@@ -42,7 +42,7 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, and leave out
   CHECK_THROWS_AS(encode_masks(line, {}), std::invalid_argument);
 }
 
-TEST_CASE("a tar gives back what went in, and is not there before it is finished") {
+TEST_CASE("a tar returns what was added, and does not exist before it is finished") {
   const ensonify::tests::TemporaryFolder folder;
   const std::vector<std::byte> one(700, std::byte{7}), two;
   {

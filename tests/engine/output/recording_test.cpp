@@ -88,7 +88,7 @@ TEST_CASE("a start time is read by the calendar, and nothing else is one") {
     CHECK(!unix_time(wrong));
 }
 
-TEST_CASE("an XTF is what its description says, byte by byte") {
+TEST_CASE("an XTF follows its description, byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
@@ -197,7 +197,7 @@ TEST_CASE("an XTF is what its description says, byte by byte") {
   }
 }
 
-TEST_CASE("a JSF is what its description says, byte by byte") {
+TEST_CASE("a JSF follows its description, byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
@@ -337,7 +337,7 @@ TEST_CASE("a lost ping leaves a gap in the numbers, and what repeats nothing was
   CHECK(encode_jsf(nothing).empty());
 }
 
-TEST_CASE("a JSF's subsystem tells its sonar's frequency from that of the scene's others") {
+TEST_CASE("a JSF's subsystem orders the sonars of a scene by frequency") {
   RecordingFrame frame = sample_frame();
   for (const int rank : {0, 1, 2, 30}) {
     frame.frequency_rank = rank;
@@ -364,7 +364,7 @@ TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees"
   CHECK(encode_jsf(recording).size() == 16 + 240 + 16);
 }
 
-TEST_CASE("a track that counts from 1970 keeps its own time, another begins on the usual day") {
+TEST_CASE("a track that counts from 1970 keeps its time, another begins on the default day") {
   Waterfall line = sample_line(1);
   RecordingFrame frame = sample_frame();
   frame.start_time.clear();

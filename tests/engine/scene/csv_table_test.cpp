@@ -26,7 +26,7 @@ TEST_CASE("A CSV table has the columns that are there, in the order they are ask
   CHECK(table.at(1, 2) == 3.0);
 }
 
-TEST_CASE("A CSV table's complaints name file and line, and which columns may be left out") {
+TEST_CASE("Errors of a CSV table name file and line, and the columns that are optional") {
   CHECK(std::string(parsed("angle_deg\n\n1\n2\n").fault(1, "too large").what()) ==
         "t.csv:4: too large");
   CHECK_THROWS_WITH(parsed("a,b\n1,2\n"),

@@ -52,7 +52,7 @@ TEST_CASE("A shape, its sizes, its path and its area are read, and read back fro
   CHECK(schema_text().find("| `tyre` |") != std::string::npos);
 }
 
-TEST_CASE("What is wrong with an object is said once, where it stands") {
+TEST_CASE("An error in an object is reported once, with its place") {
   const std::string cone = "shape = \"cone\"\n", cable = "shape = \"cable\"\n";
   for (
       const auto& [keys, message] : std::vector<std::pair<std::string, std::string>>{

@@ -79,11 +79,9 @@ void check_row_refused(const std::string& row, const std::string& expected) {
 
 }  // namespace
 
-TEST_CASE("A profile is read as its header and rows say") {
-  check_is_good(parse_profile(good, ""));
-}
+TEST_CASE("A profile is read by its header and rows") { check_is_good(parse_profile(good, "")); }
 
-TEST_CASE("Whatever an honest program writes is read the same") {
+TEST_CASE("All forms that programs write are read the same") {
   const std::string mark = "\xef\xbb\xbf";
   const std::string rows = good.substr(good.find('\n') + 1);
   const std::vector<std::string> texts = {
@@ -125,7 +123,7 @@ TEST_CASE("A single sample is a profile") {
   CHECK(parse_profile("depth_m,soundspeed_mps\n5,1500\n", "").speed_mps(80.0) == 1500.0);
 }
 
-TEST_CASE("A file without a profile is refused with what it lacks") {
+TEST_CASE("A file without a profile is refused, and the error names what is missing") {
   check_refused("", 1, "the file is empty");
   check_refused("\xef\xbb\xbf", 1, "the file is empty");
   check_refused("\n\r\n  \n", 3, "the file is empty");
@@ -156,7 +154,7 @@ TEST_CASE("A file without a profile is refused with what it lacks") {
   check_refused(good + std::string(5000, '1'), 5, "a line of more than 4096 characters");
 }
 
-TEST_CASE("A cast is read as a CastAway writes it") {
+TEST_CASE("A cast in a CastAway's format is read") {
   check_is_good(parse_profile(castaway, "cast.csv"));
   check_is_good(parse_profile("\xef\xbb\xbf" + replaced(castaway, "\n", "\r\n"), "cast.csv"));
   check_is_good(parse_profile(castaway.substr(castaway.find("Pressure")), "cast.csv"));
@@ -165,7 +163,7 @@ TEST_CASE("A cast is read as a CastAway writes it") {
       "Depth (Meter),depth_m,soundspeed_mps\n1,0,1500\n2,10,1490.5\n3,30,1485\n", ""));
 }
 
-TEST_CASE("What is wrong in a CastAway's file is told with its line and its own words") {
+TEST_CASE("An error in a CastAway's file names its line and quotes it") {
   check_refused(replaced(castaway, "1490.5", "fast"), 6,
                 "Sound velocity (Meters per Second) is 'fast'");
   check_refused(replaced(castaway, "1490.5", "nan"), 6, "is 'nan'");
@@ -185,7 +183,7 @@ TEST_CASE("What is wrong in a CastAway's file is told with its line and its own 
   check_refused("%" + std::string(5000, 'x') + "\n" + castaway, 1, "a line of more than 4096");
 }
 
-TEST_CASE("A CastAway's own file is the cast that was taken from it") {
+TEST_CASE("A CastAway's file gives the same cast as the plain file made from it") {
   const auto own = data_file("soundspeed/castaway__11E101663_20120821_122817.csv");
   const auto converted = data_file("soundspeed/castaway_portsmouth_1.csv");
   if (!own || !converted) {
@@ -250,7 +248,7 @@ TEST_CASE("A byte-order mark does not shift the lines, nor do comments and CRLF"
   check_refused("\xef\xbb\xbf# x\r\ndepth_m,soundspeed_mps\r\n\r\n0,1500\r\n1,x\r\n", 5, "'x'");
 }
 
-TEST_CASE("A file that is none, a pipe, a folder, an endless or a huge one is refused at once") {
+TEST_CASE("A missing file, a pipe, a folder, an endless or a huge file is refused at once") {
   const TemporaryFolder folder;
   const auto refused = [](const std::filesystem::path& file, const std::string& expected) {
     CHECK_THROWS_WITH(read_profile(file),
@@ -270,7 +268,7 @@ TEST_CASE("A file that is none, a pipe, a folder, an endless or a huge one is re
   check_is_good(read_profile(folder / "good.csv"));
 }
 
-TEST_CASE("However a profile is damaged, it is read within bounds or refused with a place") {
+TEST_CASE("A damaged profile is read within bounds or refused with a place") {
   std::mt19937 random(7);
   const auto below = [&](std::size_t n) { return random() % n; };
   int read = 0, refused = 0;

@@ -258,7 +258,7 @@ TEST_CASE("Each output format has a key, and no two the same") {
   }
 }
 
-TEST_CASE("Each kind of fault is said with its place, what was expected and a suggestion") {
+TEST_CASE("Each kind of error names its place, what was expected and a suggestion") {
   struct Case {
     std::string text, message;
   };
@@ -393,7 +393,7 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
   CHECK(error_of(text) == message);
 }
 
-TEST_CASE("A fault of TOML itself is said with the parser's words and place") {
+TEST_CASE("An error of TOML has the parser's words and place") {
   CHECK(error_of(head + "seed = 1\nseed = 2").starts_with("s.toml:3:"));
   CHECK(error_of(head + "seed = 1\nseed = 2").find("seed") != std::string::npos);
   CHECK(error_of(head + "[sea\n").starts_with("s.toml:2:5: "));
@@ -483,7 +483,7 @@ TEST_CASE("Objects keep their order and their numbers, from the file, an overrid
   }
 }
 
-TEST_CASE("A scene's files lie under its own folder or the data folder, and nowhere else") {
+TEST_CASE("A scene's files lie under its folder or the data folder, and nowhere else") {
   TemporaryFolder folder;
   const fs::path scenes = folder / "scenes", data = folder / "data";
   fs::create_directories(scenes / "sub");
@@ -560,7 +560,7 @@ TEST_CASE("A scene's files lie under its own folder or the data folder, and nowh
   CHECK(read_scene(scenes / "s.toml", away).seafloor.survey.name.empty());
 }
 
-TEST_CASE("A scene file that is none is refused by name") {
+TEST_CASE("A scene file that cannot be one is refused by name") {
   TemporaryFolder folder;
   const auto error = [&](const fs::path& file) { return error_of([&] { read_scene(file); }); };
   CHECK(error(folder / "none.toml") ==
@@ -606,7 +606,7 @@ TEST_CASE("Damaged scenes are read or refused with a place") {
   CHECK(error_of(std::string(1000, '\0')).starts_with("s.toml:1:1: "));
 }
 
-TEST_CASE("A preset gives the values that are not given, whatever is read first") {
+TEST_CASE("A preset sets the keys that are not given, in any order of reading") {
   const auto sonar = [&](const std::string& keys, const std::vector<std::string>& overrides = {}) {
     return parsed(head + "[sonar.a]\n" + keys, overrides).sonars.front();
   };

@@ -78,7 +78,7 @@ TEST_CASE("Patches and layers of relief are read, overridden and dumped to the s
   }
 }
 
-TEST_CASE("A patch at fault is told of with its file and line") {
+TEST_CASE("An error in a patch names its file and line") {
   const auto check = [](const std::string& patch, const std::string& line,
                         const std::string& words) {
     const std::string message = error_of(with(patch));
@@ -111,7 +111,7 @@ TEST_CASE("A patch at fault is told of with its file and line") {
             .find("needs a grid of heights") != std::string::npos);
 }
 
-TEST_CASE("An image that does not fit the seabed is told of before anything is made") {
+TEST_CASE("An image that does not fit the seabed is refused before anything is made") {
   const TemporaryFolder folder;
   const auto write_pgm = [&](const std::string& name, const std::string& bytes) {
     std::ofstream(folder / name, std::ios::binary) << bytes;

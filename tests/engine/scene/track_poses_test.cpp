@@ -39,7 +39,7 @@ Scene from_file(const TemporaryFolder& folder, const std::string& text) {
 }  // namespace
 
 TEST_CASE(
-    "a line flies at its height over the mean bed, a ping each longest range's two-way time") {
+    "a line keeps its height over the mean bed, with one ping per two-way time of the longest range") {
   Scene scene;
   scene.track.pings = 201;
   scene.sonars.push_back(scene.sonars.front());
@@ -120,7 +120,7 @@ TEST_CASE("a recorded altitude is held over this bed where no depth is known, or
   CHECK(build_track(scene, step, 1500.0).poses[1].position.z() == Approx(-10.0));
 }
 
-TEST_CASE("places that repeat are warned of, unless they are smoothed") {
+TEST_CASE("repeated positions give a warning, unless they are smoothed") {
   const TemporaryFolder folder;
   Scene scene = from_file(folder, "t_s,x_m,y_m\n0,0,0\n1,0,0\n2,2,0\n3,2,0\n");
   CHECK(build_track(scene, step, 1500.0).warnings.size() == 1);
@@ -128,7 +128,7 @@ TEST_CASE("places that repeat are warned of, unless they are smoothed") {
   CHECK(build_track(scene, step, 1500.0).warnings.empty());
 }
 
-TEST_CASE("where a track cannot be flown it is said what to do") {
+TEST_CASE("an error for an impossible track tells the user what to do") {
   using Catch::Contains;
   Scene scene;
   scene.track.kind = TrackKind::lawn_mower;

@@ -31,7 +31,7 @@ const LocalFrame survey{{405000.0, 6202000.0, 0.0}, true, 0};
 
 }  // namespace
 
-TEST_CASE("a track's columns come under any of their names, in any order") {
+TEST_CASE("a track's columns can have any of their names, in any order") {
   const NavigationLog log = parsed(
       "heading_deg,time_s,y_m,x_m,depth_m,altitude_m,roll_deg,speed\n90,5,2,1,7,3,-1,9\n91,6,2,3,8,"
       "3,-1,9\n",
@@ -81,7 +81,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
   CHECK(error_of(text, survey).starts_with("t.csv: lat_deg and lon_deg cannot be put onto this"));
 }
 
-TEST_CASE("what is wrong with a track is said with its line") {
+TEST_CASE("an error in a track names its line") {
   CHECK(error_of("x_m,y_m\n0,0\n").starts_with("t.csv: no column of times in the header row"));
   CHECK(error_of("t_s,x_m\n0,0\n") == "t.csv: there is a column x_m and no y_m, expected both");
   CHECK(error_of("t_s\n0\n").starts_with("t.csv: no columns of places"));
@@ -95,7 +95,7 @@ TEST_CASE("what is wrong with a track is said with its line") {
   CHECK(error_of("t_s,x_m,y_m\n").starts_with("t.csv:1: no pose follows"));
 }
 
-TEST_CASE("a real recording's navigation flies steadily once it is smoothed") {
+TEST_CASE("a real recording's navigation is steady after smoothing") {
   const auto file = tests::data_file("nav/scotsman_iver2_nav.csv");
   if (!file) {
     WARN("skipped: the recording is not there");

@@ -8,7 +8,7 @@ using namespace ensonify::engine;
 
 // What rows and damaged text may be is in profile_reader_test.cpp, through the same table.
 
-TEST_CASE("A measured vertical pattern is read for both sides, or each its own, in any order") {
+TEST_CASE("A measured vertical pattern is read for both sides or for each side, in any order") {
   const auto both = parse_vertical_pattern("level_db,depression_deg\n-3,40\n-20,-90\n0,30\n", "v");
   for (const auto& side : both) {
     REQUIRE(side.size() == 3);

@@ -164,7 +164,7 @@ TEST_CASE("Crests are a matter of place: a smaller bed is a part of the larger o
       REQUIRE(small.at(column, row) == Approx(large.at(column + 50, row + 40)).margin(1e-9));
 }
 
-TEST_CASE("Crests that cannot be are refused") {
+TEST_CASE("Crests with values outside their ranges are refused") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Bedforms& wrong :
        {Bedforms{.wavelength_m = 0.0}, Bedforms{.wavelength_m = nan}, Bedforms{.wavelength_m = 0.9},

@@ -144,7 +144,7 @@ TEST_CASE("What a trawl's door digs out lies beside the furrow: nothing is lost"
   CHECK(std::abs(sum) < 0.05 * size);
 }
 
-TEST_CASE("Pits are as many, as wide and as deep as asked for, and marked inside") {
+TEST_CASE("Pits have the number, width and depth asked for, and are marked inside") {
   const PitRelief relief{.per_hectare = 30.0,
                          .diameter_m = 6.0,
                          .diameter_spread = 0.0,
@@ -243,7 +243,7 @@ TEST_CASE("Rock stands in ledges: treads along the dip, risers of a bed's thickn
     if (weight[i] < 0.4) REQUIRE(laid.field.z_m[i] == 0.0);
 }
 
-TEST_CASE("Features that cannot be are refused") {
+TEST_CASE("Features with values outside their ranges are refused") {
   Laid laid(flat(10, 10, 1.0, 1.0));
   CHECK_THROWS_AS(add_trawl_marks(laid.field, {.count = -1}, draws(1), laid.marked),
                   std::invalid_argument);

@@ -65,7 +65,7 @@ TEST_CASE("A polygon and a disc hold the area that geometry says") {
   CHECK_THROWS_AS(mask_of(disc, grid), std::invalid_argument);
 }
 
-TEST_CASE("Patches take their share within a per cent, in one piece of border after another") {
+TEST_CASE("Patches take their share within a per cent, with smooth borders") {
   const Heightfield grid = flat(301, 251, 0.5, 0.5);
   for (const double wanted : {0.1, 0.35, 0.8}) {
     Area area;
@@ -176,7 +176,7 @@ TEST_CASE("Layers add up, and none disturbs another") {
     REQUIRE(whole.z_m[i] == Approx(sum[i]).margin(1e-12));
 }
 
-TEST_CASE("A bed without patches and layers has the bits it had") {
+TEST_CASE("A bed without patches and layers has the same bits as its base") {
   SeafloorOptions plain = options();
   plain.fractal.height_at_1m_m = 0.05;
   Heightfield direct = flat(241, 161, 0.25, 0.25);
@@ -236,7 +236,7 @@ TEST_CASE("The map's materials and classes reach the faces, and relief follows `
   CHECK(field.at(180, 80) + 15.0 == Approx(0.3));  // the canopy, 15 m to the east
 }
 
-TEST_CASE("Boulders are told apart by instances, which a layer of too many does without") {
+TEST_CASE("Boulders have instances, except in a layer with too many of them") {
   SeafloorOptions bed = options();
   bed.seabed.boulders.resize(2);
   bed.seabed.boulders[0].relief.per_hectare = 200.0;
