@@ -13,9 +13,9 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double faces_a_cell = 2.0;
-constexpr double max_cells_a_face = 8.0;  // on average: long faces want larger cells
+constexpr double max_cells_a_face = 8.0;  // on average: long faces need larger cells
 
-/// The topmost of the faces there, so far.
+/// The highest of the faces seen so far above or below one place.
 class Topmost {
  public:
   Topmost(refine::Triangles triangles, double x_m, double y_m)
@@ -116,7 +116,7 @@ PlumbLine::PlumbLine(const Seafloor& seafloor)
       footprint_(*mesh_) {}
 
 double PlumbLine::height_m(double x_m, double y_m) {
-  // A fan that has closed to a line: its slack is more than the bits of the place.
+  // A fan of zero width: its slack is larger than the rounding of the place.
   const refine::FanVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
                                .array_axis = Eigen::Vector3d::UnitX(),
                                .middle = -Eigen::Vector3d::UnitZ(),
