@@ -66,7 +66,7 @@ TEST_CASE("Round shapes are as fine as their material's lobe asks for, and as ar
   REQUIRE(narrow.warnings.size() == 1);
   const std::string& told = narrow.warnings.front();
   INFO(told);
-  CHECK(told.starts_with("objects.0 (sphere): its facets stand 0."));
+  CHECK(told.starts_with("objects.0 (sphere): neighbouring facets differ by 0."));
   CHECK(told.find("the lobe of shiny, 0.1 degrees wide") != told.npos);
 
   ball.count = 100;

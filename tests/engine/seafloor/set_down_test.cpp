@@ -243,7 +243,7 @@ TEST_CASE("an object with a vertex left at another origin is told of by that ver
   things.placed(things.object(astray));
   astray.positions[5] = (-astray.world_origin).cast<float>();
   CHECK_THROWS_WITH(things.placed(things.object(astray)),
-                    Catch::Contains("thing.ply: reaches over 4.6e+06 m") &&
+                    Catch::Contains("thing.ply: is 4.6e+06 m long") &&
                         Catch::Contains("vertex 5 (from 0) is the farthest") &&
                         Catch::Contains("there is no bed below this object"));
 }
