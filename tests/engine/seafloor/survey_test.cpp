@@ -214,7 +214,7 @@ TEST_CASE("Grids that are turned, in degrees or in feet are refused with the cur
   CHECK(has(error_of(folder, turned.bytes(), "grid.tif"), "gdalwarp"));
   Tiff mirrored = tiff_4x3();
   mirrored.transform = {500000, -1, 0, 4000000, 0, -1};
-  CHECK(has(error_of(folder, mirrored.bytes(), "grid.tif"), "which is no size"));
+  CHECK(has(error_of(folder, mirrored.bytes(), "grid.tif"), "expected positive sizes"));
   Tiff degrees = tiff_4x3();
   degrees.geographic = true;
   degrees.epsg = 4326;
