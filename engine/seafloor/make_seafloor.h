@@ -12,10 +12,12 @@
 
 namespace ensonify::engine {
 
-/// The memory limit of make_seafloor(), and the memory that later stages need. Every estimate is a
-/// lower bound: it counts only what is certainly allocated at the same time, so that no seafloor
-/// that fits is refused. For a survey the heights are counted before it is read and the faces once
-/// they are known, since holes make no faces; for random layers, what each of them needs.
+/// The memory limit of make_seafloor(), and the memory that later stages need.
+///
+/// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
+/// that no seafloor that fits is refused. For a survey the heights are counted before it is read
+/// and the faces once they are known, since holes make no faces; for random layers, what each of
+/// them needs.
 struct MemoryPlan {
   MemoryLimit limit;
   double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis

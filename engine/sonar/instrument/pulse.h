@@ -7,11 +7,12 @@ namespace ensonify::engine {
 enum class PulseKind { cw, lfm };
 enum class PulseWindow { none, hann };
 
-/// The transmitted pulse, described by its effect on the echoes. A CW pulse has the intensity of a
-/// box of its length. A linear sweep (LFM) has, after the matched filter, the transform of its flat
-/// spectrum: an intensity of sinc^2(B t), whose first side lobe is 13.3 dB down and whose -3 dB
-/// width is 0.886 / B. With a Hann window over the spectrum it is (sinc(B t) / (1 - (B t)^2))^2,
-/// with 31.5 dB and 1.44 / B.
+/// The transmitted pulse, described by its effect on the echoes.
+///
+/// A CW pulse has the intensity of a box of its length. A linear sweep (LFM) has, after the matched
+/// filter, the transform of its flat spectrum: an intensity of sinc^2(B t), whose first side lobe
+/// is 13.3 dB down and whose -3 dB width is 0.886 / B. With a Hann window over the spectrum it is
+/// (sinc(B t) / (1 - (B t)^2))^2, with 31.5 dB and 1.44 / B.
 struct Pulse {
   PulseKind kind = PulseKind::cw;
   double bandwidth_hz = 30e3;

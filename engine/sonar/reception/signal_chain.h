@@ -34,11 +34,12 @@ struct ChainOptions {
   ArtefactOptions artefacts;
 };
 
-/// From the expected echo to the recorded samples, for both sides of a sonar together. The stages:
-/// echoes of complex scatterers, summed over beam and pulse and scaled so that each bin's mean
-/// intensity is the expected one; plus complex noise of the sea, of the receiver and of incoherent
-/// paths, through the same matched filter; then gain, noise after the gain, detector, scaling of
-/// the ping, transfer curve, clipping and digitiser.
+/// From the expected echo to the recorded samples, for both sides of a sonar together.
+///
+/// The stages: echoes of complex scatterers, summed over beam and pulse and scaled so that each
+/// bin's mean intensity is the expected one; plus complex noise of the sea, of the receiver and of
+/// incoherent paths, through the same matched filter; then gain, noise after the gain, detector,
+/// scaling of the ping, transfer curve, clipping and digitiser.
 class SignalChain {
  public:
   SignalChain(const Sonar& sonar, const ChainOptions& options);

@@ -28,6 +28,7 @@ struct MotionOptions {
 };
 
 /// A stationary random function of time with zero mean, the sum of the two bands of an Oscillation.
+///
 /// Each band has a Gaussian spectrum over angular frequency with the centre w0 and the half width
 /// s. The periodic band has w0 = 2 pi / period and s = 0.15 w0, as swell is described (Goda, Random
 /// Seas and Design of Maritime Structures); the slow band has w0 = 0 and s = 1 / wander_s. The
