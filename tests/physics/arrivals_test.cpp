@@ -23,7 +23,7 @@ namespace {
 
 constexpr double altitude_m = 10.0, depth_m = 14.0;
 const Eigen::Vector3d array{0.0, 0.0, -depth_m};
-const PingContext hearing{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
+const PingContext context{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
 
 Sonar open_sonar() {  // hears alike in all vertical directions
   Sonar sonar = quiet_sonar();
@@ -35,7 +35,7 @@ Sonar open_sonar() {  // hears alike in all vertical directions
 /// The mean intensity of a ping with these arrivals over a bed that answers where `direct` says.
 struct Circumstances {
   Side side = Side::starboard;
-  ArrayFrame ear = hearing.array;
+  ArrayFrame array_frame = context.array;
   ArtefactOptions artefacts = {};
   std::optional<scatter::Sediment> bed = {};
 };
@@ -52,8 +52,8 @@ std::vector<double> received(const Sonar& sonar, const OtherPathsOptions& arriva
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
   SignalChain::Memory memory;
-  PingContext now = hearing;
-  now.array = under.ear;
+  PingContext now = context;
+  now.array = under.array_frame;
   chain.receive(now, std::span(&line, 1), memory);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
@@ -95,7 +95,7 @@ TEST_CASE("the surface's return wanders with the waves, within their height") {
   double sum = 0.0, squares = 0.0;
   constexpr int pings = 2000;
   for (int ping = 0; ping < pings; ++ping) {
-    PingContext now = hearing;
+    PingContext now = context;
     now.t_s = 0.37 * ping;
     chain.receive(now, std::span(&line, 1), memory);
     const auto first = std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
@@ -149,15 +149,15 @@ TEST_CASE(
        {Case{"surface", {.surface = true}}, Case{"volume", {.volume = true}},
         Case{"multiples", {.multiples = true}}, Case{"wake", {}, wake}, Case{"fish", {}, fish}})
     for (const Side side : {Side::port, Side::starboard}) {
-      const auto hear = [&](const Sonar& sonar, const ArrayFrame& ear) {
+      const auto receive = [&](const Sonar& sonar, const ArrayFrame& array_frame) {
         const bool bed = what.arrivals.multiples;
         return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, {},
-                        {.side = side, .ear = ear, .artefacts = what.artefacts});
+                        {.side = side, .array_frame = array_frame, .artefacts = what.artefacts});
       };
-      const std::vector<double> by_roll = hear(upright, rolled), by_mount = hear(mounted, level);
+      const std::vector<double> by_roll = receive(upright, rolled), by_mount = receive(mounted, level);
       CAPTURE(what.name, static_cast<int>(side));
       double changed = 0.0;
-      const std::vector<double> unrolled = hear(upright, level);
+      const std::vector<double> unrolled = receive(upright, level);
       for (std::size_t n = 0; n < by_roll.size(); ++n) {
         REQUIRE(by_roll[n] == Approx(by_mount[n]).epsilon(2e-3).margin(1e-30));
         if (unrolled[n] > 0.0)
@@ -171,9 +171,9 @@ TEST_CASE(
 TEST_CASE("in open water, nearer than surface and bed, reverberation does not mind a roll") {
   const Sonar sonar = quiet_sonar();
   for (const double roll_rad : {-0.7, 0.2, 1.4}) {
-    const ArrayFrame ear{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
+    const ArrayFrame array_frame{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
     const std::vector<double> level = received(sonar, {.volume = true});
-    const std::vector<double> rolled = received(sonar, {.volume = true}, {}, {}, {.ear = ear});
+    const std::vector<double> rolled = received(sonar, {.volume = true}, {}, {}, {.array_frame = array_frame});
     for (std::size_t n = 0; (n + 1) * sonar.bin_m() < altitude_m; ++n)
       REQUIRE(rolled[n] == Approx(level[n]).epsilon(1e-9));
   }
@@ -184,9 +184,9 @@ TEST_CASE(
   const Sonar sonar = open_sonar();
   for (const double pitch_rad : {-0.35, 0.2}) {
     const Eigen::Vector3d ahead{0.0, std::cos(pitch_rad), std::sin(pitch_rad)};
-    const ArrayFrame ear{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
+    const ArrayFrame array_frame{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
     const std::vector<double> surface =
-        received(sonar, {.surface = true}, {}, {.wind_mps = 0.0}, {.ear = ear});
+        received(sonar, {.surface = true}, {}, {.wind_mps = 0.0}, {.array_frame = array_frame});
     const auto first = std::ranges::find_if(surface, [](double i) { return i > 0.0; });
     CHECK(double(first - surface.begin()) ==
           Approx(depth_m / std::cos(pitch_rad) / sonar.bin_m()).margin(1.0));
@@ -316,7 +316,7 @@ TEST_CASE("the transmitted pulse blinds the first samples and no more") {
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});
   EchoLine line = level_line(sonar, Side::port, array, altitude_m);
   SignalChain::Memory memory;
-  chain.receive(hearing, std::span(&line, 1), memory);
+  chain.receive(context, std::span(&line, 1), memory);
   CHECK(line.artefacts.has(Artefact::transmit_burst));
   const std::uint32_t full = chain.recorder().full_scale();
   for (std::size_t i = 0; i < 8; ++i) CHECK(line.bins.sample[i] == full);  // 0.4 m
@@ -330,7 +330,7 @@ TEST_CASE("what leaks from one side to the other is so far below it") {
                       level_line(sonar, Side::starboard, array, altitude_m)};
   std::fill(lines[1].bins.intensity_mean.begin(), lines[1].bins.intensity_mean.end(), 0.0f);
   SignalChain::Memory memory;
-  chain.receive(hearing, lines, memory);
+  chain.receive(context, lines, memory);
   CHECK(lines[1].artefacts.has(Artefact::crosstalk));
   CHECK(lines[1].bins.intensity[600] == Approx(1e-3 * lines[0].bins.intensity[600]));
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
@@ -349,7 +349,7 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, there and back
     line.bins.intensity_mean[i] = 0.0f;
   }
   SignalChain::Memory memory;
-  with.receive(hearing, std::span(&line, 1), memory);
+  with.receive(context, std::span(&line, 1), memory);
   // The wall is 1 m / sin g tall; its image reaches as far before it over the ground as light at
   // that angle.
   const double r = (foot + 0.5) * sonar.bin_m(), sine = altitude_m / r;

@@ -25,7 +25,7 @@ Seafloor rough_bed(double height_at_1m_m) {
 
 /// The same energy without bins: every ray's own, by the trapezoid rule along each plane.
 double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& beam,
-                      const ReceiverMotion& listens, std::span<const Hit> hits,
+                      const ReceiverMotion& receiver_motion, std::span<const Hit> hits,
                       const Seafloor& bed) {
   const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
   const refine::Triangles mesh = bed.mesh;
@@ -44,7 +44,7 @@ double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& 
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
       sum += beam.two_way(Side::starboard, aperture.samples_of(k), fan.grid->cos_elevation[j],
-                          fan.ray(k, j).direction, hit.t, listens) *
+                          fan.ray(k, j).direction, hit.t, receiver_motion) *
              lambert.sigma_over_sine(sine) / (hit.t * hit.t) * step;
     }
   return sum;
@@ -80,16 +80,16 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         EchoLine line;
         line.side = Side::starboard;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
-        const ReceiverMotion listens = reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        const ReceiverMotion receiver_motion = reception(pose, line.side, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
-        former.form(fan, aperture, listens, bed.mesh, runs, line);
+        former.form(fan, aperture, receiver_motion, bed.mesh, runs, line);
         const std::vector<float>& mean = line.bins.intensity_mean;
         const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
         const double in_bins =
             std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
         CHECK(in_bins ==
-              Approx(energy_of_rays(fan, aperture, beam, listens, hits, bed)).epsilon(1e-3));
+              Approx(energy_of_rays(fan, aperture, beam, receiver_motion, hits, bed)).epsilon(1e-3));
       }
 }
 

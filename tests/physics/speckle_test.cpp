@@ -42,8 +42,8 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 /// A chain and its memory, heard at will.
-struct Ear {
-  explicit Ear(const Sonar& its_sonar, const ChainOptions& options = {})
+struct Receiver {
+  explicit Receiver(const Sonar& its_sonar, const ChainOptions& options = {})
       : sonar(its_sonar), chain(its_sonar, options) {}
 
   std::vector<double> intensity(EchoLine& line, const Eigen::Vector3d& array,
@@ -68,11 +68,11 @@ struct Ear {
 
 /// Of many pings that have nothing in common.
 std::vector<double> independent_intensities(const Sonar& sonar, int pings = 150) {
-  Ear ear(sonar);
+  Receiver receiver(sonar);
   std::vector<double> all;
   for (int ping = 0; ping < pings; ++ping)
     for (const Side side : {Side::port, Side::starboard}) {
-      const std::vector<double> one = ear.intensity(10.0 * ping, side);
+      const std::vector<double> one = receiver.intensity(10.0 * ping, side);
       all.insert(all.end(), one.begin(), one.end());
     }
   return all;
@@ -125,19 +125,19 @@ TEST_CASE("M looks have the intensity's contrast of M^-1/2, and the gamma's mome
 
 TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distributed amplitudes") {
   constexpr double nu = 2.0;
-  Ear ear(quiet_sonar());
+  Receiver receiver(quiet_sonar());
   std::mt19937_64 random(1);
   std::gamma_distribution<double> patch(nu, 1.0 / nu);
   std::vector<double> values;
   for (int ping = 0; ping < 250; ++ping) {
     const Eigen::Vector3d array{0.0, 10.0 * ping, -10.0};
-    EchoLine line = level_line(ear.sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
     double strength = 1.0;
     for (std::size_t i = 0; i < line.bins.intensity_mean.size(); ++i) {
       if (i % 10 == 0) strength = patch(random);  // half a metre
       line.bins.intensity_mean[i] *= static_cast<float>(strength);
     }
-    const std::vector<double> one = ear.intensity(line, array);
+    const std::vector<double> one = receiver.intensity(line, array);
     values.insert(values.end(), one.begin(), one.end());
   }
   const Moments intensity = moments(values);
@@ -169,7 +169,7 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
     sonar.pulse.bandwidth_hz = one.bandwidth_hz;
     for (const bool noise : {false, true}) {
       sonar.receiver.noise = noise;
-      Ear ear(sonar);
+      Receiver receiver(sonar);
       std::array<double, 5> sums{};
       constexpr int pings = 100;
       for (int ping = 0; ping < pings; ++ping) {
@@ -177,9 +177,9 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
         if (noise) {
           EchoLine empty;
           empty.bins.assign(static_cast<std::size_t>(sonar.bins));
-          line = ear.intensity(empty, {0, 0, -10}, static_cast<std::uint64_t>(ping));
+          line = receiver.intensity(empty, {0, 0, -10}, static_cast<std::uint64_t>(ping));
         } else {
-          line = ear.intensity(10.0 * ping);
+          line = receiver.intensity(10.0 * ping);
         }
         for (std::size_t lag = 1; lag < sums.size(); ++lag)
           sums[lag] += correlation({line.begin(), line.end() - static_cast<std::ptrdiff_t>(lag)},
@@ -242,14 +242,14 @@ TEST_CASE("pings that overlap are correlated along the track as their beams are"
     for (const double range_m : {14.0, 40.0, 68.0}) {
       Sonar sonar = quiet_sonar();
       sonar.focused = focused;
-      Ear ear(sonar);
+      Receiver receiver(sonar);
       const auto middle = static_cast<std::size_t>(range_m / sonar.bin_m());
       for (const double step_m : {0.05, 0.1, 0.2, 0.3, 0.5}) {
         double sum = 0.0;
         constexpr int pairs = 60;
         for (int pair = 0; pair < pairs; ++pair) {
           const auto near = [&](double north_m) {
-            const std::vector<double> all = ear.intensity(north_m);
+            const std::vector<double> all = receiver.intensity(north_m);
             const std::size_t first = middle - all.size() % 1 - 200 - 50;
             const auto from = all.begin() + static_cast<std::ptrdiff_t>(first);
             return std::vector<double>(from, from + 100);
@@ -263,18 +263,18 @@ TEST_CASE("pings that overlap are correlated along the track as their beams are"
 }
 
 TEST_CASE("a second pass hears the same on the same track, and nothing of it from elsewhere") {
-  Ear ear(quiet_sonar());
-  const std::vector<double> first = ear.intensity(3.0, Side::starboard, 1);
-  CHECK(ear.intensity(3.0, Side::starboard, 1000) == first);  // the ground's own, not the ping's
-  CHECK(std::abs(correlation(first, ear.intensity(4.5, Side::starboard, 2))) < 0.1);
+  Receiver receiver(quiet_sonar());
+  const std::vector<double> first = receiver.intensity(3.0, Side::starboard, 1);
+  CHECK(receiver.intensity(3.0, Side::starboard, 1000) == first);  // the ground's own, not the ping's
+  CHECK(std::abs(correlation(first, receiver.intensity(4.5, Side::starboard, 2))) < 0.1);
 
   // The same places from the other side, and by an array that heads 30 degrees otherwise.
   const Eigen::Vector3d array{0.0, 3.0, -10.0};
-  EchoLine line = level_line(ear.sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
   const Eigen::Vector3d opposite{2.0 * 40.0, 3.0, -10.0};
-  CHECK(std::abs(correlation(first, ear.intensity(line, opposite))) < 0.1);
-  ear.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
-                    std::span(&line, 1), ear.memory);
+  CHECK(std::abs(correlation(first, receiver.intensity(line, opposite))) < 0.1);
+  receiver.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
+                    std::span(&line, 1), receiver.memory);
   const std::vector<double> turned(line.bins.intensity.begin() + line.first_return,
                                    line.bins.intensity.end());
   CHECK(std::abs(correlation(first, turned)) < 0.1);
@@ -283,28 +283,28 @@ TEST_CASE("a second pass hears the same on the same track, and nothing of it fro
 TEST_CASE("a second pass at another altitude loses coherence as the grazing angle changes") {
   // Of bins of length b over ground, |sinc(2 b (cos g' - cos g) / lambda)|^2 of the intensities (Li
   // and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
-  Ear ear(quiet_sonar());
-  const double lambda_m = 1500.0 / ear.sonar.frequency_hz;
+  Receiver receiver(quiet_sonar());
+  const double lambda_m = 1500.0 / receiver.sonar.frequency_hz;
   for (const double higher_m : {0.2, 0.5, 1.0, 1.6}) {
     double sum = 0.0, expected = 0.0;
     constexpr int pairs = 80;
     for (int pair = 0; pair < pairs; ++pair) {
       const Eigen::Vector3d array{0.0, 7.3 * pair, -10.0};
       const Eigen::Vector3d above = array + higher_m * Eigen::Vector3d::UnitZ();
-      EchoLine line = level_line(ear.sonar, Side::starboard, array, altitude_m);
-      std::vector<double> first = ear.intensity(line, array);
+      EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+      std::vector<double> first = receiver.intensity(line, array);
       for (std::size_t i = 0; i < line.bins.range_m.size(); ++i)
         if (line.bins.intensity_mean[i] > 0.0f)
           line.bins.range_m[i] =
               static_cast<float>(std::hypot(line.bins.x_m[i], altitude_m + higher_m));
-      std::vector<double> second = ear.intensity(line, above);
+      std::vector<double> second = receiver.intensity(line, above);
       first = {first.begin() + 350, first.begin() + 450};  // about 30 m
       second = {second.begin() + 350, second.begin() + 450};
       sum += correlation(first, second);
     }
     const double over_m = std::sqrt(30.0 * 30.0 - 100.0);
     const double change = over_m / 30.0 - over_m / std::hypot(over_m, altitude_m + higher_m);
-    const double x = 2.0 * ear.sonar.bin_m() * change / lambda_m;
+    const double x = 2.0 * receiver.sonar.bin_m() * change / lambda_m;
     expected = std::pow(std::sin(pi * x) / (pi * x), 2);
     CAPTURE(higher_m, x);
     CHECK(sum / pairs == Approx(expected).margin(0.05));
@@ -318,7 +318,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
     sonar.vertical.beamwidth_rad = 0.0;  // alike in all directions
     ChainOptions options;
     options.sea.wind_mps = 7.0;
-    Ear ear(sonar, options);
+    Receiver receiver(sonar, options);
     // Directivity of a line array, 2 L / lambda (physics: 10 lg).
     const double gain_db = scatter::to_db(2.0 * sonar.array_length_m * frequency_hz / 1500.0);
     const double expected_db = scatter::ambient_noise_db(frequency_hz, 7.0, 0.5) +
@@ -329,7 +329,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
     const auto bins = static_cast<std::size_t>(sonar.bins);
     constexpr int pings = 200;
     for (std::uint64_t ping = 0; ping < pings; ++ping) {
-      ear.intensity(line, {0, 0, -10}, ping);
+      receiver.intensity(line, {0, 0, -10}, ping);
       for (std::size_t i = 0; i < bins; ++i) (i < bins / 2 ? near : far) += line.bins.intensity[i];
     }
     CAPTURE(frequency_hz);
@@ -343,13 +343,13 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
 
 TEST_CASE("the receiver's own noise adds to the sea's, and speckle = false gives their mean") {
   Sonar sonar;
-  Ear sea(sonar);
+  Receiver sea(sonar);
   sonar.receiver.self_noise_db = 20.0;
-  Ear own(sonar);
+  Receiver own(sonar);
   const double added = own.chain.noise(Side::port) - sea.chain.noise(Side::port);
   CHECK(added == Approx(100.0 * sonar.pulse.bandwidth_hz));
 
-  Ear still(sonar, {.speckle = false});
+  Receiver still(sonar, {.speckle = false});
   EchoLine line = level_line(sonar, Side::port, {0, 0, -10}, altitude_m);
   for (float& mean : line.bins.intensity_mean) mean *= 1e7f;
   still.intensity(line, {0, 0, -10});

@@ -19,12 +19,12 @@ constexpr double altitude_m = 10.0;
 const Eigen::Vector3d array{0.0, 0.0, -10.0};
 
 /// Starboard's lines of a sonar with artefacts, without fading.
-struct Ear {
-  explicit Ear(const ArtefactOptions& options, bool noise = false)
+struct Receiver {
+  explicit Receiver(const ArtefactOptions& options, bool noise = false)
       : sonar(quiet_sonar()),
         chain((sonar.receiver.noise = noise, sonar), {.speckle = false, .artefacts = options}) {}
 
-  EchoLine hear(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
+  EchoLine receive(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
                 double strength = 1.0) {
     const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
     EchoLine line = level_line(sonar, Side::starboard, here, altitude_m);
@@ -42,7 +42,7 @@ struct Ear {
 }  // namespace
 
 TEST_CASE("without artefacts a line has none, and a line with them names them") {
-  CHECK(Ear({}).hear().artefacts.text().empty());
+  CHECK(Receiver({}).receive().artefacts.text().empty());
   Artefacts two;
   two.add(Artefact::lost);
   two.add(Artefact::shimmer);
@@ -83,7 +83,7 @@ TEST_CASE("the navigation stands still for the share of time that it should") {
 
 TEST_CASE("another sonar is heard at a fixed range, or moves on by the same from ping to ping") {
   const auto loudest = [](const ArtefactOptions& options, std::uint64_t ping) {
-    const EchoLine line = Ear(options, true).hear(ping, 0.0, 0.0, 0.0);
+    const EchoLine line = Receiver(options, true).receive(ping, 0.0, 0.0, 0.0);
     CHECK(line.artefacts.has(Artefact::interference));
     const auto peak = std::ranges::max_element(line.bins.intensity);
     CHECK(*peak / line.bins.intensity.back() == Approx(1001.0).epsilon(0.01));  // 30 dB and noise
@@ -99,13 +99,13 @@ TEST_CASE("another sonar is heard at a fixed range, or moves on by the same from
 
 TEST_CASE("gain steps change what is recorded and nothing of what is received") {
   const ArtefactOptions options{.gain_step_db = 6.0, .gain_step_s = 10.0};
-  Ear ear(options);
-  const EchoLine before = ear.hear(0, 9.0, 0.0, 1e9);
+  Receiver receiver(options);
+  const EchoLine before = receiver.receive(0, 9.0, 0.0, 1e9);
   CHECK_FALSE(before.artefacts.has(Artefact::gain_step));
   double sum = 0.0;
   constexpr int steps = 200;
   for (int step = 1; step <= steps; ++step) {
-    const EchoLine after = ear.hear(0, 10.0 * step + 1.0, 0.0, 1e9);
+    const EchoLine after = receiver.receive(0, 10.0 * step + 1.0, 0.0, 1e9);
     CHECK(after.artefacts.has(Artefact::gain_step));
     REQUIRE(after.bins.intensity == before.bins.intensity);
     const double db = 20.0 * std::log10(double(after.bins.sample[700]) / before.bins.sample[700]);
@@ -117,7 +117,7 @@ TEST_CASE("gain steps change what is recorded and nothing of what is received") 
 TEST_CASE("an automatic gain takes away its share of a level's change") {
   const auto sample = [](double share, double strength) {
     const EchoLine line =
-        Ear({.automatic_gain = share, .automatic_gain_m = 2.0}).hear(0, 0.0, 0.0, strength);
+        Receiver({.automatic_gain = share, .automatic_gain_m = 2.0}).receive(0, 0.0, 0.0, strength);
     return double(line.bins.sample[1400]);
   };
   for (const double share : {0.3, 0.8})
@@ -127,10 +127,10 @@ TEST_CASE("an automatic gain takes away its share of a level's change") {
 
 TEST_CASE("a fish's shadow lies where the line of sight over it meets the bed") {
   const ArtefactOptions options{.fish_per_hectare = 40.0, .fish_height_m = 5.0};
-  Ear ear(options);
+  Receiver receiver(options);
   int fish = 0, shadows = 0;
   for (double north_m = 0.0; north_m < 200.0; north_m += 0.1) {
-    const EchoLine line = ear.hear(0, 0.0, north_m, 1e6);
+    const EchoLine line = receiver.receive(0, 0.0, north_m, 1e6);
     if (!line.artefacts.has(Artefact::fish)) continue;
     // One fish at a time, and a lit bed: the darkest bin behind the brightest.
     const auto& i = line.bins.intensity;
@@ -146,14 +146,14 @@ TEST_CASE("a fish's shadow lies where the line of sight over it meets the bed") 
   }
   CHECK(fish > 20);
   CHECK(shadows >= 0.9 * fish);
-  CHECK_FALSE(Ear({.fish_per_hectare = 1e-9}).hear().artefacts.has(Artefact::fish));
+  CHECK_FALSE(Receiver({.fish_per_hectare = 1e-9}).receive().artefacts.has(Artefact::fish));
 }
 
 TEST_CASE("a wake crosses the image on its own line") {
   // The surface 10 m up; a line to the north 20 m to starboard shows at sqrt(20^2 + 10^2) m.
   const EchoLine line =
-      Ear({.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_width_m = 2.0, .wake_offset_m = 20.0})
-          .hear(0, 0.0, 0.0, 0.0);
+      Receiver({.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_width_m = 2.0, .wake_offset_m = 20.0})
+          .receive(0, 0.0, 0.0, 0.0);
   CHECK(line.artefacts.has(Artefact::wake));
   const auto peak = std::ranges::max_element(line.bins.intensity) - line.bins.intensity.begin();
   CHECK(line.bins.range_m[static_cast<std::size_t>(peak)] ==
@@ -161,11 +161,11 @@ TEST_CASE("a wake crosses the image on its own line") {
 }
 
 TEST_CASE("shimmer has its strength in decibels, and comes and goes with time") {
-  Ear ear({.shimmer_db = 1.5});
+  Receiver receiver({.shimmer_db = 1.5});
   double sum = 0.0, squares = 0.0;
   int count = 0;
   for (int ping = 0; ping < 60; ++ping) {
-    const EchoLine line = ear.hear(0, 7.7 * ping);
+    const EchoLine line = receiver.receive(0, 7.7 * ping);
     for (std::size_t i = 300; i < 1500; i += 20, ++count) {
       const double db = scatter::to_db(line.bins.intensity[i]);
       sum += db;
@@ -183,7 +183,7 @@ TEST_CASE("the expectation is free of all artefacts") {
                             .fish_per_hectare = 500.0,
                             .wake_db = 0.0,
                             .shimmer_db = 3.0};
-  const EchoLine spoilt = Ear(all).hear(5, 100.0), clean = Ear({}).hear(5, 100.0);
+  const EchoLine spoilt = Receiver(all).receive(5, 100.0), clean = Receiver({}).receive(5, 100.0);
   CHECK(spoilt.bins.intensity_mean == clean.bins.intensity_mean);
   CHECK(spoilt.bins.intensity != clean.bins.intensity);
 }

@@ -106,23 +106,23 @@ TEST_CASE("a receiver that has moved and turned sees the echo where its own fram
   const Beam beam(sonar, wavelength_m);
   const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
   for (const Side side : {Side::port, Side::starboard}) {
-    const ReceiverMotion listens = reception(pose, side, 80.0, sound_speed_mps);
-    CHECK_FALSE(listens.still);
+    const ReceiverMotion receiver_motion = reception(pose, side, 80.0, sound_speed_mps);
+    CHECK_FALSE(receiver_motion.still);
     const Eigen::Matrix3d body = body_to_world(pose);
     const double sign = side == Side::port ? -1.0 : 1.0;
     const Eigen::Vector3d direction =
         (0.0021 * body.col(0) + sign * body.col(1) * 0.8 + body.col(2) * 0.6).normalized();
     for (const double r : {9.0, 40.0, 79.0}) {
-      const Pose heard = pose.after(2.0 * r / sound_speed_mps);
-      const Eigen::Vector3d way = (pose.position + r * direction - heard.position).normalized();
-      const Eigen::Matrix3d its_body = body_to_world(heard);
-      const double heard_power = sonar.vertical.power(
+      const Pose then = pose.after(2.0 * r / sound_speed_mps);
+      const Eigen::Vector3d way = (pose.position + r * direction - then.position).normalized();
+      const Eigen::Matrix3d its_body = body_to_world(then);
+      const double received_power = sonar.vertical.power(
           std::atan2(way.dot(its_body.col(2)), sign * way.dot(its_body.col(1))), side);
       const double sent_power = sonar.vertical.power(std::atan2(0.6, 0.8), side);
       const double expected = its_array.power(direction.dot(body.col(0))) *
-                              its_array.power(way.dot(its_body.col(0))) * sent_power * heard_power;
+                              its_array.power(way.dot(its_body.col(0))) * sent_power * received_power;
       CAPTURE(r, static_cast<int>(side));
-      CHECK(beam.two_way(side, sample, 1.0, direction, r, listens) ==
+      CHECK(beam.two_way(side, sample, 1.0, direction, r, receiver_motion) ==
             Approx(expected).epsilon(0.01));
     }
   }
