@@ -23,7 +23,8 @@ Seafloor rough_bed(double height_at_1m_m) {
   return make_seafloor(options, 3);
 }
 
-/// The same energy without bins: every ray's own, by the trapezoid rule along each plane.
+/// The same energy without bins: the sum of the rays' energies, by the trapezoid rule along each
+/// plane.
 double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& beam,
                       const ReceiverMotion& receiver_motion, std::span<const Hit> hits,
                       const Seafloor& bed) {
@@ -58,7 +59,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
   moving.velocity_mps = {0.5, 2.0, 0.1};
   moving.roll_rate_radps = 0.05;
   moving.heading_rate_radps = 0.03;
-  Sonar two_arrays;  // with their near fields and the vertical pattern
+  Sonar two_arrays;  // with near fields and a vertical pattern
   two_arrays.receive_array_length_m = 0.3;
   for (const Sonar& of : {plain_sonar(), two_arrays})
     for (const Pose& pose : {still, moving})
@@ -80,7 +81,8 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         EchoLine line;
         line.side = Side::starboard;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
-        const ReceiverMotion receiver_motion = reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        const ReceiverMotion receiver_motion =
+            reception(pose, line.side, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
         former.form(fan, aperture, receiver_motion, bed.mesh, runs, line);
@@ -88,12 +90,13 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
         const double in_bins =
             std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
-        CHECK(in_bins ==
-              Approx(energy_of_rays(fan, aperture, beam, receiver_motion, hits, bed)).epsilon(1e-3));
+        CHECK(
+            in_bins ==
+            Approx(energy_of_rays(fan, aperture, beam, receiver_motion, hits, bed)).epsilon(1e-3));
       }
 }
 
-TEST_CASE("an echo has the same bytes on every kind of vector register, and on plain numbers") {
+TEST_CASE("an echo has the same bytes on every kind of vector register, and on scalars") {
   const Seafloor bed = rough_bed(0.1);
   const Pose pose{.position = {0.0, 0.0, -12.0},
                   .roll_rad = 0.05,

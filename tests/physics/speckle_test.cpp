@@ -1,4 +1,4 @@
-// The statistics of what is received: developed speckle, its correlations, and the noise.
+// The statistics of received echoes: fully developed speckle, its correlations, and the noise.
 
 #include <algorithm>
 #include <array>
@@ -41,7 +41,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   return sum / static_cast<double>(a.size()) / of_a.deviation / of_b.deviation;
 }
 
-/// A chain and its memory, heard at will.
+/// A signal chain and its memory.
 struct Receiver {
   explicit Receiver(const Sonar& its_sonar, const ChainOptions& options = {})
       : sonar(its_sonar), chain(its_sonar, options) {}
@@ -53,7 +53,7 @@ struct Receiver {
     const auto first = static_cast<std::ptrdiff_t>(std::max(line.first_return, 0));
     return {line.bins.intensity.begin() + first, line.bins.intensity.end()};
   }
-  /// From the first return on, over a level bed 20 m down.
+  /// The intensities from the first return on, over a level bed at a depth of 20 m.
   std::vector<double> intensity(double north_m, Side side = Side::starboard,
                                 std::uint64_t ping = 0) {
     const Eigen::Vector3d array{0.0, north_m, -10.0};
@@ -66,7 +66,7 @@ struct Receiver {
   SignalChain::Memory memory;
 };
 
-/// Of many pings that have nothing in common.
+/// The intensities of many uncorrelated pings.
 std::vector<double> independent_intensities(const Sonar& sonar, int pings = 150) {
   Receiver receiver(sonar);
   std::vector<double> all;
@@ -87,13 +87,13 @@ double quantile(const std::vector<double>& sorted, double share) {
 TEST_CASE("speckle is fully developed: exponential intensity, Rayleigh amplitude") {
   std::vector<double> values = independent_intensities(quiet_sonar());  // 390,000
   const Moments intensity = moments(values);
-  CHECK(intensity.mean == Approx(1.0).epsilon(0.01));  // it takes and adds no energy
+  CHECK(intensity.mean == Approx(1.0).epsilon(0.01));  // it does not change the mean energy
   CHECK(intensity.deviation / intensity.mean == Approx(1.0).epsilon(0.015));
   std::vector<double> sorted = values;
   std::ranges::sort(sorted);
   for (const double share : {0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999})
     CHECK(quantile(sorted, share) == Approx(-std::log(1.0 - share)).epsilon(0.05));
-  double third = 0.0;  // of an exponential distribution, n!
+  double third = 0.0;  // moment n of an exponential distribution is n!
   for (const double v : values) third += v * v * v;
   CHECK(third / static_cast<double>(values.size()) == Approx(6.0).epsilon(0.06));
 
@@ -152,7 +152,7 @@ TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distribute
             .epsilon(0.01));
 }
 
-TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle and noise alike") {
+TEST_CASE("neighbouring bins have the pulse's autocorrelation, in speckle and in noise") {
   struct Case {
     PulseKind kind;
     PulseWindow window;
@@ -186,8 +186,8 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
                                    {line.begin() + static_cast<std::ptrdiff_t>(lag), line.end()});
       }
       for (std::size_t lag = 1; lag < sums.size(); ++lag) {
-        // Of the convolution of the pulse with itself, on its own: a box's triangle, a sweep's sinc
-        // or, under a Hann window, the cosine transform of cos^4.
+        // The autocorrelation of the pulse, in closed form: a triangle for a box, a sinc
+        // for a sweep or, with a Hann window, the cosine transform of cos^4.
         const double x = static_cast<double>(lag) * 0.1 / 1500.0 * one.bandwidth_hz;
         double expected = std::max(0.0, 1.0 - x);
         if (one.kind == PulseKind::lfm) {
@@ -210,7 +210,8 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
 
 namespace {
 
-/// The two-way field of an array of point elements at y off its middle, by their exact distances.
+/// The two-way field of an array of point elements at a distance y from its middle, with exact
+/// distances.
 std::complex<double> two_way(const Sonar& sonar, double y_m, double range_m) {
   const double k = 2.0 * pi * sonar.frequency_hz / 1500.0;
   std::complex<double> sum = 0.0;
@@ -232,12 +233,12 @@ double along_track_correlation(const Sonar& sonar, double step_m, double range_m
     both += here * std::conj(two_way(sonar, y - step_m, range_m));
     one += std::norm(here);
   }
-  return std::norm(both) / (one * one);  // of intensities, |.|^2 of the amplitudes'
+  return std::norm(both) / (one * one);  // the intensities' correlation is |.|^2 of the amplitudes'
 }
 
 }  // namespace
 
-TEST_CASE("pings that overlap are correlated along the track as their beams are") {
+TEST_CASE("overlapping pings have the correlation of their beams along the track") {
   for (const bool focused : {true, false})
     for (const double range_m : {14.0, 40.0, 68.0}) {
       Sonar sonar = quiet_sonar();
@@ -262,27 +263,29 @@ TEST_CASE("pings that overlap are correlated along the track as their beams are"
     }
 }
 
-TEST_CASE("a second pass hears the same on the same track, and nothing of it from elsewhere") {
+TEST_CASE(
+    "a second pass on the same track has the same speckle, on another track it is uncorrelated") {
   Receiver receiver(quiet_sonar());
   const std::vector<double> first = receiver.intensity(3.0, Side::starboard, 1);
-  CHECK(receiver.intensity(3.0, Side::starboard, 1000) == first);  // the ground's own, not the ping's
+  CHECK(receiver.intensity(3.0, Side::starboard, 1000) ==
+        first);  // it belongs to the ground, not to the ping
   CHECK(std::abs(correlation(first, receiver.intensity(4.5, Side::starboard, 2))) < 0.1);
 
-  // The same places from the other side, and by an array that heads 30 degrees otherwise.
+  // The same places from the other side, and with an array whose heading differs by 30 degrees.
   const Eigen::Vector3d array{0.0, 3.0, -10.0};
   EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
   const Eigen::Vector3d opposite{2.0 * 40.0, 3.0, -10.0};
   CHECK(std::abs(correlation(first, receiver.intensity(line, opposite))) < 0.1);
   receiver.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
-                    std::span(&line, 1), receiver.memory);
+                         std::span(&line, 1), receiver.memory);
   const std::vector<double> turned(line.bins.intensity.begin() + line.first_return,
                                    line.bins.intensity.end());
   CHECK(std::abs(correlation(first, turned)) < 0.1);
 }
 
 TEST_CASE("a second pass at another altitude loses coherence as the grazing angle changes") {
-  // Of bins of length b over ground, |sinc(2 b (cos g' - cos g) / lambda)|^2 of the intensities (Li
-  // and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
+  // For bins of length b on the ground the correlation of the intensities is |sinc(2 b (cos g' -
+  // cos g) / lambda)|^2 (Li and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
   Receiver receiver(quiet_sonar());
   const double lambda_m = 1500.0 / receiver.sonar.frequency_hz;
   for (const double higher_m : {0.2, 0.5, 1.0, 1.6}) {
@@ -315,7 +318,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
   for (const double frequency_hz : {30e3, 400e3, 900e3}) {
     Sonar sonar;
     sonar.frequency_hz = frequency_hz;
-    sonar.vertical.beamwidth_rad = 0.0;  // alike in all directions
+    sonar.vertical.beamwidth_rad = 0.0;  // the same in all directions
     ChainOptions options;
     options.sea.wind_mps = 7.0;
     Receiver receiver(sonar, options);
@@ -337,7 +340,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
           Approx(expected_db).margin(0.05));
     CHECK(near / far == Approx(1.0).epsilon(0.015));
   }
-  // Thermal noise alone, in numbers of its own: -15 + 20 lg 400 dB in 1 Hz.
+  // Thermal noise alone: -15 + 20 lg 400 dB in 1 Hz.
   CHECK(scatter::thermal_noise_db(400e3) == Approx(37.04).margin(0.01));
 }
 

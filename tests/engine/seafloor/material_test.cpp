@@ -60,7 +60,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "Relief that the mesh shows is taken out of the slopes once: grazing sound is less in shadow") {
+    "Relief that the mesh contains is removed from the model's slopes: less shadowing at grazing") {
   const Material sand{.like = "medium sand"};
   const scatter::Sediment sediment = scatter::sediment_named("medium sand");
   const double fraction =

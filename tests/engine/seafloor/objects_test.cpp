@@ -16,7 +16,7 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 namespace {
 
-/// The depth of a plane at a place.
+/// A plane bed with this depth at the origin.
 Seafloor sloping_bed(double depth_m, const Vector2d& slope, double half_extent_m = 60.0) {
   Seafloor bed = tests::level_bed(depth_m, half_extent_m);
   for (Eigen::Vector3f& p : bed.mesh.positions)

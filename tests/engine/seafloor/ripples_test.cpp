@@ -81,7 +81,7 @@ TEST_CASE("Ripples are the same for the same seed and independent of the relief'
   CHECK(ripples(relief, 4).z_m != ripples(relief, 5).z_m);
 }
 
-TEST_CASE("Impossible ripples are refused, and a height of zero needs no other valid parameter") {
+TEST_CASE("Impossible ripples are refused, and ripples of height zero need no fine cells") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const RippleRelief& wrong :
        {RippleRelief{.rms_height_m = -0.1}, RippleRelief{.rms_height_m = nan},

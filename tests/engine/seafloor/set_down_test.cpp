@@ -66,7 +66,7 @@ void check_box(const refine::Bounds& found, Vector3d lowest, Vector3d highest) {
 }  // namespace
 
 TEST_CASE(
-    "An object stands on the bed, floats over it or is sunk into it, its middle in its place") {
+    "An object stands on the bed, floats above it or is sunk into it, its middle at its place") {
   const Things things;
   ObjectOptions options = things.object(box({2, 4, 1}));
   options.east_m = 10.0;
