@@ -210,7 +210,7 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
   return ground;
 }
 
-constexpr double repair_bytes_a_face = 75.0;  // in addition to the mesh that was read
+constexpr double repair_bytes_per_face = 75.0;  // in addition to the mesh that was read
 
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor,
                                const MemoryPlan& plan) {
@@ -221,7 +221,7 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
                        options.mesh.path.string() + " and what is read of it", cure);
   const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
   const auto faces = static_cast<double>(read.faces.size());
-  plan.limit.require(std::max(repair_bytes_a_face, plan.bytes_per_face) * faces + plan.more_bytes,
+  plan.limit.require(std::max(repair_bytes_per_face, plan.bytes_per_face) * faces + plan.more_bytes,
                      fmt::format("the repair of the {:.0f} faces of {} and what is built over them",
                                  faces, options.mesh.path.string()),
                      cure);

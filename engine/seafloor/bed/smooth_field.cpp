@@ -13,8 +13,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t waves = 48;        // their sum has a kurtosis of 2.95
-constexpr double samples_a_wave = 10.0;  // interpolated to 1e-3 of the amplitude
+constexpr std::size_t waves = 48;          // their sum has a kurtosis of 2.95
+constexpr double samples_per_wave = 10.0;  // interpolated to 1e-3 of the amplitude
 constexpr double golden = 0.6180339887498949;
 
 }  // namespace
@@ -57,7 +57,7 @@ double SmoothField::at(double x_m, double y_m) const {
 
 std::vector<double> SmoothField::over(const Heightfield& grid) const {
   std::vector<double> values(grid.z_m.size());
-  const double step_m = shortest_m_ / samples_a_wave;
+  const double step_m = shortest_m_ / samples_per_wave;
   if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column)

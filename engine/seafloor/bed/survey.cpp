@@ -77,13 +77,13 @@ class SurveyReader {
     throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
   }
   [[noreturn]] void fail_with_gdal(const std::string& what) const {
-    fail(gdal_says_.empty() ? what : fmt::format("{} ({})", what, gdal_says_));
+    fail(gdal_error_.empty() ? what : fmt::format("{} ({})", what, gdal_error_));
   }
 
   // Keeps GDAL's first message, which is nearest to the cause.
   static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum, const char* message) {
-    auto& says = static_cast<SurveyReader*>(CPLGetErrorHandlerUserData())->gdal_says_;
-    if (severity >= CE_Failure && says.empty()) says = message;
+    auto& first = static_cast<SurveyReader*>(CPLGetErrorHandlerUserData())->gdal_error_;
+    if (severity >= CE_Failure && first.empty()) first = message;
   }
 
   void open() {
@@ -235,7 +235,7 @@ class SurveyReader {
           "has blocks without data and no NODATA value for them; it is damaged, or needs "
           "gdal_edit.py -a_nodata");
 
-    gdal_says_.clear();  // warnings about a file that it could open
+    gdal_error_.clear();  // warnings about a file that it could open
     // Memory grows with the rows that were read, not with the size in the header.
     for (int line = 0; line < field_.rows; ++line) {
       const std::size_t begin = field_.z_m.size();
@@ -243,7 +243,7 @@ class SurveyReader {
       double* const row = field_.z_m.data() + begin;
       if (band.RasterIO(GF_Read, 0, line, field_.columns, 1, row, field_.columns, 1, GDT_Float64, 0,
                         0, nullptr) != CE_None ||
-          !gdal_says_.empty())
+          !gdal_error_.empty())
         fail_with_gdal(fmt::format("row {} of {} cannot be read; the file is truncated or damaged",
                                    line + 1, field_.rows));
       for (int column = 0; column < field_.columns; ++column) {
@@ -269,7 +269,7 @@ class SurveyReader {
 
   // This thread's GDAL settings while a survey is read: messages go to this class, not to stderr;
   // .aux.xml files are neither read nor written; a text grid keeps its fractions.
-  std::string gdal_says_;
+  std::string gdal_error_;
   CPLErrorHandlerPusher handler_{on_gdal_error, this};
   CPLConfigOptionSetter no_sidecars_{"GDAL_PAM_ENABLED", "NO", false};
   CPLConfigOptionSetter fractions_{"AAIGRID_DATATYPE", "Float64", false};

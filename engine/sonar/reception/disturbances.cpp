@@ -113,12 +113,12 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
   const double from_line_m = across.dot(context.array.origin.head<2>()) - options_.wake_offset_m;
-  const double a_metre = across.dot(abeam(context, side));
+  const double per_metre = across.dot(abeam(context, side));
   // The part of the surface within twice the half width of the track's middle.
   double near_m = 0.0, far_m = std::numeric_limits<double>::infinity();
-  if (a_metre != 0.0) {
-    const double one_m = (options_.wake_width_m - from_line_m) / a_metre;
-    const double other_m = (-options_.wake_width_m - from_line_m) / a_metre;
+  if (per_metre != 0.0) {
+    const double one_m = (options_.wake_width_m - from_line_m) / per_metre;
+    const double other_m = (-options_.wake_width_m - from_line_m) / per_metre;
     near_m = std::max(std::min(one_m, other_m), 0.0);
     far_m = std::max(one_m, other_m);
   } else if (std::abs(from_line_m) > options_.wake_width_m) {
@@ -134,7 +134,7 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
     const double before_m = over_m(n), behind_m = over_m(n + 1);
     if (before_m > far_m) break;
     const double middle_m = 0.5 * (before_m + behind_m), strip_m = behind_m - before_m;
-    const double from_middle = (from_line_m + middle_m * a_metre) / (0.5 * options_.wake_width_m);
+    const double from_middle = (from_line_m + middle_m * per_metre) / (0.5 * options_.wake_width_m);
     const double pattern = law_.vertical(side, plane, middle_m, -depth_m);
     power[n] +=
         static_cast<float>(law_.per_m2(n) * strength * std::exp(-from_middle * from_middle) *

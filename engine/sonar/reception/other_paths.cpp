@@ -286,8 +286,8 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
     for (const std::size_t begin = n; n < power.size();) {
       const std::size_t to = next_step(n, begin);
       const double next_m = source(static_cast<double>(to) * law_.bin_m(), next_gain);
-      const double a_bin = 1.0 / static_cast<double>(to - n);
-      const double step_m = (next_m - from_m) * a_bin, more = (next_gain - gain) * a_bin;
+      const double per_bin = 1.0 / static_cast<double>(to - n);
+      const double step_m = (next_m - from_m) * per_bin, more = (next_gain - gain) * per_bin;
       for (; n < std::min(to, power.size()); ++n) {
         from_m += step_m;
         gain += more;

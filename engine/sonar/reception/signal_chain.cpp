@@ -125,13 +125,13 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
     }
   }
   for (EchoLine& line : lines) {
-    Channel& its = channel(line);
-    std::copy_n(its.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
+    Channel& received = channel(line);
+    std::copy_n(received.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
     if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
-    if (options_.artefacts.automatic_gain > 0.0) follow_level(its);
+    if (options_.artefacts.automatic_gain > 0.0) follow_level(received);
     if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
       line.artefacts.add(Artefact::automatic_gain);
-    record(its, line);
+    record(received, line);
   }
 }
 
