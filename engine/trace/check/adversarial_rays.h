@@ -25,11 +25,11 @@ class AdversarialRays {
 
   /// Fan number `fan`. Its planes go through vertices; its elevations go through vertices and
   /// through the edges that its planes cross; half of the fans lie in the planes of the grid. Most
-  /// are as narrow as beams, and the beam ends at the outermost ray. `reference` finds the edges
+  /// are as narrow as beams, and the beam ends at the outermost ray. `reference` finds the faces
   /// in view. About 400 to 1500 rays.
   RayFan aim(std::uint64_t fan, const Intersector& reference) const;
 
-  /// Fills list number `list` with rays straight down from above the mesh: half at targets, half
+  /// Fills list number `list` with rays straight down from above the mesh: most at targets, some
   /// anywhere.
   void aim_down(std::uint64_t list, std::span<Ray> rays) const;
 
