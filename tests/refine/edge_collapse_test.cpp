@@ -221,7 +221,7 @@ TEST_CASE("what half-edges cannot hold is refused by name, and nothing is printe
   Faces mingled;
   for (std::size_t i = 0; i < 4; ++i) mingled.insert(mingled.end(), {two[i], two[i + 4]});
   const std::vector<Case> cases = {
-      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which is not there"},
+      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which does not exist"},
       {{{0, 1, 1}}, "face 0 of the mesh has vertex 1 twice"},
       {{{0, 1, 2}, {0, 1, 3}},
        "face 1 of the mesh shares the edge of vertices 0 and 1 with face 0"},

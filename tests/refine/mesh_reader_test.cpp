@@ -161,7 +161,7 @@ TEST_CASE("A message names the line, or the byte, of the fault") {
   expect(replaced(text_ply, "\n3 1 2 3", "\n\n3 1 2 7"), Mesh::ply,
          "17: a face names vertex 7, but there are 4");
   expect(replaced(text_ply, "float y", "flaot y"), Mesh::ply, "5: found \"flaot\"");
-  expect(replaced(text_ply, "vertex 4", "vertex 40"), Mesh::ply, "3: the header promises 40");
+  expect(replaced(text_ply, "vertex 4", "vertex 40"), Mesh::ply, "3: the header announces 40");
   const std::size_t body = binary_ply_header().size();
   expect(patched(binary_ply(), body + 16, raw(std::nanf(""))), Mesh::ply,
          fmt::format(" byte {}: a coordinate is nan", body + 16));

@@ -273,14 +273,14 @@ TEST_CASE("what is no manifold, oriented, finite mesh is refused by name before 
   for (const Face& f : tetrahedron)
     two.push_back({f[0] ? f[0] + 3 : 0, f[1] ? f[1] + 3 : 0, f[2] ? f[2] + 3 : 0});
   const std::vector<Case> cases = {
-      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which is not there"},
+      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which does not exist"},
       {{{0, 1, 1}}, "face 0 of the mesh has vertex 1 twice"},
       {{{0, 1, 2}, {0, 1, 3}},
        "face 1 of the mesh shares the edge of vertices 0 and 1 with face 0"},
       {{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, "shares the edge of vertices"},
       {{{0, 1, 2}, {0, 3, 4}}, "of the mesh meets others at vertex 0"},
       {two, "of the mesh meets others at vertex 0"},
-      {{{0, 1, 9}}, "face 0 of the mesh names vertex 9, whose place is not finite"}};
+      {{{0, 1, 9}}, "face 0 of the mesh names vertex 9, whose position is not finite"}};
   for (const Case& c : cases) {
     TriangleMesh mesh{.faces = c.faces};
     for (int i = 0; i < 10; ++i) mesh.positions.push_back(Eigen::Vector3f::Random());
