@@ -164,8 +164,8 @@ void ActiveMesh::collapse_offered() {
     waiting_.clear();
     for (std::size_t i = 0; i < offers_.size(); ++i) {
       const Index node = offers_[i];
-      const bool is_wanted =
-          has_two_active(node) && !touches(nodes_[node]);  // may have changed since the offer
+      // Tested again: this may have changed since the offer.
+      const bool is_wanted = has_two_active(node) && !touches(nodes_[node]);
       if (!is_wanted || !collapse(node)) {
         statistics_.blocked_collapses += is_wanted;
         waiting_.push_back(node);

@@ -30,8 +30,8 @@ Index previous(Index half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : ha
 struct HalfEdges {
   struct Vertex {
     Eigen::AlignedBox3f box;  ///< around the closed stars of all vertices that it stands for
-    Index half_edge =
-        none;  ///< one that leaves it, at a border the first of its fan; none: removed
+    /// One that leaves it, at a border the first of its fan; none: the vertex was removed.
+    Index half_edge = none;
     Index mark = 0;
   };
   std::vector<Vertex> vertices;

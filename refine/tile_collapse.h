@@ -19,7 +19,7 @@ namespace ensonify::refine {
 /// collapses are allowed as in edge_collapse.h: all topology is kept.
 ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads);
 
-inline constexpr double tile_collapse_bytes_per_face =
-    75.0;  ///< for a mesh with half as many vertices as faces
+/// Peak memory of build_by_tiles, for a mesh with half as many vertices as faces.
+inline constexpr double tile_collapse_bytes_per_face = 75.0;
 
 }  // namespace ensonify::refine

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
 constexpr double share_to_range = 0.65;  // of the elevations: even in range over a flat bed
-constexpr double share_rising =
-    0.15;  // even in range from there up to `rising` times as far, for a bed that rises
+// Even in range from there up to `rising` times as far, for a bed that rises.
+constexpr double share_rising = 0.15;
 constexpr double rising = 4.0;
 // Planes outside the main lobe at mid-sector are needed only at the sector's ends, where a plane's
 // rays are closer to broadside: their spacing may grow. At 1.5 the sum over planes is within

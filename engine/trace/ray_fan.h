@@ -17,12 +17,12 @@ struct FanLayout {
   double sector_high_rad = 0.0;  ///< the largest
   double truncation_rad = 0.0;   ///< psi_t: rays farther from the broadside plane are skipped
   double main_lobe_rad = 0.0;    ///< from the beam's axis to its first null, far off
-  double main_beam_rad =
-      0.0;                ///< to its end at the nearest range; if smaller, main_lobe_rad is used
-  int planes = 8;         ///< planes across it
-  int elevations = 2048;  ///< rays per plane
+  /// To the main beam's end at the nearest range; if smaller, main_lobe_rad is used.
+  double main_beam_rad = 0.0;
+  int planes = 8;                   ///< planes across the main beam
+  int elevations = 2048;            ///< rays per plane
   double range_over_height = 10.0;  ///< where the part that is uniform in range ends
-  /// Added tilt: how much lower than level its depressions are, for the layout of the rays.
+  /// How much roll lowers this side: added to the depressions when rays are laid out.
   double lean_rad = 0.0;
 };
 

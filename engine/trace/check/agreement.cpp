@@ -257,7 +257,7 @@ class Comparison {
     return tallies;
   }
 
-  /// As in a run: face sources start fresh and are told of later pings.
+  /// As in a run: face sources start fresh, and later pings are announced to them.
   std::uint64_t compare_block(const Item& item, Worker& worker, refine::SpareThreads& spare,
                               std::vector<AgreementCounts>& tallies) {
     for (const auto& surface : worker.surfaces) surface->reset();

@@ -22,8 +22,7 @@ struct AgreementCounts {
   std::array<std::uint64_t, verdict_names.size()> verdicts{};  ///< rays by Verdict
   // The largest difference in t over the rays with Verdict::same.
   double largest_dt_m = 0.0;
-  double largest_dt_relative =
-      0.0;  ///< relative to t, except for hits within rounding of the origin
+  double largest_dt_relative = 0.0;      ///< to t, without hits within rounding of the origin
   double largest_dt_of_tolerance = 0.0;  ///< relative to Judge::tolerance_m
   /// Hits whose tolerance is more than a tenth of the face's longest edge.
   std::uint64_t coarse = 0;

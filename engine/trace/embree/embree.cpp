@@ -282,8 +282,8 @@ class Embree final : public Intersector {
   }
 
   Hit to_hit(unsigned face, float t, float u, float v) const {
-    return {triangles_.number(face), face, static_cast<double>(t) + 0.0, u,
-            v};  // Embree may report hits at -0
+    // + 0.0 because Embree may report hits at -0.
+    return {triangles_.number(face), face, static_cast<double>(t) + 0.0, u, v};
   }
 
   template <int lanes>

@@ -22,4 +22,4 @@ namespace ensonify::engine {
 int exact_side(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                const Eigen::Vector3f& from, const Eigen::Vector3f& to);
 
-               }  // namespace ensonify::engine
+}  // namespace ensonify::engine

@@ -18,8 +18,7 @@ struct FaceBlocks {
   static constexpr std::size_t faces = 16;              ///< per block
   static constexpr std::size_t coordinates = 9;         ///< x y z of the three corners
   static constexpr std::size_t rows = coordinates + 1;  ///< the last: the turn
-  static constexpr std::size_t together =
-      16;  ///< the number of boxes is padded to a multiple of it
+  static constexpr std::size_t together = 16;           ///< boxes are padded to a multiple of this
 
   std::size_t count = 0;
   CacheLines<float> rows_of;  ///< [block][row][face], may be longer than needed
