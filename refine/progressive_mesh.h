@@ -102,8 +102,8 @@ class ProgressiveMesh {
   /// The same for everything: reads the whole file.
   void verify_all() const;
 
-  /// Throws DamagedFile for a hierarchy that no builder made: `what` contradicts, and the number of
-  /// the node or face.
+  /// Throws DamagedFile for a hierarchy that no builder made: `what` is wrong at node or face
+  /// `number`.
   [[noreturn]] void contradicts(std::string_view what, std::uint32_t number) const;
   /// Where a node's range [lo, hi) is divided. The node must have been verified. Throws DamagedFile
   /// unless both parts have a leaf.

@@ -21,7 +21,7 @@ class SpareThreads {
     BackgroundTask(const BackgroundTask&) = delete;
     BackgroundTask& operator=(const BackgroundTask&) = delete;
 
-    /// Lets a spare thread do it, if there is one. Must not be called while is_out().
+    /// Lets a spare thread do it, if there is one. Does nothing while is_out().
     void send(SpareThreads& threads);
     /// Whether it was sent, and finish() was not called since.
     bool is_out() const { return state_ != State::idle; }

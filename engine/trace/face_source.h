@@ -42,7 +42,7 @@ struct FaceSourceParts {
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
   std::string intersector;  ///< the back-end that they build
   IntersectorOptions options;
-  int tree_pings = 1;  ///< for how many later pings a tree is built
+  int tree_pings = 1;  ///< how many pings each tree should serve
 };
 
 /// A kind of face source: its name for `--surface`, one line of help, which part it needs, and how

@@ -122,8 +122,8 @@ Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
 }
 
 /// Static faces with an intersector, to which bodies may be added.
-std::unique_ptr<FacesWithBodies> still(refine::Triangles mesh,
-                                       std::shared_ptr<const Intersector> whole) {
+std::unique_ptr<FacesWithBodies> static_faces(refine::Triangles mesh,
+                                              std::shared_ptr<const Intersector> whole) {
   const FaceSourceParts parts{.all = mesh, .whole = std::move(whole), .intersector = "pluecker"};
   return std::make_unique<FacesWithBodies>(make_static_faces(parts),
                                            static_cast<std::uint32_t>(mesh.faces.size()), parts);
@@ -136,7 +136,7 @@ std::vector<AgreementRow> compare_one(refine::Triangles mesh,
   const auto reference = make_intersector("pluecker", mesh);
   const Candidate one{.surface = "static",
                       .intersector = "candidate",
-                      .make = [&] { return still(mesh, candidate); },
+                      .make = [&] { return static_faces(mesh, candidate); },
                       .every = every};
   std::vector<PingBlock> blocks;
   for (const RayFan& fan : bed_fans()) blocks.push_back({{fan}});
@@ -734,8 +734,9 @@ TEST_CASE(
     coarse.origin = in_float(ray.origin);
     return hit ? ask(sound, coarse) : hit;
   });
-  const Candidate one{
-      .surface = "static", .intersector = "candidate", .make = [&] { return still(far, rounded); }};
+  const Candidate one{.surface = "static", .intersector = "candidate", .make = [&] {
+                        return static_faces(far, rounded);
+                      }};
   const auto rows = compare(far, *reference, {&one, 1}, blocks, {});
   REQUIRE(rows.size() == 1);
   CHECK(rows[0].count(Verdict::unexplained) > 1000);
