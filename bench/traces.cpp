@@ -24,11 +24,11 @@ struct Row {
   std::string name;
   std::unique_ptr<engine::Intersector> (*make)(const engine::IntersectorOptions& options);
   engine::IntersectorOptions options;
-  bool on_footprint =
-      false;  // traces the faces that the pair of fans can touch, found anew each time
+  // Traces the faces that the pair of fans can touch, found for each pair.
+  bool on_footprint = false;
 };
 
-/// The bare loop, which ratios refer to, first.
+/// The first row is the bare loop, which ratios refer to.
 std::vector<Row> rows() {
   std::vector<Row> all{{"bare embree", make_bare_embree, {}},
                        {"embree", engine::make_embree, {}},
@@ -82,8 +82,8 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
                        .build_ms = 1e3 * (wall_s() - start_s)});
     tracers.back()->intersect(fans.front(), hits);  // warms up
   }
-  // Turn by turn for each pair of fans, so that a change of the machine's pace meets all alike; in
-  // the thread's own time, so that other programs do not count.
+  // Alternately for each pair of fans, so that a change of the machine's speed affects all equally;
+  // in thread time, which excludes other programs.
   std::vector<std::vector<double>> pair_us(tracers.size()), ratio(tracers.size()),
       query_us(tracers.size()), take_us(tracers.size());
   for (int round = 0; round < rounds; ++round)
@@ -123,7 +123,7 @@ std::vector<TraceMeasurement> measure_traces(std::string_view filter,
   for (const Bed& bed : beds())
     for (const Size& size : sizes) {
       const std::string name = fmt::format("trace/{}/{}/", bed.name, size.name);
-      const bool large = size.faces > 4e6;  // measured only if the filter asks for it
+      const bool large = size.faces > 4e6;  // measured only if the filter contains the size
       if (large && filter.find(size.name) == std::string_view::npos) continue;
       const std::optional<engine::Scene> scene = bed.scene(size.faces, data);
       if (!scene) continue;
