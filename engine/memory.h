@@ -1,15 +1,16 @@
 #pragma once
 
 #include <new>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
+
+#include <ensonify/refine/error.h>
 
 namespace ensonify::engine {
 
 /// Memory cannot hold what a scene needs: what that is, how much, the limit and the cure.
-struct MemoryError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct MemoryError : Error {
+  using Error::Error;
 };
 
 /// How much memory this process can still take: what the machine has available (swap included), or

@@ -6,7 +6,6 @@
 #include <map>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,12 +14,13 @@
 #include <ensonify/engine/scene/extrapolation.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/refine/error.h>
 
 namespace ensonify::engine {
 
 /// Thrown by run() when it was asked to stop.
-struct Stopped : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct Stopped : Error {
+  using Error::Error;
 };
 
 /// How a run talks to whoever started it.

@@ -3,16 +3,17 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <ensonify/refine/error.h>
+
 namespace ensonify::refine {
 
 /// What is wrong with a mesh or a grid that somebody brought: file and place, the fault, the cure.
-struct MeshError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct MeshError : Error {
+  using Error::Error;
 };
 
 using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwise seen from outside

@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -22,13 +21,14 @@
 #include <ensonify/engine/sonar/vehicle/navigation.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/refine/error.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 
 /// What is wrong with a scene: `file:line:column: what, what was expected, what to do`.
-struct SceneError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct SceneError : Error {
+  using Error::Error;
 };
 
 /// The sea: from its temperature and salinity, or by a cast or plain numbers where given.
