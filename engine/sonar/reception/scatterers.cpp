@@ -54,7 +54,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
   turns_per_cell_ = 2.0 * cell_m_ / wavelength_m;
   columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
                                         columns_per_cell);
-  // NearestOfTwo than an array's length nothing is seen but the array itself.
+  // Nearer than an array's length nothing is seen but the array itself.
   const double nearest_m = 0.5 * (sonar.array_length_m + sonar.receive_length_m());
   std::size_t levels = 0;
   for (int bin = 0; bin < sonar.bins; ++bin) {
