@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
@@ -118,7 +119,7 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
       Simulator plain(scene);
       const std::vector<Pose> poses = plain.track();
       const auto turn = [&](Simulator& simulator) {
-        for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
+        for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping_numbered(poses[i], i);
       };
       for (const auto& [name, mode] : modes) {
         scene.sea.refraction = mode;

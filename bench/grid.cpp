@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/footprint.h>
@@ -75,8 +76,8 @@ struct Running {
 
 void judge(Cell& cell, Simulator& simulator, const Pose& pose, const Judge& judge,
            std::span<const std::vector<Hit>> expected) {
-  const std::vector<std::vector<Hit>> found = simulator.hits(pose);
-  const std::span<const RayFan> fans = simulator.aim(pose);
+  const std::vector<std::vector<Hit>> found = SimulatorInternals::hits(simulator, pose);
+  const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
   for (std::size_t i = 0; i < fans.size(); ++i)
     for (std::size_t plane = 0; plane < fans[i].planes(); ++plane)
       for (std::size_t j = 0; j < fans[i].elevations(); ++j) {
@@ -142,9 +143,9 @@ class BedMeasurement {
     cell.prepare_s = wall_s() - start_s;
     const Seafloor& seafloor = one.simulator->seafloor();
     cell.faces = seafloor.faces;
-    cell.code_path = one.simulator->code_path();
+    cell.code_path = SimulatorInternals::code_path(*one.simulator);
     if (seafloor.progressive) {
-      const std::filesystem::path& file = one.simulator->prepared().cache_file;
+      const std::filesystem::path& file = SimulatorInternals::prepared(*one.simulator).cache_file;
       if (!file.empty()) cell.progressive_mb = 1e-6 * static_cast<double>(file_size(file));
     } else {
       constexpr double mb_each = 12e-6;  // three floats or three indices
@@ -202,14 +203,14 @@ class BedMeasurement {
   /// finds.
   double take_turn(Running& one, std::size_t begin) {
     Simulator& simulator = *one.simulator;
-    simulator.reset();
-    simulator.ping(poses_[begin], begin);
-    const StageTimes before = simulator.times();
+    SimulatorInternals::reset(simulator);
+    simulator.ping_numbered(poses_[begin], begin);
+    const StageTimes before = SimulatorInternals::times(simulator);
     const double took_s = turn_s([&](int i) {
       const std::size_t ping = begin + 1 + static_cast<std::size_t>(i);
-      simulator.ping(poses_[ping], ping);
+      simulator.ping_numbered(poses_[ping], ping);
     });
-    one.stages += simulator.times() - before;
+    one.stages += SimulatorInternals::times(simulator) - before;
     one.spent_s += took_s;
     return 1e3 * took_s / turn_pings;
   }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/fan_scan/fan_scan.h>
@@ -46,7 +47,8 @@ std::vector<Row> rows() {
 std::vector<engine::RayFan> fans_over(engine::Simulator& simulator) {
   std::vector<engine::RayFan> fans;
   for (const engine::Pose& pose : simulator.track())
-    for (const engine::RayFan& fan : simulator.aim(pose)) fans.push_back(fan);
+    for (const engine::RayFan& fan : engine::SimulatorInternals::aim(simulator, pose))
+      fans.push_back(fan);
   return fans;
 }
 

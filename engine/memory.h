@@ -1,15 +1,16 @@
 #pragma once
 
 #include <new>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
+
+#include <ensonify/refine/error.h>
 
 namespace ensonify::engine {
 
 /// Not enough memory. The message names what needs it, how much, the limit, and what to change.
-struct MemoryError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct MemoryError : Error {
+  using Error::Error;
 };
 
 /// How much memory, in bytes, this process can still allocate: what the machine has available (swap

@@ -3,17 +3,18 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include <ensonify/refine/error.h>
 
 namespace ensonify::refine {
 
 /// A fault in a mesh or grid from a file. The message names the file and place, the fault, the
 /// cure.
-struct MeshError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct MeshError : Error {
+  using Error::Error;
 };
 
 using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwise seen from outside

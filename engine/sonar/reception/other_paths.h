@@ -10,32 +10,13 @@
 
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sediment.h>
 #include <ensonify/scatter/surface_scatter.h>
 
 namespace ensonify::engine {
-
-/// What the sea makes of itself.
-struct SeaState {
-  double wind_mps = 5.0;
-  double shipping = 0.5;                ///< 0 none near .. 1 heavy traffic
-  double volume_scattering_db = -80.0;  ///< S_v, dB re 1/m
-};
-
-/// What else comes back beside the direct echo; nothing by default.
-struct OtherPathsOptions {
-  bool surface = false;                  ///< the sea surface's return and its reverberation
-  bool volume = false;                   ///< the water's
-  bool multiples = false;                ///< echoes by way of the surface
-  std::optional<double> bottom_loss_db;  ///< of a reflection at the bed, in multiples; unset: the
-                                         ///< sediment's at that angle, 10 dB where it has none
-  bool double_bounce = false;            ///< between a wall and the bed before it
-  double wall_loss_db = 5.0;             ///< of the reflection at the wall
-  double burst_m = 0.0;  ///< range over which the transmitted pulse blinds the receiver; 0: none
-  std::optional<double> crosstalk_db;  ///< of one side in the other; unset: none
-};
 
 /// When and from where a sonar hears.
 struct PingContext {

@@ -17,6 +17,7 @@
 #include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/refraction/refracted_path.h>
 #include <ensonify/scatter/sound_ray.h>
 
@@ -109,7 +110,8 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
   Tally tally;
   std::vector<RayFan> fans;
   for (std::size_t i = 1; i <= places; ++i)
-    for (const RayFan& fan : simulator.aim(poses[i * poses.size() / (places + 1)]))
+    for (const RayFan& fan :
+         SimulatorInternals::aim(simulator, poses[i * poses.size() / (places + 1)]))
       fans.push_back(fan);
   for (RayFan& fan : fans) {
     fan.bend = bend(profile, deepest_m, fan.range_m, mps);
