@@ -9,7 +9,7 @@
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 
 namespace ensonify::engine {
 
@@ -17,7 +17,7 @@ namespace ensonify::engine {
 struct ScenePings {
   std::vector<Waterfall> images;  ///< one a sonar
   std::vector<std::vector<ObjectView>>
-      object_visibility;  ///< by sonar, as Simulator::object_visibility()
+      object_visibility;  ///< by sonar, as SimulatorInternals::object_visibility()
   std::uint64_t rays = 0, hits = 0;
   RefractionCounts refraction;
   StageTimes stages;                  ///< summed over threads
@@ -42,12 +42,13 @@ class TrackPings {
   };
   /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may ask,
   /// each with a simulator of its own. Threads that are spare make the surface of the block's next
-  /// pings ready meanwhile. Throws as Simulator::ping().
+  /// pings ready meanwhile. Throws as Simulator::ping_numbered().
   RecordedPing hear(Simulator& simulator, std::size_t ping,
                     refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
-  /// Compares the ping with the reference as Simulator::verify(); false where nothing was recorded.
+  /// Compares the ping with the reference as SimulatorInternals::verify(); false where nothing was
+  /// recorded.
   bool verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const;
 
  private:
@@ -71,7 +72,7 @@ using AfterBlock =
 /// Every ping of a scene's track, in aligned blocks over threads (0: as many as the machine has),
 /// by simulators over the seafloor of this one. So many of them, spread over the track, are
 /// compared with the exact reference. Throws SceneError for a track that leaves the seafloor,
-/// MemoryError for images that do not fit, and as Simulator::ping().
+/// MemoryError for images that do not fit, and as Simulator::ping_numbered().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block = {}, const MemoryLimit& memory = {},
                     std::size_t verify_pings = 0);

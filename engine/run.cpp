@@ -12,7 +12,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
-#include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/exr.h>
@@ -26,6 +26,7 @@
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/atomic_file.h>
 
@@ -103,7 +104,7 @@ class Run {
                                  .memory = control_.memory,
                                  .more_bytes = expected_image_bytes()});
     report_.prepare_s = seconds_since(start);
-    const PreparedSeafloor& prepared = simulator.prepared();
+    const PreparedSeafloor& prepared = SimulatorInternals::prepared(simulator);
     report_.surface = prepared.surface;
     report_.surface_why = prepared.why;
     report_.cache_file = prepared.cache_file;
@@ -194,8 +195,9 @@ class Run {
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
       write_recordings(simulator, i);
       if (!seafloor.objects.empty() || !seafloor.features.empty())
-        folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
-                                                           seafloor, pings_.object_visibility[i]));
+        folder_.write(name + "_targets.json",
+                      targets_json(target_records(images[i], seafloor, pings_.object_visibility[i]),
+                                   images[i], seafloor));
       Display over_layers = scene_.display;
       over_layers.slant_range_correction = false;
       if (scene_.output.truth)
@@ -206,7 +208,7 @@ class Run {
       for (const PingRow& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
-    if (control_.made) control_.made(simulator, images);
+    if (control_.on_outputs) control_.on_outputs({simulator, images, pings_.object_visibility});
     report_.counts["pings"] = images.front().rows();
     report_.counts["rays"] = pings_.rays;
     if (const RefractionCounts& bent = pings_.refraction; bent.rays > 0) {
@@ -222,7 +224,7 @@ class Run {
                       .seed = scene_.seed,
                       .surface = report_.surface,
                       .intersector = scene_.run.intersector,
-                      .code_path = std::string(simulator.code_path()),
+                      .code_path = std::string(SimulatorInternals::code_path(simulator)),
                       .classes = names.classes,
                       .materials = names.materials,
                       .counts = report_.counts,
@@ -265,7 +267,7 @@ class Run {
     if (track.origin_latitude_rad)
       frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
     const Recording recording =
-        make_recording(pings_.images[sonar], simulator.recorder(sonar), frame);
+        make_recording(pings_.images[sonar], SimulatorInternals::recorder(simulator, sonar), frame);
     if (scene_.output.xtf) folder_.write(recording.name + ".xtf", encode_xtf(recording));
     if (scene_.output.jsf) folder_.write(recording.name + ".jsf", encode_jsf(recording));
   }

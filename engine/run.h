@@ -6,21 +6,31 @@
 #include <map>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/extrapolation.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/echo/object_view.h>
+#include <ensonify/engine/stage_times.h>
+#include <ensonify/refine/error.h>
 
 namespace ensonify::engine {
 
 /// Thrown by run() when it was asked to stop.
-struct Stopped : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct Stopped : Error {
+  using Error::Error;
+};
+
+/// What a run made, for RunControl::on_outputs; good during that call.
+struct RunOutputs {
+  const Simulator& simulator;
+  /// One per sonar, with the numbers of the labels that its files have.
+  std::span<const Waterfall> lines;
+  /// By sonar, what was seen of each object of the seafloor; empty where that was not counted.
+  std::span<const std::vector<ObjectView>> object_visibility;
 };
 
 /// How a run talks to whoever started it.
@@ -34,9 +44,8 @@ struct RunControl {
   MemoryLimit memory = {};                                ///< the same
   std::size_t verify_pings = 0;  ///< so many are compared with the exact reference, too
   bool growing_picture = true;   ///< whether the pictures are written while the run goes on
-  /// Told what the run made, with the labels' numbers of its files, once all but the manifest are
-  /// written.
-  std::function<void(const Simulator&, std::span<const Waterfall>)> made = {};
+  /// Called once all files except the manifest are written.
+  std::function<void(const RunOutputs&)> on_outputs = {};
 };
 
 /// What a run did. Times are of this machine and go into no file.

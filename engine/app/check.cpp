@@ -12,6 +12,7 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
 #include <ensonify/refine/parallel_for.h>
@@ -43,7 +44,7 @@ struct Arguments {
 std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays) {
   const std::vector<Pose> track = simulator.track();
   const auto fans_at = [&](const Pose& pose) {
-    const std::span<const RayFan> fans = simulator.aim(pose);
+    const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
     return std::vector<RayFan>(fans.begin(), fans.end());
   };
   std::uint64_t a_ping = 0;
@@ -220,7 +221,7 @@ void check(const Arguments& arguments) {
   Simulator simulator(scene, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   scene.run.surface = "refined";
-  const auto analysed = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
+  const auto analysed = prepare_seafloor(scene, how);
   progress->tell("trees", 0, 1);
   const std::shared_ptr<const Intersector> reference = make_intersector(reference_name, mesh);
   const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);

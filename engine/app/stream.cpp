@@ -1,5 +1,4 @@
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/session_keys.h>
 
 #include <algorithm>
@@ -78,8 +77,8 @@ class Fields {
   const Json& rest() const { return fields_; }
   void finish() const {
     if (!fields_.empty())
-      throw UsageError(fmt::format("nobody knows the key '{}', expected keys as in {}",
-                                   fields_.begin().key(), example));
+      throw UsageError(
+          fmt::format("unknown key '{}', expected keys as in {}", fields_.begin().key(), example));
   }
 
  private:
@@ -93,7 +92,9 @@ class PoseSession {
  public:
   explicit PoseSession(const Arguments& arguments)
       : arguments_(arguments),
-        scene_(read(arguments)),
+        source_(SessionScene::of_file(arguments.scene.file, arguments.scene.overrides,
+                                      arguments.scene.data_folder)),
+        scene_(for_stream(source_.with())),
         simulator_(make_simulator(scene_, arguments)) {
     BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (const std::string& name : arguments.layers)
@@ -136,10 +137,9 @@ class PoseSession {
   }
 
  private:
-  static Scene read(const Arguments& arguments) {
-    Scene scene = arguments.scene.read();
-    // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping
-    // least.
+  static Scene for_stream(Scene scene) {
+    // The number of pings that would pay for an analysis is not known, and a tree that stands
+    // costs a ping least.
     if (scene.run.surface == "auto") scene.run.surface = "static";
     return scene;
   }
@@ -159,28 +159,16 @@ class PoseSession {
     return value.get<std::uint32_t>();
   }
 
-  /// A key and its value as TOML, of which JSON's strings, numbers, truths and lists are a part.
-  static std::string as_override(const std::string& key, const Json& value) {
-    return fmt::format("{}={}", key, value.dump());
+  static std::vector<KeyValue> key_values(const Json& keys) {
+    std::vector<KeyValue> all;
+    for (const auto& [key, value] : keys.items()) all.push_back({key, value.dump()});
+    return all;
   }
 
   void set(const Json& keys) {
     if (!keys.is_object() || keys.empty())
       throw UsageError(R"('set' names no key, expected as in {"set": {"sonar.NAME.range_m": 40}})");
-    std::vector<std::string> set;
-    for (const auto& [key, value] : keys.items()) {
-      if (!key.starts_with("sonar."))
-        throw UsageError(
-            fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
-                        "sonar.NAME.range_m",
-                        key));
-      set.push_back(as_override(key, value));
-    }
-    SceneArguments changed = arguments_.scene;
-    changed.overrides.insert(changed.overrides.end(), set.begin(), set.end());
-    const Scene scene = changed.read();
-    for (const std::size_t i : changed_sonars(scene, set)) simulator_.set_sonar(i, scene.sonars[i]);
-    arguments_.scene.overrides = std::move(changed.overrides);
+    set_sonars(simulator_, source_, key_values(keys));
     report_scene();
   }
 
@@ -188,20 +176,15 @@ class PoseSession {
     if (!object.is_object())
       throw UsageError(
           R"('add' is no object, expected as in {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
-    std::string text = "version = 1\n[[objects]]\n";
-    for (const auto& [key, value] : object.items()) text += as_override(key, value) + "\n";
-    const fs::path& file = arguments_.scene.file;
-    const Scene scene = parse_scene(text, "'add'", {},
-                                    {file.has_parent_path() ? file.parent_path() : fs::path("."),
-                                     arguments_.scene.data_folder});
-    const std::uint32_t number = simulator_.add(single_object(scene), pose);
+    const std::uint32_t number =
+        simulator_.add(object_of(key_values(object), "'add'", source_.paths()), pose);
     say({{"added", number},
          {"classes", strings(simulator_.classes())},
          {"materials", strings(simulator_.materials())}});
   }
 
   void ping(const Pose& pose) {
-    std::span<const EchoLine> lines = simulator_.ping(pose.t_s, pose);
+    std::span<const EchoLine> lines = simulator_.ping(pose);
     const double altitude_m = simulator_.altitude_m(pose.position);
     for (const Sonar& sonar : simulator_.sonars()) {
       for (const EchoLine& line : lines.first(sides_of(sonar).size())) {
@@ -263,7 +246,8 @@ class PoseSession {
   }
 
   Arguments arguments_;
-  const Scene scene_;  // as it was read
+  SessionScene source_;
+  const Scene scene_;  // as it was at the start
   Simulator simulator_;
   std::vector<std::string> known_layers_;
   std::vector<float> block_;

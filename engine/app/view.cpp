@@ -10,6 +10,7 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/atomic_file.h>
@@ -52,7 +53,7 @@ void view_scene(const Arguments& arguments) {
                                  ping, track.size(), track.size() - 1));
   tell("progressive mesh", 0, 1);
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
-  const std::span<const RayFan> fans = simulator.aim(track[ping]);
+  const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, track[ping]);
   std::vector<refine::FanVolume> volumes;
   for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
   refine::ActiveMesh mesh(*progressive);

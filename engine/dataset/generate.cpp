@@ -19,6 +19,7 @@
 #include <ensonify/engine/dataset/products.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/output/tar.h>
+#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
@@ -109,8 +110,7 @@ class Seafloors {
                                   scene.track.pings);
     std::weak_ptr<const PreparedSeafloor>& known = place->prepared[std::move(key)];
     Pointer prepared = known.lock();
-    if (!prepared)
-      known = prepared = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
+    if (!prepared) known = prepared = prepare_seafloor(scene, how);
     return prepared;
   }
 
@@ -331,10 +331,9 @@ class Generator {
              .seafloor = kept,
              .memory = memory_each_,
              .growing_picture = false,
-             .made =
-                 [&](const Simulator& simulator, std::span<const Waterfall> lines) {
-                   products =
-                       write_products(recipe_.options(), sample, simulator, lines, staging.path());
+             .on_outputs =
+                 [&](const RunOutputs& outputs) {
+                   products = write_products(recipe_.options(), sample, outputs, staging.path());
                  }});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));

@@ -18,6 +18,7 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {

@@ -13,6 +13,7 @@
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -230,9 +231,9 @@ Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl&
              },
          .cache = control.cache,
          .growing_picture = false,
-         .made =
-             [&](const Simulator& simulator, std::span<const Waterfall> lines) {
-               cells[k] = cell(recipe, number, sample, simulator, lines.front());
+         .on_outputs =
+             [&](const RunOutputs& outputs) {
+               cells[k] = cell(recipe, number, sample, outputs.simulator, outputs.lines.front());
              }});
     std::filesystem::remove_all(folder);
     const std::lock_guard lock(mutex);

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include <ensonify/engine/live/session.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
 
 namespace ensonify::engine {
@@ -26,16 +26,16 @@ struct AddedObject {
 
 /// A scene with other values.
 struct SceneChange {
-  std::vector<std::string> overrides;  ///< all, the new ones last
-  std::size_t before = 0;              ///< how many of them there were
+  std::vector<KeyValue> keys;  ///< that are to be kept
+  SessionScene before;         ///< the session's scene without them
   Scene scene;
   Vehicle vehicle;
-  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< that are set anew, with their numbers
+  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< that are set again, by number
   std::optional<Display> display;
-  bool seabed = false;  ///< whether the rest changes, too: it is to be made ready anew
+  bool seabed = false;  ///< whether other keys change, so that it has to be made ready again
 };
 
-/// What LiveSession::change() was asked for, found right.
+/// What LiveSession::change() was asked for, once it is checked.
 struct LiveChange {
   std::optional<SceneChange> set;
   std::optional<bool> hold;
@@ -44,8 +44,8 @@ struct LiveChange {
   bool clear = false, again = false;
 };
 
-/// Reads a change of a session that is as `now` says, flown as `vehicle` says. Throws as
+/// Reads a change of a session whose scene is `now`, flown at `vehicle`. Throws as
 /// LiveSession::change().
-LiveChange read_change(std::string_view json, const LiveOptions& now, const Vehicle& vehicle);
+LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle);
 
 }  // namespace ensonify::engine

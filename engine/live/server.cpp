@@ -66,7 +66,7 @@ constexpr std::size_t max_connections = 64;  // at work at once; the others wait
 constexpr std::string_view token_mark = "%TOKEN%";
 
 /// A socket that gives up on who sends too much, too slowly, or does not read.
-class GuardedStream final : public httplib::RandomStream {
+class GuardedStream final : public httplib::Stream {
  public:
   GuardedStream(socket_t socket, const std::atomic<bool>& stopping)
       : socket_(socket), stopping_(stopping), begun_(Clock::now()) {}

@@ -21,7 +21,8 @@
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mesh_viewer.h>
 #include <ensonify/engine/live/setting.h>
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/session_keys.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
 namespace ensonify::engine {
@@ -53,9 +54,11 @@ struct PendingChanges {
 
 struct LiveSession::Inner {
   explicit Inner(LiveOptions its_options)
-      : options(std::move(its_options)), ring(options.ring_bytes), rate(options.pings_per_s) {
-    const Scene scene =
-        as_watched(read_scene(options.scene, options.overrides, options.data_folder));
+      : options(std::move(its_options)),
+        ring(options.ring_bytes),
+        source(SessionScene::of_file(options.scene, options.overrides, options.data_folder)),
+        rate(options.pings_per_s) {
+    const Scene scene = as_watched(source.with());
     const auto progress = options.progress;
     world = std::make_shared<LiveScene>(scene, Preparation{.progress =
                                                                [&](std::string_view stage) {
@@ -139,7 +142,7 @@ struct LiveSession::Inner {
         on_track && climbed_m == 0.0 && along == static_cast<double>(nth) && nth == pings;
     if (as_planned) {
       const std::size_t block = world->track.block_of(nth);
-      if (nth == 0 || block != world->track.block_of(nth - 1)) simulator.reset();
+      if (nth == 0 || block != world->track.block_of(nth - 1)) SimulatorInternals::reset(simulator);
       return world->track.hear(simulator, nth);
     }
     on_track = false;
@@ -153,7 +156,7 @@ struct LiveSession::Inner {
     return {.record = {.pose = pose,
                        .reported = pose,
                        .altitude_m = simulator.altitude_m(pose.position)},
-            .lines = simulator.ping(pose, pings)};
+            .lines = simulator.ping_numbered(pose, pings)};
   }
 
   void publish(const TrackPings::RecordedPing& heard) {
@@ -173,7 +176,7 @@ struct LiveSession::Inner {
     }
     if (mesh_pages > 0 && Clock::now() >= view_due) {
       std::vector<refine::FanVolume> volumes;
-      for (const RayFan& fan : world->simulator.aim(heard.record.pose))
+      for (const RayFan& fan : SimulatorInternals::aim(world->simulator, heard.record.pose))
         volumes.push_back(view_volume(fan));
       viewer->show(world, std::move(volumes));
       view_due = Clock::now() + between_views;
@@ -270,7 +273,7 @@ struct LiveSession::Inner {
     const double since_s = seconds_since(status_reported);
     if (now - status_reported < between_status) return;
     status_reported = now;
-    const StageTimes& all = world->simulator.times();
+    const StageTimes& all = SimulatorInternals::times(world->simulator);
     const double per_ping = pings_since > 0 ? 1000.0 / static_cast<double>(pings_since) : 0.0;
     const std::optional<MeshCounts> mesh = viewer->counts();
     const std::lock_guard lock(wishes_lock);
@@ -313,20 +316,20 @@ struct LiveSession::Inner {
 
   void change(std::string_view json) {
     const std::lock_guard one_at_a_time(change_lock);
-    LiveOptions now;
+    std::optional<SessionScene> now;
     Vehicle flown;
     {
       const std::lock_guard lock(wishes_lock);
-      now = options;
+      now = source;
       flown = vehicle;
     }
-    LiveChange asked = read_change(json, now, flown);
+    LiveChange asked = read_change(json, *now, flown);
     const bool seabed = asked.set && asked.set->seabed;
     if (seabed) claim_maker();
     {
       const std::lock_guard lock(wishes_lock);
       if (asked.set) {
-        options.overrides = asked.set->overrides;
+        source.keep(asked.set->keys);
         current = asked.set->scene;
         vehicle = asked.set->vehicle;
         for (auto& sonar : asked.set->sonars) wishes.sonars.push_back(std::move(sonar));
@@ -374,16 +377,14 @@ struct LiveSession::Inner {
         changed = true;
         woken.notify_all();
       } else {  // what cannot be made is not asked for again
-        std::erase_if(options.overrides, [&](const std::string& line) {
-          return std::find(set.overrides.begin() + std::ptrdiff_t(set.before), set.overrides.end(),
-                           line) != set.overrides.end();
-        });
+        source.take_back(set.keys, set.before);
       }
     });
   }
 
-  LiveOptions options;  // its overrides as they were changed: under wishes_lock
+  LiveOptions options;
   LineRing ring;
+  SessionScene source;  // as it was changed: under wishes_lock
   Scene current;
 
   std::mutex change_lock;  // taken first

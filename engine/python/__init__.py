@@ -7,13 +7,13 @@
 attributes, and a `Simulator` pings from any pose. `layers` lists what is known of each sample.
 """
 
-from ._ensonify import (EchoLine, Image, MeshError, Pose, SceneError, Simulator, __version__, images,
-                        layers)
+from ._ensonify import (EchoLine, Error, Image, MemoryError, MeshError, Pose, SceneError, Simulator,
+                        __version__, images, layers)
 
-__all__ = ["EchoLine", "Image", "MeshError", "Pose", "SceneError", "Simulator", "images", "layers",
-           "simulate"]
+__all__ = ["EchoLine", "Error", "Image", "MemoryError", "MeshError", "Pose", "SceneError", "Simulator",
+           "images", "layers", "simulate"]
 
-for _public in (EchoLine, Image, MeshError, Pose, SceneError, Simulator, images):
+for _public in (EchoLine, Error, Image, MemoryError, MeshError, Pose, SceneError, Simulator, images):
     _public.__module__ = __name__
 
 

@@ -6,8 +6,11 @@
 #include <string>
 #include <string_view>
 
-#include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/sediment.h>
+
+namespace ensonify::scatter {
+class Backscatter;
+}
 
 namespace ensonify::engine {
 

@@ -392,6 +392,15 @@ class Sessions(unittest.TestCase):
         with self.assertRaises(TypeError):
             simulator.ping(1)
 
+    def test_all_exceptions_of_the_module_have_one_base(self):
+        for one, builtin in ((ensonify.SceneError, ValueError), (ensonify.MeshError, ValueError),
+                             (ensonify.MemoryError, MemoryError)):
+            self.assertTrue(issubclass(one, ensonify.Error) and issubclass(one, builtin), one)
+        with self.assertRaises(ensonify.Error):
+            ensonify.Simulator({"track": {"pingz": 1}})
+        with self.assertRaisesRegex(ensonify.MemoryError, "need about"):
+            ensonify.Simulator(scene, keys={"seafloor.extent_east_m": 90000, "seafloor.extent_north_m": 90000})
+
     def test_threads_hear_the_same_as_one(self):
         def session():
             simulator = ensonify.Simulator(scene)

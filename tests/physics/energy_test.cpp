@@ -6,6 +6,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;

@@ -4,6 +4,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
@@ -135,7 +136,7 @@ TEST_CASE("a flat bed of many facets has uniform columns at every altitude") {
     std::vector<double> lowest(500, 1e9), highest(500, -1e9);
     for (std::uint64_t ping = 0; ping < 12; ++ping) {
       pose.position.y() = 0.133 * static_cast<double>(ping);
-      const EchoLine& line = simulator.ping(pose, ping)[1];
+      const EchoLine& line = simulator.ping_numbered(pose, ping)[1];
       for (std::size_t i = 0; i < 500; ++i) {
         const double level = scatter::to_db(std::max(line.bins.intensity_mean[i], 1e-30f));
         lowest[i] = std::min(lowest[i], level);
@@ -162,7 +163,7 @@ TEST_CASE(
   CHECK(simulator.warnings().empty());
   const Medium medium{1528.0, 0.03};
   const scatter::Bottom sand(scatter::sediment_named("medium sand"), 100e3, 1528.0);
-  for (const EchoLine& line : simulator.ping(above_bed, 0))
+  for (const EchoLine& line : simulator.ping_numbered(above_bed, 0))
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
       const double r = line.bins.range_m[i];
       if (r < 1.2 * altitude_m) continue;

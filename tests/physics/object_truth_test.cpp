@@ -12,6 +12,7 @@
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/trace/intersector.h>
 
@@ -56,10 +57,10 @@ struct Image {
   Waterfall waterfall;
   explicit Image(const Scene& scene)
       : simulator(scene), waterfall(scene.sonars[0], static_cast<std::size_t>(scene.track.pings)) {
-    simulator.count_object_visibility();
+    SimulatorInternals::count_object_visibility(simulator);
     const std::vector<Pose> poses = simulator.track();
     for (std::size_t i = 0; i < poses.size(); ++i)
-      waterfall.set_row(i, simulator.ping(poses[i], i), {.pose = poses[i]});
+      waterfall.set_row(i, simulator.ping_numbered(poses[i], i), {.pose = poses[i]});
   }
 };
 
@@ -143,7 +144,7 @@ TEST_CASE(
   const Scene scene = level_scene(objects);
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
-  const std::span<const EchoLine> lines = simulator.ping(poses[60], 60);
+  const std::span<const EchoLine> lines = simulator.ping_numbered(poses[60], 60);
   const double bin_m = scene.sonars[0].bin_m();
   const auto check_shadow = [&](const EchoLine& line, std::uint32_t instance, double from_m,
                                 double end_m) {
@@ -198,7 +199,7 @@ TEST_CASE("An object that is half sunk in has the shadow of the half above the b
   for (ObjectOptions& box : objects) box.size.shape_height_m = 2.0;
   objects[1].burial = 0.5;
   Simulator simulator(level_scene(objects));
-  const std::span<const EchoLine> lines = simulator.ping(simulator.track()[60], 60);
+  const std::span<const EchoLine> lines = simulator.ping_numbered(simulator.track()[60], 60);
   const auto end_m = [&](std::size_t side, std::uint32_t instance) {
     const double slant_m = double(run_of(lines[side], Region::shadow, instance).second + 1) * 0.05;
     return std::sqrt(slant_m * slant_m - altitude_m * altitude_m);
@@ -303,7 +304,8 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
     Scene scene = level_scene(objects);
     scene.run.surface = surface;
     const Image image(scene);
-    const std::span<const ObjectView> views = image.simulator.object_visibility(0);
+    const std::span<const ObjectView> views =
+        SimulatorInternals::object_visibility(image.simulator, 0);
     REQUIRE(views.size() == 4);
     CAPTURE(surface);
     CHECK(views[1].share() == Approx(1.0).margin(0.01));

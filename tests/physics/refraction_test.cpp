@@ -10,6 +10,7 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/eigenray.h>
@@ -69,7 +70,7 @@ std::vector<double> level_db(const Scene& scene, double depth_m) {
   Simulator simulator(scene);
   std::vector<double> all;
   for (const float intensity :
-       simulator.ping({.position = {0.0, 0.0, -depth_m}}, 0)[1].bins.intensity_mean)
+       simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1].bins.intensity_mean)
     all.push_back(scatter::to_db(std::max(double(intensity), 1e-30)));
   return all;
 }

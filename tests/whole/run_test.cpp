@@ -9,8 +9,10 @@
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 
 using namespace ensonify;
@@ -115,9 +117,9 @@ TEST_CASE("a ping alone is the ping within the run, whatever came before") {
   const std::vector<Pose> poses = straight.track();
   std::vector<std::vector<float>> expected;
   for (std::size_t i = 0; i < poses.size(); ++i)
-    expected.push_back(straight.ping(poses[i], i)[1].bins.intensity);
+    expected.push_back(straight.ping_numbered(poses[i], i)[1].bins.intensity);
   for (const std::size_t i : {17u, 3u, 49u, 16u})
-    CHECK(jumping.ping(poses[i], i)[1].bins.intensity == expected[i]);
+    CHECK(jumping.ping_numbered(poses[i], i)[1].bins.intensity == expected[i]);
 }
 
 TEST_CASE("the picture is there while the run goes on, and has grown when it ends") {
@@ -163,7 +165,7 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
   if (const auto nav = data_file("nav/scotsman_iver2_nav.csv")) {
     const Scene scene = read_scene(tests::source_folder() / "scenes/recorded_track.toml", {},
                                    nav->parent_path().parent_path());
-    CHECK(Simulator(scene).track_poses().poses.size() == 460);
+    CHECK(SimulatorInternals::track_poses(Simulator(scene)).poses.size() == 460);
   } else {
     WARN("skipped the recorded track: the real data are not there");
   }

@@ -54,7 +54,8 @@ TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON"
   const Folder folder;
   engine::Simulator simulator(engine::read_scene(folder / "tiny.toml"));
   constexpr double degree = engine::radians_per_degree;
-  engine::Pose same{.position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
+  engine::Pose same{
+      .t_s = 0.5, .position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
   const tests::Outcome blocks = folder.stream(pose + pose, {"--layers", "intensity,region"});
   REQUIRE(blocks.code == 0);
   const std::vector<Json> json =
@@ -65,7 +66,7 @@ TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON"
 
   std::size_t at = blocks.out.find('\n') + 1;
   for (const int ping : {0, 1}) {
-    const std::span<const engine::EchoLine> lines = simulator.ping(0.5, same);
+    const std::span<const engine::EchoLine> lines = simulator.ping(same);
     for (const std::size_t side : {0u, 1u}) {
       const std::size_t end = blocks.out.find('\n', at);
       const Json header = Json::parse(blocks.out.substr(at, end - at));
@@ -133,7 +134,7 @@ TEST_CASE("a wrong line ends a stream with its place and what to do") {
       {"[1]", "expected an object"},
       {R"({"x_m": 1, "y_m": 2})", "there is no 'z_m'"},
       {R"({"x_m": 1, "y_m": 2, "z_m": "deep"})", "expected a number"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "nobody knows the key 'yaw_deg'"},
+      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "unknown key 'yaw_deg'"},
       {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
       {R"({"x_m": 1, "y_m": 2, "z_m": 3})", "sonar left-right 3.0 m above the sea surface"},
       {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "0.0 m above the sea surface"},

@@ -18,6 +18,7 @@
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/refine/mesh_reader.h>
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/objects/laid_line.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/trace/intersector.h>
 
 namespace ensonify::engine {

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t bins = 400, columns = 2 * bins;
 
 /// Level of a bed (power behind a gain of 30 lg r) over ping, column and depression; the sonar
-/// climbs from 8 m to 16 m over it. NearestOfTwo than that there is water.
+/// climbs from 8 m to 16 m over it. Nearer than that there is water.
 template <class Level>
 Waterfall bed(std::size_t pings, Level&& level) {
   Sonar sonar;

@@ -10,6 +10,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 

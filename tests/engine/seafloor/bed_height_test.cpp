@@ -8,6 +8,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify;
