@@ -247,10 +247,10 @@ TEST_CASE("What is wrong with a scene is said once, and nothing is left behind")
         "ensonify: locked: cannot write into this folder; choose a folder that you may write to");
   }
   const Outcome dataset = run_program(folder.path(), {"merge", "none"});
-  check_refused(dataset, 2, "ensonify: none: there is no such folder, expected a folder that");
+  check_refused(dataset, 2, "ensonify: none: there is no such folder; expected a folder made by");
   fs::create_directory(folder / "empty");
   check_refused(run_program(folder.path(), {"merge", "empty"}), 2,
-                "ensonify: empty: there is no dataset.json in it, expected a folder that");
+                "ensonify: empty: there is no dataset.json in it; expected a folder made by");
   check_refused(run_program(folder.path(), {"merge", "file"}), 2, "file: there is no such folder");
 }
 

@@ -302,8 +302,8 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
 
   const std::string shared =
       made(folder, changed(tiny_recipe, "[seafloor]\n", "[seafloor]\nseed = 7\n"), "shared");
-  CHECK(shared.find("the splits test, train, val share a seabed, since the recipe sets "
-                    "seafloor.seed = 7: leave it out") != std::string::npos);
+  CHECK(shared.find("the splits test, train, val share a seabed, because the recipe sets "
+                    "seafloor.seed = 7: remove it") != std::string::npos);
   const Json json =
       Json::parse(run_program(folder.path(), {"merge", "shared", "--json", "--quiet"}).out);
   REQUIRE(json.at("warnings").size() >= 1);
