@@ -34,11 +34,12 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// A request's fields, each taken once: what is left over is an error.
+/// The fields of a request. Each is taken once; fields left over are an error.
 class Fields {
  public:
   explicit Fields(Json fields) : fields_(std::move(fields)) {
-    if (!fields_.is_object()) throw UsageError(fmt::format("expected an object, as {}", example));
+    if (!fields_.is_object())
+      throw UsageError(fmt::format("expected an object, for example {}", example));
   }
 
   std::optional<Json> take(const std::string& key) {
@@ -78,17 +79,18 @@ class Fields {
   const Json& rest() const { return fields_; }
   void finish() const {
     if (!fields_.empty())
-      throw UsageError(fmt::format("nobody knows the key '{}', expected keys as in {}",
-                                   fields_.begin().key(), example));
+      throw UsageError(
+          fmt::format("unknown key '{}', expected keys as in {}", fields_.begin().key(), example));
   }
 
  private:
   static constexpr std::string_view example =
-      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, "heading_deg": 0})";
+      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, )"
+      R"("heading_deg": 0})";
   Json fields_;
 };
 
-/// A session of poses in and echo lines out.
+/// A session that reads poses and writes echo lines.
 class PoseSession {
  public:
   explicit PoseSession(const Arguments& arguments)
@@ -98,7 +100,7 @@ class PoseSession {
     BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (const std::string& name : arguments.layers)
       if (std::ranges::find(known_layers_, name) == known_layers_.end())
-        throw UsageError(fmt::format("--layers: there is no layer '{}'; there are: {}", name,
+        throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
                                      fmt::join(known_layers_, ", ")));
     report_scene();
     if (!arguments.quiet)
@@ -111,7 +113,7 @@ class PoseSession {
     try {
       request = Json::parse(line);
     } catch (const Json::exception&) {
-      throw UsageError("is not JSON, expected an object a line");
+      throw UsageError("is not JSON, expected one object per line");
     }
     Fields fields(std::move(request));
     if (const auto keys = fields.take("set")) {
@@ -138,8 +140,8 @@ class PoseSession {
  private:
   static Scene read(const Arguments& arguments) {
     Scene scene = arguments.scene.read();
-    // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping
-    // least.
+    // The number of pings is unknown, so the analysis may not pay off; with a static tree a ping
+    // costs least.
     if (scene.run.surface == "auto") scene.run.surface = "static";
     return scene;
   }
@@ -155,11 +157,11 @@ class PoseSession {
   static std::uint32_t instance(const Json& value) {
     if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffff)
       throw UsageError(fmt::format(
-          "{} is no instance, expected a number that \"add\" was answered with", value.dump()));
+          "{} is not an instance, expected a number from an answer to \"add\"", value.dump()));
     return value.get<std::uint32_t>();
   }
 
-  /// A key and its value as TOML, of which JSON's strings, numbers, truths and lists are a part.
+  /// A key and its value as TOML; strings, numbers, booleans and lists of JSON are valid TOML.
   static std::string as_override(const std::string& key, const Json& value) {
     return fmt::format("{}={}", key, value.dump());
   }
@@ -171,7 +173,7 @@ class PoseSession {
     for (const auto& [key, value] : keys.items()) {
       if (!key.starts_with("sonar."))
         throw UsageError(
-            fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
+            fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key such as "
                         "sonar.NAME.range_m",
                         key));
       set.push_back(as_override(key, value));
@@ -187,7 +189,7 @@ class PoseSession {
   void add(const Json& object, const Pose& pose) {
     if (!object.is_object())
       throw UsageError(
-          R"('add' is no object, expected as in {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
+          R"('add' is not an object, expected {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
     std::string text = "version = 1\n[[objects]]\n";
     for (const auto& [key, value] : object.items()) text += as_override(key, value) + "\n";
     const fs::path& file = arguments_.scene.file;
@@ -263,7 +265,7 @@ class PoseSession {
   }
 
   Arguments arguments_;
-  const Scene scene_;  // as it was read
+  const Scene scene_;  // without later changes
   Simulator simulator_;
   std::vector<std::string> known_layers_;
   std::vector<float> block_;
@@ -282,7 +284,7 @@ void stream(const Arguments& arguments) {
       return UsageError(fmt::format("stdin:{}: {}", number, error.what()));
     };
     try {
-      if (line.size() > longest_line) throw UsageError("a line is longer than 1 MiB");
+      if (line.size() > longest_line) throw UsageError("the line is longer than 1 MiB");
       stream.answer(line);
     } catch (const UsageError& error) {
       throw at_line(error);
@@ -302,18 +304,18 @@ void stream(const Arguments& arguments) {
 void add_stream(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
-      "stream", "Ping from poses that come in as JSON lines, and send the echo lines out");
+      "stream", "Read poses from stdin as JSON lines, ping at each, and write the echo lines");
   arguments->scene.add_to(command);
   command
       .add_option("--layers", arguments->layers,
-                  "What to send of each bin, by the layers' names (default: intensity)")
+                  "The layers to write, by name (default: intensity)")
       ->delimiter(',')
       ->type_name("NAME,NAME");
   command.add_flag("--json", arguments->json,
-                   "Send the values in the JSON as well, rather than as a block of float32");
+                   "Write the values in the JSON line, not as a block of float32 after it");
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
 }
 

@@ -54,7 +54,7 @@ TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and f
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
   const Outcome again = run_program(folder.path(), {"run", "again.toml", "-o", "b"});
   REQUIRE(again.code == 0);
-  CHECK(again.err.find("surface: refined, since the seafloor was analysed before") !=
+  CHECK(again.err.find("surface: refined, because the seafloor was analysed before") !=
         std::string::npos);
   CHECK(read_text(folder / "a/left-right.png") == read_text(folder / "b/left-right.png"));
 
@@ -74,7 +74,7 @@ TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and f
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK(contents(folder.path()).size() == before);
   };
-  refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor was analysed before");
+  refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor is already analysed");
   refused({"analyse", "none.ply", "-o", "c.mesh"}, "none.ply: there is no such file");
   refused({"analyse", "none.toml", "-o", "c.mesh"}, "none.toml");
   refused({"analyse", "s.toml", "-o", "none/c.mesh"}, "none/c.mesh", 1);

@@ -173,7 +173,7 @@ TEST_CASE("The default scene, the key table and the intersectors are printed") {
   CHECK(run_program(folder.path(), {"intersectors"}).out.find("brute_force ") != std::string::npos);
   const Outcome full = run_program(folder.path(), {"schema"}, {}, {}, "/dev/full");
   CHECK(full.code == 1);
-  CHECK(full.err == "ensonify: stdout: cannot be written to its end\n");
+  CHECK(full.err == "ensonify: stdout: not all of the output could be written\n");
 }
 
 TEST_CASE("A run writes its files, reports on stderr, and as JSON on stdout when asked") {
@@ -354,7 +354,7 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
   refused("", "1: is empty");
   refused("ox,oy,oz,dx,dy\n", "1: no column 'dz'");
   refused("ox,oy,oz,dx,dy,dz,t\n", "1: unknown column 't'");
-  refused("ox,ox,oz,dx,dy,dz\n", "1: column 'ox' is there twice");
+  refused("ox,ox,oz,dx,dy,dz\n", "1: column 'ox' occurs twice");
   refused(header + "0,0,0,0,0,-1\n0,0,0,0,0\n", "3: 5 values, expected 6");
   refused(header + "0,0,zero,0,0,-1\n", "2: oz is 'zero', expected a number");
   refused(header + "0,0,,0,0,-1\n", "2: oz is '', expected a number");
@@ -362,7 +362,7 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
   refused(header + "0,0,1e30,0,0,-1\n", "2: a ray's origin and direction must be finite");
   refused(header + "0,0,1e999,0,0,-1\n", "2: oz is '1e999', expected a number");
   refused(header + "0,0,0,0,0,0\n", "2: a ray's direction must not be zero");
-  refused(header + std::string(5000, '1'), "2: a line longer than 4096 characters");
+  refused(header + std::string(5000, '1'), "2: the line is longer than 4096 characters");
   check_refused(run_program(folder.path(), {"trace", "flat.ply", "none.csv"}), 2,
                 "none.csv: cannot be opened");
   check_refused(run_program(folder.path(), {"trace", "none.ply", "rays.csv"}), 2, "rays.csv:2:");

@@ -234,7 +234,7 @@ TEST_CASE("a folder with another dataset is refused, and stays as it is") {
   write_text(folder / "recipe.toml", changed(tiny_recipe, "seed = 0", "seed = 1"));
   const Outcome outcome = generate(folder.path(), "set");
   CHECK(outcome.code == 2);
-  CHECK(outcome.err.find("name another folder with -o") != std::string::npos);
+  CHECK(outcome.err.find("choose another folder with -o") != std::string::npos);
   CHECK(difference(tree_of(folder / "set"), before) == "");
   for (const char* shard : {"3", "4/4", "-1/4", "a/b", "0/0"}) {
     CAPTURE(shard);

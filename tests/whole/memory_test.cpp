@@ -97,6 +97,6 @@ TEST_CASE("The option --memory takes sizes with units, and no others") {
     CAPTURE(wrong);
     const Outcome refused = run_tiny(folder, {"--memory", wrong});
     CHECK(refused.code == 2);
-    CHECK(refused.err.find("is no size, expected one as 800MB") != std::string::npos);
+    CHECK(refused.err.find("is not a size, expected for example 800MB") != std::string::npos);
   }
 }

@@ -133,7 +133,7 @@ TEST_CASE("a wrong line ends a stream with its place and what to do") {
       {"[1]", "expected an object"},
       {R"({"x_m": 1, "y_m": 2})", "there is no 'z_m'"},
       {R"({"x_m": 1, "y_m": 2, "z_m": "deep"})", "expected a number"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "nobody knows the key 'yaw_deg'"},
+      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "unknown key 'yaw_deg'"},
       {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
       {R"({"x_m": 1, "y_m": 2, "z_m": 3})", "sonar left-right 3.0 m above the sea surface"},
       {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "0.0 m above the sea surface"},
