@@ -32,13 +32,16 @@ double number_in(const Json& value, std::string_view what, double low, double hi
 }
 
 bool truth_in(const Json& value, std::string_view what) {
-  if (!value.is_boolean()) throw std::invalid_argument(fmt::format("'{}' is true or false", what));
+  if (!value.is_boolean())
+    throw std::invalid_argument(
+        fmt::format("'{}' is {}, expected true or false", what, text_of(value)));
   return value.get<bool>();
 }
 
 SceneChange scene_change(const Json& keys, const LiveOptions& now, const Vehicle& vehicle) {
   if (!keys.is_object() || keys.empty())
-    throw std::invalid_argument(R"('set' names no key, as {"set": {"track.altitude_m": 6}} does)");
+    throw std::invalid_argument(
+        R"('set' names no key, expected as in {"set": {"track.altitude_m": 6}})");
   SceneChange to{.overrides = now.overrides, .before = now.overrides.size(), .vehicle = vehicle};
   std::vector<std::string> all = now.overrides;
   bool display = false;
@@ -46,7 +49,7 @@ SceneChange scene_change(const Json& keys, const LiveOptions& now, const Vehicle
     const std::string line = fmt::format("{}={}", key, text_of(value));
     all.push_back(line);
     const bool flies = key == altitude_key || key == speed_key;
-    if (!flies) to.overrides.push_back(line);  // the track stays where it is
+    if (!flies) to.overrides.push_back(line);  // these two would move the track
     display = display || key.starts_with("display.");
     to.seabed = to.seabed || !(flies || key.starts_with("sonar.") || key.starts_with("display."));
   }
@@ -61,9 +64,10 @@ SceneChange scene_change(const Json& keys, const LiveOptions& now, const Vehicle
   return to;
 }
 
-AddedObject thing_of(const Json& object, const LiveOptions& now) {
+AddedObject added_object(const Json& object, const LiveOptions& now) {
   if (!object.is_object() || object.empty())
-    throw std::invalid_argument(R"('add' is no object, as {"shape": "barrel", "ahead_m": 10} is)");
+    throw std::invalid_argument(
+        R"('add' is not an object, expected as in {"shape": "barrel", "ahead_m": 10})");
   double ahead_m = 10.0, starboard_m = 10.0;
   std::string text = "version = 1\n[[objects]]\n";
   for (const auto& [key, value] : object.items()) {
@@ -88,7 +92,8 @@ LiveChange read_change(std::string_view text, const LiveOptions& now, const Vehi
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");
   for (const auto& [key, value] : request.items())
     if (std::ranges::find(known_keys, key) == known_keys.end())
-      throw std::invalid_argument(fmt::format("nobody knows the key '{}'", key));
+      throw std::invalid_argument(
+          fmt::format("unknown key '{}', expected {}", key, fmt::join(known_keys, ", ")));
   LiveChange change;
   if (request.contains("hold")) change.hold = truth_in(request["hold"], "hold");
   if (request.contains("again")) change.again = truth_in(request["again"], "again");
@@ -97,7 +102,7 @@ LiveChange read_change(std::string_view text, const LiveOptions& now, const Vehi
     change.pings_per_s.emplace();
     if (!rate->is_null()) *change.pings_per_s = number_in(*rate, "pings_per_s", 0.0, 10000.0);
   }
-  if (request.contains("add")) change.add = thing_of(request["add"], now);
+  if (request.contains("add")) change.add = added_object(request["add"], now);
   if (request.contains("set")) change.set = scene_change(request["set"], now, vehicle);
   return change;
 }

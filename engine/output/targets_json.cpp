@@ -34,13 +34,13 @@ Json outline_json(const Outline& outline, const Waterfall& picture) {
   return json;
 }
 
-/// An angle in degrees, 0 to 360.
+/// From 0 to 360 degrees.
 double turned_deg(double rad) {
   const double degrees = std::fmod(rad * degrees_per_radian, 360.0);
   return degrees < 0.0 ? degrees + 360.0 : degrees;
 }
 
-/// The seafloor's record of a target: an object, or a feature of the bed (numbered after objects).
+/// What is known of the thing itself: an object, or behind those a feature of the bed.
 Json thing_json(const Target& target, const Pose& pose, const Seafloor& seafloor,
                 std::span<const ObjectView> views) {
   const auto named = [&](const Label& label, const Eigen::Vector3d& middle_m,

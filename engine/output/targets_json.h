@@ -10,12 +10,13 @@
 
 namespace ensonify::engine {
 
-/// The objects and features that a waterfall's picture shows, as JSON. For each target: labels,
-/// position and size; an object's heading (degrees), burial and visible fraction (null without
-/// views), or a feature's layer; range, side, ping and aspect (direction of sight minus heading,
-/// degrees clockwise); contrast in dB; of its body and of its shadow: box [column, row, columns,
-/// rows], area and polygons [column, row, ...] in pixels of NAME.png, and `rle` (COCO's run lengths
-/// of all pixels) where the polygons have holes. Objects that are not in the picture are left out.
+/// What the picture of a waterfall shows of the seafloor's objects and features, as JSON: each
+/// target's labels, place and size; an object's heading (degrees), burial and visible share (none
+/// where no views were taken), a feature's layer; its range, side, ping and aspect (the direction
+/// of sight less the heading, degrees clockwise); box [column, row, columns, rows], area and
+/// polygons [column, row, ...] of its body and of its shadow in pixels of NAME.png, and where these
+/// have holes all their pixels as `rle`, COCO's run lengths; contrast in dB. What shows nothing is
+/// left out.
 std::string targets_json(std::span<const Target> targets, const Waterfall& waterfall,
                          const Seafloor& seafloor, std::span<const ObjectView> views = {});
 
