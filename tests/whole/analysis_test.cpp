@@ -26,7 +26,7 @@ std::map<std::string, std::string> contents(const fs::path& folder) {
   return files;
 }
 
-/// Larger than the tiny one, so that its analysis and its file take a moment.
+/// Larger than the tiny scene, so that its analysis and its file take some time.
 std::string slow_scene() {
   std::string scene = tiny_scene;
   const std::string cell = "cell_m = 0.5";
@@ -35,7 +35,7 @@ std::string slow_scene() {
 
 }  // namespace
 
-TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and from a mesh") {
+TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from a mesh") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", tiny_scene);
   const Outcome analysed =
@@ -80,7 +80,7 @@ TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and f
   refused({"analyse", "s.toml", "-o", "none/c.mesh"}, "none/c.mesh", 1);
 }
 
-TEST_CASE("two processes that build the same seafloor end with one good file") {
+TEST_CASE("two processes that build the same seafloor leave one good file") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", slow_scene());
   const auto go = [&](const std::string& name) {
@@ -104,7 +104,7 @@ TEST_CASE("two processes that build the same seafloor end with one good file") {
   }
 }
 
-TEST_CASE("killed at any moment, a run leaves no bad seafloor in its cache") {
+TEST_CASE("a run that is killed at any moment leaves no bad seafloor in its cache") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", slow_scene());
   const auto arguments = [](const std::string& name) {
