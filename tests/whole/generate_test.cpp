@@ -176,7 +176,7 @@ TEST_CASE("SIGTERM exits with 75, and the same command continues") {
       });
   INFO(outcome.err);
   CHECK(outcome.code == 75);
-  CHECK(outcome.err.find("goes on from there") != std::string::npos);
+  CHECK(outcome.err.find("continues from there") != std::string::npos);
   CHECK(std::chrono::steady_clock::now() - start < std::chrono::minutes(2));
   for (const auto& entry : fs::directory_iterator(folder / "set/samples"))
     CHECK(!entry.path().filename().string().starts_with("."));

@@ -144,7 +144,7 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
       {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
       {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
       {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
-      {R"({"remove": -1})", "no instance"},
+      {R"({"remove": -1})", "is not an instance"},
       {std::string(2 << 20, ' '), "longer than 1 MiB"},
   };
   for (const auto& [line, message] : cases) {

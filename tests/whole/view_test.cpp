@@ -61,7 +61,7 @@ TEST_CASE(
     CHECK(std::ranges::count(outcome.err, '\n') == 1);
     CHECK(folder.files() == 1);
   };
-  check({"-o", "a.png", "--ping", "9"}, 2, "--ping 9: the track has 9 pings, 0 to 8");
+  check({"-o", "a.png", "--ping", "9"}, 2, "--ping 9: the track has 9 pings; expected 0 to 8");
   check({"-o", "a.png", "--ping", "-1"}, 2, "--ping");
   check({"-o", "a.jpg"}, 2, "a.jpg");
   check({}, 2, "--output");

@@ -138,7 +138,7 @@ TEST_CASE("Pings not yet received are black and do not change the brightness of 
 }
 
 TEST_CASE(
-    "Half of a speckled seabed is brighter than mid-brightness; shadow and water do not count") {
+    "Half of a speckled seabed is brighter than mid-brightness, shadow and water do not count") {
   Waterfall waterfall = flat_bed(50, 200);
   std::mt19937_64 random(1);
   std::exponential_distribution<float> speckle;
