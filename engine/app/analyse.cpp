@@ -60,7 +60,7 @@ void analyse_scene(const Arguments& arguments) {
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const auto report = [&](std::string_view stage) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-    progress->tell(stage, 0, 1);
+    progress->report(stage, 0, 1);
   };
 
   report("seafloor");

@@ -212,7 +212,7 @@ void check(const Arguments& arguments) {
                         .threads = threads,
                         .progress =
                             [&](std::string_view stage) {
-                              progress->tell(stage, 0, 1);
+                              progress->report(stage, 0, 1);
                               if (SignalWatch::caught() != 0)
                                 throw Stopped("stopped on request, before a ray was compared");
                             },
@@ -225,7 +225,7 @@ void check(const Arguments& arguments) {
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   scene.run.surface = "refined";
   const auto analysed = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
-  progress->tell("trees", 0, 1);
+  progress->report("trees", 0, 1);
   const std::shared_ptr<const Intersector> reference = make_intersector(reference_name, mesh);
   const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
   const Simulator of_analysis(scene, {.threads = threads, .seafloor = analysed});
@@ -244,8 +244,9 @@ void check(const Arguments& arguments) {
     const AgreementProgress before = reached;
     options.progress = [&](const AgreementProgress& now) {
       reached = {now.rays, now.of, before.unexplained + now.unexplained, before.leaks + now.leaks};
-      progress->tell(what, now.rays, now.of,
-                     fmt::format("{} unexplained, {} leaked", reached.unexplained, reached.leaks));
+      progress->report(
+          what, now.rays, now.of,
+          fmt::format("{} unexplained, {} leaked", reached.unexplained, reached.leaks));
       stopped = SignalWatch::caught() != 0;
       return !stopped;
     };
@@ -268,7 +269,7 @@ void check(const Arguments& arguments) {
                   .plumb_lines = arguments.rays / 50,
                   .bed_faces = simulator.seafloor().bed_faces});
   if (!stopped) {
-    progress->tell("faces", 0, 1);
+    progress->report("faces", 0, 1);
     rows.push_back({compare_faces(mesh, *analysed->seafloor.progressive, threads), "refined",
                     "progressive_mesh", RaySource::faces, Precision::exact});
     reached.unexplained += rows.back().count(Verdict::unexplained);

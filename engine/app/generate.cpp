@@ -119,7 +119,7 @@ void generate_dataset(const Arguments& arguments) {
                        .memory = arguments.memory,
                        .progress =
                            [&](std::size_t done, std::size_t of) {
-                             progress.tell("samples", done, of);
+                             progress.report("samples", done, of);
                              return SignalWatch::caught() == 0;
                            },
                        .failed =

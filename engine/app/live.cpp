@@ -49,7 +49,7 @@ void show(const Arguments& arguments) {
                                 .memory = arguments.memory,
                                 .progress = [&](std::string_view stage) {
                                   stop_on_signal();
-                                  progress.tell(stage, 0, 1);
+                                  progress.report(stage, 0, 1);
                                 }});
   }
   const LiveServer server(*session, arguments.server);

@@ -23,7 +23,7 @@ namespace app = ensonify::engine::app;
 namespace {
 
 constexpr int run_failed = 1;
-constexpr int wrong_input = 2;  // usage, scene, or a file that the user gave
+constexpr int wrong_input = 2;  // wrong usage, scene or input file
 constexpr int some_failed = 3;
 constexpr int interrupted = 75;  // by a signal; the same command resumes
 constexpr int by_signal = 128;

@@ -36,7 +36,7 @@ void merge_dataset(const Arguments& arguments) {
     const SignalWatch signals;
     Progress progress(arguments.quiet);
     report = merge(arguments.folder, [&](std::size_t done, std::size_t of) {
-      progress.tell("samples", done, of);
+      progress.report("samples", done, of);
       return SignalWatch::caught() == 0;
     });
   }

@@ -46,7 +46,7 @@ void make_preview(const Arguments& arguments) {
                      .cache = arguments.cache,
                      .scratch = scratch.folder,
                      .progress = [&](std::size_t done, std::size_t of) {
-                       progress.tell("samples", done, of);
+                       progress.report("samples", done, of);
                        return SignalWatch::caught() == 0;
                      }});
   }

@@ -33,8 +33,8 @@ Progress::~Progress() {
   if (way_ == Way::bar) fmt::print(stderr, "{}", clear_line);
 }
 
-void Progress::tell(std::string_view stage, std::size_t done, std::size_t of,
-                    std::string_view found) {
+void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
+                      std::string_view found) {
   using namespace std::chrono_literals;
   if (way_ == Way::none) return;
   const Clock::time_point now = Clock::now();

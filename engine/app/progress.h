@@ -16,7 +16,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   /// Shows that `done` of `of` steps of a stage are done. `found` is a text shown after that.
-  void tell(std::string_view stage, std::size_t done, std::size_t of, std::string_view found = {});
+  void report(std::string_view stage, std::size_t done, std::size_t of,
+              std::string_view found = {});
 
  private:
   using Clock = std::chrono::steady_clock;

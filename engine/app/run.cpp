@@ -46,8 +46,8 @@ void print_report(const RunReport& report, int threads) {
   fmt::print(
       stderr,
       "{} pings in {:.2f} s: {:.4g} pings/s on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
-      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, "
-      "speckle {:.2f} s\n",
+      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, speckle "
+      "{:.2f} s\n",
       report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
       threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
       stages.echo_s, stages.receive_s);
@@ -113,7 +113,7 @@ void run_scene(Arguments arguments) {
                  {.threads = threads,
                   .progress =
                       [&](auto stage, auto done, auto of) {
-                        progress.tell(stage, done, of);
+                        progress.report(stage, done, of);
                         return SignalWatch::caught() == 0;
                       },
                   .cache = arguments.cache,

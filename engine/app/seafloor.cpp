@@ -45,7 +45,7 @@ void write_seafloor(const Arguments& arguments) {
     throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
-  const SignalWatch signals;  // so that no temporary file is left
+  const SignalWatch signals;  // a signal then leaves no temporary file
   if (kind == ".ply") {
     const refine::TriangleMesh mesh = seafloor_of(scene, {arguments.memory}).mesh;
     stop_if_asked();

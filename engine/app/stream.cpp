@@ -150,7 +150,7 @@ class PoseSession {
     Progress progress(arguments.quiet);
     return Simulator(scene,
                      {.cache = arguments.cache,
-                      .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); },
+                      .progress = [&](std::string_view stage) { progress.report(stage, 0, 1); },
                       .memory = arguments.memory});
   }
 
@@ -197,9 +197,9 @@ class PoseSession {
                                     {file.has_parent_path() ? file.parent_path() : fs::path("."),
                                      arguments_.scene.data_folder});
     const std::uint32_t number = simulator_.add(single_object(scene), pose);
-    say({{"added", number},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    write_json({{"added", number},
+                {"classes", strings(simulator_.classes())},
+                {"materials", strings(simulator_.materials())}});
   }
 
   void ping(const Pose& pose) {
@@ -228,7 +228,7 @@ class PoseSession {
           header["layers"] = arguments_.layers;
           header["bytes"] = block_.size() * sizeof(float);
         }
-        say(header);
+        write_json(header);
         static_assert(std::endian::native == std::endian::little);
         print({reinterpret_cast<const char*>(block_.data()), block_.size() * sizeof(float)});
       }
@@ -249,9 +249,9 @@ class PoseSession {
                         {"bins", sonar.bins},
                         {"bin_m", sonar.bin_m()}});
     }
-    say({{"sonars", sonars},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    write_json({{"sonars", sonars},
+                {"classes", strings(simulator_.classes())},
+                {"materials", strings(simulator_.materials())}});
     print_warnings(simulator_.warnings().subspan(warned_));
     warned_ = simulator_.warnings().size();
   }
@@ -260,7 +260,7 @@ class PoseSession {
     return {all.begin(), all.end()};
   }
 
-  static void say(const Json& json) {
+  static void write_json(const Json& json) {
     print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 

@@ -42,7 +42,7 @@ void view_scene(const Arguments& arguments) {
   Progress progress(false);
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-    progress.tell(stage, done, of);
+    progress.report(stage, done, of);
   };
   report("seafloor", 0, 1);
   Simulator simulator(scene, {.memory = arguments.memory});

@@ -17,10 +17,10 @@ struct Distribution {
   std::vector<std::string> choices;
   std::vector<double> weights;  ///< empty: all equal
   bool stratified = false;
-  std::vector<std::string> times, plus;  ///< keys
-  std::string by;                        ///< the key of a table
+  std::vector<std::string> times, plus;  ///< keys whose values are factors and summands
+  std::string by;                        ///< the key that selects an entry of `table`
   std::map<std::string, Distribution> table;
-  std::string place;  ///< file:line:column
+  std::string place;  ///< in the recipe, as file:line:column
 
   /// The keys that it depends on, including those of its table's entries.
   std::vector<std::string> needs() const;

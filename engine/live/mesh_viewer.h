@@ -21,7 +21,7 @@ class MeshViewer {
   /// Both are used on the new thread; `trouble` is called with the reason if a mesh cannot be
   /// shown.
   MeshViewer(LineRing& ring, std::function<void(const std::string& what)> trouble);
-  ~MeshViewer();  ///< ends it
+  ~MeshViewer();  ///< ends the thread
 
   /// Shows what these volumes see, unless a newer call replaces this one first.
   void show(std::shared_ptr<const LiveScene> world, std::vector<refine::FanVolume> volumes);

@@ -23,10 +23,10 @@ async function listen() {
   for (;;) {
     try {
       const answer = await fetch('/lines?mesh=1', ask);
-      if (answer.status === 403) return say('this session has ended: load the page again');
+      if (answer.status === 403) return showState('this session has ended: load the page again');
       if (answer.ok) await take(answer.body.getReader());
     } catch { /* the program has ended; it may be started again */ }
-    say('no connection; trying again');
+    showState('no connection; trying again');
     await new Promise(wake => setTimeout(wake, 1000));
   }
 }
@@ -202,7 +202,7 @@ function list(dl, pairs) {
   }));
 }
 
-const say = text => { $('state').textContent = text; };
+const showState = text => { $('state').textContent = text; };
 const trouble = text => { $('trouble').textContent = text; };
 
 // ---- the waterfall ----

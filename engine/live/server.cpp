@@ -23,7 +23,7 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/triangle_mesh.h>
 
-#include <httplib.h>  // last: resolv.h, which it takes in, makes a macro of a name that Eigen has
+#include <httplib.h>  // last: it includes resolv.h, which defines a macro with a name of Eigen's
 
 #endif
 
