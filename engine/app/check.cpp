@@ -25,8 +25,8 @@ namespace {
 constexpr std::string_view reference_name = "pluecker";
 constexpr std::string_view slow_name = "brute_force";
 constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
-constexpr std::uint64_t slowest_every =
-    10000;  // left out if it would get fewer rays than 1 of these
+/// An intersector that would get fewer than one of this number of rays is left out.
+constexpr std::uint64_t slowest_every = 10000;
 
 struct Arguments {
   SceneArguments scene;
@@ -170,8 +170,7 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
   return json;
 }
 
-/// One line per exceeded limit: "over the limit: static embree scene: tie 1.2e-02 of the rays,
-/// ...".
+/// One line per exceeded limit: "over the limit: static embree scene: tie 0.012 of the rays, ...".
 std::string report_limits(const std::vector<AgreementRow>& rows) {
   std::string lines;
   for (const AgreementRow& row : rows)
