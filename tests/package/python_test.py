@@ -96,9 +96,9 @@ class Images(unittest.TestCase):
         self.assertEqual(image.shape, (3, 100))
 
     def test_progress_is_reported(self):
-        told = []
-        ensonify.simulate(scene, progress=lambda *what: told.append(what))
-        self.assertEqual(told[-1], ("pings", 9, 9))
+        progress = []
+        ensonify.simulate(scene, progress=lambda *what: progress.append(what))
+        self.assertEqual(progress[-1], ("pings", 9, 9))
 
     def test_faults_are_reported(self):
         with self.assertRaisesRegex(ensonify.SceneError, "pingz.*did you mean 'pings'"):
@@ -280,8 +280,8 @@ class Documentation(unittest.TestCase):
             self.assertRegex(inspect.getdoc(item), text)
 
     def test_the_version_is_the_programs(self):
-        told = subprocess.run([os.environ["ENSONIFY_PROGRAM"], "--version"], check=True, capture_output=True, text=True)
-        self.assertEqual(told.stdout.splitlines()[0], f"ensonify {ensonify.__version__}")
+        printed = subprocess.run([os.environ["ENSONIFY_PROGRAM"], "--version"], check=True, capture_output=True, text=True)
+        self.assertEqual(printed.stdout.splitlines()[0], f"ensonify {ensonify.__version__}")
         self.assertRegex(ensonify.__version__, r"^\d+\.\d+\.\d+$")
 
     program = """

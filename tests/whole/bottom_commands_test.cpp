@@ -116,7 +116,7 @@ TEST_CASE("a frequency outside the model's range gives one warning on stderr") {
 }
 
 TEST_CASE("a wrong seabed or angle gives one message and exit code 2") {
-  for (const auto& [arguments, said] : std::vector<std::pair<std::string, std::string>>{
+  for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
            {"--sediment medum_sand", "'medium sand'"},
            {"--sediment rock --exponent 4", "less than 4"},
            {"--sediment rock --loss -0.1", "0 to 0.1"},
@@ -130,7 +130,7 @@ TEST_CASE("a wrong seabed or angle gives one message and exit code 2") {
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == 2);
     CHECK(outcome.out.empty());
-    CHECK(outcome.err.find(said) != std::string::npos);
+    CHECK(outcome.err.find(message) != std::string::npos);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
   }
   CHECK(backscatter("--frequency-hz 0 --sound-speed-mps 1500 --sediment rock").code == 2);

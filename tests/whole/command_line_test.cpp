@@ -106,13 +106,13 @@ TEST_CASE("Unexpected arguments are listed in their order, with a suggestion") {
 
 TEST_CASE("The option --version prints the program's version and those of its libraries") {
   const TemporaryFolder folder;
-  const Outcome told = run_program(folder.path(), {"--version"});
-  CHECK(told.code == 0);
-  CHECK(told.err.empty());
+  const Outcome printed = run_program(folder.path(), {"--version"});
+  CHECK(printed.code == 0);
+  CHECK(printed.err.empty());
   write_text(folder / "tiny.toml", tiny_scene);
   REQUIRE(run_program(folder.path(), {"run", "tiny.toml", "-o", "out", "--quiet"}).code == 0);
   const auto manifest = nlohmann::json::parse(read_text(folder / "out/manifest.json"));
-  const std::vector<std::string> lines = lines_of(told.out);
+  const std::vector<std::string> lines = lines_of(printed.out);
   REQUIRE(lines.size() == 1 + manifest["libraries"].size());
   CHECK(lines.front() == "ensonify " + manifest["version"].get<std::string>());
   for (const auto& [library, version] : manifest["libraries"].items())

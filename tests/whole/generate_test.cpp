@@ -358,7 +358,7 @@ TEST_CASE("extrapolated levels give one warning per dataset, for any values draw
           "material = \"plain\"\n[material", "material = \"clay\"\n[material"),
       "material = \"plain\"\neast_m", "material = \"rock\"\neast_m");
   write_text(folder / "recipe.toml", drawn);
-  const auto told = [&](std::vector<std::string> arguments) {
+  const auto warnings_of = [&](std::vector<std::string> arguments) {
     const Outcome outcome = run_program(folder.path(), std::move(arguments));
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
@@ -368,11 +368,11 @@ TEST_CASE("extrapolated levels give one warning per dataset, for any values draw
       if (line.find("kHz") != std::string::npos) lines.push_back(line);
     return lines;
   };
-  const std::vector<std::string> lines = told({"generate", "recipe.toml", "-o", "set"});
+  const std::vector<std::string> lines = warnings_of({"generate", "recipe.toml", "-o", "set"});
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("levels are extrapolated") != std::string::npos);
   CHECK(lines[0].ends_with(" kHz for clay, rock"));
-  CHECK(told({"generate", "recipe.toml", "-o", "quiet", "--quiet"}).empty());
+  CHECK(warnings_of({"generate", "recipe.toml", "-o", "quiet", "--quiet"}).empty());
 }
 
 TEST_CASE("a preview is a picture, and --dry-run makes nothing") {

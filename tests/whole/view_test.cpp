@@ -52,12 +52,12 @@ TEST_CASE("view draws a ping of a scene, by default the middle one") {
 TEST_CASE(
     "view refuses a ping that does not exist and a file that is not PNG or cannot be written") {
   const Folder folder;
-  const auto check = [&](const std::vector<std::string>& arguments, int code, const char* said) {
+  const auto check = [&](const std::vector<std::string>& arguments, int code, const char* message) {
     const Outcome outcome = folder.view(arguments);
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == code);
     CHECK(outcome.out.empty());
-    CHECK(outcome.err.find(said) != std::string::npos);
+    CHECK(outcome.err.find(message) != std::string::npos);
     CHECK(std::ranges::count(outcome.err, '\n') == 1);
     CHECK(folder.files() == 1);
   };

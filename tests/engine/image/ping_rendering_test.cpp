@@ -189,13 +189,13 @@ TEST_CASE("A view needs pixels, fans and a ping, and stops when its progress thr
   CHECK_THROWS_AS(shade(blind, small), std::invalid_argument);
 
   struct Enough {};
-  std::vector<std::size_t> told;
+  std::vector<std::size_t> reported;
   ViewOptions watched = small;
   watched.progress = [&](std::size_t done, std::size_t of) {
     CHECK(of == 18);
-    told.push_back(done);
+    reported.push_back(done);
     if (done == 5) throw Enough();
   };
   CHECK_THROWS_AS(shade(stage().subject(), watched), Enough);
-  CHECK(told == std::vector<std::size_t>{1, 2, 3, 4, 5});
+  CHECK(reported == std::vector<std::size_t>{1, 2, 3, 4, 5});
 }
