@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The rooms of engine, each of which may include those before it. A file that stands above the
-// inner rooms of its folder is a room by itself: "trace/back_ends".
+// The rooms (folders) of engine in order; each may include those before it. A file that combines
+// the inner rooms of its folder is a room by itself, for example "trace/back_ends".
 constexpr std::array rooms{"clock",
                            "memory",
                            "random",
@@ -56,9 +56,8 @@ constexpr std::array rooms{"clock",
                            "app",
                            "python"};
 
-// Where a file stands: "scatter/decibel.h" on the floor scatter; on the floor engine,
-// "engine/run.h" in the room run, "engine/trace/ray.h" in trace, "engine/trace/exact/pluecker.h" in
-// trace/exact.
+// The floor and room of a file. Floor scatter: "scatter/decibel.h". Floor engine: "engine/run.h" is
+// in the room run, "engine/trace/ray.h" in trace, "engine/trace/exact/pluecker.h" in trace/exact.
 struct Place {
   explicit Place(const fs::path& file) : floor(file.begin()->string()) {
     if (floor != "engine") return;
@@ -108,7 +107,7 @@ std::string wrong_call(const fs::path& file, const std::string& line) {
   return "";
 }
 
-/// Every breach of the floors in a tree, as file:line: what.
+/// Every breach of the layering in a tree, as "file:line: what".
 std::vector<std::string> breaches(const fs::path& tree) {
   static const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]*).*)");
   std::vector<std::string> all;
@@ -140,9 +139,9 @@ TEST_CASE("the floors hold: includes go down and libraries are quiet") {
   for (const std::string& breach : breaches(ensonify::tests::source_folder())) FAIL_CHECK(breach);
 }
 
-TEST_CASE("the floors hold: what breaks them is found") {
+TEST_CASE("the floors hold: planted breaches are found") {
   struct Planted {
-    std::string file, line, what;  // what is wrong with it; empty: nothing
+    std::string file, line, what;  // what: the expected fault; empty: none
   };
   const std::vector<Planted> planted{
       {"scatter/a.cpp", "#include <ensonify/refine/b.h>", "scatter includes refine"},
