@@ -18,7 +18,8 @@ namespace {
 constexpr double altitude_m = 10.0;
 const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 
-// The sonar equation for a flat bed under a line array, dB: 2/3 lambda/L wide along the track.
+// The sonar equation for a flat bed under a line array, dB; the beam is 2/3 lambda/L wide along the
+// track.
 double closed_form_db(const Sonar& sonar, const Medium& medium, double r,
                       const scatter::Backscatter& bed = scatter::Lambert(-27.0)) {
   const double grazing = std::asin(altitude_m / r);
@@ -73,10 +74,10 @@ TEST_CASE("a flat bed's level follows the sonar equation whatever the pulse and 
     }
 }
 
-TEST_CASE("a flat bed shows twice the vertical pattern that was measured, each side its own") {
+TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each side its own") {
   const Medium medium{1500.0, 0.0};
   Sonar sonar = plain_sonar();
-  // A dark band at 30 degrees; at its corners a bin holds the levels of either side.
+  // A dark band at 30 degrees; a bin at its edge contains levels of both sides of the edge.
   const std::vector<double> corners = {0.35, 0.52, 0.7};
   sonar.vertical.measured = {
       std::vector<VerticalLevel>{{0.0, -3.0}, {0.35, -1.0}, {0.52, -9.0}, {0.7, 0.0}, {1.5, -14.0}},
@@ -96,10 +97,10 @@ TEST_CASE("a flat bed shows twice the vertical pattern that was measured, each s
     }
 }
 
-TEST_CASE("a flat bed's picture has no ring, and no stripe where the fan's layout changes") {
+TEST_CASE("a flat bed's image has no ring, and no stripe where the fan's layout changes") {
   Sonar sonar;  // with its near field and its vertical pattern
   std::vector<float> before;
-  // Layouts change at altitudes of 2^(n / 4): one of them, 8, lies between the second and the
+  // Layouts change at altitudes of 2^(n / 4); one of these, 8, lies between the second and the
   // third.
   for (const double height_m : {7.9998, 7.9999, 8.0001, 8.0002, 9.5135, 9.5139}) {
     const auto line =
@@ -119,7 +120,7 @@ TEST_CASE("a flat bed's picture has no ring, and no stripe where the fan's layou
   }
 }
 
-TEST_CASE("a flat bed of many facets has even columns, whatever altitude") {
+TEST_CASE("a flat bed of many facets has uniform columns at every altitude") {
   for (const double height_m : {4.0, 11.0, 19.0}) {
     Scene scene;
     scene.seafloor.fractal.height_at_1m_m = 0.0;
@@ -218,7 +219,7 @@ TEST_CASE("port and starboard of a level sonar over a level bed are equal") {
             Approx(lines[1].bins.intensity_mean[i]).epsilon(1e-4).margin(1e-6));
 }
 
-TEST_CASE("the first return stands at the altitude, and the water before it is dark") {
+TEST_CASE("the first return lies at the altitude, and the water before it is dark") {
   const Sonar sonar = plain_sonar();
   const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m);
   for (const EchoLine& line : lines) {
@@ -258,9 +259,9 @@ TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, 
   }
 }
 
-TEST_CASE("a bed that rises to the side is even to the last bin: no hole, no rim") {
-  // Up to a quarter of the altitude (0.09) there are rays even in range; beyond, only those even in
-  // angle.
+TEST_CASE("a bed that rises to the side is uniform up to the last bin: no hole, no rim") {
+  // Up to a quarter of the altitude (0.09) there are rays spaced evenly in range; beyond, only
+  // rays spaced evenly in angle.
   for (const auto& [rise, largest_step_db] : {std::pair{0.05, 0.1}, {0.09, 0.1}, {0.12, 1.0}}) {
     CAPTURE(rise);
     Seafloor bed = level_bed(20.0, 100.0);
@@ -277,7 +278,7 @@ TEST_CASE("a bed that rises to the side is even to the last bin: no hole, no rim
   }
 }
 
-TEST_CASE("the picture's energy does not depend on which intersector found the hits") {
+TEST_CASE("the image's energy does not depend on which intersector found the hits") {
   Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0);
   add_box(bed, {20.0f, -5.0f, -20.0f}, {22.0f, 5.0f, -17.0f});

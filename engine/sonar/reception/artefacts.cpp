@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-// The first of the numbers that an artefact's stream belongs to.
+// The first key of an artefact's random stream; disturbances.cpp and signal_chain.cpp have others.
 enum Of : std::uint64_t { of_lost = 0, of_repeated = 1, of_navigation = 2 };
 
 double draw(std::uint64_t seed, Of what, std::uint64_t number) {
@@ -29,7 +29,8 @@ bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64
 
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s) {
   if (!(options.stale_navigation > 0.0 && options.stale_s > 0.0)) return t_s;
-  // Of stretches of that length, some in which nothing new comes; they may follow on each other.
+  // Time is divided into intervals of stale_s; some are stale, and several of these may follow one
+  // another.
   double since_s = t_s;
   for (double stretch = std::floor(t_s / options.stale_s);
        draw(seed, of_navigation, static_cast<std::uint64_t>(static_cast<std::int64_t>(stretch))) <=

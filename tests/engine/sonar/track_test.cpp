@@ -30,7 +30,7 @@ TEST_CASE("pitch lifts the nose, roll lowers starboard") {
 TEST_CASE("heading, pitch and roll are applied in that order") {
   const Pose pose{.roll_rad = 0.3, .pitch_rad = 0.2, .heading_rad = 0.1};
   const Eigen::Matrix3d body = body_to_world(pose);
-  // The nose does not know of the roll; its climb is the pitch, its bearing the heading.
+  // Roll does not change the nose's direction: its elevation is the pitch, its bearing the heading.
   CHECK(body.col(0).z() == Approx(std::sin(0.2)));
   CHECK(std::atan2(body.col(0).x(), body.col(0).y()) == Approx(0.1));
   CHECK(body.col(1).z() == Approx(-std::cos(0.2) * std::sin(0.3)));
