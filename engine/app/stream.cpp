@@ -33,11 +33,12 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// A request's fields, each taken once: what is left over is an error.
+/// The fields of a request. Each is taken once; fields left over are an error.
 class Fields {
  public:
   explicit Fields(Json fields) : fields_(std::move(fields)) {
-    if (!fields_.is_object()) throw UsageError(fmt::format("expected an object, as {}", example));
+    if (!fields_.is_object())
+      throw UsageError(fmt::format("expected an object, for example {}", example));
   }
 
   std::optional<Json> take(const std::string& key) {
@@ -83,11 +84,12 @@ class Fields {
 
  private:
   static constexpr std::string_view example =
-      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, "heading_deg": 0})";
+      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, )"
+      R"("heading_deg": 0})";
   Json fields_;
 };
 
-/// A session of poses in and echo lines out.
+/// A session that reads poses and writes echo lines.
 class PoseSession {
  public:
   explicit PoseSession(const Arguments& arguments)
@@ -99,7 +101,7 @@ class PoseSession {
     BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (const std::string& name : arguments.layers)
       if (std::ranges::find(known_layers_, name) == known_layers_.end())
-        throw UsageError(fmt::format("--layers: there is no layer '{}'; there are: {}", name,
+        throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
                                      fmt::join(known_layers_, ", ")));
     report_scene();
     if (!arguments.quiet)
@@ -112,7 +114,7 @@ class PoseSession {
     try {
       request = Json::parse(line);
     } catch (const Json::exception&) {
-      throw UsageError("is not JSON, expected an object a line");
+      throw UsageError("is not JSON, expected one object per line");
     }
     Fields fields(std::move(request));
     if (const auto keys = fields.take("set")) {
@@ -138,8 +140,8 @@ class PoseSession {
 
  private:
   static Scene for_stream(Scene scene) {
-    // The number of pings that would pay for an analysis is not known, and a tree that stands
-    // costs a ping least.
+    // The number of pings is unknown, so the analysis may not pay off; with a static tree a ping
+    // costs least.
     if (scene.run.surface == "auto") scene.run.surface = "static";
     return scene;
   }
@@ -148,14 +150,14 @@ class PoseSession {
     Progress progress(arguments.quiet);
     return Simulator(scene,
                      {.cache = arguments.cache,
-                      .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); },
+                      .progress = [&](std::string_view stage) { progress.report(stage, 0, 1); },
                       .memory = arguments.memory});
   }
 
   static std::uint32_t instance(const Json& value) {
     if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffff)
       throw UsageError(fmt::format(
-          "{} is no instance, expected a number that \"add\" was answered with", value.dump()));
+          "{} is not an instance, expected a number from an answer to \"add\"", value.dump()));
     return value.get<std::uint32_t>();
   }
 
@@ -175,12 +177,12 @@ class PoseSession {
   void add(const Json& object, const Pose& pose) {
     if (!object.is_object())
       throw UsageError(
-          R"('add' is no object, expected as in {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
+          R"('add' is not an object, expected {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
     const std::uint32_t number =
         simulator_.add(object_of(key_values(object), "'add'", source_.paths()), pose);
-    say({{"added", number},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    write_json({{"added", number},
+                {"classes", strings(simulator_.classes())},
+                {"materials", strings(simulator_.materials())}});
   }
 
   void ping(const Pose& pose) {
@@ -209,7 +211,7 @@ class PoseSession {
           header["layers"] = arguments_.layers;
           header["bytes"] = block_.size() * sizeof(float);
         }
-        say(header);
+        write_json(header);
         static_assert(std::endian::native == std::endian::little);
         print({reinterpret_cast<const char*>(block_.data()), block_.size() * sizeof(float)});
       }
@@ -230,9 +232,9 @@ class PoseSession {
                         {"bins", sonar.bins},
                         {"bin_m", sonar.bin_m()}});
     }
-    say({{"sonars", sonars},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    write_json({{"sonars", sonars},
+                {"classes", strings(simulator_.classes())},
+                {"materials", strings(simulator_.materials())}});
     print_warnings(simulator_.warnings().subspan(warned_));
     warned_ = simulator_.warnings().size();
   }
@@ -241,13 +243,13 @@ class PoseSession {
     return {all.begin(), all.end()};
   }
 
-  static void say(const Json& json) {
+  static void write_json(const Json& json) {
     print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 
   Arguments arguments_;
   SessionScene source_;
-  const Scene scene_;  // as it was at the start
+  const Scene scene_;  // without later changes
   Simulator simulator_;
   std::vector<std::string> known_layers_;
   std::vector<float> block_;
@@ -266,7 +268,7 @@ void stream(const Arguments& arguments) {
       return UsageError(fmt::format("stdin:{}: {}", number, error.what()));
     };
     try {
-      if (line.size() > longest_line) throw UsageError("a line is longer than 1 MiB");
+      if (line.size() > longest_line) throw UsageError("the line is longer than 1 MiB");
       stream.answer(line);
     } catch (const UsageError& error) {
       throw at_line(error);
@@ -286,18 +288,18 @@ void stream(const Arguments& arguments) {
 void add_stream(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
-      "stream", "Ping from poses that come in as JSON lines, and send the echo lines out");
+      "stream", "Read poses from stdin as JSON lines, ping at each, and write the echo lines");
   arguments->scene.add_to(command);
   command
       .add_option("--layers", arguments->layers,
-                  "What to send of each bin, by the layers' names (default: intensity)")
+                  "The layers to write, by name (default: intensity)")
       ->delimiter(',')
       ->type_name("NAME,NAME");
   command.add_flag("--json", arguments->json,
-                   "Send the values in the JSON as well, rather than as a block of float32");
+                   "Write the values in the JSON line, not as a block of float32 after it");
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
 }
 

@@ -29,20 +29,23 @@ double number_in(const Json& value, std::string_view what, double low, double hi
 }
 
 bool truth_in(const Json& value, std::string_view what) {
-  if (!value.is_boolean()) throw std::invalid_argument(fmt::format("'{}' is true or false", what));
+  if (!value.is_boolean())
+    throw std::invalid_argument(
+        fmt::format("'{}' is {}, expected true or false", what, text_of(value)));
   return value.get<bool>();
 }
 
 SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicle& vehicle) {
   if (!keys.is_object() || keys.empty())
-    throw std::invalid_argument(R"('set' names no key, as {"set": {"track.altitude_m": 6}} does)");
+    throw std::invalid_argument(
+        R"('set' names no key, expected as in {"set": {"track.altitude_m": 6}})");
   SceneChange to{.before = now, .vehicle = vehicle};
   std::vector<KeyValue> all;
   bool display = false;
   for (const auto& [key, value] : keys.items()) {
     all.push_back({key, text_of(value)});
     const bool flies = key == altitude_key || key == speed_key;
-    if (!flies) to.keys.push_back(all.back());  // the track stays where it is
+    if (!flies) to.keys.push_back(all.back());  // these two would move the track
     display = display || key.starts_with("display.");
     to.seabed = to.seabed || !(flies || key.starts_with("sonar.") || key.starts_with("display."));
   }
@@ -57,9 +60,10 @@ SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicl
   return to;
 }
 
-AddedObject thing_of(const Json& object, const SessionScene& now) {
+AddedObject added_object(const Json& object, const SessionScene& now) {
   if (!object.is_object() || object.empty())
-    throw std::invalid_argument(R"('add' is no object, as {"shape": "barrel", "ahead_m": 10} is)");
+    throw std::invalid_argument(
+        R"('add' is not an object, expected as in {"shape": "barrel", "ahead_m": 10})");
   double ahead_m = 10.0, starboard_m = 10.0;
   std::vector<KeyValue> keys;
   for (const auto& [key, value] : object.items()) {
@@ -81,7 +85,8 @@ LiveChange read_change(std::string_view text, const SessionScene& now, const Veh
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");
   for (const auto& [key, value] : request.items())
     if (std::ranges::find(known_keys, key) == known_keys.end())
-      throw std::invalid_argument(fmt::format("unknown key '{}'", key));
+      throw std::invalid_argument(
+          fmt::format("unknown key '{}', expected {}", key, fmt::join(known_keys, ", ")));
   LiveChange change;
   if (request.contains("hold")) change.hold = truth_in(request["hold"], "hold");
   if (request.contains("again")) change.again = truth_in(request["again"], "again");
@@ -90,7 +95,7 @@ LiveChange read_change(std::string_view text, const SessionScene& now, const Veh
     change.pings_per_s.emplace();
     if (!rate->is_null()) *change.pings_per_s = number_in(*rate, "pings_per_s", 0.0, 10000.0);
   }
-  if (request.contains("add")) change.add = thing_of(request["add"], now);
+  if (request.contains("add")) change.add = added_object(request["add"], now);
   if (request.contains("set")) change.set = scene_change(request["set"], now, vehicle);
   return change;
 }

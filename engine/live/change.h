@@ -13,38 +13,38 @@
 
 namespace ensonify::engine {
 
-/// What the vehicle is asked to fly at.
+/// The altitude and speed that the vehicle is to keep.
 struct Vehicle {
   double altitude_m = 0.0, speed_mps = 0.0;
 };
 
-/// An object to lie on the bed, as seen from the vehicle.
+/// An object to put on the bed; its position is relative to the vehicle.
 struct AddedObject {
   MovingObject object;
   double ahead_m, starboard_m;
 };
 
-/// A scene with other values.
+/// A scene with changed keys.
 struct SceneChange {
-  std::vector<KeyValue> keys;  ///< that are to be kept
+  std::vector<KeyValue> keys;  ///< the changed ones, to be kept
   SessionScene before;         ///< the session's scene without them
   Scene scene;
   Vehicle vehicle;
-  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< that are set again, by number
+  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< the changed ones, with their indices
   std::optional<Display> display;
-  bool seabed = false;  ///< whether other keys change, so that it has to be made ready again
+  bool seabed = false;  ///< other keys change too: the scene must be made ready again
 };
 
-/// What LiveSession::change() was asked for, once it is checked.
+/// A valid request to LiveSession::change().
 struct LiveChange {
   std::optional<SceneChange> set;
   std::optional<bool> hold;
-  std::optional<std::optional<double>> pings_per_s;  ///< as LiveOptions has it
+  std::optional<std::optional<double>> pings_per_s;  ///< as in LiveOptions
   std::optional<AddedObject> add;
   bool clear = false, again = false;
 };
 
-/// Reads a change of a session whose scene is `now`, flown at `vehicle`. Throws as
+/// Reads a change request. `now` and `vehicle` are the session's present state. Throws as
 /// LiveSession::change().
 LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle);
 

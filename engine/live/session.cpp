@@ -31,9 +31,8 @@ namespace {
 using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
-constexpr double climb_mps = 1.0;  // at which another altitude is taken
-// Over the bed and below the surface, when it was changed.
-constexpr double min_clearance_m = 0.5;
+constexpr double climb_mps = 1.0;        // vertical speed of an altitude change
+constexpr double min_clearance_m = 0.5;  // above the bed and below the surface, off the track
 constexpr auto between_views = 300ms;
 constexpr auto between_status = 400ms;
 
@@ -41,7 +40,7 @@ std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// What the pages asked for, until the pinging thread takes it.
+/// Changes that pages requested and the pinging thread has not yet applied.
 struct PendingChanges {
   std::vector<std::pair<std::size_t, Sonar>> sonars;
   std::optional<Display> display;
@@ -79,11 +78,11 @@ struct LiveSession::Inner {
     try {
       Clock::time_point due = Clock::now();
       while (!stopping) {
-        take_wishes();
+        apply_pending();
         if (held || along >= static_cast<double>(world->track.count())) {
           finished = along >= static_cast<double>(world->track.count());
           report_status(true);
-          std::unique_lock lock(wishes_lock);
+          std::unique_lock lock(pending_lock);
           woken.wait_for(lock, between_status, [&] { return bool(stopping) || changed; });
           changed = false;
           due = Clock::now();
@@ -94,29 +93,29 @@ struct LiveSession::Inner {
         report_status(false);
         const double wanted = wanted_rate();
         if (wanted <= 0.0) continue;
-        // On time again after a slow ping, but never in a hurry.
+        // After a slow ping it catches up, but by at most 50 ms.
         due = std::max(due + std::chrono::duration_cast<Clock::duration>(
                                  std::chrono::duration<double>(1.0 / wanted)),
                        Clock::now() - 50ms);
-        std::unique_lock lock(wishes_lock);
+        std::unique_lock lock(pending_lock);
         woken.wait_until(lock, due, [&] { return bool(stopping); });
       }
     } catch (...) {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       fault = std::current_exception();
       ring.close();
     }
   }
 
   double wanted_rate() {
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     return rate.value_or(1.0 / world->interval_s());
   }
 
   void ping() {
     Vehicle wanted;
     {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       wanted = vehicle;
     }
     const double per_ping = wanted.speed_mps / world->scene.track.speed_mps;
@@ -126,7 +125,7 @@ struct LiveSession::Inner {
     try {
       publish(hear(per_ping));
       out_of_water = false;
-    } catch (const std::invalid_argument& error) {  // a sonar was mounted where there is no water
+    } catch (const std::invalid_argument& error) {  // a sonar is mounted out of the water
       if (!std::exchange(out_of_water, true)) report_trouble(error.what());
     }
     along += per_ping;
@@ -183,12 +182,12 @@ struct LiveSession::Inner {
     }
   }
 
-  void take_wishes() {
+  void apply_pending() {
     PendingChanges taken;
     std::vector<Sonar> as_set;
     {
-      const std::lock_guard lock(wishes_lock);
-      std::swap(taken, wishes);
+      const std::lock_guard lock(pending_lock);
+      std::swap(taken, pending);
       if (taken.world) as_set = current.sonars;
       changed = false;
     }
@@ -201,7 +200,7 @@ struct LiveSession::Inner {
       if (!at_begin) on_track = false;
       things.clear();
       last_stages = {};
-      // They may have been changed while it was made ready.
+      // The sonars may have changed while the new scene was made ready.
       for (std::size_t i = 0; i < as_set.size(); ++i) set_sonar(i, as_set[i]);
       ring.post(LatestFrame::bed, world->bed);
       new_setting = true;
@@ -216,7 +215,7 @@ struct LiveSession::Inner {
         world->simulator.remove(instance);
     for (AddedObject& thing : taken.things) {
       put(thing);
-      new_setting = true;  // classes and materials may be more
+      new_setting = true;  // it may add classes and materials
     }
     if (taken.again) {
       along = 0.0;
@@ -243,7 +242,7 @@ struct LiveSession::Inner {
                       pose.position.y() + cosine * thing.ahead_m - sine * thing.starboard_m, 0.0};
     const double depth_m = world->simulator.altitude_m(place.position);
     if (!std::isfinite(depth_m)) {
-      report_trouble("there is no seafloor where that object was to lie");
+      report_trouble("the object cannot be added: there is no seafloor at its position");
       return;
     }
     place.position.z() = -depth_m;
@@ -276,7 +275,7 @@ struct LiveSession::Inner {
     const StageTimes& all = SimulatorInternals::times(world->simulator);
     const double per_ping = pings_since > 0 ? 1000.0 / static_cast<double>(pings_since) : 0.0;
     const std::optional<MeshCounts> mesh = viewer->counts();
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     const double wanted = rate.value_or(1.0 / world->interval_s());
     Json json{{"along", along},
               {"of", world->track.count()},
@@ -306,10 +305,10 @@ struct LiveSession::Inner {
     ring.post(LatestFrame::status, json_frame(FrameKind::status, text_of(json)));
   }
 
-  // ---- whoever asks ----
+  // ---- any thread ----
 
   void report_trouble(const std::string& what) {
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     trouble = what;
     ++trouble_number;
   }
@@ -319,7 +318,7 @@ struct LiveSession::Inner {
     std::optional<SessionScene> now;
     Vehicle flown;
     {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       now = source;
       flown = vehicle;
     }
@@ -327,19 +326,19 @@ struct LiveSession::Inner {
     const bool seabed = asked.set && asked.set->seabed;
     if (seabed) claim_maker();
     {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       if (asked.set) {
         source.keep(asked.set->keys);
         current = asked.set->scene;
         vehicle = asked.set->vehicle;
-        for (auto& sonar : asked.set->sonars) wishes.sonars.push_back(std::move(sonar));
-        if (asked.set->display) wishes.display = asked.set->display;
+        for (auto& sonar : asked.set->sonars) pending.sonars.push_back(std::move(sonar));
+        if (asked.set->display) pending.display = asked.set->display;
       }
       if (asked.hold) held = *asked.hold;
       if (asked.pings_per_s) rate = *asked.pings_per_s;
-      if (asked.add) wishes.things.push_back(std::move(*asked.add));
-      wishes.clear = wishes.clear || asked.clear;
-      wishes.again = wishes.again || asked.again;
+      if (asked.add) pending.things.push_back(std::move(*asked.add));
+      pending.clear = pending.clear || asked.clear;
+      pending.again = pending.again || asked.again;
       changed = true;
       woken.notify_all();
     }
@@ -347,13 +346,13 @@ struct LiveSession::Inner {
   }
 
   void claim_maker() {
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     if (preparing)
-      throw std::invalid_argument("another seabed is being made ready; try again when it is there");
+      throw std::invalid_argument("another seabed is being made ready; try again after that");
     preparing = true;
   }
 
-  /// In the background, while the old one goes on.
+  /// Makes a changed scene ready in the background, while the old one continues.
   void make_world(const SceneChange& set) {
     if (maker.joinable()) maker.join();
     maker = std::thread([this, set] {
@@ -370,13 +369,13 @@ struct LiveSession::Inner {
       } catch (const std::exception& error) {
         report_trouble(error.what());
       }
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       preparing = false;
       if (made) {
-        wishes.world = std::move(made);
+        pending.world = std::move(made);
         changed = true;
         woken.notify_all();
-      } else {  // what cannot be made is not asked for again
+      } else {  // later changes must not repeat values that failed
         source.take_back(set.keys, set.before);
       }
     });
@@ -384,13 +383,13 @@ struct LiveSession::Inner {
 
   LiveOptions options;
   LineRing ring;
-  SessionScene source;  // as it was changed: under wishes_lock
+  SessionScene source;  // with all changes so far: under pending_lock
   Scene current;
 
-  std::mutex change_lock;  // taken first
-  std::mutex wishes_lock;
+  std::mutex change_lock;  // locked before pending_lock
+  std::mutex pending_lock;
   std::condition_variable woken;
-  PendingChanges wishes;
+  PendingChanges pending;
   std::optional<double> rate;
   Vehicle vehicle;
   bool changed = false, preparing = false;
@@ -400,7 +399,7 @@ struct LiveSession::Inner {
   std::atomic<bool> held = false, stopping = false;
   std::atomic<int> pages = 0, mesh_pages = 0;
 
-  // the pinging thread's
+  // Used by the pinging thread only.
   std::shared_ptr<LiveScene> world;
   Display display;
   std::vector<Renderer> renderers;
@@ -414,7 +413,7 @@ struct LiveSession::Inner {
   StageTimes last_stages;
   Clock::time_point status_reported{}, view_due{};
 
-  std::optional<MeshViewer> viewer;  // while there are threads
+  std::optional<MeshViewer> viewer;  // from start() to stop()
   std::thread pinger, maker;
 };
 
@@ -430,7 +429,7 @@ void LiveSession::start() {
 
 void LiveSession::stop() {
   {
-    const std::lock_guard lock(inner_->wishes_lock);
+    const std::lock_guard lock(inner_->pending_lock);
     inner_->stopping = true;
   }
   inner_->woken.notify_all();
@@ -441,7 +440,7 @@ void LiveSession::stop() {
 }
 
 std::exception_ptr LiveSession::fault() const {
-  const std::lock_guard lock(inner_->wishes_lock);
+  const std::lock_guard lock(inner_->pending_lock);
   return inner_->fault;
 }
 
@@ -450,8 +449,7 @@ void LiveSession::change(std::string_view json) { inner_->change(json); }
 
 std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
   const auto line = inner_->ring.line(number);
-  if (!line || column >= line->truth.size())
-    throw std::out_of_range("that line is not kept any more");
+  if (!line || column >= line->truth.size()) throw std::out_of_range("this line is no longer kept");
   const BinTruth& bin = line->truth[column];
   const auto name = [](const auto& names, std::size_t i) {
     return i > 0 && i < names.size() ? Json(names[i]) : Json();

@@ -8,10 +8,10 @@
 
 namespace ensonify::engine {
 
-/// A heightfield as a GeoTIFF that read_survey gives back: float heights in the survey's own terms
-/// (world origin and all) at the pixels' centres, north up, holes as NaN NODATA, the coordinate
-/// reference system of that world as WKT (empty: none). Throws std::runtime_error if memory does
-/// not hold it, or a GeoTIFF the reference system.
+/// A heightfield as a GeoTIFF that read_survey() reads back unchanged: float heights in world
+/// coordinates at the pixels' centres, north up, holes as NaN NODATA. `reference` is the world's
+/// coordinate reference system as WKT (empty: none). Throws std::runtime_error if memory is too
+/// small or a GeoTIFF cannot hold the reference system.
 std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::string& reference = {});
 
 }  // namespace ensonify::engine

@@ -17,7 +17,7 @@ constexpr std::size_t file_header = 1024, channel_info = 128, ping_header = 256,
 
 float as_float(double value) { return static_cast<float>(value); }
 
-/// As near as a field of 16 bits comes to it.
+/// Rounded and clamped to a field of 16 bits.
 std::uint16_t as_word(double value) {
   return static_cast<std::uint16_t>(
       std::lround(std::clamp(value, 0.0, double(std::numeric_limits<std::uint16_t>::max()))));
@@ -31,7 +31,7 @@ void add_file_header(PackedBytes& bytes, const Recording& recording) {
   bytes.text(10, 8, ENSONIFY_VERSION);
   bytes.text(18, 16, recording.name);
   bytes.text(36, 64, "ensonify " ENSONIFY_VERSION "; place and attitude are the sonar's own");
-  bytes.put<std::uint16_t>(34, 0);  // sonar type: none of the list
+  bytes.put<std::uint16_t>(34, 0);  // sonar type: not in the list
   bytes.text(100, 64, recording.name + ".xtf");
   bytes.put<std::uint16_t>(164, 3);  // positions are latitudes and longitudes
   bytes.put<std::uint16_t>(166, 2);  // sonar channels
@@ -41,7 +41,7 @@ void add_file_header(PackedBytes& bytes, const Recording& recording) {
     bytes.put<std::uint8_t>(at + 1, static_cast<std::uint8_t>(k));
     bytes.put<std::uint16_t>(at + 2, 1);  // slant range
     bytes.put<std::uint16_t>(at + 4, 1);  // unipolar
-    bytes.put<std::uint16_t>(at + 6, 2);  // bytes a sample
+    bytes.put<std::uint16_t>(at + 6, 2);  // bytes per sample
     bytes.put<std::uint32_t>(at + 8, static_cast<std::uint32_t>(recording.bins));
     bytes.text(at + 12, 16, k == 0 ? "port" : "starboard");
     bytes.put<float>(at + 28, 5.0f);  // volts
@@ -63,7 +63,7 @@ void put_time(PackedBytes& bytes, std::int64_t unix_ms) {
   bytes.put<std::uint32_t>(224, static_cast<std::uint32_t>(time.ms_of_day));
 }
 
-/// Degrees of heading. North is 360: some readers take an attitude of zeros for none.
+/// Heading in degrees. North is 360, because some readers take an attitude of zeros as missing.
 float heading_deg(double heading_rad) {
   const float degrees = as_float(heading_rad / degree);
   return degrees == 0.0f ? 360.0f : degrees;
@@ -103,7 +103,7 @@ void add_ping(PackedBytes& bytes, const Recording& recording, const NavPing& pin
     bytes.put<std::uint16_t>(at + 30, as_word(recording.far_full_scale_db));
     bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
     bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
-    bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm a ping
+    bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm per ping
     bytes.samples(at + channel_header,
                   recording.side(ping.number, k == 0 ? Side::port : Side::starboard));
   }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The README's first program and the documented back-end: short, and built against what is installed, as a
-# stranger would.
+# The README's first program and the documented back-end are short, and they build against the
+# installed libraries.
 set -euo pipefail
 source_folder=$1 build_folder=$2 compiler=$3
 work=$(mktemp -d)

@@ -1,4 +1,4 @@
-// `ensonify stream`: poses in, echo lines out.
+// `ensonify stream`: reads poses, writes echo lines.
 
 #include <algorithm>
 #include <cstring>
@@ -50,7 +50,7 @@ const std::string pose =
 
 }  // namespace
 
-TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON") {
+TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as JSON") {
   const Folder folder;
   engine::Simulator simulator(engine::read_scene(folder / "tiny.toml"));
   constexpr double degree = engine::radians_per_degree;
@@ -90,7 +90,7 @@ TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON"
   CHECK(at == blocks.out.size());
 }
 
-TEST_CASE("a stream's sonar can be set, and objects added, moved and removed") {
+TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and removed") {
   const Folder folder;
   const tests::Outcome outcome = folder.stream(
       R"({"set": {"sonar.left-right.range_m": 10, "sonar.left-right.bins": 50}})"
@@ -127,7 +127,7 @@ TEST_CASE("a stream's sonar can be set, and objects added, moved and removed") {
   CHECK_FALSE(seen(10));
 }
 
-TEST_CASE("a wrong line ends a stream with its place and what to do") {
+TEST_CASE("a wrong line ends a stream with its line number and advice") {
   const Folder folder;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"pose", "is not JSON"},
@@ -145,7 +145,7 @@ TEST_CASE("a wrong line ends a stream with its place and what to do") {
       {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
       {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
       {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
-      {R"({"remove": -1})", "no instance"},
+      {R"({"remove": -1})", "is not an instance"},
       {std::string(2 << 20, ' '), "longer than 1 MiB"},
   };
   for (const auto& [line, message] : cases) {
@@ -159,7 +159,7 @@ TEST_CASE("a wrong line ends a stream with its place and what to do") {
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
 }
 
-TEST_CASE("a stream ends with its input, and at a signal while it waits") {
+TEST_CASE("a stream ends at the end of its input, and at a signal while it waits") {
   const Folder folder;
   CHECK(folder.stream("").code == 0);
   CHECK(folder.stream(pose.substr(0, pose.size() - 1)).code == 0);
