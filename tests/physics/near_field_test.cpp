@@ -153,7 +153,7 @@ TEST_CASE("a sonar that moves or turns receives less: the overlap of its two bea
   const Sonar sonar = plain_sonar();
   const double altitude_m = 10.0;
   Pose pose{.position = {0.0, 0.0, -10.0}};
-  const auto still = ping_once(sonar, level_bed(20.0), pose, altitude_m);
+  const auto fixed = ping_once(sonar, level_bed(20.0), pose, altitude_m);
   const auto overlap = [&](double turned_rad) {
     const auto beam = [&](double s) {
       const double a = std::numbers::pi * sonar.array_length_m * s / wavelength_m;
@@ -168,7 +168,7 @@ TEST_CASE("a sonar that moves or turns receives less: the overlap of its two bea
     const auto bin = static_cast<std::size_t>(at_range_m / sonar.bin_m());
     for (const std::size_t side : {std::size_t{0}, std::size_t{1}})
       CHECK(scatter::to_db(moving[side].bins.intensity_mean[bin] /
-                           still[side].bins.intensity_mean[bin]) == Approx(lost_db).margin(0.03));
+                           fixed[side].bins.intensity_mean[bin]) == Approx(lost_db).margin(0.03));
   };
   pose.velocity_mps = {0.0, 2.0, 0.0};
   for (const double r : {12.0, 30.0, 70.0})

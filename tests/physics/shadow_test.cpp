@@ -97,14 +97,14 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam is tilte
   const auto plain = ping_once({}, bed, above_bed, height_m);
   Pose rolled = above_bed;
   rolled.roll_rad = 0.15;
-  const auto leaning = ping_once({}, bed, rolled, height_m);
+  const auto tilted = ping_once({}, bed, rolled, height_m);
   const std::size_t far = bin_at(sonar, 60.0);
   const VerticalPattern beam;
   const double depression_rad = std::asin(height_m / 60.0);
-  for (const auto& [side, lean_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
+  for (const auto& [side, tilt_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
     const double change =
-        beam.power(depression_rad - lean_rad, Side(side)) / beam.power(depression_rad, Side(side));
-    CHECK(leaning[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
+        beam.power(depression_rad - tilt_rad, Side(side)) / beam.power(depression_rad, Side(side));
+    CHECK(tilted[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
           Approx(change * change).epsilon(0.02));
   }
 }

@@ -352,11 +352,11 @@ TEST_CASE("the receiver's own noise adds to the sea's, and speckle = false gives
   const double added = own.chain.noise(Side::port) - sea.chain.noise(Side::port);
   CHECK(added == Approx(100.0 * sonar.pulse.bandwidth_hz));
 
-  Receiver still(sonar, {.speckle = false});
+  Receiver mean_only(sonar, {.speckle = false});
   EchoLine line = level_line(sonar, Side::port, {0, 0, -10}, altitude_m);
   for (float& mean : line.bins.intensity_mean) mean *= 1e7f;
-  still.intensity(line, {0, 0, -10});
+  mean_only.intensity(line, {0, 0, -10});
   for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
     REQUIRE(line.bins.intensity[i] ==
-            Approx(line.bins.intensity_mean[i] + still.chain.noise(Side::port)).epsilon(1e-4));
+            Approx(line.bins.intensity_mean[i] + mean_only.chain.noise(Side::port)).epsilon(1e-4));
 }

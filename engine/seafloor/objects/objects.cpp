@@ -155,12 +155,12 @@ class Table {
     if (is_line()) return discs_of_path(turn, place, spot.scale);
     const refine::Bounds own = refine::bounds(mesh);
     const Vector3d middle = 0.5 * (own.lowest.cast<double>() + own.highest.cast<double>());
-    const Eigen::Matrix3d lean = (Eigen::AngleAxisd(options_.pitch_rad, Vector3d::UnitX()) *
+    const Eigen::Matrix3d tilt = (Eigen::AngleAxisd(options_.pitch_rad, Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(options_.roll_rad, Vector3d::UnitY()))
                                      .toRotationMatrix();
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector3f& p : mesh.positions)
-      box.extend((lean * (p.cast<double>() - middle)).head<2>().eval());
+      box.extend((tilt * (p.cast<double>() - middle)).head<2>().eval());
     const int longer = box.sizes().y() >= box.sizes().x() ? 1 : 0;
     const double length_m = box.sizes()[longer], width_m = box.sizes()[1 - longer];
     const int pieces =
