@@ -33,11 +33,11 @@ constexpr const char* cached_extension = ".mesh";
 constexpr std::chrono::hours abandoned_after{1};
 
 template <class Owner>
-void add_keys(std::string& text, const Section<Owner>& section, Owner& owner) {
+void add_keys(std::string& text, const Section<Owner>& section, const Owner& owner) {
   text += fmt::format("[{}]\n", section.name);
   for (const Key<Owner>& key : section.keys) {
-    const Option option = key.option(owner);
-    if (InputFile* const* file = std::get_if<InputFile*>(&option)) {
+    const ConstOption option = key.option(owner);
+    if (const auto* file = std::get_if<const InputFile*>(&option)) {
       if (!(*file)->path.empty())
         text += fmt::format("{} = {}\n", key.name, xxh128_of_file((*file)->path));
     } else if (const auto value = option_text(key, owner)) {
@@ -245,14 +245,13 @@ Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan) {
 }
 
 std::string seafloor_key(const Scene& scene) {
-  Scene copy = scene;
   std::string text =
       fmt::format("seafloor {}\nprogressive mesh {}\n{}\nseed = {}\n", seafloor_version,
                   refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
-    if (section.name.starts_with("seafloor")) add_keys(text, section, copy);
-  for_each_list(copy, [&](const auto& section, auto& list) {
-    for (auto& item : list) add_keys(text, section, item);
+    if (section.name.starts_with("seafloor")) add_keys(text, section, scene);
+  for_each_list(scene, [&](const auto& section, const auto& list) {
+    for (const auto& item : list) add_keys(text, section, item);
   });
   return xxh128(text);
 }

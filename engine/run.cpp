@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -15,16 +16,13 @@
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/output/exr.h>
-#include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/output/pings_csv.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/targets_json.h>
-#include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/check/agreement.h>
@@ -190,10 +188,8 @@ class Run {
       tell("files", i, images.size());
       const std::string& name = images[i].sonar.name;
       write_picture(simulator, images[i], i);
-      if (scene_.output.exr) folder_.write(name + ".exr", encode_exr(images[i], origin));
-      if (scene_.output.npz) folder_.write(name + ".npz", encode_npz(images[i], origin));
+      write_formats(simulator, i, origin);
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
-      write_recordings(simulator, i);
       if (!seafloor.objects.empty() || !seafloor.features.empty())
         folder_.write(name + "_targets.json",
                       targets_json(target_records(images[i], seafloor, pings_.object_visibility[i]),
@@ -254,8 +250,22 @@ class Run {
             found.rays, limit.of(found), limit.name, limit.share));
   }
 
-  void write_recordings(const Simulator& simulator, std::size_t sonar) {
-    if (!scene_.output.xtf && !scene_.output.jsf) return;
+  void write_formats(const Simulator& simulator, std::size_t sonar, const ImageOrigin& origin) {
+    const Waterfall& image = pings_.images[sonar];
+    std::optional<Recording> recording;  // made once, for all formats
+    for (const OutputFormat& format : output_formats()) {
+      if (!(scene_.output.*format.wanted)) continue;
+      const std::string file = fmt::format("{}.{}", image.sonar.name, format.name);
+      if (const auto* layers = std::get_if<EncodeLayers>(&format.encode)) {
+        folder_.write(file, (*layers)(image, origin));
+      } else {
+        if (!recording) recording = recording_of(simulator, sonar);
+        folder_.write(file, std::get<EncodeRecording>(format.encode)(*recording));
+      }
+    }
+  }
+
+  Recording recording_of(const Simulator& simulator, std::size_t sonar) const {
     const TrackOptions& track = scene_.track;
     const Seafloor& seafloor = simulator.seafloor();
     RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
@@ -266,10 +276,8 @@ class Run {
                          .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
     if (track.origin_latitude_rad)
       frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
-    const Recording recording =
-        make_recording(pings_.images[sonar], SimulatorInternals::recorder(simulator, sonar), frame);
-    if (scene_.output.xtf) folder_.write(recording.name + ".xtf", encode_xtf(recording));
-    if (scene_.output.jsf) folder_.write(recording.name + ".jsf", encode_jsf(recording));
+    return make_recording(pings_.images[sonar], SimulatorInternals::recorder(simulator, sonar),
+                          frame);
   }
 
   void warn_of_holes() {

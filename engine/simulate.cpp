@@ -58,8 +58,6 @@ std::size_t place_in(const std::vector<std::string>& names, const std::string& n
   return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
 }
 
-constexpr std::size_t max_labels = 65535;
-
 /// A sonar with all that it hears by.
 struct Instrument {
   Sonar sonar;                                        ///< with the bins of its digitiser

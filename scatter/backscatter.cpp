@@ -1,8 +1,10 @@
 #include <ensonify/scatter/backscatter.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -23,6 +25,74 @@ constexpr double smallest_grazing_rad = 0.001 * pi / 180.0;
 /// TR 9407 eq. 57, with IV.C.4's limits.
 double interpolation_weight(double x) { return 1.0 / (1.0 + std::exp(std::clamp(x, -40.0, 40.0))); }
 
+/// APL-UW TR 9407 (1994), section IV.
+class Tr9407 final : public BottomModel {
+ public:
+  explicit Tr9407(const BottomConditions& bed) : bed_(bed) {}
+  BottomTerms terms(double grazing_rad) const override {
+    const double grazing = std::max(grazing_rad, smallest_grazing_rad);
+    const Sediment& sediment = bed_.sediment;
+    BottomTerms terms;
+    terms.kirchhoff = kirchhoff(sediment, bed_.k_per_cm, grazing);
+    terms.composite = composite_roughness(sediment, bed_.k_per_cm, grazing, bed_.unresolved_slope);
+    terms.large_roughness = large_roughness(sediment, grazing, bed_.slope);
+    const double f_x = interpolation_weight(
+        (std::cos(grazing) - kirchhoff_end_cosine(sediment, bed_.k_per_cm)) / 0.0125);
+    const double f_y = gentle_relief_weight(bed_.slope);
+    const double gentle = f_x * terms.kirchhoff + (1.0 - f_x) * terms.composite;  // eq. 58
+    terms.roughness = f_y * gentle + (1.0 - f_y) * terms.large_roughness;         // eq. 62
+    terms.volume = sediment_volume(sediment, grazing, bed_.unresolved_slope);
+    return terms;
+  }
+
+ private:
+  BottomConditions bed_;
+};
+
+/// The small-slope approximation for the roughness, and TR 9407's volume.
+class SmallSlopeBottom final : public BottomModel {
+ public:
+  explicit SmallSlopeBottom(const BottomConditions& bed)
+      : bed_(bed), roughness_(bed.sediment, bed.frequency_hz, bed.sound_speed_mps) {}
+  BottomTerms terms(double grazing_rad) const override {
+    const double grazing = std::max(grazing_rad, smallest_grazing_rad);
+    return {.roughness = roughness_.cross_section(grazing),
+            .volume = sediment_volume(bed_.sediment, grazing, bed_.unresolved_slope)};
+  }
+
+ private:
+  BottomConditions bed_;
+  SmallSlope roughness_;
+};
+
+/// Mackenzie's, whatever the sediment.
+class LambertBottom final : public BottomModel {
+ public:
+  explicit LambertBottom(const BottomConditions&) {}
+  BottomTerms terms(double grazing_rad) const override {
+    return {.roughness = law_.cross_section(grazing_rad)};
+  }
+
+ private:
+  Lambert law_;
+};
+
+template <class Model>
+std::unique_ptr<const BottomModel> make(const BottomConditions& bed) {
+  return std::make_unique<Model>(bed);
+}
+
+constexpr std::array models{
+    BottomModelKind{.name = "tr9407", .help = "APL-UW's for sediments", .make = &make<Tr9407>},
+    BottomModelKind{.name = "small-slope",
+                    .help = "its successor, for their roughness",
+                    .make = &make<SmallSlopeBottom>},
+    BottomModelKind{.name = "lambert",
+                    .help = "Lambert's law, whatever the sediment",
+                    .make = &make<LambertBottom>,
+                    .by_sediment = false},
+};
+
 }  // namespace
 
 Lambert::Lambert(double mu_db) : mu_(from_db(mu_db)) {
@@ -36,12 +106,15 @@ double Lambert::cross_section(double grazing_rad) const {
   return mu_ * s * s;
 }
 
-BottomModel bottom_model(std::string_view name) {
-  if (name == "tr9407") return BottomModel::tr9407;
-  if (name == "small-slope") return BottomModel::small_slope;
-  if (name == "lambert") return BottomModel::lambert;
+std::span<const BottomModelKind> bottom_model_kinds() { return models; }
+
+const BottomModelKind& bottom_model_kind(std::string_view name) {
+  const auto found = std::ranges::find(models, name, &BottomModelKind::name);
+  if (found != models.end()) return *found;
+  std::string names;
+  for (const BottomModelKind& kind : models) names += fmt::format(", {}", kind.name);
   throw std::invalid_argument(
-      fmt::format("bottom model '{}' is not known, expected tr9407, small-slope or lambert", name));
+      fmt::format("bottom model '{}' is not known, expected one of{}", name, names.substr(1)));
 }
 
 double gentle_relief_weight(double slope) {
@@ -49,44 +122,20 @@ double gentle_relief_weight(double slope) {
 }
 
 Bottom::Bottom(const Sediment& sediment, double frequency_hz, double sound_speed_mps,
-               BottomModel model, double resolved_slope_fraction)
-    : sediment_(sediment),
-      model_(model),
-      k_per_cm_(relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps)),
-      slope_(rms_slope(sediment, k_per_cm_)),
-      unresolved_slope_(slope_ * std::sqrt(1.0 - resolved_slope_fraction)),
-      offset_(from_db(sediment.strength_offset_db)) {
+               std::string_view model, double resolved_slope_fraction)
+    : offset_(from_db(sediment.strength_offset_db)) {
+  BottomConditions bed{
+      .sediment = sediment,
+      .frequency_hz = frequency_hz,
+      .sound_speed_mps = sound_speed_mps,
+      .k_per_cm = relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps)};
   check(sediment);
   if (!(resolved_slope_fraction >= 0.0 && resolved_slope_fraction <= 1.0))
     throw std::invalid_argument(
         fmt::format("the resolved slope fraction is {}, expected 0 to 1", resolved_slope_fraction));
-  if (model == BottomModel::small_slope)
-    small_slope_.emplace(sediment, frequency_hz, sound_speed_mps);
-}
-
-BottomTerms Bottom::tr9407(double grazing_rad) const {
-  BottomTerms terms;
-  terms.kirchhoff = kirchhoff(sediment_, k_per_cm_, grazing_rad);
-  terms.composite = composite_roughness(sediment_, k_per_cm_, grazing_rad, unresolved_slope_);
-  terms.large_roughness = large_roughness(sediment_, grazing_rad, slope_);
-  const double f_x = interpolation_weight(
-      (std::cos(grazing_rad) - kirchhoff_end_cosine(sediment_, k_per_cm_)) / 0.0125);
-  const double f_y = gentle_relief_weight(slope_);
-  const double gentle = f_x * terms.kirchhoff + (1.0 - f_x) * terms.composite;  // eq. 58
-  terms.roughness = f_y * gentle + (1.0 - f_y) * terms.large_roughness;         // eq. 62
-  return terms;
-}
-
-BottomTerms Bottom::terms(double grazing_rad) const {
-  if (model_ == BottomModel::lambert) return {.roughness = Lambert().cross_section(grazing_rad)};
-  const double grazing = std::max(grazing_rad, smallest_grazing_rad);
-  BottomTerms terms;
-  if (small_slope_)
-    terms.roughness = small_slope_->cross_section(grazing);
-  else
-    terms = tr9407(grazing);
-  terms.volume = sediment_volume(sediment_, grazing, unresolved_slope_);
-  return terms;
+  bed.slope = rms_slope(sediment, bed.k_per_cm);
+  bed.unresolved_slope = bed.slope * std::sqrt(1.0 - resolved_slope_fraction);
+  model_ = bottom_model_kind(model).make(bed);
 }
 
 double Bottom::cross_section(double grazing_rad) const {

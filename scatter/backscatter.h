@@ -4,14 +4,13 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include <ensonify/scatter/backscatter_cells.h>
 #include <ensonify/scatter/sediment.h>
-#include <ensonify/scatter/small_slope.h>
 
 namespace ensonify::scatter {
 
@@ -35,16 +34,6 @@ class Lambert final : public Backscatter {
   double mu_;
 };
 
-enum class BottomModel {
-  tr9407,       ///< APL-UW TR 9407 (1994), section IV
-  small_slope,  ///< the small-slope approximation for the roughness; TR 9407's volume
-  lambert       ///< Lambert's law with Mackenzie's strength
-};
-
-/// The model of that name in scenes and on the command line: tr9407, small-slope, lambert. Throws
-/// std::invalid_argument for other names.
-BottomModel bottom_model(std::string_view name);
-
 /// The terms of a bottom's scattering: linear cross-sections, without strength_offset_db. Terms
 /// that a model does not have are 0.
 struct BottomTerms {
@@ -56,30 +45,55 @@ struct BottomTerms {
 /// eqs 63-64. It uses the whole slope s.
 double gentle_relief_weight(double slope);
 
+/// A sediment at one frequency, and what the models need of it.
+struct BottomConditions {
+  Sediment sediment;
+  double frequency_hz = 0.0;
+  double sound_speed_mps = 0.0;   ///< of the water at the bed
+  double k_per_cm = 0.0;          ///< wavenumber that the relief's roughness goes by
+  double slope = 0.0;             ///< rms slope of the relief
+  double unresolved_slope = 0.0;  ///< the part of it that no mesh shows
+};
+
+/// How a bottom scatters by one model, under the conditions that it was made for.
+class BottomModel {
+ public:
+  virtual ~BottomModel() = default;
+  /// grazing_rad in [0, pi/2].
+  virtual BottomTerms terms(double grazing_rad) const = 0;
+};
+
+/// A model that scenes and the command line can name.
+struct BottomModelKind {
+  std::string_view name;
+  std::string_view help;  ///< a few words
+  std::unique_ptr<const BottomModel> (*make)(const BottomConditions&);
+  bool by_sediment = true;  ///< whether it goes by the sediment's parameters
+};
+
+/// All models, the default one first. A new model is a row here.
+std::span<const BottomModelKind> bottom_model_kinds();
+/// By its name. Throws std::invalid_argument, with all names, for another.
+const BottomModelKind& bottom_model_kind(std::string_view name);
+
 /// A sediment at one frequency: S_b = 10 log10(roughness + volume) + strength_offset_db, TR 9407
 /// eq. 34.
 class Bottom final : public Backscatter {
  public:
-  /// resolved_slope_fraction (see resolved_slope_fraction()) is the part of the slope variance s^2
-  /// that the mesh itself shows: slope average and shadowing use the rest. Throws
-  /// std::invalid_argument as check() and wavenumber_per_cm() do, and unless the fraction is in
-  /// [0, 1].
+  /// `model` is a name as for bottom_model_kind(). The resolved slope fraction
+  /// (resolved_slope_fraction()) is the part of the slope variance s^2 that the mesh itself shows:
+  /// slope average and shadowing go by the rest. Throws std::invalid_argument as check(),
+  /// wavenumber_per_cm() and bottom_model_kind() do, and unless the fraction is in [0, 1].
   Bottom(const Sediment& sediment, double frequency_hz, double sound_speed_mps,
-         BottomModel model = BottomModel::tr9407, double resolved_slope_fraction = 0.0);
+         std::string_view model = "tr9407", double resolved_slope_fraction = 0.0);
 
   /// Below 0.001 degrees, the terms of 0.001 degrees (TR 9407 IV.C.4), except Lambert's law.
-  BottomTerms terms(double grazing_rad) const;
+  BottomTerms terms(double grazing_rad) const { return model_->terms(grazing_rad); }
   double cross_section(double grazing_rad) const override;
 
  private:
-  BottomTerms tr9407(double grazing_rad) const;
-
-  Sediment sediment_;
-  BottomModel model_;
-  double k_per_cm_;  // for the relief
-  double slope_, unresolved_slope_;
   double offset_;  // a factor
-  std::optional<SmallSlope> small_slope_;
+  std::unique_ptr<const BottomModel> model_;
 };
 
 /// cross_section / sin(grazing) for the hot loop. A ray's solid angle is multiplied by this

@@ -64,10 +64,18 @@ Sediment sediment_of(const Arguments& arguments) {
   return sediment;
 }
 
+std::string model_help() {
+  std::string help;
+  for (const scatter::BottomModelKind& kind : scatter::bottom_model_kinds())
+    help += fmt::format("{}{} ({})", help.empty() ? "" : ", ", kind.name, kind.help);
+  return help;
+}
+
 void print_backscatter(const Arguments& arguments) {
   const Sediment sediment = sediment_of(arguments);
-  const scatter::BottomModel model = scatter::bottom_model(arguments.model);
-  const scatter::Bottom bottom(sediment, arguments.frequency_hz, arguments.sound_speed_mps, model);
+  const scatter::BottomModelKind& model = scatter::bottom_model_kind(arguments.model);
+  const scatter::Bottom bottom(sediment, arguments.frequency_hz, arguments.sound_speed_mps,
+                               model.name);
   std::string out =
       "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
       "reflection_loss_db\n";
@@ -82,7 +90,7 @@ void print_backscatter(const Arguments& arguments) {
                        terms.volume, terms.kirchhoff, terms.composite, terms.large_roughness,
                        scatter::reflection_loss_db(sediment, grazing_rad));
   }
-  if (model != scatter::BottomModel::lambert)
+  if (model.by_sediment)
     if (const auto warning = scatter::validity_warning(sediment, arguments.frequency_hz))
       fmt::print(stderr, "ensonify: warning: {}\n", *warning);
   print(out);
@@ -117,9 +125,7 @@ void add_backscatter(CLI::App& app, Action& action) {
   for (std::size_t i = 0; i < parameters.size(); ++i)
     command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
         ->group("A seabed's six parameters: all, or only those to change");
-  command
-      .add_option("--model", arguments->model,
-                  "tr9407, small-slope (for the roughness), or lambert (-27 dB for any seabed)")
+  command.add_option("--model", arguments->model, model_help())
       ->capture_default_str()
       ->type_name("NAME");
   command

@@ -18,7 +18,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr int max_redraws = 1000;  // of a normal one that is cut off
+constexpr int max_redraws = 1000;  // of a normal distribution that is cut off
 
 std::uint64_t key_number(std::string_view key) {
   const std::string digits = xxh128(key);
@@ -27,18 +27,20 @@ std::uint64_t key_number(std::string_view key) {
   return number;
 }
 
-/// A string without its quotes; other values as they are. (Names that need escapes are nobody's.)
+/// A string without its quotes; other values unchanged. (No name of a scene needs escapes.)
 std::string bare(const std::string& value) {
   return value.size() >= 2 && value.front() == '"' ? value.substr(1, value.size() - 2) : value;
 }
 
-/// Lists whose things are numbered in the truth, and so targets: objects, and features of the bed.
+/// Whether the things of a list are numbered in the labels, and so are targets: objects, and
+/// features of the bed.
 template <class Item>
-constexpr bool has_instances =
-    std::is_same_v<Item, ObjectOptions> || std::is_same_v<Item, ReliefLayer<TrawlMarks>> ||
-    std::is_same_v<Item, ReliefLayer<PitRelief>> || std::is_same_v<Item, ReliefLayer<BoulderField>>;
-constexpr std::array<std::string_view, 4> lists_with_instances{
-    "objects", "seafloor.trawl_marks", "seafloor.pits", "seafloor.boulders"};
+bool has_instances() {
+  if constexpr (requires(Item item) { kind_of(item.relief); })
+    return kind_of(Item{}.relief).has_instances();
+  else
+    return std::is_same_v<Item, ObjectOptions>;
+}
 
 bool under(std::string_view path, std::string_view table) {
   return path.starts_with(table) && (path.size() == table.size() || path[table.size()] == '.');
@@ -47,7 +49,7 @@ bool under(std::string_view path, std::string_view table) {
 }  // namespace
 
 struct Recipe::Distributions : RecipeText {
-  std::set<std::string, std::less<>> of_seafloor;       ///< keys that are drawn once a seafloor
+  std::set<std::string, std::less<>> of_seafloor;       ///< keys that are drawn once per seafloor
   std::map<std::string, unsigned, std::less<>> primes;  ///< of the stratified
 };
 
@@ -60,12 +62,12 @@ class Draws {
   Draws(const Text& text, std::size_t sample, std::size_t seafloor, std::size_t render)
       : text_(text), sample_(sample), seafloor_(seafloor), render_(render) {}
 
-  /// A key's value as in TOML; empty: left out. `asked_by` stands in messages.
+  /// A key's value as in TOML; empty: left out. `asked_by` is the place for messages.
   const std::string& value(const std::string& key, const std::string& asked_by) {
     if (const auto known = known_.find(key); known != known_.end()) {
       if (!known->second)
         throw SceneError(
-            fmt::format("{}: '{}' goes round in a circle of keys that need one another",
+            fmt::format("{}: '{}' depends on itself through other keys (circular reference)",
                         text_.distributions.find(key)->second.place, key));
       return *known->second;
     }
@@ -74,7 +76,7 @@ class Draws {
     const auto found = text_.distributions.find(key);
     if (found == text_.distributions.end())
       throw SceneError(fmt::format(
-          "{}: the recipe gives no value to '{}', which is asked for here: add it", asked_by, key));
+          "{}: the recipe gives no value to '{}', which is needed here: add it", asked_by, key));
     known_[key] = std::nullopt;
     std::string drawn = draw(key, found->second);
     return *(known_[key] = std::move(drawn));
@@ -86,7 +88,7 @@ class Draws {
     double number = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error != std::errc() || end != text.data() + text.size())
-      throw SceneError(fmt::format("{}: '{}' is {}, expected a number to reckon with", d.place, key,
+      throw SceneError(fmt::format("{}: '{}' is {}, expected a number here", d.place, key,
                                    text.empty() ? "left out" : text));
     return number;
   }
@@ -125,8 +127,9 @@ class Draws {
     std::string drawn = d.value(u[0], u[1]);
     for (int again = 1; d.between && !within(drawn, *d.between); ++again) {
       if (again == max_redraws)
-        throw SceneError(fmt::format("{}: '{}': hardly a draw lies between {} and {}; widen them",
-                                     d.place, key, d.between->first, d.between->second));
+        throw SceneError(
+            fmt::format("{}: '{}': hardly any draw lies between {} and {}; widen this range",
+                        d.place, key, d.between->first, d.between->second));
       stream.uniform(u, 2 * static_cast<std::uint64_t>(again));
       drawn = d.value(u[0], u[1]);
     }
@@ -138,14 +141,13 @@ class Draws {
     return number >= between.first && number <= between.second;
   }
 
-  /// Times some keys, plus others.
+  /// Multiplied by the keys of `times`, then added to those of `plus`.
   std::string adjusted(std::string drawn, const Distribution& d) {
     if ((d.times.empty() && d.plus.empty()) || drawn.empty()) return drawn;
     double result = 0.0;
     const auto [end, error] = std::from_chars(drawn.data(), drawn.data() + drawn.size(), result);
     if (error != std::errc() || end != drawn.data() + drawn.size())
-      throw SceneError(
-          fmt::format("{}: {} is drawn, expected a number to reckon with", d.place, drawn));
+      throw SceneError(fmt::format("{}: {} is drawn, expected a number here", d.place, drawn));
     for (const std::string& key : d.times) result *= number(key, d);
     for (const std::string& key : d.plus) result += number(key, d);
     return value_text(d.kind == Distribution::Kind::whole ? std::round(result) : result);
@@ -153,20 +155,20 @@ class Draws {
 
   const Text& text_;
   std::size_t sample_, seafloor_, render_;
-  std::map<std::string, std::optional<std::string>> known_;  // nothing: being drawn
+  std::map<std::string, std::optional<std::string>> known_;  // none: being drawn
 };
 
-/// train, val or test for a group that is held together, such as seafloor 3 or a name's own number.
+/// train, val or test for a group that is held together, such as seafloor 3 or a value of a key.
 std::string split_of(std::uint64_t seed, const SplitOptions& split, const std::string& group,
                      std::uint64_t number, bool counted) {
   if (std::ranges::count(split.held_out_test, group) > 0) return "test";
   if (std::ranges::count(split.held_out_val, group) > 0) return "val";
-  // A split with values of its own has no others.
+  // A set that is given by values has no others.
   const double val = split.held_out_val.empty() ? split.val : 0.0;
   const double test = split.held_out_test.empty() ? split.test : 0.0;
   std::array<double, 1> u{};
   RandomStream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0}).uniform(u);
-  // Numbered groups go round, so that shares come out as asked for.
+  // Numbered groups follow a low-discrepancy sequence, so that the shares are close to those given.
   if (counted) u[0] = std::fmod(u[0] + radical_inverse(number, 2), 1.0);
   const double at = u[0] * (split.train + val + test);
   return at < test ? "test" : at < test + val ? "val" : "train";
@@ -175,14 +177,14 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split, const std::s
 void check_files(Scene& scene, const std::string& recipe) {
   for_each_file(scene, [&](std::string_view key, const InputFile& file) {
     if (!file.name.empty() && !file.name.starts_with("data:"))
-      throw SceneError(fmt::format(
-          "{}: '{}' names \"{}\", expected data:PATH, under --data DIR: each sample's own "
-          "scene has to find it too",
-          recipe, key, file.name));
+      throw SceneError(
+          fmt::format("{}: '{}' names \"{}\", expected data:PATH, under --data DIR: each sample's "
+                      "scene must find it too",
+                      recipe, key, file.name));
   });
 }
 
-/// The name that a key has once tables that are absent are left out.
+/// The name of a key after the absent tables are left out.
 std::string renumbered(const std::string& key, const auto& lists, const auto& absent) {
   for (const auto& [list, size] : lists) {
     if (!key.starts_with(list + ".")) continue;
@@ -196,8 +198,8 @@ std::string renumbered(const std::string& key, const auto& lists, const auto& ab
   return key;
 }
 
-/// What `make` makes of the first sample that it can: a draw may be what no scene can have. Throws
-/// its SceneError where several have failed.
+/// make(sample) of the first sample for which it does not throw: some draws may make no valid
+/// scene. Throws the SceneError of the last try.
 auto first_that_is(std::size_t samples, const auto& make) {
   constexpr std::size_t tries = 16;
   for (std::size_t sample = 0;; ++sample) try {
@@ -207,7 +209,7 @@ auto first_that_is(std::size_t samples, const auto& make) {
     }
 }
 
-/// Labels lie over slant range. `places` are those of the text's keys.
+/// Labels are made in slant range. `places` are those of the text's keys.
 void check_slant_range(const RecipeText& text, const auto& places) {
   const std::string key = "display.slant_range_correction";
   std::vector<std::string> values;
@@ -223,7 +225,7 @@ void check_slant_range(const RecipeText& text, const auto& places) {
   if (std::ranges::count(values, "true") > 0)
     throw SceneError(fmt::format(
         "{}: '{}' is true, but a dataset's labels are made in slant range: leave it out; "
-        "'dataset.ground_px_m' makes pictures and labels in ground range",
+        "'dataset.ground_px_m' makes images and labels in ground range",
         place, key));
 }
 
@@ -250,7 +252,8 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
     return SceneError(fmt::format("{}: {}", name_, message));
   };
   if (options_.seafloors > options_.samples)
-    throw refuse("'dataset.seafloors' is more than 'dataset.samples', expected as many at most");
+    throw refuse(
+        "'dataset.seafloors' is more than 'dataset.samples', expected at most that number");
   const TileOptions& tiles = options_.tiles;
   if ((tiles.width_px > 0) != (tiles.height_px > 0) ||
       (tiles.width_m > 0.0) != (tiles.height_m > 0.0) ||
@@ -264,12 +267,12 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   if (!(split.train + split.val + split.test > 0.0))
     throw refuse("'dataset.split': expected a share of more than 0");
   if (split.by == "seafloor" && !(split.held_out_val.empty() && split.held_out_test.empty()))
-    throw refuse("'dataset.split' holds values out, expected by = the key that has them");
+    throw refuse("'dataset.split' has held_out values, expected by = the key that has them");
 
   std::size_t k = 0;
   for (const auto& [key, distribution] : d.distributions)
     if (distribution.stratified) d.primes[key] = prime_number(k++);
-  // What the seafloor needs is the seafloor's.
+  // The keys that the seafloor's keys need are drawn once per seafloor, too.
   std::vector<std::string> open;
   for (const auto& [key, distribution] : d.distributions)
     if (under(key, "seafloor") || under(key, "objects") || under(key, "material"))
@@ -283,8 +286,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
       for (std::string& needed : found->second.needs()) open.push_back(std::move(needed));
   }
 
-  // The names that labels can have: those of a sample with every table there, and all that can be
-  // drawn.
+  // The names that labels can have: those of a sample with every table, and all that can be drawn.
   Scene scene = with_every_table();
   check_files(scene, name_);
   if (!scene.output.class_names.empty() || !scene.output.sediment_names.empty())
@@ -293,17 +295,20 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
         "them out");
   check_slant_range(d, scene.places);
   std::set<std::string> targets, grounds{"seabed"}, materials{scene.seafloor.material};
-  for_each_list(scene, [&]<class Item>(const Section<Item>&, const std::vector<Item>& list) {
-    for (const Item& item : list) {
-      (has_instances<Item> ? targets : grounds).insert(item.class_name);
-      materials.insert(item.material);
-    }
-  });
+  std::vector<std::string_view> lists_of_targets;
+  for_each_list(scene,
+                [&]<class Item>(const Section<Item>& section, const std::vector<Item>& list) {
+                  if (has_instances<Item>()) lists_of_targets.push_back(section.name);
+                  for (const Item& item : list) {
+                    (has_instances<Item>() ? targets : grounds).insert(item.class_name);
+                    materials.insert(item.material);
+                  }
+                });
   for (const auto& [key, distribution] : d.distributions) {
     std::vector<std::string> values;
     distribution.collect_values(values);
     const bool of_instances = std::ranges::any_of(
-        lists_with_instances, [&whole = key](auto list) { return under(whole, list); });
+        lists_of_targets, [&whole = key](auto list) { return under(whole, list); });
     if (key.ends_with(".class"))
       for (const std::string& value : values)
         (of_instances ? targets : grounds).insert(bare(value));
@@ -317,7 +322,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   materials_.assign(materials.begin(), materials.end());
   if (targets_.size() + grounds_.size() > 254 || materials_.size() > 254)
     throw refuse(
-        "labels can have more than 254 names, which masks of 8 bits do not hold: expected fewer");
+        "labels can have more than 254 names, which masks of 8 bits cannot hold: use fewer");
   first_that_is(samples(), [&](std::size_t number) { return sample(number); });
 }
 
@@ -327,7 +332,7 @@ Scene Recipe::with_every_table() const {
     Draws draws(*distributions_, sample, seafloor_of(sample), 0);
     for (const auto& [key, distribution] : distributions_->distributions)
       if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
-    // Tables that are absent need not fit the rest.
+    // Absent tables need not fit the rest.
     return parse_recipe_unchecked(text_, name_, whole);
   });
 }
@@ -390,7 +395,7 @@ SampleScene Recipe::sample(std::size_t number) const {
   result.scene = scene_of(0);
   result.scene.output.class_names = class_names();
   result.scene.output.sediment_names = material_names();
-  // The fastest that agrees with the exact reference, and the same to the bit on every machine.
+  // The fastest one that agrees with the exact reference and has the same bits on every machine.
   if (!d.values.contains("run.intersector") && !d.distributions.contains("run.intersector"))
     result.scene.run.intersector = "fan_scan";
   result.renders = {result.scene.display};

@@ -166,13 +166,13 @@ class RecipeReader {
             "by = \"KEY\" and table = { ... } belong together");
     require(d.weights.empty() || d.kind == Kind::choice, "weights belong to a choice");
     require(d.weights.empty() || d.weights.size() == d.choices.size(),
-            "as many weights are expected as there are choices");
+            "expected as many weights as there are choices");
     double sum = 0.0;
     for (const double weight : d.weights) {
       require(weight >= 0.0, "weights are expected to be 0 or more");
       sum += weight;
     }
-    require(d.weights.empty() || sum > 0.0, "one weight at least is expected to be more than 0");
+    require(d.weights.empty() || sum > 0.0, "expected at least one weight above 0");
     require(!d.between || d.kind == Kind::normal, "between belongs to normal");
     require(!d.stratified || (d.kind != Kind::normal && d.kind != Kind::table &&
                               d.kind != Kind::unset && d.kind != Kind::constant),

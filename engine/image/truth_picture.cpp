@@ -83,10 +83,12 @@ class Painter {
         return {sediment_colours[(paint.number + sediment_colours.size() - 1) %
                                  sediment_colours.size()],
                 name(materials_)};
-      case Paint::Kind::thing_shadow: return {thing_shadow_colour, "shadow"};
-      case Paint::Kind::bed_shadow: return {bed_shadow_colour, "shadow of the bed"};
-      case Paint::Kind::water: return {water_colour, "water column"};
-      case Paint::Kind::no_data: return {no_data_colour, "no data"};
+      case Paint::Kind::thing_shadow:
+        return {thing_shadow_colour, std::string(name_of(Region::shadow))};
+      case Paint::Kind::bed_shadow:
+        return {bed_shadow_colour, std::string(name_of(Region::shadow)) + " of the bed"};
+      case Paint::Kind::water: return {water_colour, std::string(name_of(Region::water_column))};
+      case Paint::Kind::no_data: return {no_data_colour, std::string(name_of(Region::no_data))};
       case Paint::Kind::untouched: break;
     }
     return {};

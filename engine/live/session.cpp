@@ -454,9 +454,8 @@ std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
   const auto name = [](const auto& names, std::size_t i) {
     return i > 0 && i < names.size() ? Json(names[i]) : Json();
   };
-  static constexpr std::array regions{"no data", "water column", "seabed", "object", "shadow"};
   const auto region = static_cast<Region>(bin.region);
-  Json json{{"region", regions[std::min<std::size_t>(bin.region, regions.size() - 1)]}};
+  Json json{{"region", name_of(region)}};
   if (region == Region::seabed || region == Region::object)
     json.update({{"x_m", bin.x_m},
                  {"y_m", bin.y_m},

@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include <fmt/format.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -11,7 +13,12 @@ std::string units(std::string_view layer) {
   if (layer.ends_with("_m")) return "m";
   if (layer.ends_with("_rad")) return "rad";
   if (layer.ends_with("fraction")) return "1";
-  if (layer == "region") return "0 no data, 1 water column, 2 seabed, 3 object, 4 shadow";
+  if (layer == "region") {
+    std::string numbers;
+    for (std::size_t i = 0; i < region_names.size(); ++i)
+      numbers += fmt::format("{}{} {}", i == 0 ? "" : ", ", i, region_names[i]);
+    return numbers;
+  }
   if (layer == "layover") return "0 no, 1 yes";
   return "number, 0 is none";
 }

@@ -7,11 +7,12 @@
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 
 namespace ensonify::engine {
 
 inline constexpr std::uint16_t ignored_class = 255;  ///< also in sediment masks
-inline constexpr std::uint16_t ignored_instance = 65535;
+inline constexpr std::uint16_t ignored_instance = max_labels;
 
 /// A picture of labels, the newest ping on top.
 struct Mask {

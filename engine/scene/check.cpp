@@ -15,24 +15,24 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_grid_points = 1e8;  // 0.8 GB of heights, ten times that while they are made
-constexpr double max_pixels = 1e9;       // 60 GB of layers
-constexpr double max_rays = 1e8;         // a side of a ping
+constexpr double max_grid_points =
+    1e8;                            // 0.8 GB of heights, and ten times that while they are made
+constexpr double max_pixels = 1e9;  // 60 GB of layers
+constexpr double max_rays = 1e8;    // per side of a ping
 constexpr double max_bins_in_pulse = 10000;
-constexpr int max_bins = 65536;  // a side
+constexpr int max_bins = 65536;  // per side
 constexpr double max_pings = 10e6;
 
 void check_track(const Scene& scene, const auto& require) {
   const TrackOptions& track = scene.track;
   const bool from_file = track.kind == TrackKind::file;
-  require(!from_file || !track.file.name.empty(), "track.kind",
+  require(!from_file || !track.file.empty(), "track.kind",
           [] { return "'track.kind' is \"file\", but no file is named: give it as track.file"; });
-  require(from_file || track.file.name.empty(), "track.file",
+  require(from_file || track.file.empty(), "track.file",
           [] { return "'track.file' needs track.kind = \"file\""; });
   require(!from_file || scene.motion.speed.still(), "motion.speed", [] {
     return "'motion.speed' changes the speed of a line or a lawn-mower; a track from a file has "
-           "its "
-           "own: leave it out";
+           "its own: leave it out";
   });
   require(track.origin_latitude_rad.has_value() == track.origin_longitude_rad.has_value(),
           track.origin_latitude_rad ? "track.origin_lat_deg" : "track.origin_lon_deg", [] {
@@ -40,11 +40,11 @@ void check_track(const Scene& scene, const auto& require) {
                    "both or none";
           });
   require(track.kind != TrackKind::lawn_mower || track.speed_mps > 0.0, "track.speed_mps", [] {
-    return "'track.speed_mps' is 0, expected more for a lawn-mower, which has to get to its end";
+    return "'track.speed_mps' is 0, expected more for a lawn-mower, which must reach its end";
   });
 }
 
-constexpr std::size_t max_objects = 65534;
+constexpr std::size_t max_objects = max_labels - 1;  // 0 is no object
 
 }  // namespace
 
@@ -57,18 +57,18 @@ void check_scene(const Scene& scene,
   const SeafloorOptions& bed = scene.seafloor;
   const auto file_of_kind = [&](SeafloorKind kind, std::string_view name, const InputFile& file) {
     const std::string key = fmt::format("seafloor.{}", name);
-    require(bed.kind != kind || !file.name.empty(), "seafloor.kind", [&] {
+    require(bed.kind != kind || !file.empty(), "seafloor.kind", [&] {
       return fmt::format("'seafloor.kind' is \"{0}\", but no {0} is named: give its file as {1}",
                          name, key);
     });
-    require(bed.kind == kind || file.name.empty(), key,
+    require(bed.kind == kind || file.empty(), key,
             [&] { return fmt::format("'{}' needs seafloor.kind = \"{}\"", key, name); });
   };
   file_of_kind(SeafloorKind::survey, "survey", bed.survey);
   file_of_kind(SeafloorKind::mesh, "mesh", bed.mesh);
   file_of_kind(SeafloorKind::progressive, "progressive", bed.progressive);
   require(bed.kind != SeafloorKind::progressive || scene.objects.empty(), "objects.0", [] {
-    return "a progressive mesh takes no further objects: put them into the scene that is analysed";
+    return "a progressive mesh takes no more objects: put them into the scene that is analysed";
   });
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (const auto fault = fault_of(scene.objects[i], fmt::format("objects.{}", i)))
@@ -90,10 +90,10 @@ void check_scene(const Scene& scene,
     material(scene.objects[i].material, fmt::format("objects.{}.material", i));
   for (const Material& own : scene.materials)
     material(own.name, fmt::format("material.{}.like", own.name));
-  require(scene.sea.profile.name.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
+  require(scene.sea.profile.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
     return "'sea.sound_speed_mps' and 'sea.profile' are both given, expected one of them";
   });
-  require(scene.sea.refraction == RefractionMode::off || !scene.sea.profile.name.empty(),
+  require(scene.sea.refraction == RefractionMode::off || !scene.sea.profile.empty(),
           "sea.refraction", [] {
             return "'sea.refraction' is on, and there is no cast to refract by: give its file as "
                    "sea.profile, or leave it \"off\"";
@@ -181,8 +181,7 @@ void check_scene(const Scene& scene,
     require(reach_m <= max_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
       return fmt::format(
           "'{}' makes bins of {:.3g} m, and a pulse of {:.3g} m with its side lobes spans more "
-          "than "
-          "{} of them; expected longer bins or a shorter pulse ({})",
+          "than {} of them; expected longer bins or a shorter pulse ({})",
           bins_key, sampled.bin_m(), reach_m, max_bins_in_pulse, pulse_key);
     });
     require(pulse_m <= sonar.range_m, pulse_key, [&] {

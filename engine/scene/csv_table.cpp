@@ -15,7 +15,7 @@ namespace {
 constexpr std::uintmax_t largest_file_bytes = 64 << 20;
 constexpr std::size_t longest_line = 4096;
 
-/// What somebody's file says, fit for a message: short and printable.
+/// A quote of an untrusted file for a message: short and printable.
 std::string quoted(std::string_view text) {
   std::string shown(text.substr(0, 40));
   for (char& c : shown)
@@ -70,7 +70,7 @@ class CsvReader {
     std::string_view line;
     do {
       if (!next_line(line))
-        fail(fmt::format("nothing is in it, expected a header row with {}", header_of(columns_)));
+        fail(fmt::format("the file is empty, expected a header row with {}", header_of(columns_)));
     } while (line.starts_with('%'));
     read_header(line);
     while (next_line(line)) read_row(line);
@@ -84,7 +84,7 @@ class CsvReader {
     throw SceneError(fmt::format("{}:{}: {}", table_.name_, std::max(line_, 1), what));
   }
 
-  /// The next line that says something.
+  /// The next line that is neither blank nor a comment.
   bool next_line(std::string_view& line) {
     while (!text_.empty()) {
       const std::size_t end = std::min(text_.find('\n'), text_.size());
@@ -92,8 +92,8 @@ class CsvReader {
       text_.remove_prefix(std::min(end + 1, text_.size()));
       ++line_;
       if (line.size() > longest_line)
-        fail(fmt::format("a line of more than {} characters, expected a {} a line", longest_line,
-                         a_row_));
+        fail(fmt::format("a line of more than {} characters, expected one {} per line",
+                         longest_line, a_row_));
       if (!line.empty() && !line.starts_with('#')) return true;
     }
     return false;
@@ -115,7 +115,7 @@ class CsvReader {
                          quoted(line), header_of(columns_)));
       }
       if (std::find(found + 1, fields_.end(), heading) != fields_.end())
-        fail(fmt::format("column {} is there twice, expected it once", heading));
+        fail(fmt::format("column {} appears twice, expected it once", heading));
     }
     width_ = fields_.size();
   }
@@ -137,7 +137,7 @@ class CsvReader {
     const char* end = digits.data() + digits.size();
     const auto read = std::from_chars(digits.data(), end, value);
     if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value))
-      fail(fmt::format("{} is {}, expected a number as in 12.5", column, quoted(field)));
+      fail(fmt::format("{} is {}, expected a number such as 12.5", column, quoted(field)));
     return value;
   }
 
@@ -169,7 +169,8 @@ CsvTable CsvTable::read(const std::filesystem::path& file, std::string_view a_ro
   std::ifstream stream(file, std::ios::binary);
   if (!stream) fail("cannot be opened; check its permissions");
   if (const auto bytes = std::filesystem::file_size(file, unknown); bytes > largest_file_bytes)
-    fail(fmt::format("has {} bytes, expected at most {}; thin it out", bytes, largest_file_bytes));
+    fail(fmt::format("has {} bytes, expected at most {}; leave out some of its rows", bytes,
+                     largest_file_bytes));
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (stream.bad()) fail("cannot be read to its end; check the disk");
   return parse(text, file.string(), a_row, columns);

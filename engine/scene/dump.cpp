@@ -14,8 +14,8 @@ std::string help_text(const Key<Owner>& key) {
 }
 
 template <class Owner>
-void dump(std::string& out, const Section<Owner>& section, std::string_view heading, Owner& owner,
-          bool with_comments) {
+void dump(std::string& out, const Section<Owner>& section, std::string_view heading,
+          const Owner& owner, bool with_comments) {
   if (with_comments && !heading.empty()) out += fmt::format("\n# {}\n", section.help);
   if (!heading.empty()) out += fmt::format("{}{}\n", with_comments ? "" : "\n", heading);
   for (const Key<Owner>& key : section.keys) {
@@ -28,7 +28,7 @@ void dump(std::string& out, const Section<Owner>& section, std::string_view head
   }
 }
 
-/// A table that a scene need not have, as an example that is commented out.
+/// An optional table as a commented-out example.
 template <class Owner>
 void dump_example(std::string& out, const Section<Owner>& section, std::string_view heading) {
   Owner example;
@@ -43,7 +43,7 @@ void dump_example(std::string& out, const Section<Owner>& section, std::string_v
 
 template <class Owner>
 void describe(std::string& out, const Section<Owner>& section, std::string_view heading,
-              Owner& owner) {
+              const Owner& owner) {
   out += fmt::format("\n## {}\n", heading.empty() ? "The top of the file" : heading);
   out +=
       fmt::format("\n{}\n\n| key | is | expected | default |\n|---|---|---|---|\n", section.help);
@@ -54,8 +54,8 @@ void describe(std::string& out, const Section<Owner>& section, std::string_view 
 
 void describe_shapes(std::string& out) {
   out +=
-      "\nShapes; y is along the heading, z up. The usual sizes are typical ones.\n\n"
-      "| shape | is | sizes, and the usual ones |\n|---|---|---|\n";
+      "\nShapes; y is along the heading, z up. The default sizes are typical ones.\n\n"
+      "| shape | is | sizes, with defaults |\n|---|---|---|\n";
   for (const ShapeKind& kind : shape_kinds()) {
     std::string sizes;
     for (const Dimension& dimension : kind.dimensions)
@@ -68,28 +68,27 @@ void describe_shapes(std::string& out) {
 }  // namespace
 
 std::string dump_scene(const Scene& scene, bool with_comments) {
-  Scene copy = scene;
   std::string out;
   if (with_comments)
-    out += "# A scene of ensonify, with every key. Those that are commented out are unset.\n\n";
+    out += "# A scene of ensonify with every key. Keys that are commented out are unset.\n\n";
   out += "version = 1\n";
   for (const auto& section : scene_sections()) {
     if (section.name == "track") {
-      for_each_list(copy, [&](const auto& list_section, auto& list) {
+      for_each_list(scene, [&](const auto& list_section, const auto& list) {
         const std::string heading = fmt::format("[[{}]]", list_section.name);
-        for (auto& item : list) dump(out, list_section, heading, item, with_comments);
+        for (const auto& item : list) dump(out, list_section, heading, item, with_comments);
         if (with_comments && list.empty()) dump_example(out, list_section, heading);
       });
-      for (Material& material : copy.materials)
+      for (const Material& material : scene.materials)
         dump(out, material_section(), fmt::format("[material.{}]", material.name), material,
              with_comments);
-      if (with_comments && copy.materials.empty())
+      if (with_comments && scene.materials.empty())
         dump_example(out, material_section(), "[material.NAME]");
     }
     const std::string heading = section.name.empty() ? "" : fmt::format("[{}]", section.name);
-    dump(out, section, heading, copy, with_comments);
+    dump(out, section, heading, scene, with_comments);
     if (section.name == "track")
-      for (Sonar& sonar : copy.sonars)
+      for (const Sonar& sonar : scene.sonars)
         dump(out, sonar_section(), fmt::format("[sonar.{}]", sonar.name), sonar, with_comments);
   }
   return out;
@@ -97,24 +96,24 @@ std::string dump_scene(const Scene& scene, bool with_comments) {
 
 std::string dump_recipe() {
   std::string out =
-      R"(# A recipe of ensonify's: a scene, [dataset], and distributions in place of values.
+      R"(# A recipe of ensonify: a scene, [dataset], and distributions in place of values.
 #
-# Any key of a scene (`ensonify dump-default run` prints them all) may be drawn for each sample:
+# Any key of a scene (`ensonify dump-default run` prints them all) can be drawn for each sample:
 #
-#   altitude_m = { uniform = [3, 12] }                   evenly between
-#   altitude_m = { log_uniform = [3, 12] }               its logarithm evenly
+#   altitude_m = { uniform = [3, 12] }                   uniform between the two
+#   altitude_m = { log_uniform = [3, 12] }               its logarithm is uniform
 #   altitude_m = { normal = [7, 2], between = [3, 12] }  mean and deviation, cut off
-#   legs = { int = [2, 5] }                              a whole number, the ends among them
+#   legs = { int = [2, 5] }                              a whole number, ends included
 #   material = { choice = ["steel", "wood"], weights = [3, 1] }
-#   height_m = { unset = true }                          left out; of use in tables
+#   height_m = { unset = true }                          left out; useful in tables
 #
-# stratified = true   spreads the samples evenly, over all keys that say so at once (not for normal)
+# stratified = true   spreads the samples evenly over all stratified keys at once (not for normal)
 # times = "KEY"       multiplies by another key's value, or by several: times = ["KEY", "KEY"]
-# plus = "KEY"        then adds
+# plus = "KEY"        then adds another key's value
 # by = "KEY", table = { VALUE = ..., ... }   a value or a distribution for each value of another key
-# present = ...       in a table of a list, [[objects]] or [[seafloor.crests]] ..., whether it is there
+# present = ...       in a table of a list, such as [[objects]]: whether the table is there
 #
-# [draw] has keys of your own for others to go by. Of [dataset], all keys:
+# [draw] has keys that you define for others to refer to. All keys of [dataset] follow:
 
 version = 1
 seed = 1                 # of all draws; each sample's scene has its own
@@ -124,7 +123,7 @@ side = { choice = [-1, 1] }
 
 [[objects]]
 shape = "cylinder"
-east_m = { times = ["sonar.sidescan.range_m", "draw.side"], uniform = [0.3, 0.8], stratified = true }
+east_m = {times = ["sonar.sidescan.range_m", "draw.side"], uniform = [0.3, 0.8], stratified = true}
 heading_deg = { uniform = [0, 360], stratified = true }
 
 [track]
@@ -143,21 +142,20 @@ std::string schema_text() {
   std::string out =
       "# Scene files\n\n"
       "A scene is a TOML file that begins with `version = 1`. A key's unit is in its name; every "
-      "key has "
-      "a default. `ensonify dump-default run` prints them all; `-D key=value` changes one, its "
-      "whole "
-      "name with dots, as in `-D sea.temperature_c=12`, `-D sonar.sidescan.range_m=50` or, for the "
-      "first "
-      "object, `-D objects.0.height_m=2`. A scene that names no sonar has one, called "
+      "key has a default. `ensonify dump-default run` prints them all; `-D key=value` changes one "
+      "by its whole name with dots, as in `-D sea.temperature_c=12`, `-D "
+      "sonar.sidescan.range_m=50` or, for the first object, `-D objects.0.height_m=2`. In words "
+      "such as `fan_scan`, `-` and `_` mean the same. A scene without a sonar has one, called "
       "`sidescan`.\n";
-  Scene scene;
-  Material material;
+  const Scene scene;
+  const Material material;
   for (const auto& section : scene_sections()) {
     if (section.name == "track") {
-      for_each_list(scene, [&]<class Item>(const Section<Item>& list_section, std::vector<Item>&) {
-        Item item;
-        describe(out, list_section, fmt::format("[[{}]]", list_section.name), item);
-      });
+      for_each_list(scene,
+                    [&]<class Item>(const Section<Item>& list_section, const std::vector<Item>&) {
+                      const Item item{};
+                      describe(out, list_section, fmt::format("[[{}]]", list_section.name), item);
+                    });
       describe_shapes(out);
       describe(out, material_section(), "[material.NAME]", material);
     }

@@ -32,9 +32,9 @@ class Faults {
   }
 
   void what_it_is() {
-    if (object_.mesh.name.empty() && object_.shape.empty())
+    if (object_.mesh.empty() && object_.shape.empty())
       add("", "'{}' has no mesh: give its file as mesh = \"...\", or a shape = \"...\" by name");
-    if (!object_.mesh.name.empty() && !object_.shape.empty())
+    if (!object_.mesh.empty() && !object_.shape.empty())
       add("shape", "'{0}.shape' and '{0}.mesh' are both given, expected one of them");
     if (object_.class_name.empty()) add("class", "'{}.class' is empty, expected a name");
     for (const Dimension& dimension : all_dimensions())
@@ -62,7 +62,7 @@ class Faults {
   }
 
   void path(bool along_path) {
-    const bool points = !object_.path.empty(), file = !object_.path_file.name.empty();
+    const bool points = !object_.path.empty(), file = !object_.path_file.empty();
     if (!along_path) {
       if (points || file)
         add(points ? "path" : "path_file",

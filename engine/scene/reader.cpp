@@ -44,6 +44,12 @@ std::string description(const toml::node& node) {
   return node.is_array() ? "an array" : "a date or a time";
 }
 
+/// Whether two words differ only in - for _.
+bool same_word(std::string_view a, std::string_view b) {
+  const auto plain = [](char c) { return c == '-' ? '_' : c; };
+  return std::ranges::equal(a, b, {}, plain, plain);
+}
+
 std::string joined(std::string_view section, std::string_view name) {
   return section.empty() ? std::string(name) : fmt::format("{}.{}", section, name);
 }
@@ -76,7 +82,7 @@ fs::path resolve(std::string_view key, const std::string& text, const ScenePaths
   return file;
 }
 
-/// Fills a scene from TOML tables, and remembers where each key stood.
+/// Fills a scene from TOML tables, and keeps the place of each key.
 class Reader {
  public:
   explicit Reader(std::string name, const DrawnValues* drawn = nullptr)
@@ -221,11 +227,11 @@ class Reader {
 
   void read_version(const toml::node& node) {
     if (!node.is_integer() || node.as_integer()->get() != 1)
-      throw fault(node, fmt::format("'version' is {}, expected 1, the only one there is",
-                                    description(node)));
+      throw fault(node,
+                  fmt::format("'version' is {}, expected 1, the only version", description(node)));
   }
 
-  /// One owner for each table in a table of them, in the file's order, which toml++ does not keep.
+  /// One owner for each table of `tables`, in the order of the file, which toml++ does not keep.
   template <class Owner>
   std::vector<Owner> named(const toml::table& tables, std::string_view kind) const {
     std::vector<std::pair<toml::source_position, std::string>> order;
@@ -252,7 +258,7 @@ class Reader {
                               (in_file_ ? fmt::format(", in a table [{}.NAME]", kind) : ""));
       }
       const auto owner = std::ranges::find(owners, name.str(), &Owner::name);
-      if (owner == owners.end()) {  // only an override can name one that the file has not
+      if (owner == owners.end()) {  // only an override can name one that the file does not have
         std::vector<std::string> names;
         for (const Owner& o : owners) names.push_back(o.name);
         throw fault(name, fmt::format("the scene has no {} {}, expected one of {}{}", kind,
@@ -264,7 +270,7 @@ class Reader {
     }
   }
 
-  /// Gives every key of a sonar that was not given the value of its preset, whatever came first.
+  /// Sets every key of a sonar that was not given to the value of its preset, in any order of keys.
   void take_preset(Sonar& sonar, const std::string& path) {
     if (sonar.preset.empty()) return;
     Sonar preset = preset_sonar(sonar.preset);
@@ -276,7 +282,7 @@ class Reader {
     }
   }
 
-  /// Reads a list of tables, if the path is one's.
+  /// Reads a list of tables, if the path is that of one.
   bool read_list(const toml::node& node, const std::string& path) {
     bool found = false;
     for_each_list(scene_, [&](const auto& section, auto& list) {
@@ -434,7 +440,8 @@ class Reader {
     };
     const auto choice = [&]() -> std::size_t {
       const std::string text = word();
-      const auto found = std::ranges::find(key.choices, text);
+      const auto found = std::ranges::find_if(
+          key.choices, [&](std::string_view known) { return same_word(text, known); });
       if (found == key.choices.end())
         throw refuse(
             suggestion(text, std::vector<std::string>(key.choices.begin(), key.choices.end())));

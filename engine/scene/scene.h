@@ -42,7 +42,7 @@ struct Sea {
 
 /// How a run is computed. None of it but the intersector's last bits changes the result.
 struct RunOptions {
-  std::string surface = "auto";  ///< a surface's name, or for prepare_seafloor() to choose
+  std::string surface = "auto";  ///< a face source's name, or auto: prepare_seafloor() chooses
   std::string intersector = "embree";
   IntersectorOptions intersection;
   int tree_pings = 6;  ///< an intersector's tree of exact faces is meant to do for this many pings
@@ -50,11 +50,8 @@ struct RunOptions {
 };
 
 struct OutputOptions {
-  bool exr = true;     ///< the layers as NAME.exr
-  bool npz = false;    ///< the layers as NAME.npz
-  bool xtf = false;    ///< the recording as NAME.xtf
-  bool jsf = false;    ///< the recording as NAME.jsf
-  int png_bits = 8;    ///< of NAME.png, 8 or 16
+  bool exr = true, npz = false, xtf = false, jsf = false;  ///< see output_formats()
+  int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth laid over the picture as NAME_truth.png
   std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
   std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()

@@ -7,9 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/dataset_options.h>
-#include <ensonify/engine/scene/option_at.h>
-#include <ensonify/engine/seafloor/objects/shapes.h>
+#include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/intersector.h>
 
@@ -35,6 +33,19 @@ std::vector<std::string_view> shape_names() {
   std::vector<std::string_view> names;
   for (const ShapeKind& kind : shape_kinds()) names.push_back(kind.name);
   return names;
+}
+
+std::vector<std::string_view> material_model_names() {
+  std::vector<std::string_view> names;
+  for (const MaterialModel& model : material_models()) names.push_back(model.name);
+  return names;
+}
+
+std::string material_model_help() {
+  std::string help;
+  for (const MaterialModel& model : material_models())
+    help += fmt::format("{}{}: {}", help.empty() ? "" : "; ", model.name, model.help);
+  return help + ".";
 }
 
 std::string number_text(double value) {
@@ -77,7 +88,7 @@ std::vector<Key<Scene>> oscillation(Oscillation MotionOptions::*which, std::stri
   const auto option = [&](double Oscillation::*member) {
     return at(&Scene::motion, which, member);
   };
-  return {{rms, unit, {0, largest}, "Rms of what waves drive.", option(&Oscillation::rms)},
+  return {{rms, unit, {0, largest}, "Rms of the part driven by waves.", option(&Oscillation::rms)},
           {"period_s", "s", {0.01, 3600}, "Its mean period.", option(&Oscillation::period_s)},
           {wander, unit, {0, largest}, "Rms of slow wandering.", option(&Oscillation::wander_rms)},
           {"wander_s", "s", {0.01, 1e6}, "Its correlation time.", option(&Oscillation::wander_s)}};
@@ -91,47 +102,66 @@ Section<Scene> shift(std::string_view name, std::string_view help,
   return {name, help, oscillation(which, "rms_m", "wander_m", "m", 1000)};
 }
 
-template <class Owner>
-bool has_text_by_default(const Key<Owner>& key) {
-  Owner fresh;
-  const Option option = key.option(fresh);
-  return !(*std::get<std::string*>(option)).empty();
+// clang-format off
+/// A key for each format, then the others of [output].
+std::vector<Key<Scene>> output_keys() {
+  std::vector<Key<Scene>> keys;
+  for (const OutputFormat& format : output_formats())
+    keys.push_back({format.name, "", {}, format.help, at(&Scene::output, format.wanted)});
+  const std::vector<Key<Scene>> others = {
+      {"png_bits", "", {8, 16}, "Bits per channel of NAME.png, 8 or 16.",
+       at(&Scene::output, &OutputOptions::png_bits)},
+      {"truth", "", {}, "The truth drawn over the image, with a legend, as NAME_truth.png.",
+       at(&Scene::output, &OutputOptions::truth)},
+      {"class_names", "", {},
+       "Names of the classes 1, 2, ... in the layer class, whether the scene has them or not; its "
+       "other classes follow. Runs with the same names have the same numbers.",
+       at(&Scene::output, &OutputOptions::class_names)},
+      {"sediment_names", "", {}, "The same for materials in the layer sediment.",
+       at(&Scene::output, &OutputOptions::sediment_names)},
+      {"start_time", "", {},
+       "Time of t_s = 0 in the recordings, such as 2025-06-01T12:00:00Z; unset: 2000-01-01, or the "
+       "track's own time if it counts from 1970.",
+       at(&Scene::output, &OutputOptions::start_time)},
+  };
+  keys.insert(keys.end(), others.begin(), others.end());
+  return keys;
 }
 
 }  // namespace
 
-// A row a key.
-// clang-format off
+// One row per key.
 const std::vector<Section<Scene>>& scene_sections() {
   using scatter::SeaWater;
   static const std::vector<Section<Scene>> sections = {
       {"",
        "The whole run.",
        {
-           {"seed", "", {0, largest_seed}, "All that is random follows from it.", at(&Scene::seed)},
+           {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},
-            "Fading of echoes and noise; false gives their expectation.",
+            "Whether echoes and noise fade; false gives their expectation.",
             at(&Scene::speckle)},
        }},
       {"sea",
-       "The water, from its temperature, salinity and acidity, or by plain numbers.",
+       "The water: its temperature, salinity and acidity, or plain numbers for speed and "
+       "absorption.",
        {
            {"temperature_c", "degrees Celsius", {-2, 40},
-            "Temperature; with a profile its sound speeds tell it.",
+            "Temperature; with a profile it follows from the profile's sound speeds.",
             at(&Scene::sea, &Sea::water, &SeaWater::temperature_c)},
            {"salinity_psu", "psu", {0, 45}, "Salinity.",
             at(&Scene::sea, &Sea::water, &SeaWater::salinity_psu)},
            {"ph", "", {6, 9}, "Acidity; it matters to absorption below some kilohertz.",
             at(&Scene::sea, &Sea::water, &SeaWater::ph)},
            {"profile", "", {},
-            "A cast, CSV with columns depth_m and soundspeed_mps, or as a CastAway writes it, "
-            "whose mean down to the bed is taken; absorption follows the temperatures that its "
-            "speeds have at salinity_psu; a path as for seafloor.survey.",
+            "A cast: CSV with columns depth_m and soundspeed_mps, or a CastAway's file. The sound "
+            "speed is its mean down to the bed; absorption follows from the temperatures that give "
+            "its speeds at salinity_psu. A path as for seafloor.survey.",
             at(&Scene::sea, &Sea::profile)},
            {"refraction", "", {},
-            "off: rays are straight, at the profile's mean speed; time-only: each echo comes at the "
-            "time that the profile gives its way; full: rays are bent by it. Range bins are time at "
-            "the mean speed.",
+            "off: rays are straight, at the profile's mean speed; time-only: rays are straight, "
+            "but travel times follow the profile; full: rays are bent by the profile. Range bins "
+            "are time at the mean speed.",
             at(&Scene::sea, &Sea::refraction), {"off", "time-only", "full"}},
            {"sound_speed_mps", "m/s", {1000, 2000},
             "Sound speed; unset: from the profile, or the water at half the bed's depth.",
@@ -139,9 +169,9 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"absorption_db_per_km", "dB/km", {0, 10000},
             "Absorption; unset: from the profile, or the water at half the bed's depth.",
             at(&Scene::sea, &Sea::absorption_db_per_km)},
-           {"wind_mps", "m/s", {0, 60}, "Wind over the surface, for noise and surface echoes.",
+           {"wind_mps", "m/s", {0, 60}, "Wind speed, for noise and surface echoes.",
             at(&Scene::sea, &Sea::state, &SeaState::wind_mps)},
-           {"shipping", "", {0, 1}, "Ships' noise, from 0 (none near) to 1 (heavy traffic).",
+           {"shipping", "", {0, 1}, "Ships' noise, from 0 (no traffic) to 1 (heavy traffic).",
             at(&Scene::sea, &Sea::state, &SeaState::shipping)},
            {"volume_scattering_db", "dB re 1/m", {-200, 0},
             "Backscattering strength of the water itself, for arrivals.volume.",
@@ -151,12 +181,12 @@ const std::vector<Section<Scene>>& scene_sections() {
        "Where the seabed comes from and what it is made of.",
        {
            {"kind", "", {},
-            "A generated seabed, a survey's grid, a mesh, or what `ensonify analyse` made of any of them.",
+            "A generated seabed, a survey's grid, a mesh, or a progressive mesh that `ensonify "
+            "analyse` made of one of them.",
             at(&Scene::seafloor, &SeafloorOptions::kind),
             {"fractal", "survey", "mesh", "progressive"}},
            {"seed", "", {0, largest_seed},
-            "What is random about the seabed and the objects on it follows from this one; unset: from the "
-            "seed of all.",
+            "Seed of the seabed and of the objects on it; unset: the scene's seed.",
             at(&Scene::seafloor_seed)},
            {"extent_east_m", "m", {0.01, 100e3}, "Size of a generated seabed from west to east.",
             at(&Scene::seafloor, &SeafloorOptions::extent_east_m)},
@@ -174,11 +204,11 @@ const std::vector<Section<Scene>>& scene_sections() {
             "A mesh (PLY, OBJ, STL, OFF) with z up as the whole seabed; a path as for survey.",
             at(&Scene::seafloor, &SeafloorOptions::mesh)},
            {"progressive", "", {},
-            "A progressive mesh that `ensonify analyse` wrote: bed, objects and what they are made of; a "
-            "path as for survey.",
+            "A progressive mesh that `ensonify analyse` wrote: bed, objects and what they are made "
+            "of; a path as for survey.",
             at(&Scene::seafloor, &SeafloorOptions::progressive)},
            {"weld_m", "m", {-1, 1000},
-            "Vertices of the mesh this close become one; 0: only equal ones, less: none.",
+            "Vertices of the mesh this close are joined; 0: only equal ones; negative: none.",
             at(&Scene::seafloor, &SeafloorOptions::weld_tolerance_m)},
            {"water_level_m", "m", {-11000, 9000},
             "Height of the sea surface in the survey's or the mesh's own heights.",
@@ -188,10 +218,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::seafloor, &SeafloorOptions::material)},
        }},
       {"seafloor.fractal",
-       "Relief of a generated seabed that looks alike at every scale.",
+       "Relief of a generated seabed that looks the same at every scale.",
        {
            {"height_at_1m_m", "m", {0, 100},
-            "Rms height difference of points 1 m apart; 0: no such relief.",
+            "Rms height difference of points 1 m apart; 0: no fractal relief.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::height_at_1m_m)},
            {"hurst", "", {0.01, 0.99}, "Hurst exponent: small is jagged, large is rolling.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::hurst)},
@@ -201,11 +231,11 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::spectrum),
             {"variogram", "paper"}},
            {"longest_m", "m", {0, 1e6},
-            "Waves longer than this bring no more height; 0: they do, to the seabed's own length.",
+            "Waves longer than this add no more height; 0: they do, up to the seabed's length.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::longest_m)},
            {"sediments_own", "", {},
-            "Whether this is the relief that the material's roughness stands for: its slopes are then "
-            "not counted twice.",
+            "Whether this is the relief that the material's roughness parameters describe: its "
+            "slopes are then not counted twice.",
             at(&Scene::seafloor, &SeafloorOptions::fractal, &FractalRelief::sediments_own)},
        }},
       {"seafloor.ripples",
@@ -226,23 +256,26 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::seafloor, &SeafloorOptions::ripples, &RippleRelief::hurst)},
        }},
       {"seafloor.detail",
-       "Relief of a survey below its cell: its heights smoothly interpolated, and fractal relief that begins "
-       "where their spectrum ends.",
+       "Relief of a survey finer than its cells: smoothly interpolated heights, and fractal relief "
+       "that begins where their spectrum ends.",
        {
-           {"cell_m", "m", {0, 1000}, "Spacing of the finer grid; 0: the survey as it is.",
+           {"cell_m", "m", {0, 1000}, "Spacing of the finer grid; 0: the survey unchanged.",
             at(&Scene::seafloor, &SeafloorOptions::detail, &SurveyDetail::cell_m)},
            {"height_at_1m_m", "m", {0, 100},
-            "Rms height difference of points 1 m apart; unset: what the survey's finest scales tell.",
+            "Rms height difference of points 1 m apart; unset: estimated from the survey's finest "
+            "scales.",
             at(&Scene::seafloor, &SeafloorOptions::detail, &SurveyDetail::height_at_1m_m)},
-           {"hurst", "", {0.01, 0.99}, "Hurst exponent; unset: what the survey's finest scales tell.",
+           {"hurst", "", {0.01, 0.99},
+            "Hurst exponent; unset: estimated from the survey's finest scales.",
             at(&Scene::seafloor, &SeafloorOptions::detail, &SurveyDetail::hurst)},
        }},
       {"track",
-       "Where the vehicle goes. Its middle is counted from the middle of the seabed.",
+       "Where the vehicle goes. Its middle is relative to the middle of the seabed.",
        {
            {"kind", "", {}, "A straight line, a lawn-mower's legs, or a recorded track.",
             at(&Scene::track, &TrackOptions::kind), {"line", "lawn-mower", "file"}},
-           {"pings", "", {1, 10e6}, "How many pings a line has; the others have as many as fit.",
+           {"pings", "", {1, 10e6},
+            "Number of pings of a line; the other kinds have all pings that fit.",
             at(&Scene::track, &TrackOptions::pings)},
            {"speed_mps", "m/s", {0, 50}, "Speed over ground, of a line or a lawn-mower.",
             at(&Scene::track, &TrackOptions::speed_mps)},
@@ -250,65 +283,68 @@ const std::vector<Section<Scene>>& scene_sections() {
             "Heading of the line or the first leg, clockwise from north.",
             at(&Scene::track, &TrackOptions::heading_rad)},
            {"middle_east_m", "m", {-1e6, 1e6},
-            "The track's middle, east of the seabed's; a recorded track is moved by so much.",
+            "The track's middle, east of the seabed's; a recorded track is moved by this distance.",
             at(&Scene::track, &TrackOptions::middle_east_m)},
            {"middle_north_m", "m", {-1e6, 1e6}, "The same to the north.",
             at(&Scene::track, &TrackOptions::middle_north_m)},
            {"vertical", "", {},
-            "depth: at a constant depth, or at a file's own (z_m or depth_m); altitude: following the bed, "
-            "as a file does that has only altitude_m.",
+            "depth: constant depth, or the file's (z_m or depth_m); altitude: follows the bed, as "
+            "a file with only altitude_m does.",
             at(&Scene::track, &TrackOptions::vertical), {"depth", "altitude"}},
            {"altitude_m", "m", {0.01, 11000},
-            "Height over the mean seabed along the track, or over the bed that is followed; a file's "
-            "altitude_m goes before it.",
+            "Height over the mean seabed along the track, or over the bed that is followed; a "
+            "file's altitude_m has precedence.",
             at(&Scene::track, &TrackOptions::altitude_m)},
            {"follow_s", "s", {0, 3600},
-            "Time constant with which the bed is followed; 0: at once.",
+            "Time constant with which the bed is followed; 0: without delay.",
             at(&Scene::track, &TrackOptions::follow_s)},
-           {"climb_mps", "m/s", {0, 100}, "The fastest climb and dive in following it.",
+           {"climb_mps", "m/s", {0, 100}, "Fastest climb and dive when the bed is followed.",
             at(&Scene::track, &TrackOptions::climb_mps)},
            {"ping_interval_s", "s", {0, 3600},
-            "Time between pings, the same for all sonars; 0: the longest range's two-way time, or of a "
-            "file a ping a row.",
+            "Time between pings, the same for all sonars; 0: the two-way time of the longest "
+            "range, or, for a file, one ping per row.",
             at(&Scene::track, &TrackOptions::ping_interval_s)},
            {"legs", "", {1, 10000}, "A lawn-mower's legs.", at(&Scene::track, &TrackOptions::legs)},
-           {"leg_length_m", "m", {0.01, 1e6}, "Length of each.",
+           {"leg_length_m", "m", {0.01, 1e6}, "Length of each leg.",
             at(&Scene::track, &TrackOptions::leg_length_m)},
            {"leg_spacing_m", "m", {0.01, 1e6},
-            "Between neighbours; the second lies to starboard of the first.",
+            "Distance between neighbouring legs; the second lies to starboard of the first.",
             at(&Scene::track, &TrackOptions::leg_spacing_m)},
            {"turn_radius_m", "m", {0, 1e6},
-            "Radius of the turns, which swing out where it is more than half the spacing; 0: half the "
+            "Radius of the turns; above half the spacing the vehicle swings out first. 0: half the "
             "spacing.",
             at(&Scene::track, &TrackOptions::turn_radius_m)},
-           {"ping_in_turns", "", {}, "Whether the turns are recorded; time goes on in any case.",
+           {"ping_in_turns", "", {},
+            "Whether the turns are recorded; they take their time in any case.",
             at(&Scene::track, &TrackOptions::ping_in_turns)},
            {"file", "", {},
             "A recorded track: CSV with t_s (or time_s, utc_s), then x_m,y_m (local), "
-            "easting_m,northing_m (the survey's) or lat_deg,lon_deg, and as far as known z_m, depth_m or "
-            "altitude_m, roll_deg, pitch_deg, heading_deg; a path as for seafloor.survey.",
+            "easting_m,northing_m (the survey's) or lat_deg,lon_deg, and where known z_m, depth_m "
+            "or altitude_m, roll_deg, pitch_deg, heading_deg; a path as for seafloor.survey.",
             at(&Scene::track, &TrackOptions::file)},
            {"smooth_s", "s", {0, 60},
-            "Time over which a file's places and heights are smoothed, repeated places left out; 0: taken "
-            "as they are.",
+            "Time over which a file's positions and heights are smoothed, without repeated "
+            "positions; 0: not smoothed.",
             at(&Scene::track, &TrackOptions::smooth_s)},
            {"origin_lat_deg", "degrees", {-90, 90},
-            "Latitude of the seabed's middle, for a file with lat_deg and lon_deg; unset: by the survey's "
-            "UTM zone, or such that a generated seabed has the track in its middle. NAME.xtf and NAME.jsf "
-            "are placed by it; unset, by the survey's zone, or in the North Sea.",
+            "Latitude of the seabed's middle, for a file with lat_deg and lon_deg; unset: from the "
+            "survey's UTM zone, or such that the track is in the middle of a generated seabed. "
+            "Recordings are placed by it; unset: by the survey's zone, or in the North Sea.",
             at(&Scene::track, &TrackOptions::origin_latitude_rad)},
-           {"origin_lon_deg", "degrees", {-360, 360}, "Longitude of the same.",
+           {"origin_lon_deg", "degrees", {-360, 360}, "Longitude of the seabed's middle.",
             at(&Scene::track, &TrackOptions::origin_longitude_rad)},
        }},
       {"motion",
-       "What the vehicle does about its track: a steady attitude, and a table for each degree of freedom: "
-       "movements driven by waves (rms and period_s) and slow wandering (wander and wander_s).",
+       "How the vehicle moves about its track: a steady attitude, and one table per degree of "
+       "freedom with movements driven by waves (rms and period_s) and slow wandering (wander and "
+       "wander_s).",
        {
            {"roll_deg", "degrees", {-180, 180}, "Steady roll, starboard down.",
             at(&Scene::motion, &MotionOptions::roll_rad)},
            {"pitch_deg", "degrees", {-80, 80}, "Steady pitch, nose up.",
             at(&Scene::motion, &MotionOptions::pitch_rad)},
-           {"crab_deg", "degrees", {-180, 180}, "Steady angle of the heading to starboard of the course.",
+           {"crab_deg", "degrees", {-180, 180},
+            "Steady angle of the heading to starboard of the course.",
             at(&Scene::motion, &MotionOptions::crab_rad)},
        }},
       angle("motion.roll", "Roll, starboard down.", &MotionOptions::roll),
@@ -321,8 +357,9 @@ const std::vector<Section<Scene>>& scene_sections() {
        "Change of the speed of a line or a lawn-mower.",
        oscillation(&MotionOptions::speed, "rms_mps", "wander_mps", "m/s", 20)},
       {"navigation",
-       "What the vehicle reports of its pose (reported_* in NAME_pings.csv), as against what it is: a bias "
-       "drawn once a run, noise drawn for each message, and the step to which a message is rounded.",
+       "How the pose that the vehicle reports (reported_* in NAME_pings.csv) differs from the true "
+       "one: a bias drawn once per run, noise drawn for each message, and the step to which a "
+       "message is rounded.",
        {
            {"position_bias_m", "m", {0, 10000}, "Rms bias to the east and to the north.",
             at(&Scene::navigation, &NavigationOptions::position, &ReportError::bias_rms)},
@@ -351,83 +388,92 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"delay_s", "s", {0, 3600}, "Age of a message when a ping takes it.",
             at(&Scene::navigation, &NavigationOptions::delay_s)},
            {"update_interval_s", "s", {0, 3600},
-            "Time between messages; pings between them repeat the last. 0: a message a ping.",
+            "Time between messages; pings between them repeat the last one. 0: one message per "
+            "ping.",
             at(&Scene::navigation, &NavigationOptions::update_interval_s)},
        }},
       {"arrivals",
-       "What comes back beside the direct echo, each on its own switch. It is in intensity and sample, and "
-       "not in intensity_mean.",
+       "What is received in addition to the direct echo, each with its own switch. It is in "
+       "intensity and sample, not in intensity_mean.",
        {
            {"surface", "", {},
-            "The sea surface's return and its reverberation, by sea.wind_mps; waves move it up and down.",
+            "The sea surface's return and its reverberation, by sea.wind_mps; waves move it up and "
+            "down.",
             at(&Scene::arrivals, &OtherPathsOptions::surface)},
            {"volume", "", {}, "Reverberation of the water, by sea.volume_scattering_db.",
             at(&Scene::arrivals, &OtherPathsOptions::volume)},
-           {"multiples", "", {}, "Copies of the direct echo that came by way of the surface and the bubbles under it.",
+           {"multiples", "", {},
+            "Copies of the direct echo by way of the surface and the bubbles under it.",
             at(&Scene::arrivals, &OtherPathsOptions::multiples)},
            {"bottom_loss_db", "dB", {0, 60},
-            "Of a reflection at the bed, in multiples; unset: the reflection loss of seafloor.material at "
-            "that angle, 10 dB if it is no sediment.",
+            "Loss of a reflection at the bed, for multiples; unset: the reflection loss of "
+            "seafloor.material at that angle, 10 dB if it is not a sediment.",
             at(&Scene::arrivals, &OtherPathsOptions::bottom_loss_db)},
            {"double_bounce", "", {},
             "Echoes by way of an object's wall and the bed before it, at the wall's foot.",
             at(&Scene::arrivals, &OtherPathsOptions::double_bounce)},
-           {"wall_loss_db", "dB", {0, 60}, "Of the reflection at the wall.",
+           {"wall_loss_db", "dB", {0, 60}, "Loss of the reflection at the wall.",
             at(&Scene::arrivals, &OtherPathsOptions::wall_loss_db)},
            {"burst_m", "m", {0, 1000},
-            "Range over which the transmitted pulse itself blinds the receiver; 0: none.",
+            "Range over which the transmitted pulse blinds the receiver; 0: none.",
             at(&Scene::arrivals, &OtherPathsOptions::burst_m)},
-           {"crosstalk_db", "dB", {-200, 0}, "Of one side in the other; unset: none.",
+           {"crosstalk_db", "dB", {-200, 0}, "Level of one side in the other; unset: no crosstalk.",
             at(&Scene::arrivals, &OtherPathsOptions::crosstalk_db)},
        }},
       {"artefacts",
-       "What spoils real images, each on its own switch; a ping's are named in NAME_pings.csv. (Heave, yaw "
-       "and turns are motion and track.)",
+       "Artefacts of real images, each with its own switch; NAME_pings.csv names those of each "
+       "ping. (Heave, yaw and turns belong to motion and track.)",
        {
            {"lost", "", {0, 1}, "Share of pings that are not recorded.",
             at(&Scene::artefacts, &ArtefactOptions::lost)},
-           {"repeated", "", {0, 1}, "Share of pings in whose place the one before is recorded again.",
+           {"repeated", "", {0, 1},
+            "Share of pings in whose place the one before is recorded again.",
             at(&Scene::artefacts, &ArtefactOptions::repeated)},
-           {"stale_navigation", "", {0, 0.99}, "Share of the time in which the reported pose stands still.",
+           {"stale_navigation", "", {0, 0.99},
+            "Share of the time in which the reported pose does not change.",
             at(&Scene::artefacts, &ArtefactOptions::stale_navigation)},
-           {"stale_s", "s", {0.01, 3600}, "How long it does at a time.",
+           {"stale_s", "s", {0.01, 3600}, "How long it stays unchanged each time.",
             at(&Scene::artefacts, &ArtefactOptions::stale_s)},
            {"interference_db", "dB", {-60, 150},
-            "Another sonar's burst in every ping, above the noise; unset: none.",
+            "Level of another sonar's burst in every ping, above the noise; unset: none.",
             at(&Scene::artefacts, &ArtefactOptions::interference_db)},
-           {"interference_range_m", "m", {0, 20000}, "Where it is in the first ping; 0: anywhere.",
+           {"interference_range_m", "m", {0, 20000}, "Its range in the first ping; 0: random.",
             at(&Scene::artefacts, &ArtefactOptions::interference_range_m)},
            {"interference_drift_m", "m", {-20000, 20000},
-            "How far it moves from ping to ping; 0: at a fixed range, else in diagonals.",
+            "How far it moves from ping to ping; 0: at a fixed range; otherwise in diagonals.",
             at(&Scene::artefacts, &ArtefactOptions::interference_drift_m)},
            {"interference_length_m", "m", {0, 20000}, "Its length.",
             at(&Scene::artefacts, &ArtefactOptions::interference_length_m)},
-           {"gain_step_db", "dB", {0, 60}, "Rms of the gain's steps by the operator's hand.",
+           {"gain_step_db", "dB", {0, 60}, "Rms of the gain steps that the operator makes.",
             at(&Scene::artefacts, &ArtefactOptions::gain_step_db)},
            {"gain_step_s", "s", {0.01, 1e6}, "Time between them.",
             at(&Scene::artefacts, &ArtefactOptions::gain_step_s)},
            {"automatic_gain", "", {0, 1},
-            "Share of the level's changes over range that an automatic gain takes away.",
+            "Share of the level's changes over range that an automatic gain removes.",
             at(&Scene::artefacts, &ArtefactOptions::automatic_gain)},
-           {"automatic_gain_m", "m", {0.01, 20000}, "Range over which that averages.",
+           {"automatic_gain_m", "m", {0.01, 20000}, "Range over which the automatic gain averages.",
             at(&Scene::artefacts, &ArtefactOptions::automatic_gain_m)},
-           {"fish_per_hectare", "1/ha", {0, 6000}, "Fish over the bed, whose shadows lie apart from them.",
+           {"fish_per_hectare", "1/ha", {0, 6000},
+            "Fish over the bed, with shadows apart from them.",
             at(&Scene::artefacts, &ArtefactOptions::fish_per_hectare)},
-           {"fish_strength_db", "dB re 1 m^2", {-120, 20}, "Target strength of one.",
+           {"fish_strength_db", "dB re 1 m^2", {-120, 20}, "Target strength of one fish.",
             at(&Scene::artefacts, &ArtefactOptions::fish_strength_db)},
            {"fish_length_m", "m", {0.01, 20}, "Its length.",
             at(&Scene::artefacts, &ArtefactOptions::fish_length_m)},
-           {"fish_height_m", "m", {0, 11000}, "They swim up to so high over the bed.",
+           {"fish_height_m", "m", {0, 11000}, "Greatest height over the bed at which they swim.",
             at(&Scene::artefacts, &ArtefactOptions::fish_height_m)},
-           {"wake_db", "dB", {-80, 40}, "Backscattering strength of a ship's wake at its middle; unset: none.",
+           {"wake_db", "dB", {-80, 40},
+            "Backscattering strength of a ship's wake at its middle; unset: no wake.",
             at(&Scene::artefacts, &ArtefactOptions::wake_db)},
-           {"wake_heading_deg", "degrees", {-360, 360}, "Heading of its line, clockwise from north.",
+           {"wake_heading_deg", "degrees", {-360, 360},
+            "Heading of the wake's line, clockwise from north.",
             at(&Scene::artefacts, &ArtefactOptions::wake_heading_rad)},
            {"wake_width_m", "m", {0.01, 1000}, "Its width.",
             at(&Scene::artefacts, &ArtefactOptions::wake_width_m)},
-           {"wake_offset_m", "m", {-1e6, 1e6}, "Its line to starboard of the seabed's middle.",
+           {"wake_offset_m", "m", {-1e6, 1e6},
+            "Distance of the line to starboard of the seabed's middle.",
             at(&Scene::artefacts, &ArtefactOptions::wake_offset_m)},
-           {"shimmer_db", "dB", {0, 30}, "Rms of the brightness that internal waves change.",
+           {"shimmer_db", "dB", {0, 30}, "Rms change of the brightness by internal waves.",
             at(&Scene::artefacts, &ArtefactOptions::shimmer_db)},
            {"shimmer_m", "m", {0.01, 20000}, "Their bands' length over range.",
             at(&Scene::artefacts, &ArtefactOptions::shimmer_m)},
@@ -438,81 +484,68 @@ const std::vector<Section<Scene>>& scene_sections() {
        "How a run is computed.",
        {
            {"surface", "", {},
-            "Which triangles a ping sees. static: all, in one tree; refined: those in the fan, unchanged, "
-            "of a mesh refined at each ping; footprint: the same by a query; auto: refined, unless the "
-            "run is too short to pay for the analysis.",
+            "Which triangles a ping sees. static: all, in one tree; refined: those in the fan, "
+            "unchanged, of a mesh refined at each ping; footprint: the same by a query; auto: "
+            "refined, unless the run is too short to pay for the analysis.",
             at(&Scene::run, &RunOptions::surface), surface_choices()},
-           {"intersector", "", {}, "What finds the nearest hits (`ensonify intersectors`); fan_scan in datasets, unless given.",
+           {"intersector", "", {},
+            "What finds the nearest hits (`ensonify intersectors` lists them); in datasets the "
+            "default is fan_scan.",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
-           {"robust", "", {}, "Whether no ray may slip between faces, at some cost in speed.",
+           {"robust", "", {},
+            "Whether it is certain that no ray slips between faces, at some cost in speed.",
             at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::robust)},
            {"instruction_set", "", {},
-            "What embree's last bits follow (sse4.2, avx2, avx512 ...); empty: avx2.",
+            "Instruction set that embree uses, on which its last bits depend (sse4.2, avx2, avx512 "
+            "...); empty: avx2.",
             at(&Scene::run, &RunOptions::intersection, &IntersectorOptions::instruction_set)},
            {"tree_pings", "", {1, 1000},
-            "For how many pings a tree of the fan's faces is meant to do; more faces, fewer trees.",
+            "For how many pings one tree of the fan's faces is used: more faces, fewer trees.",
             at(&Scene::run, &RunOptions::tree_pings)},
-           {"block_pings", "", {1, 100000}, "Pings are handed to threads in blocks of this many.",
+           {"block_pings", "", {1, 100000}, "Number of pings in the blocks that threads compute.",
             at(&Scene::run, &RunOptions::block_pings)},
        }},
       {"display",
-       "From echoes to the picture; the layers of NAME.exr stay as received.",
+       "From echoes to the image NAME.png; the layers of NAME.exr stay as received.",
        {
-           {"of", "", {}, "The layer that is shown; a sample's own gain is taken out again.",
+           {"of", "", {},
+            "The layer that is shown; the recorder's gain is removed from samples first.",
             at(&Scene::display, &Display::of), {"sample", "intensity"}},
            {"spreading", "", {0, 80},
-            "Gain over range, in dB per factor of ten: 30 levels a bed of constant strength, 50 "
-            "one of Lambert's law.",
+            "Gain over range, in dB per factor of ten: 30 makes a bed of constant strength even, "
+            "50 a bed by Lambert's law.",
             at(&Scene::display, &Display::spreading)},
-           {"absorption", "", {}, "Whether the gain makes up for absorption too.",
+           {"absorption", "", {}, "Whether the gain compensates absorption too.",
             at(&Scene::display, &Display::absorption)},
            {"slant_range_correction", "", {},
-            "Whether columns are even in range over ground, the water column left out; the picture no "
-            "longer lies over the layers then.",
+            "Whether columns are evenly spaced in ground range, without the water column; the "
+            "image's columns are then not those of the layers.",
             at(&Scene::display, &Display::slant_range_correction)},
            {"beam_normalisation", "", {},
-            "Whether each side's mean level over depression, the beam's pattern, is taken out.",
+            "Whether each side's mean level over the depression angle, the beam's pattern, is "
+            "removed.",
             at(&Scene::display, &Display::beam_normalisation)},
-           {"flat_field", "", {}, "Whether each column's mean level is taken out.",
+           {"flat_field", "", {}, "Whether each column's mean level is removed.",
             at(&Scene::display, &Display::flat_field)},
            {"gain_db", "dB", {-100, 100},
-            "Added to the automatic gain, which puts the median of the scene's own bed, were it level, at "
-            "mid-brightness.",
+            "Added to the automatic gain, which puts the median of the scene's bed, taken as "
+            "level, at medium brightness.",
             at(&Scene::display, &Display::gain_db)},
            {"mapping", "", {},
-            "gamma: brightness is amplitude to a power; logarithmic: even in decibels; equalised: all "
-            "brightnesses are as frequent.",
+            "gamma: brightness is amplitude to a power; logarithmic: brightness is linear in "
+            "decibels; equalised: all brightnesses are equally frequent.",
             at(&Scene::display, &Display::mapping), {"gamma", "logarithmic", "equalised"}},
-           {"gamma", "", {0.05, 10}, "That power.",
+           {"gamma", "", {0.05, 10}, "The power of a gamma mapping.",
             at(&Scene::display, &Display::gamma)},
            {"range_db", "dB", {1, 200}, "From black to white, of a logarithmic mapping.",
             at(&Scene::display, &Display::range_db)},
            {"palette", "", {}, "Colours; paper is grey with strong echoes dark.",
-            at(&Scene::display, &Display::palette), {"grey", "copper", "bronze", "paper", "viridis"}},
+            at(&Scene::display, &Display::palette),
+            {"grey", "copper", "bronze", "paper", "viridis"}},
        }},
       {"output",
-       "Which files there are beside NAME.png, NAME_pings.csv and manifest.json.",
-       {
-           {"exr", "", {}, "The layers as NAME.exr.", at(&Scene::output, &OutputOptions::exr)},
-           {"npz", "", {}, "The layers as NAME.npz.", at(&Scene::output, &OutputOptions::npz)},
-           {"xtf", "", {}, "The recording as NAME.xtf.", at(&Scene::output, &OutputOptions::xtf)},
-           {"jsf", "", {}, "The recording as NAME.jsf (EdgeTech).",
-            at(&Scene::output, &OutputOptions::jsf)},
-           {"png_bits", "", {8, 16}, "Bits of a pixel's channel in NAME.png, 8 or 16.",
-            at(&Scene::output, &OutputOptions::png_bits)},
-           {"truth", "", {}, "The truth laid over the picture, with a legend, as NAME_truth.png.",
-            at(&Scene::output, &OutputOptions::truth)},
-           {"class_names", "", {},
-            "Classes that have the numbers 1, 2, ... in the layer class, whether the scene has them or not; its "
-            "others follow. Runs with the same names have the same numbers.",
-            at(&Scene::output, &OutputOptions::class_names)},
-           {"sediment_names", "", {}, "The same for materials in the layer sediment.",
-            at(&Scene::output, &OutputOptions::sediment_names)},
-           {"start_time", "", {},
-            "When the recordings have t_s = 0, as 2025-06-01T12:00:00Z; unset: 2000-01-01, or the track's "
-            "own time where that counts from 1970.",
-            at(&Scene::output, &OutputOptions::start_time)},
-       }},
+       "Which files a run writes in addition to NAME.png, NAME_pings.csv and manifest.json.",
+       output_keys()},
   };
   return sections;
 }
@@ -520,44 +553,45 @@ const std::vector<Section<Scene>>& scene_sections() {
 const Section<ObjectOptions>& object_section() {
   static const Section<ObjectOptions> section = {
       "objects",
-      "A thing on the seabed, or over it; as many as wanted. It is a mesh or a shape, and stands where it "
-      "first touches. With `count` it is many, at random places.",
+      "An object on the seabed, or over it; any number of them. It is a mesh or a shape, and "
+      "stands where it first touches the bed. With `count` there are many, at random places.",
       {
           {"mesh", "", {},
            "Its mesh (PLY, OBJ, STL, OFF) with z up: a path under the scene's folder, or data:path "
            "under the data folder.",
            at(&ObjectOptions::mesh)},
-          {"shape", "", {}, "Or a shape by its name; the list below tells its sizes.",
+          {"shape", "", {}, "Or a shape by its name; the list below has its sizes.",
            at(&ObjectOptions::shape), shape_names()},
           {"length_m", "m", {0.001, 1000}, "A shape's size along its heading.",
            at(&ObjectOptions::size, &ShapeSize::length_m)},
-          {"width_m", "m", {0.001, 1000}, "Across it.",
+          {"width_m", "m", {0.001, 1000}, "Its size across the heading.",
            at(&ObjectOptions::size, &ShapeSize::width_m)},
-          {"tall_m", "m", {0.001, 1000}, "From its lowest place to its highest.",
+          {"tall_m", "m", {0.001, 1000}, "From its lowest point to its highest.",
            at(&ObjectOptions::size, &ShapeSize::shape_height_m)},
-          {"diameter_m", "m", {0.001, 1000}, "Of a round shape.",
+          {"diameter_m", "m", {0.001, 1000}, "Diameter of a round shape.",
            at(&ObjectOptions::size, &ShapeSize::diameter_m)},
-          {"top_diameter_m", "m", {0.001, 1000}, "Of a cone's upper end.",
+          {"top_diameter_m", "m", {0.001, 1000}, "Diameter of a cone's upper end.",
            at(&ObjectOptions::size, &ShapeSize::top_diameter_m)},
           {"rod_m", "m", {0.001, 10}, "Thickness of a shape's bars, links or twine.",
            at(&ObjectOptions::size, &ShapeSize::rod_m)},
           {"facet_m", "m", {0.001, 100},
-           "Edge of a round shape's facets, of a line's pieces too; unset: a 48th of its girth, or less for a "
-           "material with a narrow lobe.",
+           "Edge of a round shape's facets, and of a line's pieces; unset: a 48th of its "
+           "circumference, or less for a material with a narrow lobe.",
            at(&ObjectOptions::size, &ShapeSize::facet_m)},
           {"class", "", {}, "What it is called in the labels.", at(&ObjectOptions::class_name)},
           {"material", "", {}, "What it is made of: steel, wood, rock ..., or a [material.NAME].",
            at(&ObjectOptions::material)},
-          {"east_m", "m", {-1e6, 1e6}, "Its middle, east of the seabed's; its path's points count from here.",
+          {"east_m", "m", {-1e6, 1e6},
+           "Its middle, east of the seabed's; the points of its path are relative to it.",
            at(&ObjectOptions::east_m)},
           {"north_m", "m", {-1e6, 1e6}, "Its middle, north of the seabed's.",
            at(&ObjectOptions::north_m)},
           {"height_m", "m", {-1000, 11000},
-           "Between it and the bed where they come nearest: 0 stands, more floats, less is sunk in.",
+           "Smallest distance between it and the bed: 0 stands, more floats, less is sunk in.",
            at(&ObjectOptions::height_m)},
           {"burial", "", {0, 1}, "Share of its height that is sunk in, instead of height_m.",
            at(&ObjectOptions::burial)},
-          {"follow_slope", "", {}, "Whether it leans with the bed below it.",
+          {"follow_slope", "", {}, "Whether it is tilted as the bed below it.",
            at(&ObjectOptions::follow_slope)},
           {"heading_deg", "degrees", {-360, 360},
            "Turns the mesh's y axis from north, clockwise seen from above.",
@@ -566,34 +600,40 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::pitch_rad)},
           {"roll_deg", "degrees", {-180, 180}, "Then lowers its x side.",
            at(&ObjectOptions::roll_rad)},
-          {"scale", "", {1e-6, 1e6}, "Metres a unit of the file; of a shape times its sizes, of a path its points.",
+          {"scale", "", {1e-6, 1e6},
+           "Metres per unit of the file; a factor for the sizes of a shape and the points of a "
+           "path.",
            at(&ObjectOptions::scale)},
           {"weld_m", "m", {-1, 1000},
-           "Vertices this close become one; 0: only equal ones, less: none.",
+           "Vertices this close are joined; 0: only equal ones; negative: none.",
            at(&ObjectOptions::weld_tolerance_m)},
           {"path", "m", {-1e6, 1e6}, "Where a pipeline, cable, rope or chain lies.",
            at(&ObjectOptions::path)},
-          {"path_file", "", {}, "The same from CSV with the header row east_m,north_m.",
+          {"path_file", "", {}, "The path from a CSV file with the header row east_m,north_m.",
            at(&ObjectOptions::path_file)},
           {"sag_radius_m", "m", {0.01, 1e6},
-           "Its tension over its weight a metre in water: free spans of s m sag by s^2 / 8 of it; unset: "
-           "1000 for a pipeline, 50 for a cable, 3 for a rope or chain.",
+           "Its tension over its weight in water per metre: a free span of s m sags by s^2 / 8 "
+           "over this; unset: 1000 for a pipeline, 50 for a cable, 3 for a rope or chain.",
            at(&ObjectOptions::sag_radius_m)},
-          {"count", "", {0, 65534}, "That many at random places, clear of all others; 0: one, at its place.",
+          {"count", "", {0, max_labels - 1},
+           "Number of copies at random places, clear of all other objects; 0: one, at its place.",
            at(&ObjectOptions::count)},
           {"area", "m", {-1e6, 1e6}, "The polygon they lie in.", at(&ObjectOptions::area)},
           {"area_radius_m", "m", {0, 1e6},
-           "Or the disc about east_m and north_m; with neither they lie all over the seabed.",
+           "Or the radius of a disc about east_m and north_m; with neither they lie all over the "
+           "seabed.",
            at(&ObjectOptions::area_radius_m)},
-          {"margin_m", "m", {0, 1e5}, "They keep this far from its border.",
+          {"margin_m", "m", {0, 1e5}, "Their distance from its border is at least this.",
            at(&ObjectOptions::margin_m)},
           {"gap_m", "m", {-1e3, 1e5},
-           "And from one another and all other objects; less than 0 lets them overlap, as in a heap.",
+           "Their distance from each other and from all other objects is at least this; negative: "
+           "they may overlap, as in a heap.",
            at(&ObjectOptions::gap_m)},
           {"heading_spread_deg", "degrees", {0, 180},
-           "Their headings lie evenly this far to either side of heading_deg.",
+           "Their headings are uniform within this of heading_deg, to either side.",
            at(&ObjectOptions::heading_spread_rad)},
-          {"scale_min", "", {1e-3, 1e3}, "Their sizes lie evenly between this and scale_max, times scale.",
+          {"scale_min", "", {1e-3, 1e3},
+           "Their sizes are uniform between this and scale_max, times scale.",
            at(&ObjectOptions::scale_min)},
           {"scale_max", "", {1e-3, 1e3}, "See scale_min.", at(&ObjectOptions::scale_max)},
       }};
@@ -601,32 +641,34 @@ const Section<ObjectOptions>& object_section() {
 }
 
 const Section<Material>& material_section() {
+  static const std::string model_help = material_model_help();
   static const Section<Material> section = {
       "material.NAME",
-      "A material of the scene's own: a known one, and what differs. NAME (letters, digits, _ and -) is "
-      "what seafloor.material and the objects' call it by.",
+      "A material that the scene defines: a known one, and what differs from it. seafloor.material "
+      "and the objects' material refer to it by NAME (letters, digits, _ and -).",
       {
           {"model", "", {},
-           "tr9407: APL-UW's for sediments; small-slope: its successor, for them too; lambert; solid.",
-           at(&Material::model), {"tr9407", "small-slope", "lambert", "solid"}},
+           model_help, at(&Material::model), material_model_names()},
           {"like", "", {},
-           "The sediment (`ensonify sediments` lists them) or solid (steel, aluminium, concrete, stone, "
-           "wood, glass fibre, rubber) to start from.",
+           "The sediment (`ensonify sediments` lists them) or solid (steel, aluminium, concrete, "
+           "stone, wood, glass fibre, rubber) that it starts from.",
            at(&Material::like)},
-          {"mean_grain_size_phi", "phi", {-1, 9}, "The sediment of that mean grain size instead.",
+          {"mean_grain_size_phi", "phi", {-1, 9},
+           "Mean grain size: it starts from the sediment of that size instead.",
            at(&Material::mean_grain_size_phi)},
           {"density_ratio", "", {1, 3}, "A sediment's density over the water's.",
            at(&Material::density_ratio)},
           {"sound_speed_ratio", "", {0.8, 3}, "Its sound speed over the water's.",
            at(&Material::sound_speed_ratio)},
-          {"loss", "", {0, 0.1}, "Imaginary over real part of its wavenumber.", at(&Material::loss)},
+          {"loss", "", {0, 0.1}, "Imaginary over real part of its wavenumber.",
+           at(&Material::loss)},
           {"volume", "", {0, 1}, "Its volume scattering cross-section over attenuation.",
            at(&Material::volume)},
           {"exponent", "", {2.001, 3.999}, "Exponent of its relief's spectrum.",
            at(&Material::exponent)},
           {"strength_cm4", "cm^4", {0, 1}, "Strength of its relief's spectrum.",
            at(&Material::strength_cm4)},
-          {"strength_offset_db", "dB", {-100, 100}, "Added to its scattering strength.",
+          {"strength_offset_db", "dB", {-100, 100}, "Added to its backscattering strength.",
            at(&Material::strength_offset_db)},
           {"lambert_mu_db", "dB", {-100, -5}, "For lambert: 10 log10(mu).",
            at(&Material::lambert_mu_db)},
@@ -634,7 +676,8 @@ const Section<Material>& material_section() {
            at(&Material::diffuse_db)},
           {"specular", "", {0, 1}, "Share of the energy that a solid reflects.",
            at(&Material::specular)},
-          {"lobe_width_deg", "degrees", {0.001, 45}, "Rms lean of its facets: the lobe's half width.",
+          {"lobe_width_deg", "degrees", {0.001, 45},
+           "Rms tilt of its facets: half the width of the lobe.",
            at(&Material::lobe_width_rad)},
       }};
   return section;
@@ -642,34 +685,33 @@ const Section<Material>& material_section() {
 
 // clang-format on
 
-template <class Owner>
-std::string expectation(const Key<Owner>& key) {
-  if (!key.choices.empty())
-    return fmt::format("{}{}", key.choices.size() > 1 ? "one of " : "",
-                       fmt::join(key.choices, ", "));
-  Owner owner;
-  const Option option = key.option(owner);
-  if (std::holds_alternative<bool*>(option)) return "true or false";
-  if (std::holds_alternative<InputFile*>(option)) return "a path";
-  if (std::holds_alternative<std::vector<std::string>*>(option)) return "strings [\"...\", ...]";
-  if (std::holds_alternative<std::string*>(option)) return "a name";
-  const std::string_view space = key.unit.empty() ? "" : " ";
-  if (std::holds_alternative<std::vector<Eigen::Vector2d>*>(option))
-    return fmt::format("points [[east, north], ...], each number from {} to {}{}{}", key.range.low,
-                       key.range.high, space, key.unit);
-  if (std::holds_alternative<std::uint64_t*>(option) || std::holds_alternative<int*>(option) ||
-      std::holds_alternative<std::optional<std::uint64_t>*>(option))
-    return fmt::format("a whole number from {:.0f} to {}", key.range.low,
-                       key.range.high == largest_seed
+std::string expectation(std::string_view unit, const Range& range,
+                        std::span<const std::string_view> choices, const ConstOption& option) {
+  if (!choices.empty())
+    return fmt::format("{}{}", choices.size() > 1 ? "one of " : "", fmt::join(choices, ", "));
+  if (std::holds_alternative<const bool*>(option)) return "true or false";
+  if (std::holds_alternative<const InputFile*>(option)) return "a path";
+  if (std::holds_alternative<const std::vector<std::string>*>(option))
+    return "strings [\"...\", ...]";
+  if (std::holds_alternative<const std::string*>(option)) return "a name";
+  const std::string_view space = unit.empty() ? "" : " ";
+  if (std::holds_alternative<const std::vector<Eigen::Vector2d>*>(option))
+    return fmt::format("points [[east, north], ...], each number from {} to {}{}{}", range.low,
+                       range.high, space, unit);
+  if (std::holds_alternative<const std::uint64_t*>(option) ||
+      std::holds_alternative<const int*>(option) ||
+      std::holds_alternative<const std::optional<std::uint64_t>*>(option))
+    return fmt::format("a whole number from {:.0f} to {}", range.low,
+                       range.high == largest_seed
                            ? std::to_string(std::numeric_limits<std::int64_t>::max())
-                           : fmt::format("{:.0f}", key.range.high));
-  return fmt::format("a number from {} to {}{}{}", key.range.low, key.range.high, space, key.unit);
+                           : fmt::format("{:.0f}", range.high));
+  return fmt::format("a number from {} to {}{}{}", range.low, range.high, space, unit);
 }
 
-template <class Owner>
-std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
+std::optional<std::string> option_text(const ConstOption& option, bool in_degrees,
+                                       std::span<const std::string_view> choices) {
   const auto number = [&](double value) {
-    return key.in_degrees() ? degrees_text(value) : number_text(value);
+    return in_degrees ? degrees_text(value) : number_text(value);
   };
   return std::visit(
       [&](const auto* value) -> std::optional<std::string> {
@@ -681,8 +723,7 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
         else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>)
           return *value ? std::optional(fmt::format("{}", **value)) : std::nullopt;
         else if constexpr (std::is_same_v<T, std::string>)
-          return value->empty() && !has_text_by_default(key) ? std::nullopt
-                                                             : std::optional(toml_string(*value));
+          return value->empty() ? std::nullopt : std::optional(toml_string(*value));
         else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
           return value->empty() ? std::nullopt : std::optional(points_text(*value));
         else if constexpr (std::is_same_v<T, std::vector<std::string>>)
@@ -690,58 +731,11 @@ std::optional<std::string> option_text(const Key<Owner>& key, Owner& owner) {
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name.empty() ? std::nullopt : std::optional(toml_string(value->name));
         else if constexpr (std::is_enum_v<T>)
-          return toml_string(key.choices[static_cast<std::size_t>(*value)]);
+          return toml_string(choices[static_cast<std::size_t>(*value)]);
         else
           return fmt::format("{}", *value);
       },
-      key.option(owner));
-}
-
-template std::string expectation(const Key<Scene>&);
-template std::string expectation(const Key<ObjectOptions>&);
-template std::string expectation(const Key<Patch>&);
-template std::string expectation(const Key<ReliefLayer<FractalRelief>>&);
-template std::string expectation(const Key<ReliefLayer<Bedforms>>&);
-template std::string expectation(const Key<ReliefLayer<TrawlMarks>>&);
-template std::string expectation(const Key<ReliefLayer<PitRelief>>&);
-template std::string expectation(const Key<ReliefLayer<OutcropRelief>>&);
-template std::string expectation(const Key<ReliefLayer<BoulderField>>&);
-template std::string expectation(const Key<Material>&);
-template std::string expectation(const Key<Sonar>&);
-template std::string expectation(const Key<DatasetOptions>&);
-template std::optional<std::string> option_text(const Key<Scene>&, Scene&);
-template std::optional<std::string> option_text(const Key<ObjectOptions>&, ObjectOptions&);
-template std::optional<std::string> option_text(const Key<Patch>&, Patch&);
-template std::optional<std::string> option_text(const Key<ReliefLayer<FractalRelief>>&,
-                                                ReliefLayer<FractalRelief>&);
-template std::optional<std::string> option_text(const Key<ReliefLayer<Bedforms>>&,
-                                                ReliefLayer<Bedforms>&);
-template std::optional<std::string> option_text(const Key<ReliefLayer<TrawlMarks>>&,
-                                                ReliefLayer<TrawlMarks>&);
-template std::optional<std::string> option_text(const Key<ReliefLayer<PitRelief>>&,
-                                                ReliefLayer<PitRelief>&);
-template std::optional<std::string> option_text(const Key<ReliefLayer<OutcropRelief>>&,
-                                                ReliefLayer<OutcropRelief>&);
-template std::optional<std::string> option_text(const Key<ReliefLayer<BoulderField>>&,
-                                                ReliefLayer<BoulderField>&);
-template std::optional<std::string> option_text(const Key<Material>&, Material&);
-template std::optional<std::string> option_text(const Key<Sonar>&, Sonar&);
-template std::optional<std::string> option_text(const Key<DatasetOptions>&, DatasetOptions&);
-
-void for_each_file(Scene& scene, const std::function<void(std::string_view, InputFile&)>& f) {
-  const auto visit = [&](const auto& section, std::string_view name, auto& owner) {
-    for (const auto& key : section.keys) {
-      const Option option = key.option(owner);
-      if (InputFile* const* file = std::get_if<InputFile*>(&option))
-        f(fmt::format("{}.{}", name, key.name), **file);
-    }
-  };
-  for (const auto& section : scene_sections()) visit(section, section.name, scene);
-  for (Sonar& sonar : scene.sonars) visit(sonar_section(), "sonar." + sonar.name, sonar);
-  for_each_list(scene, [&](const auto& section, auto& list) {
-    for (std::size_t i = 0; i < list.size(); ++i)
-      visit(section, fmt::format("{}.{}", section.name, i), list[i]);
-  });
+      option);
 }
 
 std::string toml_string(std::string_view text) {

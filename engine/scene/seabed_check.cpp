@@ -18,8 +18,7 @@ using Eigen::Vector2d;
 /// Calls f(layer, its name) for each patch and each layer of relief.
 template <class F>
 void for_each_layer(const Scene& scene, F f) {
-  Scene copy = scene;  // the lists are visited for change
-  for_each_list(copy, [&](const auto& section, auto& list) {
+  for_each_list(scene, [&](const auto& section, const auto& list) {
     if constexpr (requires { list.front().area.on; })
       for (std::size_t i = 0; i < list.size(); ++i)
         f(list[i], fmt::format("{}.{}", section.name, i));

@@ -134,7 +134,7 @@ class TrackBuilder {
   }
 
   /// A first-order servo on the altitude, whose climb is limited; straight from ping to ping. Over
-  /// a hole it goes by the last bed there was, before the first one by that.
+  /// a hole it follows the last known bed, before the first known bed that one.
   void follow_bed() {
     std::vector<Pose>& poses = flight_.poses;
     double bed_m = *std::ranges::find_if(bed_m_, [](double z) { return !std::isnan(z); });
@@ -186,7 +186,7 @@ class TrackBuilder {
   const TrackOptions& track_;
   const Ground& ground_;
   Motion motion_;
-  double interval_s_ = 0.0;  // 0: a ping a row
+  double interval_s_ = 0.0;  // 0: one ping per row
   std::optional<RecordedTrack> recorded_;
   std::vector<double> bed_m_;  // heights below the pings; NaN over a hole
   TrackPoses flight_;

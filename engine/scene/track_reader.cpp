@@ -171,8 +171,8 @@ class TrackReader {
       };
     if (frame_.has_world)
       fail(
-          "lat_deg and lon_deg cannot be put onto this seabed, whose file does not say that its "
-          "metres are of a UTM zone (on WGS 84 or near it): give easting_m,northing_m, or the "
+          "lat_deg and lon_deg cannot be put onto this seabed, whose file gives no UTM zone for "
+          "its metres (on WGS 84 or near it): give easting_m,northing_m, or the "
           "place of the seabed's middle as track.origin_lat_deg and track.origin_lon_deg");
     const auto middle_rad = [](const std::vector<double>& values) {
       const auto [low, high] = std::ranges::minmax(values);

@@ -37,7 +37,7 @@ bool may_be(const Key<Owner>& key, const T& value) {
 }
 
 template <class Owner>
-void check_keys(const Section<Owner>& section, const std::string& name, Owner& owner) {
+void check_keys(const Section<Owner>& section, const std::string& name, const Owner& owner) {
   for (const Key<Owner>& key : section.keys) {
     if (std::visit([&](const auto* value) { return may_be(key, *value); }, key.option(owner)))
       continue;
@@ -50,21 +50,17 @@ void check_keys(const Section<Owner>& section, const std::string& name, Owner& o
 }  // namespace
 
 void check_values(const Scene& scene) {
-  Scene copy = scene;
   for (const Section<Scene>& section : scene_sections())
-    check_keys(section, std::string(section.name), copy);
-  for_each_list(copy, [](const auto& section, auto& list) {
+    check_keys(section, std::string(section.name), scene);
+  for_each_list(scene, [](const auto& section, const auto& list) {
     for (std::size_t i = 0; i < list.size(); ++i)
       check_keys(section, fmt::format("{}.{}", section.name, i), list[i]);
   });
-  for (Material& material : copy.materials)
+  for (const Material& material : scene.materials)
     check_keys(material_section(), "material." + material.name, material);
-  if (copy.sonars.empty()) throw SceneError("the scene: there is no sonar, expected one or more");
-  for (Sonar& sonar : copy.sonars) check_keys(sonar_section(), "sonar." + sonar.name, sonar);
-  for_each_file(copy, [](std::string_view, InputFile& file) {
-    if (file.name.empty()) file.name = file.path.string();
-  });
-  check_scene(copy, [](std::string_view) { return "the scene"; });
+  if (scene.sonars.empty()) throw SceneError("the scene: there is no sonar, expected one or more");
+  for (const Sonar& sonar : scene.sonars) check_keys(sonar_section(), "sonar." + sonar.name, sonar);
+  check_scene(scene, [](std::string_view) { return "the scene"; });
 }
 
 }  // namespace ensonify::engine

@@ -14,6 +14,8 @@ namespace {
 
 using scatter::Sediment, scatter::Solid;
 
+constexpr std::string_view solid = "solid", lambert = "lambert";
+
 /// What covers a bed, by Lambert's law. Dense Posidonia has -23 dB, nearly the same at all angles
 /// and frequencies (Lyons and Pouliquen 1998); this value gives -23 dB at 23 degrees. Shells: a
 /// typical value.
@@ -42,18 +44,26 @@ Sediment parameters_of(const Material& material) {
 }
 
 Solid solid_of(const Material& material) {
-  Solid solid = scatter::solid_named(material.like);
-  solid.diffuse_db = material.diffuse_db.value_or(solid.diffuse_db);
-  solid.specular = material.specular.value_or(solid.specular);
-  solid.lobe_width_rad = material.lobe_width_rad.value_or(solid.lobe_width_rad);
-  return solid;
+  Solid known = scatter::solid_named(material.like);
+  known.diffuse_db = material.diffuse_db.value_or(known.diffuse_db);
+  known.specular = material.specular.value_or(known.specular);
+  known.lobe_width_rad = material.lobe_width_rad.value_or(known.lobe_width_rad);
+  return known;
 }
 
 bool is_sediment(const Material& material) {
-  return material.model == MaterialModel::tr9407 || material.model == MaterialModel::small_slope;
+  return material.model != solid && scatter::bottom_model_kind(material.model).by_sediment;
 }
 
 }  // namespace
+
+std::vector<MaterialModel> material_models() {
+  std::vector<MaterialModel> models;
+  for (const scatter::BottomModelKind& kind : scatter::bottom_model_kinds())
+    models.push_back({kind.name, kind.help});
+  models.push_back({solid, "a solid: a diffuse part and a specular lobe"});
+  return models;
+}
 
 Material material_named(std::string_view name, std::span<const Material> own) {
   const auto found = std::ranges::find(own, name, &Material::name);
@@ -61,11 +71,11 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   Material known{.name = std::string(name), .like = std::string(name)};
   const std::vector<scatter::NamedSolid> solids = scatter::named_solids();
   if (std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end()) {
-    known.model = MaterialModel::solid;
+    known.model = solid;
     return known;
   }
   if (const auto cover = std::ranges::find(covers, name, &Cover::name); cover != covers.end()) {
-    known.model = MaterialModel::lambert;
+    known.model = lambert;
     known.lambert_mu_db = cover->mu_db;
     return known;
   }
@@ -73,7 +83,8 @@ Material material_named(std::string_view name, std::span<const Material> own) {
     scatter::sediment_named(name);
   } catch (const std::invalid_argument& unknown) {
     std::string solid_names;
-    for (const scatter::NamedSolid& solid : solids) solid_names += fmt::format(", {}", solid.name);
+    for (const scatter::NamedSolid& known_solid : solids)
+      solid_names += fmt::format(", {}", known_solid.name);
     throw std::invalid_argument(fmt::format(
         "{}; covers are seagrass, shells; solids are{}; or describe it in a table [material.{}]",
         unknown.what(), solid_names.substr(1), name));
@@ -84,17 +95,13 @@ Material material_named(std::string_view name, std::span<const Material> own) {
 std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, double frequency_hz,
                                                      double sound_speed_mps,
                                                      double relief_spacing_m) {
-  if (material.model == MaterialModel::lambert)
-    return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
-  if (material.model == MaterialModel::solid)
-    return std::make_unique<scatter::SolidTarget>(solid_of(material));
+  if (material.model == lambert) return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
+  if (material.model == solid) return std::make_unique<scatter::SolidTarget>(solid_of(material));
   const Sediment sediment = parameters_of(material);
   const double k_per_cm =
       scatter::relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps);
   return std::make_unique<scatter::Bottom>(
-      sediment, frequency_hz, sound_speed_mps,
-      material.model == MaterialModel::tr9407 ? scatter::BottomModel::tr9407
-                                              : scatter::BottomModel::small_slope,
+      sediment, frequency_hz, sound_speed_mps, material.model,
       relief_spacing_m > 0.0
           ? scatter::resolved_slope_fraction(sediment, k_per_cm, relief_spacing_m)
           : 0.0);
@@ -107,16 +114,16 @@ std::optional<Sediment> sediment_of(const Material& material) {
 
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own) {
   const auto is_its = [&](const auto& known) { return known.name == name; };
-  std::optional<Solid> solid;
+  std::optional<Solid> of_name;
   if (const auto found = std::ranges::find_if(own, is_its); found != own.end()) {
-    if (found->model == MaterialModel::solid) solid = solid_of(*found);
+    if (found->model == solid) of_name = solid_of(*found);
   } else {
     const std::vector<scatter::NamedSolid> known = scatter::named_solids();
     if (const auto named = std::ranges::find_if(known, is_its); named != known.end())
-      solid = named->solid;
+      of_name = named->solid;
   }
-  if (!solid || !(solid->specular > 0.0)) return std::nullopt;
-  return solid->lobe_width_rad;
+  if (!of_name || !(of_name->specular > 0.0)) return std::nullopt;
+  return of_name->lobe_width_rad;
 }
 
 std::optional<std::string> validity_warning(const Material& material, double frequency_hz) {

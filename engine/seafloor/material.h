@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <ensonify/scatter/sediment.h>
 
@@ -14,16 +15,22 @@ class Backscatter;
 
 namespace ensonify::engine {
 
-enum class MaterialModel { tr9407, small_slope, lambert, solid };
+/// How a material can scatter: the bottom models (scatter::bottom_model_kinds()), of which lambert
+/// has the material's own mu, and solid.
+struct MaterialModel {
+  std::string_view name;
+  std::string_view help;
+};
+std::vector<MaterialModel> material_models();
 
 /// What the bed or an object is made of: a named sediment or solid, and the parameters that differ
 /// from it.
 struct Material {
   std::string name;
-  MaterialModel model = MaterialModel::tr9407;
+  std::string model = "tr9407";      ///< the name of one of material_models()
   std::string like = "medium sand";  ///< a named sediment; for `solid` a named solid
-  std::optional<double>
-      mean_grain_size_phi;  ///< instead of `like`: the sediment of this grain size
+  /// Instead of `like`: the sediment of this grain size.
+  std::optional<double> mean_grain_size_phi;
   std::optional<double> density_ratio, sound_speed_ratio, loss, volume, exponent, strength_cm4;
   double lambert_mu_db = -27.0;
   std::optional<double> diffuse_db, specular, lobe_width_rad;
@@ -37,8 +44,8 @@ Material material_named(std::string_view name, std::span<const Material> own);
 
 /// Its backscatter at one frequency. `relief_spacing_m` is the vertex spacing of a mesh that
 /// contains the sediment's own relief, whose slopes are then not counted twice; 0: the mesh does
-/// not contain it. Throws std::invalid_argument for an unknown name and for values outside their
-/// range.
+/// not contain it. Throws std::invalid_argument for an unknown name or model and for values
+/// outside their range.
 std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, double frequency_hz,
                                                      double sound_speed_mps,
                                                      double relief_spacing_m);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -9,6 +10,10 @@
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
+
+/// The number of labels, and of instances, that there can be: they have 16 bits, and label pictures
+/// ignore the last number. Number 0 means none.
+inline constexpr std::size_t max_labels = 65535;
 
 /// What a face belongs to; 0 means none.
 struct Label {

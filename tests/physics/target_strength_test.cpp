@@ -66,7 +66,7 @@ TEST_CASE("a sphere has the target strength a^2 / 4, however narrow its lobe, fr
     const scatter::Solid solid{
         .diffuse_db = -120.0, .specular = 0.5, .lobe_width_rad = lobe_deg * degree};
     ObjectOptions ball{.shape = "sphere", .material = "mirror"};
-    Material mirror{.name = "mirror", .model = MaterialModel::solid, .like = "steel"};
+    Material mirror{.name = "mirror", .model = "solid", .like = "steel"};
     mirror.lobe_width_rad = solid.lobe_width_rad;
     const refine::TriangleMesh mesh = mesh_of(ball, 1, {&mirror, 1});
     // At a short range the nearest point is nearer than the middle, and the sphere is relatively

@@ -7,6 +7,7 @@
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/kirchhoff.h>
+#include <ensonify/scatter/small_slope.h>
 
 using namespace ensonify::scatter;
 using std::numbers::pi;
@@ -81,7 +82,7 @@ TEST_CASE(
 TEST_CASE("the small-slope model is smooth from grazing to vertical") {
   for (const char* name : {"rough rock", "medium sand", "clay"})
     for (const double frequency_hz : {10e3, 1e6}) {
-      const Bottom bed(sediment_named(name), frequency_hz, 1500.0, BottomModel::small_slope);
+      const Bottom bed(sediment_named(name), frequency_hz, 1500.0, "small-slope");
       double before_db = 0.0;
       for (double degrees = 0.5; degrees <= 90.0; degrees += 0.1) {
         const double strength_db = to_db(bed.cross_section(degrees * pi / 180.0));

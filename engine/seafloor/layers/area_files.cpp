@@ -24,7 +24,7 @@ constexpr std::size_t max_points = 100000;  // of all outlines
   throw refine::MeshError(fmt::format("{}: {}", file.string(), what));
 }
 
-/// This thread's GDAL while a file is read: quiet, and without files beside it.
+/// Settings of this thread's GDAL while a file is read: no messages, no files next to it.
 class Quiet {
   CPLErrorHandlerPusher handler_{CPLQuietErrorHandler};
   CPLConfigOptionSetter no_sidecars_{"GDAL_PAM_ENABLED", "NO", false};

@@ -49,7 +49,7 @@ std::vector<std::uint16_t> number_features(const Heightfield& field, const Seabe
     if (taken + there > max_labels) {
       seafloor.warnings.push_back(fmt::format(
           "seafloor.{}: its {} features are more than the {} instance numbers that are left; the "
-          "truth has their class, but does not tell them apart",
+          "truth has their class, but no instances of them",
           layer, there, max_labels - std::min(taken, max_labels)));
       continue;
     }
@@ -80,9 +80,8 @@ void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objec
   const auto refuse_more = [&] {
     if (seafloor.labels.size() + objects > max_labels)
       throw std::invalid_argument(
-          fmt::format("the seabed's map has more than {} labels (a material and a class, of each "
-                      "feature apart) "
-                      "beside {} objects; take fewer features, patches or objects",
+          fmt::format("the seabed's map has more than {} labels (a material and a class, for each "
+                      "feature) with {} objects; use fewer features, patches or objects",
                       max_labels, objects));
   };
   for (const SeabedMap::Kind& kind : map.kinds) {

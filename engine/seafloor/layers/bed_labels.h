@@ -11,11 +11,8 @@
 
 namespace ensonify::engine {
 
-/// Labels have 16 bits, and number 65535 is what label pictures leave out.
-inline constexpr std::size_t max_labels = 65535;
-
-/// A name's number in a list, which it joins if it is new. 0 is nobody's, even if he is called
-/// "none".
+/// The index of a name in a list; a new name is appended. Index 0 is reserved and never returned,
+/// even for the name "none".
 std::uint16_t number_in(std::vector<std::string>& names, const std::string& name);
 
 /// Labels the faces of a bed, which is the field's tessellation: each as most of its corners are on

@@ -16,20 +16,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 void check(const Bedforms& relief, double cell_m) {
-  const auto require = [](bool holds, const char* what, double value) {
-    if (!holds) throw std::invalid_argument(fmt::format("crests: the {} is {}", what, value));
-  };
-  const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
-  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
-  require(positive(relief.wavelength_m), "wavelength in metres", relief.wavelength_m);
-  require(in(relief.height_m, 0.0, 1e4), "height in metres", relief.height_m);
-  require(std::isfinite(relief.across_crests_rad), "heading", relief.across_crests_rad);
-  require(in(relief.sharpness, 0.0, 1.0), "sharpness", relief.sharpness);
-  require(in(relief.asymmetry, 0.0, 0.95), "asymmetry", relief.asymmetry);
-  require(in(relief.bend_rad, 0.0, 1.0), "bend in radians", relief.bend_rad);
-  require(in(relief.drift_m, 0.0, 1e6), "drift in metres", relief.drift_m);
-  require(in(relief.height_spread, 0.0, 2.0), "spread of heights", relief.height_spread);
-  require(in(relief.forks, 0.0, 25.0), "number of forks", relief.forks);
+  check_relief(relief);
   if (!(cell_m <= 0.25 * relief.wavelength_m))
     throw std::invalid_argument(fmt::format(
         "crests: cells of {} m cannot carry a wavelength of {} m; use cells of at most {} m",
@@ -117,6 +104,40 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
                           forks.height(point) *
                           (crest_profile(turns, relief.sharpness, relief.asymmetry) - mean);
     }
+}
+
+const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
+  static const ReliefKind<Bedforms> kind{
+      .list = "crests",
+      .help =
+          "A layer of crests that bend, end and fork but do not fade: ripples (typically 0.1 to "
+          "1.5 m long and 0.05 to 0.17 as high), megaripples (0.6 to 10 m, 0.1 to 0.5 m high), "
+          "sand waves (50 to 500 m, 1 to 10 m high).",
+      .purpose = Purpose::crest_layer,
+      .add = &add_crests,
+      .values = {
+          {"wavelength_m", "m", 0.01, 10e3, "From crest to crest; four cells or more.",
+           &Bedforms::wavelength_m},
+          {"height_m", "m", 0, 100, "From trough to crest.", &Bedforms::height_m},
+          {"across_crests_deg", "degrees", -360, 360,
+           "Heading across the crests, clockwise from north; steep sides face that way.",
+           &Bedforms::across_crests_rad},
+          {"sharpness", "", 0, 1, "0: a cosine; 1: crests are edges between round troughs.",
+           &Bedforms::sharpness},
+          {"asymmetry", "", 0, 0.95, "0: both sides equal; towards 1: a steep lee side.",
+           &Bedforms::asymmetry},
+          {"bend_deg", "degrees", 0, 45,
+           "How much, rms, the crests turn; their spacing changes by the same share (in radians).",
+           &Bedforms::bend_rad},
+          {"drift_m", "m", 0, 1e6, "Distance over which bend and height change; 0: 20 wavelengths.",
+           &Bedforms::drift_m},
+          {"height_spread", "", 0, 2,
+           "How much, rms, the logarithm of the height changes over such distances.",
+           &Bedforms::height_spread},
+          {"forks", "", 0, 25, "How many crests begin and end in a square of 10 x 10 wavelengths.",
+           &Bedforms::forks},
+      }};
+  return kind;
 }
 
 }  // namespace ensonify::engine

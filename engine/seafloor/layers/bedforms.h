@@ -1,7 +1,6 @@
 #pragma once
 
-#include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/seafloor/layers/layer_draws.h>
+#include <ensonify/engine/seafloor/layers/relief_kind.h>
 
 namespace ensonify::engine {
 
@@ -25,6 +24,8 @@ struct Bedforms {
 /// Adds them, with a mean of zero over a wavelength. Throws std::invalid_argument for values that
 /// no crests have and cells longer than a quarter of the wavelength.
 void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws);
+
+const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 
 /// The profile over the phase in turns, trough to trough, between -1 and 1.
 double crest_profile(double turns, double sharpness, double asymmetry);

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace ensonify::engine {
 namespace {
@@ -14,22 +11,6 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double largest_of_median = 5.0;
 constexpr double tail_diameters = 6.0;
-
-void check(const BoulderField& boulders) {
-  const auto require = [](bool holds, const char* what, double value) {
-    if (!holds) throw std::invalid_argument(fmt::format("boulders: the {} is {}", what, value));
-  };
-  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
-  require(in(boulders.per_hectare, 0.0, 1e5), "number a hectare", boulders.per_hectare);
-  require(in(boulders.diameter_m, 1e-3, 1e3), "diameter in metres", boulders.diameter_m);
-  require(in(boulders.diameter_spread, 0.0, 2.0), "spread of diameters", boulders.diameter_spread);
-  require(in(boulders.height_ratio, 0.0, 3.0), "height over diameter", boulders.height_ratio);
-  require(in(boulders.scour_ratio, 0.0, 1.0), "scour over height", boulders.scour_ratio);
-  require(in(boulders.tail_ratio, 0.0, 1.0), "tail over height", boulders.tail_ratio);
-  const double cover = 1e-4 * boulders.per_hectare * boulders.diameter_m * boulders.diameter_m;
-  require(cover <= 10.0, "number of times that they would cover the bed", cover);
-  require(std::isfinite(boulders.current_rad), "current's heading", boulders.current_rad);
-}
 
 /// One stone: a rounded block with a leaning top, longer one way than the other.
 class Boulder {
@@ -69,7 +50,8 @@ class Boulder {
 
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked) {
-  check(boulders);
+  check_relief(boulders);
+  check_cover("boulders", boulders.per_hectare, boulders.diameter_m);
   std::vector<double> stones(field.z_m.size(), 0.0);
   const double down_x = std::sin(boulders.current_rad), down_y = std::cos(boulders.current_rad);
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
@@ -105,6 +87,34 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   for_each_scattered(field, 1e-4 * boulders.per_hectare,
                      tail_diameters * largest_of_median * boulders.diameter_m, draws, 1, set_down);
   for (std::size_t i = 0; i < stones.size(); ++i) field.z_m[i] += stones[i];
+}
+
+const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
+  static const ReliefKind<BoulderField> kind{
+      .list = "boulders",
+      .help =
+          "A layer of many boulders with moats and tails; give the seabed four cells or more "
+          "per boulder. A few with a hull's detail are [[objects]].",
+      .purpose = Purpose::boulder_layer,
+      .class_name = "boulder",
+      .material = "rock",
+      .add = &add_boulders,
+      .values = {
+          {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
+           &BoulderField::per_hectare},
+          {"diameter_m", "m", 0.001, 1000, "The median's.", &BoulderField::diameter_m},
+          {"diameter_spread", "", 0, 2, "Standard deviation of its logarithm.",
+           &BoulderField::diameter_spread},
+          {"height_ratio", "", 0, 3, "Height over the bed over the diameter, on average.",
+           &BoulderField::height_ratio},
+          {"scour_ratio", "", 0, 1, "Depth of the moat over the height.",
+           &BoulderField::scour_ratio},
+          {"tail_ratio", "", 0, 1, "Height of the tail over the height.",
+           &BoulderField::tail_ratio},
+          {"current_deg", "degrees", -360, 360,
+           "Heading that the current, and so the tails, go to.", &BoulderField::current_rad},
+      }};
+  return kind;
 }
 
 }  // namespace ensonify::engine

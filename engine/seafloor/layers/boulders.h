@@ -3,9 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/seafloor/layers/layer_draws.h>
-#include <ensonify/engine/seafloor/layers/pits.h>
+#include <ensonify/engine/seafloor/layers/relief_kind.h>
 
 namespace ensonify::engine {
 
@@ -26,5 +24,7 @@ struct BoulderField {
 /// boulders have.
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked);
+
+const ReliefKind<BoulderField>& kind_of(const BoulderField&);
 
 }  // namespace ensonify::engine

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-
-#include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/fractal.h>
 
@@ -12,17 +9,6 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double riser = 0.18;  // share of a bed's edge that is steep
-
-void check(const OutcropRelief& relief) {
-  const auto require = [](bool holds, const char* what, double value) {
-    if (!holds) throw std::invalid_argument(fmt::format("outcrops: the {} is {}", what, value));
-  };
-  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
-  require(in(relief.height_m, 0.0, 1e3), "height in metres", relief.height_m);
-  require(in(relief.ledge_m, 0.0, 1e3), "ledge in metres", relief.ledge_m);
-  require(in(relief.dip_rad, 0.0, 1.0), "dip in radians", relief.dip_rad);
-  require(std::isfinite(relief.dip_heading_rad), "dip's heading", relief.dip_heading_rad);
-}
 
 /// A staircase that keeps to v within a step: treads, and between them steep risers.
 double stairs(double v) {
@@ -35,7 +21,7 @@ double stairs(double v) {
 
 void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
                   std::span<const double> weight, std::span<std::uint32_t> marked) {
-  check(relief);
+  check_relief(relief);
   if (relief.height_m == 0.0) return;
   Heightfield rough = field;
   std::ranges::fill(rough.z_m, 0.0);
@@ -59,6 +45,34 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
       field.z_m[point] += rock;
       marked[point] = 1;
     }
+}
+
+const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
+  static const ReliefKind<OutcropRelief> kind{
+      .list = "outcrops",
+      .help =
+          "A layer of tilted beds of rock that stand out of the sediment in ledges. Over the "
+          "width border_m it rises from as far below the bed as it stands above it.",
+      .purpose = Purpose::outcrop_layer,
+      .class_name = "outcrop",
+      .material = "rock",
+      .area = {.share = 0.3, .border_m = 30.0},  // over which the rock rises
+      .add = &add_outcrops,
+      .values = {
+          {"height_m", "m", 0, 1000,
+           "How far the rock rises; at the area's border it is level with the bed.",
+           &OutcropRelief::height_m},
+          {"ledge_m", "m", 0, 1000, "Height of a ledge: a bed's thickness; 0: no ledges.",
+           &OutcropRelief::ledge_m},
+          {"dip_deg", "degrees", 0, 45, "How steeply the beds sink.", &OutcropRelief::dip_rad},
+          {"dip_heading_deg", "degrees", -360, 360,
+           "Direction in which they sink; ledges run across it.", &OutcropRelief::dip_heading_rad},
+          {"roughness_at_1m_m", "m", 0, 100,
+           "Rms height difference of points 1 m apart on the rock.",
+           &OutcropRelief::roughness_at_1m_m},
+          {"hurst", "", 0.01, 0.99, "Hurst exponent of that.", &OutcropRelief::hurst},
+      }};
+  return kind;
 }
 
 }  // namespace ensonify::engine

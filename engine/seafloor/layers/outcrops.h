@@ -3,8 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/seafloor/layers/layer_draws.h>
+#include <ensonify/engine/seafloor/layers/relief_kind.h>
 
 namespace ensonify::engine {
 
@@ -14,7 +13,7 @@ struct OutcropRelief {
   double height_m = 2.0;           ///< how far the rock rises where its area is whole
   double ledge_m = 0.5;            ///< thickness of a bed, so a step's height; 0: no ledges
   double dip_rad = 0.05;           ///< how steeply the beds sink
-  double dip_heading_rad = 0.0;    ///< whereto they sink
+  double dip_heading_rad = 0.0;    ///< the direction in which they sink
   double roughness_at_1m_m = 0.1;  ///< rms height difference of points 1 m apart on the rock
   double hurst = 0.7;              ///< H of that roughness
 };
@@ -24,5 +23,7 @@ struct OutcropRelief {
 /// `marked` to 1 where rock shows. Throws std::invalid_argument for values that no rock has.
 void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDraws& draws,
                   std::span<const double> weight, std::span<std::uint32_t> marked);
+
+const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&);
 
 }  // namespace ensonify::engine

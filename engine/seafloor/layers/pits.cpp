@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace ensonify::engine {
 namespace {
@@ -14,27 +11,12 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double largest_of_median = 3.5;
 
-void check(const PitRelief& relief) {
-  const auto require = [](bool holds, const char* what, double value) {
-    if (!holds) throw std::invalid_argument(fmt::format("pits: the {} is {}", what, value));
-  };
-  const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
-  require(in(relief.per_hectare, 0.0, 1e5), "number a hectare", relief.per_hectare);
-  require(in(relief.diameter_m, 1e-3, 1e4), "diameter in metres", relief.diameter_m);
-  require(in(relief.diameter_spread, 0.0, 2.0), "spread of diameters", relief.diameter_spread);
-  require(in(relief.depth_ratio, 0.0, 1.0), "depth over diameter", relief.depth_ratio);
-  require(in(relief.rim_ratio, 0.0, 1.0), "rim over depth", relief.rim_ratio);
-  require(in(relief.elongation, 1.0, 20.0), "elongation", relief.elongation);
-  const double cover = 1e-4 * relief.per_hectare * relief.diameter_m * relief.diameter_m;
-  require(cover <= 10.0, "number of times that they would cover the bed", cover);
-  require(std::isfinite(relief.heading_rad), "heading", relief.heading_rad);
-}
-
 }  // namespace
 
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
               const Allowed& allowed, std::span<std::uint32_t> marked) {
-  check(relief);
+  check_relief(relief);
+  check_cover("pits", relief.per_hectare, relief.diameter_m);
   std::vector<double> change(field.z_m.size(), 0.0);
   const double stretch = std::sqrt(relief.elongation);
   const double reach = 0.75 * stretch * largest_of_median * relief.diameter_m;
@@ -46,7 +28,7 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
     const double diameter_m =
         relief.diameter_m * std::min(largest_of_median, std::exp(relief.diameter_spread * normal));
     const double depth_m = relief.depth_ratio * diameter_m * (0.7 + 0.6 * u[4]);
-    // Round ones have an axis of their own.
+    // Round ones have a random axis.
     const double heading =
         relief.elongation > 1.0 ? relief.heading_rad + 0.3 * (u[5] - 0.5) : 2.0 * pi * u[5];
     const double along_x = std::sin(heading), along_y = std::cos(heading);
@@ -78,6 +60,29 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
   };
   for_each_scattered(field, 1e-4 * relief.per_hectare, reach, draws, 1, dig);
   for (std::size_t i = 0; i < change.size(); ++i) field.z_m[i] += change[i];
+}
+
+const ReliefKind<PitRelief>& kind_of(const PitRelief&) {
+  static const ReliefKind<PitRelief> kind{
+      .list = "pits",
+      .help = "A layer of scattered hollows: pockmarks, scours.",
+      .purpose = Purpose::pit_layer,
+      .class_name = "pockmark",
+      .add = &add_pits,
+      .values = {
+          {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",
+           &PitRelief::per_hectare},
+          {"diameter_m", "m", 0.001, 10e3, "The median's.", &PitRelief::diameter_m},
+          {"diameter_spread", "", 0, 2, "Standard deviation of its logarithm.",
+           &PitRelief::diameter_spread},
+          {"depth_ratio", "", 0, 1, "Depth over diameter; about 0.09 for pockmarks.",
+           &PitRelief::depth_ratio},
+          {"rim_ratio", "", 0, 1, "Height of the rim over the depth.", &PitRelief::rim_ratio},
+          {"elongation", "", 1, 20, "Length over width; scours are long.", &PitRelief::elongation},
+          {"heading_deg", "degrees", -360, 360,
+           "Of the long axis, from the steep end to the shallow one.", &PitRelief::heading_rad},
+      }};
+  return kind;
 }
 
 }  // namespace ensonify::engine

@@ -1,16 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 
-#include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/seafloor/layers/layer_draws.h>
+#include <ensonify/engine/seafloor/layers/relief_kind.h>
 
 namespace ensonify::engine {
-
-/// Whether a scattered feature may stand at a place.
-using Allowed = std::function<bool(double x_m, double y_m)>;
 
 /// Pockmarks, scours and other hollows, scattered without order. Pockmarks measure metres to
 /// hundreds of metres; in Belfast Bay they are on average 85 m wide and 7.6 m deep (Andrews and
@@ -30,5 +25,7 @@ struct PitRelief {
 /// that no pits have.
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
               const Allowed& allowed, std::span<std::uint32_t> marked);
+
+const ReliefKind<PitRelief>& kind_of(const PitRelief&);
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -11,7 +12,8 @@
 namespace ensonify::engine {
 namespace {
 
-using Marks = std::vector<std::uint32_t>;
+using Mask = std::vector<double>;          // of an area: 1 inside, 0 outside
+using Marks = std::vector<std::uint32_t>;  // number of the feature at each point, 0: none
 
 class LayerStack {
  public:
@@ -22,28 +24,28 @@ class LayerStack {
   }
   SeabedMap map() && { return std::move(map_); }
 
-  /// Calls lay(layer, mask, draws) for each layer of a list, and says whose fault an exception is.
-  template <class ReliefLayer, class Lay>
-  void each(const std::vector<ReliefLayer>& list, const char* name, Purpose purpose, Lay lay) {
+  /// Calls lay(layer, mask, draws) for each layer of a list. Exceptions begin with the layer's key.
+  template <class Layer, class Lay>
+  void each(const std::vector<Layer>& list, std::string_view name, Purpose purpose, Lay lay) {
     for (std::size_t i = 0; i < list.size(); ++i) {
       name_ = fmt::format("{}.{}", name, i);
       const Area& area = list[i].area;
       const LayerDraws draws{seed_, purpose,
                              area.number > 0 ? static_cast<std::uint64_t>(area.number) : i + 1};
-      const auto blamed = [&](const std::exception& error) {
+      const auto with_key = [&](const std::exception& error) {
         return fmt::format("seafloor.{}: {}", name_, error.what());
       };
       try {
         lay(list[i], area_mask(area, {base_, has_material_}, draws), draws);
       } catch (const std::invalid_argument& error) {
-        throw std::invalid_argument(blamed(error));
+        throw std::invalid_argument(with_key(error));
       } catch (const refine::MeshError& error) {
-        throw refine::MeshError(blamed(error));
+        throw refine::MeshError(with_key(error));
       }
     }
   }
 
-  void lay_patch(const Patch& patch, const std::vector<double>& mask) {
+  void lay_patch(const Patch& patch, const Mask& mask) {
     if (patch.rise_m != 0.0) {
       const std::vector<double> weight = softened(mask, field_, patch.area.border_m);
       for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += patch.rise_m * weight[i];
@@ -51,53 +53,77 @@ class LayerStack {
     paint(patch.material, patch.class_name, [&](std::size_t i) { return mask[i] > 0.0; });
   }
 
-  /// A layer that fades out at the area's border.
-  template <class Relief, class Add>
-  Marks lay(const ReliefLayer<Relief>& layer, const std::vector<double>& mask, Add add) {
-    Heightfield relief = level();
-    Marks marked(relief.z_m.size(), 0);
-    add(relief, marked);
-    const std::vector<double> weight = softened(mask, field_, layer.area.border_m);
-    for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
-    for (std::size_t i = 0; i < weight.size(); ++i)
-      if (!(weight[i] > 0.5)) marked[i] = 0;
+  template <class Relief>
+  void lay_relief(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws) {
+    const ReliefKind<Relief>& kind = kind_of(layer.relief);
+    const Marks marked =
+        std::visit([&](auto add) { return lay(layer, mask, draws, add); }, kind.add);
     paint(layer, [&](std::size_t i) { return marked[i] != 0; });
-    return marked;
+    if (kind.has_instances()) assign_instances(layer, marked);
   }
 
-  /// A layer of things that stand whole where their middle is in the area.
-  template <class Relief, class Add>
-  Marks scatter(const ReliefLayer<Relief>& layer, const std::vector<double>& mask, Add add) {
+ private:
+  // Each lay() adds a layer to the heights and returns which points belong to which of its
+  // features.
+  template <class Relief>
+  Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
+            AddEverywhere<Relief> add) {
+    Heightfield relief = level();
+    add(relief, layer.relief, draws);
+    return lay_fading(layer, mask, relief, Marks(relief.z_m.size(), 1));
+  }
+  template <class Relief>
+  Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
+            AddMarked<Relief> add) {
+    Heightfield relief = level();
+    Marks marked(relief.z_m.size(), 0);
+    add(relief, layer.relief, draws, marked);
+    return lay_fading(layer, mask, relief, std::move(marked));
+  }
+  template <class Relief>
+  Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
+            AddScattered<Relief> add) {
     Heightfield relief = level();
     Marks marked(relief.z_m.size(), 0);
     const auto nearest = [](double place, double cell, int count) {
       return static_cast<int>(
           std::clamp(std::round(place / cell + 0.5 * (count - 1)), 0.0, count - 1.0));
     };
-    add(relief, marked, [&](double x_m, double y_m) {
+    const Allowed in_area = [&](double x_m, double y_m) {
       return mask[field_.index(nearest(x_m, field_.cell_east_m, field_.columns),
                                nearest(y_m, field_.cell_north_m, field_.rows))] > 0.0;
-    });
+    };
+    add(relief, layer.relief, draws, in_area, marked);
     for (std::size_t i = 0; i < relief.z_m.size(); ++i) field_.z_m[i] += relief.z_m[i];
-    paint(layer, [&](std::size_t i) { return marked[i] != 0; });
     return marked;
   }
-
-  void lay_outcrop(const ReliefLayer<OutcropRelief>& layer, const std::vector<double>& mask,
-                   const LayerDraws& draws) {
+  template <class Relief>
+  Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
+            AddRising<Relief> add) {
     Heightfield rock = level();
     Marks marked(rock.z_m.size(), 0);
-    add_outcrops(rock, layer.relief, draws, softened(mask, field_, layer.area.border_m), marked);
+    add(rock, layer.relief, draws, softened(mask, field_, layer.area.border_m), marked);
     for (std::size_t i = 0; i < marked.size(); ++i) {
       const double top_m = base_.z_m[i] + rock.z_m[i];
       marked[i] = marked[i] != 0 && top_m > field_.z_m[i];
       if (marked[i] != 0) field_.z_m[i] = top_m;
       if (marked[i] != 0 && !map_.point_feature.empty()) map_.point_feature[i] = 0;
     }
-    paint(layer, [&](std::size_t i) { return marked[i] != 0; });
+    return marked;
   }
 
-  /// Tells the things of the layer apart that was laid last, each marked by its number.
+  /// Relief that fades out at the area's border; marks beyond its middle are cleared.
+  template <class Relief>
+  Marks lay_fading(const ReliefLayer<Relief>& layer, const Mask& mask, const Heightfield& relief,
+                   Marks marked) {
+    const std::vector<double> weight = softened(mask, field_, layer.area.border_m);
+    for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
+    for (std::size_t i = 0; i < weight.size(); ++i)
+      if (!(weight[i] > 0.5)) marked[i] = 0;
+    return marked;
+  }
+
+  /// Numbers the features of the layer that was laid last, each marked by its number in the layer.
   template <class Relief>
   void assign_instances(const ReliefLayer<Relief>& layer, const Marks& marked) {
     if (layer.class_name.empty()) return;
@@ -108,7 +134,6 @@ class LayerStack {
       if (marked[i] != 0) map_.point_feature[i] = before + marked[i];
   }
 
- private:
   Heightfield level() const {
     Heightfield zero = field_;
     std::ranges::fill(zero.z_m, 0.0);
@@ -156,55 +181,27 @@ class LayerStack {
 
 }  // namespace
 
+bool SeabedOptions::empty() const {
+  bool all = patches.empty();
+  for_each_relief_list(*this, [&](const auto& list) { all = all && list.empty(); });
+  return all;
+}
+
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
                      std::uint64_t seed) {
   if (options.empty()) return {{{material, "seabed"}}, {}};
   LayerStack layers(field, material, seed);
   layers.each(options.patches, "patches", Purpose::seabed_patch,
-              [&](const Patch& patch, const auto& mask, const LayerDraws&) {
+              [&](const Patch& patch, const Mask& mask, const LayerDraws&) {
                 layers.lay_patch(patch, mask);
               });
-  layers.each(options.roughness, "roughness", Purpose::roughness_layer,
-              [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
-                  add_fractal(relief, layer.relief, draws.of(1));
-                  std::ranges::fill(marked, 1u);
+  for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    layers.each(list, kind.list, kind.purpose,
+                [&](const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws) {
+                  layers.lay_relief(layer, mask, draws);
                 });
-              });
-  layers.each(options.crests, "crests", Purpose::crest_layer,
-              [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
-                  add_crests(relief, layer.relief, draws);
-                  std::ranges::fill(marked, 1u);
-                });
-              });
-  layers.each(options.trawl_marks, "trawl_marks", Purpose::furrow_layer,
-              [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.assign_instances(
-                    layer, layers.lay(layer, mask, [&](Heightfield& relief, Marks& marked) {
-                      add_trawl_marks(relief, layer.relief, draws, marked);
-                    }));
-              });
-  layers.each(options.pits, "pits", Purpose::pit_layer,
-              [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.assign_instances(
-                    layer,
-                    layers.scatter(layer, mask, [&](auto& relief, auto& marked, auto allowed) {
-                      add_pits(relief, layer.relief, draws, allowed, marked);
-                    }));
-              });
-  layers.each(options.outcrops, "outcrops", Purpose::outcrop_layer,
-              [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.lay_outcrop(layer, mask, draws);
-              });
-  layers.each(options.boulders, "boulders", Purpose::boulder_layer,
-              [&](const auto& layer, const auto& mask, const LayerDraws& draws) {
-                layers.assign_instances(
-                    layer,
-                    layers.scatter(layer, mask, [&](auto& relief, auto& marked, auto allowed) {
-                      add_boulders(relief, layer.relief, draws, allowed, marked);
-                    }));
-              });
+  });
   return std::move(layers).map();
 }
 

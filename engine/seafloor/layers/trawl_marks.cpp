@@ -4,30 +4,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-
-#include <fmt/format.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-void check(const TrawlMarks& marks) {
-  const auto require = [](bool holds, const char* what, double value) {
-    if (!holds) throw std::invalid_argument(fmt::format("trawl marks: the {} is {}", what, value));
-  };
-  const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
-  require(marks.count >= 0, "count", marks.count);
-  require(marks.depth_m >= 0.0 && std::isfinite(marks.depth_m), "depth in metres", marks.depth_m);
-  require(positive(marks.width_m), "width in metres", marks.width_m);
-  require(positive(marks.door_spacing_m), "spacing in metres", marks.door_spacing_m);
-  require(std::isfinite(marks.heading_rad), "heading", marks.heading_rad);
-  require(marks.heading_spread_rad >= 0.0 && std::isfinite(marks.heading_spread_rad),
-          "heading's spread", marks.heading_spread_rad);
-  require(marks.wander_m >= 0.0 && std::isfinite(marks.wander_m), "wander in metres",
-          marks.wander_m);
-}
 
 /// A sum of waves over a way; of rms 1.
 struct Wander {
@@ -123,7 +104,7 @@ class Tow {
 
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
                      std::span<std::uint32_t> marked) {
-  check(marks);
+  check_relief(marks);
   for (int i = 0; i < marks.count; ++i) {
     const Tow tow(field, marks, draws, i);
     for (int row = 0; row < field.rows; ++row)
@@ -135,6 +116,32 @@ void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDra
           if (change.door != 0) marked[point] = 2 * static_cast<std::uint32_t>(i) + change.door;
         }
   }
+}
+
+const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&) {
+  static const ReliefKind<TrawlMarks> kind{
+      .list = "trawl_marks",
+      .help = "A layer of paired furrows with berms, left by the doors of otter trawls.",
+      .purpose = Purpose::furrow_layer,
+      .class_name = "trawl_mark",
+      .add = &add_trawl_marks,
+      .values = {
+          {"count", "", 0, 1000, "How many tows cross the seabed.", &TrawlMarks::count},
+          {"depth_m", "m", 0, 10,
+           "Of a fresh furrow: centimetres in sand, up to 0.4 m in mud; berms have 0.45 of it.",
+           &TrawlMarks::depth_m},
+          {"width_m", "m", 0.01, 100, "Of a furrow, between its berms; typically 0.2 to 2 m.",
+           &TrawlMarks::width_m},
+          {"door_spacing_m", "m", 0.1, 1000, "Between a pair's furrows; typically 20 to 120 m.",
+           &TrawlMarks::door_spacing_m},
+          {"heading_deg", "degrees", -360, 360,
+           "Heading of the tows; half of them go the opposite way.", &TrawlMarks::heading_rad},
+          {"heading_spread_deg", "degrees", 0, 180, "Its standard deviation.",
+           &TrawlMarks::heading_spread_rad},
+          {"wander_m", "m", 0, 1000, "How far, rms, a tow strays from a straight line.",
+           &TrawlMarks::wander_m},
+      }};
+  return kind;
 }
 
 }  // namespace ensonify::engine

@@ -3,8 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/engine/seafloor/layers/layer_draws.h>
+#include <ensonify/engine/seafloor/layers/relief_kind.h>
 
 namespace ensonify::engine {
 
@@ -26,5 +25,7 @@ struct TrawlMarks {
 /// and berms: each door's is a mark. Throws std::invalid_argument for values that no marks have.
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
                      std::span<std::uint32_t> marked);
+
+const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&);
 
 }  // namespace ensonify::engine

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
 namespace ensonify::engine {
@@ -24,6 +28,32 @@ enum class Artefact : std::uint32_t {
   crosstalk = 1024,
 };
 
+/// What the engine knows of an artefact. All are in the table of kind_of().
+struct ArtefactKind {
+  std::string_view name;  ///< in files
+  /// The first of the numbers that its random stream belongs to; no two artefacts have the same.
+  std::optional<std::uint64_t> stream = {};
+};
+constexpr ArtefactKind kind_of(Artefact artefact) {
+  switch (artefact) {
+    case Artefact::lost: return {"lost", 0};
+    case Artefact::repeated: return {"repeated", 1};
+    case Artefact::stale_navigation: return {"stale_navigation", 2};
+    case Artefact::interference: return {"interference"};  // begins by the shimmer's fourth number
+    case Artefact::gain_step: return {"gain_step", 5};
+    case Artefact::automatic_gain: return {"automatic_gain"};
+    case Artefact::fish: return {"fish", 3};
+    case Artefact::wake: return {"wake"};
+    case Artefact::shimmer: return {"shimmer", 4};
+    case Artefact::transmit_burst: return {"transmit_burst"};
+    case Artefact::crosstalk: return {"crosstalk"};
+  }
+  return {};
+}
+/// The random stream of an artefact that has one; (a, b) is what the numbers belong to in it.
+RandomStream artefact_stream(std::uint64_t seed, Artefact artefact, std::uint64_t a = 0,
+                             std::uint64_t b = 0);
+
 /// Those of a ping.
 struct Artefacts {
   std::uint32_t bits = 0;
@@ -31,7 +61,7 @@ struct Artefacts {
   void add(Artefact artefact) { bits |= static_cast<std::uint32_t>(artefact); }
   void add(Artefacts others) { bits |= others.bits; }
   bool has(Artefact artefact) const { return (bits & static_cast<std::uint32_t>(artefact)) != 0; }
-  /// Their names, as the enumerators are spelled, joined by '+'.
+  /// Their names, joined by '+'.
   std::string text() const;
 };
 
@@ -43,6 +73,12 @@ enum class Region : std::uint32_t {
   object = 3,
   shadow = 4
 };
+/// What users read, in the order of the numbers.
+inline constexpr std::array<std::string_view, 5> region_names{"no data", "water column", "seabed",
+                                                              "object", "shadow"};
+constexpr std::string_view name_of(Region region) {
+  return region_names[static_cast<std::size_t>(region)];
+}
 
 /// What is known of each range bin, one value a bin: of one side of one ping in an EchoLine, of all
 /// pings in a Waterfall. Names, units and meanings are those of the files.

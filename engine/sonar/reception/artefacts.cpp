@@ -3,28 +3,26 @@
 #include <array>
 #include <cmath>
 
-#include <ensonify/engine/random.h>
+#include <ensonify/engine/sonar/echo/echo.h>
 
 namespace ensonify::engine {
 namespace {
 
-// The first key of an artefact's random stream; disturbances.cpp and signal_chain.cpp have others.
-enum Of : std::uint64_t { of_lost = 0, of_repeated = 1, of_navigation = 2 };
-
-double draw(std::uint64_t seed, Of what, std::uint64_t number) {
+double draw(std::uint64_t seed, Artefact artefact, std::uint64_t number) {
   std::array<double, 1> random;
-  RandomStream(seed, Purpose::artefact, {what, number, 0}).uniform(random);
+  artefact_stream(seed, artefact, number).uniform(random);
   return random[0];
 }
 
 }  // namespace
 
 bool is_lost(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping) {
-  return options.lost > 0.0 && draw(seed, of_lost, ping) <= options.lost;
+  return options.lost > 0.0 && draw(seed, Artefact::lost, ping) <= options.lost;
 }
 
 bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64_t ping) {
-  return options.repeated > 0.0 && ping > 0 && draw(seed, of_repeated, ping) <= options.repeated;
+  return options.repeated > 0.0 && ping > 0 &&
+         draw(seed, Artefact::repeated, ping) <= options.repeated;
 }
 
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s) {
@@ -33,7 +31,8 @@ double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, doub
   // another.
   double since_s = t_s;
   for (double stretch = std::floor(t_s / options.stale_s);
-       draw(seed, of_navigation, static_cast<std::uint64_t>(static_cast<std::int64_t>(stretch))) <=
+       draw(seed, Artefact::stale_navigation,
+            static_cast<std::uint64_t>(static_cast<std::int64_t>(stretch))) <=
            options.stale_navigation &&
        t_s - since_s < 100.0 * options.stale_s;
        stretch -= 1.0)

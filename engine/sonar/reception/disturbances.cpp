@@ -8,16 +8,12 @@
 
 #include <Eigen/Geometry>
 
-#include <ensonify/engine/random.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
 using std::numbers::pi;
-
-// The first key of an artefact's random stream; artefacts.cpp has 0 to 2, signal_chain.cpp 5.
-enum Of : std::uint64_t { of_fish = 3, of_water = 4 };
 
 constexpr double fish_cell_m = 10.0;
 constexpr double fish_height_share = 0.25;  // height of a fish over its length
@@ -40,34 +36,27 @@ Disturbances::Disturbances(const ArtefactOptions& options, const EchoLaw& law, d
       interference_(options.interference_db ? noise * scatter::from_db(*options.interference_db)
                                             : 0.0),
       seed_(seed) {
-  RandomStream(seed, Purpose::artefact, {of_water, 0, 0}).uniform(phases_);
+  artefact_stream(seed, Artefact::shimmer).uniform(phases_);
   interference_begin_m_ = options.interference_range_m > 0.0
                               ? options.interference_range_m
                               : phases_[3] * law.bin_m() * static_cast<double>(law.bins());
-}
-
-bool Disturbances::any() const {
-  return options_.shimmer_db > 0.0 || options_.fish_per_hectare > 0.0 || options_.wake_db ||
-         interference_ > 0.0;
+  // One row per effect, in the order in which they are applied.
+  if (options.shimmer_db > 0.0) effects_.push_back(&Disturbances::shimmer);
+  if (options.fish_per_hectare > 0.0) effects_.push_back(&Disturbances::add_fish);
+  if (options.wake_db) effects_.push_back(&Disturbances::add_wake);
+  if (interference_ > 0.0) effects_.push_back(&Disturbances::add_interference);
 }
 
 void Disturbances::apply(const PingContext& context, Side side, std::span<float> gain,
                          std::span<float> power, Artefacts& artefacts) const {
-  if (options_.shimmer_db > 0.0) {
-    shimmer(context, gain);
-    artefacts.add(Artefact::shimmer);
-  }
-  if (options_.fish_per_hectare > 0.0) add_fish(context, side, gain, power, artefacts);
-  if (options_.wake_db) add_wake(context, side, power, artefacts);
-  if (interference_ > 0.0) {
-    add_interference(context, power);
-    artefacts.add(Artefact::interference);
-  }
+  for (const Effect effect : effects_) (this->*effect)(context, side, gain, power, artefacts);
 }
 
 // The sum of three waves of nearly the same length makes bands that come and go. The phase of each
 // wave advances by a constant from step to step.
-void Disturbances::shimmer(const PingContext& context, std::span<float> gain) const {
+void Disturbances::shimmer(const PingContext& context, Side, std::span<float> gain,
+                           std::span<float>, Artefacts& artefacts) const {
+  artefacts.add(Artefact::shimmer);
   std::array<std::complex<double>, 3> waves, turns;
   const double to_nepers = 0.1 * std::numbers::ln10 * options_.shimmer_db * std::sqrt(2.0 / 3.0);
   for (std::size_t i = 0; i < waves.size(); ++i) {
@@ -91,7 +80,9 @@ void Disturbances::shimmer(const PingContext& context, std::span<float> gain) co
   }
 }
 
-void Disturbances::add_interference(const PingContext& context, std::span<float> power) const {
+void Disturbances::add_interference(const PingContext& context, Side, std::span<float>,
+                                    std::span<float> power, Artefacts& artefacts) const {
+  artefacts.add(Artefact::interference);
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
   const double at_m = std::fmod(
       interference_begin_m_ + static_cast<double>(context.ping) * options_.interference_drift_m,
@@ -105,8 +96,8 @@ void Disturbances::add_interference(const PingContext& context, std::span<float>
 }
 
 // Bubbles at the surface along a ship's track.
-void Disturbances::add_wake(const PingContext& context, Side side, std::span<float> power,
-                            Artefacts& artefacts) const {
+void Disturbances::add_wake(const PingContext& context, Side side, std::span<float>,
+                            std::span<float> power, Artefacts& artefacts) const {
   const BeamPlane plane(context.array, side);
   const double depth_m = plane.slant_m(context.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
@@ -163,9 +154,8 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
       const Eigen::Vector2d middle{(static_cast<double>(i) + 0.5) * fish_cell_m,
                                    (static_cast<double>(j) + 0.5) * fish_cell_m};
       if (std::abs((middle - here).dot(Eigen::Vector2d(-out.y(), out.x()))) > fish_cell_m) continue;
-      const RandomStream stream(
-          seed_, Purpose::artefact,
-          {of_fish, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j)});
+      const RandomStream stream = artefact_stream(
+          seed_, Artefact::fish, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j));
       stream.uniform(std::span(random).first(1));
       const auto count = std::min(static_cast<std::size_t>(mean + 1.0 - random[0]), max_fish);
       if (count == 0) continue;
@@ -177,15 +167,15 @@ void Disturbances::add_fish(const PingContext& context, Side side, std::span<flo
                                     context.array.origin.z() - context.altitude_m + over_bed_m};
         const Eigen::Vector3d from_array = place - context.array.origin;
         if (from_array.head<2>().dot(out) > 0.0)
-          add_fish(context, side, from_array, over_bed_m, gain, power, artefacts);
+          add_one_fish(context, side, from_array, over_bed_m, gain, power, artefacts);
       }
     }
 }
 
-void Disturbances::add_fish(const PingContext& context, Side side,
-                            const Eigen::Vector3d& from_array, double over_bed_m,
-                            std::span<float> gain, std::span<float> power,
-                            Artefacts& artefacts) const {
+void Disturbances::add_one_fish(const PingContext& context, Side side,
+                                const Eigen::Vector3d& from_array, double over_bed_m,
+                                std::span<float> gain, std::span<float> power,
+                                Artefacts& artefacts) const {
   const double range_m = from_array.norm();
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
   if (bin >= power.size()) return;

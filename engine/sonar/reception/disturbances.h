@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include <ensonify/engine/sonar/reception/artefacts.h>
 #include <ensonify/engine/sonar/reception/other_paths.h>
@@ -17,23 +18,29 @@ class Disturbances {
   Disturbances(const ArtefactOptions& options, const EchoLaw& law, double noise,
                std::uint64_t seed);
 
-  /// Whether any of them is switched on.
-  bool any() const;
+  /// Whether none of them is switched on.
+  bool empty() const { return effects_.empty(); }
   /// Multiplies the gain of the direct echo in each bin, adds to the incoherent power in each bin,
   /// and adds to `artefacts` those that the ping has.
   void apply(const PingContext& context, Side side, std::span<float> gain, std::span<float> power,
              Artefacts& artefacts) const;
 
  private:
-  void add_interference(const PingContext& context, std::span<float> power) const;
-  void add_wake(const PingContext& context, Side side, std::span<float> power,
-                Artefacts& artefacts) const;
+  /// What apply() does for one artefact.
+  using Effect = void (Disturbances::*)(const PingContext& context, Side side,
+                                        std::span<float> gain, std::span<float> power,
+                                        Artefacts& artefacts) const;
+  void add_interference(const PingContext& context, Side side, std::span<float> gain,
+                        std::span<float> power, Artefacts& artefacts) const;
+  void add_wake(const PingContext& context, Side side, std::span<float> gain,
+                std::span<float> power, Artefacts& artefacts) const;
   void add_fish(const PingContext& context, Side side, std::span<float> gain,
                 std::span<float> power, Artefacts& artefacts) const;
-  void add_fish(const PingContext& context, Side side, const Eigen::Vector3d& from_array,
-                double over_bed_m, std::span<float> gain, std::span<float> power,
-                Artefacts& artefacts) const;
-  void shimmer(const PingContext& context, std::span<float> gain) const;
+  void add_one_fish(const PingContext& context, Side side, const Eigen::Vector3d& from_array,
+                    double over_bed_m, std::span<float> gain, std::span<float> power,
+                    Artefacts& artefacts) const;
+  void shimmer(const PingContext& context, Side side, std::span<float> gain, std::span<float> power,
+               Artefacts& artefacts) const;
 
   ArtefactOptions options_;
   const EchoLaw& law_;
@@ -41,6 +48,7 @@ class Disturbances {
   double interference_begin_m_;
   std::uint64_t seed_;
   std::array<double, 4> phases_;
+  std::vector<Effect> effects_;  // those that are on
 };
 
 }  // namespace ensonify::engine

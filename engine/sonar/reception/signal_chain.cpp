@@ -13,9 +13,8 @@ namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full scale
 constexpr double burst_over_full_scale_db = 30.0;
-constexpr int behind_gain = 1000;           // look number of the first noise after the gain
-constexpr std::size_t gain_bins = 8;        // that share a value of the automatic gain
-constexpr std::uint64_t of_gain_steps = 5;  // artefacts.cpp and disturbances.cpp have 0 to 4
+constexpr int behind_gain = 1000;     // look number of the first noise after the gain
+constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
 /// The echo of a level bed of unit strength, uPa^2.
 double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std::size_t bin) {
@@ -146,7 +145,7 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
   channel.power.assign(room, static_cast<float>(noise(line.side)));
   const std::span<float> power = std::span(channel.power).first(bins);
   other_paths_.add(context, line, direct, power, channel.sums);
-  if (disturbances_.any()) {
+  if (!disturbances_.empty()) {
     channel.gain.assign(bins, 1.0f);
     disturbances_.apply(context, line.side, channel.gain, power, line.artefacts);
     for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
@@ -257,8 +256,8 @@ float SignalChain::gain_step(const PingContext& context) const {
   const auto number = static_cast<std::int64_t>(std::floor(context.t_s / artefacts.gain_step_s));
   if (number == 0) return 1.0f;
   std::array<double, 1> random;
-  RandomStream(options_.seed, Purpose::artefact,
-               {of_gain_steps, options_.sonar_number, static_cast<std::uint64_t>(number)})
+  artefact_stream(options_.seed, Artefact::gain_step, options_.sonar_number,
+                  static_cast<std::uint64_t>(number))
       .normal(random);
   return static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
 }

@@ -234,7 +234,7 @@ TEST_CASE("renders draw the display anew and nothing else") {
   CHECK(sample.renders[2].gain_db != sample.renders[1].gain_db);
 }
 
-TEST_CASE("a recipe's faults are told with their place") {
+TEST_CASE("an error in a recipe names its place") {
   check_refused("[track]\n", "no [dataset]");
   check_refused("[dataset]\nsample = 3\n", "did you mean 'dataset.samples'?");
   check_refused("[dataset]\nsamples = 0\n", "r.toml:3:11: 'dataset.samples' is 0");
@@ -257,7 +257,7 @@ TEST_CASE("a recipe's faults are told with their place") {
   check_refused(
       "[dataset]\n[track]\naltitude_m = { times = \"track.speed_mps\" }\nspeed_mps = { times = "
       "\"track.altitude_m\" }\n",
-      "goes round in a circle");
+      "depends on itself");
   check_refused("[dataset]\n[track]\naltitudem = { uniform = [3, 12] }\n",
                 "did you mean 'altitude_m'?");
   check_refused(
@@ -294,6 +294,19 @@ TEST_CASE("a layer that no sample has need not fit the seabed, of one sample as 
       CHECK(recipe.class_names() == std::vector<std::string>{"ripples", "seabed"});
     }
   check_refused(with("true", 1), "need cells of");
+}
+
+TEST_CASE("classes of layers whose features have instances are targets, others are ground") {
+  const SeabedOptions none;
+  for_each_relief_list(none, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>&) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    CAPTURE(kind.list);
+    const Recipe recipe =
+        recipe_of("[dataset]\nsamples = 2\n[seafloor]\ncell_m = 0.2\n[[seafloor." +
+                  std::string(kind.list) + "]]\nclass = { choice = [\"a\", \"b\"] }\n");
+    CHECK(recipe.target_classes() == (kind.has_instances() ? 2 : 0));
+    CHECK(recipe.class_names() == std::vector<std::string>{"a", "b", "seabed"});
+  });
 }
 
 TEST_CASE("what a dataset's labels cannot follow is refused with what to do instead") {

@@ -9,7 +9,10 @@
 #include <thread>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/live/page.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
 
@@ -54,6 +57,15 @@ std::vector<Bytes> frames_of(LiveSession& session, std::size_t lines) {
 }
 
 }  // namespace
+
+TEST_CASE("The page names the regions as the engine does") {
+  std::string names;
+  for (const std::string_view name : region_names)
+    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", name);
+  const auto script = std::ranges::find(page_files(), "/page.js", &PageFile::path);
+  REQUIRE(script != page_files().end());
+  CHECK(script->content.find("const regions = [" + names + "];") != std::string_view::npos);
+}
 
 TEST_CASE("The lines of a session equal the run's picture byte by byte") {
   const TemporaryFolder folder;

@@ -34,5 +34,5 @@ TEST_CASE("A CSV table's complaints name file and line, and which columns may be
                     "angle_deg[,a][,b]");
   CHECK_THROWS_WITH(parsed("angle_deg\n"),
                     "t.csv:1: no level follows the header row, expected at least one");
-  CHECK_THROWS_WITH(parsed("angle_deg,b,b\n1,2,3\n"), Catch::Contains("b is there twice"));
+  CHECK_THROWS_WITH(parsed("angle_deg,b,b\n1,2,3\n"), Catch::Contains("b appears twice"));
 }

@@ -126,10 +126,10 @@ TEST_CASE("A single sample is a profile") {
 }
 
 TEST_CASE("A file without a profile is refused with what it lacks") {
-  check_refused("", 1, "nothing is in it");
-  check_refused("\xef\xbb\xbf", 1, "nothing is in it");
-  check_refused("\n\r\n  \n", 3, "nothing is in it");
-  check_refused("# only\n# comments\n", 2, "nothing is in it");
+  check_refused("", 1, "the file is empty");
+  check_refused("\xef\xbb\xbf", 1, "the file is empty");
+  check_refused("\n\r\n  \n", 3, "the file is empty");
+  check_refused("# only\n# comments\n", 2, "the file is empty");
   check_refused("depth_m,soundspeed_mps", 1, "no sample");
   check_refused("depth_m,soundspeed_mps\n\n# end\n", 3, "no sample");
   check_refused("0,1500\n10,1490\n", 1, "no column depth_m in '0,1500'");
@@ -140,9 +140,9 @@ TEST_CASE("A file without a profile is refused with what it lacks") {
   check_refused("Depth_m,Soundspeed_mps\n0,1500\n", 1, "no column depth_m");
   check_refused("depth_m;soundspeed_mps\n0;1500\n", 1, "no column depth_m");
   check_refused("depth_m soundspeed_mps\n0 1500\n", 1, "no column depth_m");
-  check_refused("depth_m,depth_m,soundspeed_mps\n0,0,1500\n", 1, "depth_m is there twice");
+  check_refused("depth_m,depth_m,soundspeed_mps\n0,0,1500\n", 1, "depth_m appears twice");
   check_refused("depth_m,soundspeed_mps,soundspeed_mps\n0,1,2\n", 1,
-                "soundspeed_mps is there twice");
+                "soundspeed_mps appears twice");
   check_refused("\n# x\nz,c\n", 3, "no column depth_m in 'z,c'");
   check_refused(std::string("\xff\xfe"
                             "d\0e\0p\0t\0h\0",
@@ -178,8 +178,8 @@ TEST_CASE("What is wrong in a CastAway's file is told with its line and its own 
       "expected a header row with depth_m,soundspeed_mps (or Depth (Meter),Sound velocity "
       "(Meters per Second))");
   check_refused(replaced(castaway, "Temperature (Celsius)", "Depth (Meter)"), 4,
-                "column Depth (Meter) is there twice");
-  check_refused(castaway.substr(0, castaway.find("Pressure")), 3, "nothing is in it");
+                "column Depth (Meter) appears twice");
+  check_refused(castaway.substr(0, castaway.find("Pressure")), 3, "the file is empty");
   check_refused(castaway.substr(0, castaway.find("0.1,")), 4, "no sample");
   check_refused(castaway + "% End of file\n", 8, "1 values");
   check_refused("%" + std::string(5000, 'x') + "\n" + castaway, 1, "a line of more than 4096");

@@ -14,6 +14,7 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/scene/schema.h>
 
 using namespace ensonify::engine;
@@ -45,10 +46,6 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
           for (const Eigen::Vector2d& p : *value)
             for (const double v : p) all += fmt::format("{:x} ", std::bit_cast<std::uint64_t>(v));
           return all;
-        } else if constexpr (std::is_same_v<T, std::optional<std::uint64_t>>) {
-          return *value ? fmt::format("{}", **value) : "unset";
-        } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-          return fmt::format("{}", fmt::join(*value, "|"));
         } else {
           return fmt::format("{}", *value);
         }
@@ -243,15 +240,33 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
         contents(busy));
 }
 
+TEST_CASE("A word of a scene may be written with - or _, and is kept as it is documented") {
+  CHECK(parsed(head + "[run]\nintersector = \"brute-force\"").run.intersector == "brute_force");
+  CHECK(parsed(head, {"run.intersector=fan-scan"}).run.intersector == "fan_scan");
+  CHECK(parsed(head + "[track]\nkind = \"lawn_mower\"").track.kind == TrackKind::lawn_mower);
+}
+
+TEST_CASE("Each output format has a key, and no two the same") {
+  std::set<std::string_view> names;
+  for (const OutputFormat& format : output_formats()) {
+    INFO(format.name);
+    CHECK(names.insert(format.name).second);
+    Scene scene = parsed(head, {fmt::format("output.{}=true", format.name)});
+    CHECK(scene.output.*format.wanted);
+    scene.output.*format.wanted = false;
+    CHECK_FALSE(parsed(dump_scene(scene)).output.*format.wanted);
+  }
+}
+
 TEST_CASE("Each kind of fault is said with its place, what was expected and a suggestion") {
   struct Case {
     std::string text, message;
   };
   const auto [text, message] = GENERATE(values<Case>({
       {"", "s.toml:1:1: no 'version', expected version = 1 at the top"},
-      {"version = 2", "s.toml:1:11: 'version' is 2, expected 1, the only one there is"},
+      {"version = 2", "s.toml:1:11: 'version' is 2, expected 1, the only version"},
       {"version = \"1\"",
-       "s.toml:1:11: 'version' is the string \"1\", expected 1, the only one there is"},
+       "s.toml:1:11: 'version' is the string \"1\", expected 1, the only version"},
       {head + "sede = 3", "s.toml:2:1: unknown key \"sede\"; did you mean 'seed'?"},
       {head + "[sae]", "s.toml:2:2: unknown key \"sae\"; did you mean 'sea'?"},
       {head + "[seafloor.ripple]\nhurst = 0.5",
@@ -264,9 +279,10 @@ TEST_CASE("Each kind of fault is said with its place, what was expected and a su
        "s.toml:3:1: unknown key \"altitude\" in [track]; did you mean 'altitude_m'?"},
       {head + "range_m = 5",
        "s.toml:2:1: unknown key \"range_m\"; did you mean 'sonar.NAME.range_m'?"},
-      {head + "[output]\nzzzzzzzzzz = 5",
-       "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [output]; expected one of exr, npz, xtf, jsf, "
-       "png_bits, truth, class_names, sediment_names, start_time"},
+      {head + "[display]\nzzzzzzzzzz = 5",
+       "s.toml:3:1: unknown key \"zzzzzzzzzz\" in [display]; expected one of of, spreading, "
+       "absorption, slant_range_correction, beam_normalisation, flat_field, gain_db, mapping, gamma, "
+       "range_db, palette"},
       {head + "\"sea.temperature_c\" = 5",
        "s.toml:2:1: unknown key \"sea.temperature_c\"; did you mean 'sea.temperature_c'?"},
       {head + "sea = 3", "s.toml:2:7: 'sea' is 3, expected a table, [sea]"},

@@ -48,7 +48,7 @@ TEST_CASE("Facets of round shapes are as small as their material's lobe needs, w
   bed.cell_m = 2.0;
   bed.fractal.height_at_1m_m = 0.0;
   const auto place = [&](const ObjectOptions& table, double lobe_deg) {
-    Material shiny{.name = "shiny", .model = MaterialModel::solid, .like = "steel"};
+    Material shiny{.name = "shiny", .model = "solid", .like = "steel"};
     shiny.lobe_width_rad = lobe_deg * degree;
     return make_seafloor(bed, 1, {&table, 1}, {&shiny, 1});
   };

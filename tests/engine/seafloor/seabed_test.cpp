@@ -290,12 +290,44 @@ TEST_CASE("Ripples lie on the sediment and not on the rock") {
   CHECK(high > 1000);
 }
 
-TEST_CASE("A layer at fault is named") {
+TEST_CASE("An error names the layer") {
   SeafloorOptions bed = options();
   bed.seabed.pits.resize(2);
   bed.seabed.pits[1].relief.elongation = 0.1;
-  CHECK_THROWS_WITH(make_heightfield(bed, 1),
-                    Catch::Contains("seafloor.pits.1: pits: the elongation"));
+  CHECK_THROWS_WITH(
+      make_heightfield(bed, 1),
+      Catch::Contains("seafloor.pits.1: pits: 'elongation' is 0.1, expected 1 to 20"));
+}
+
+TEST_CASE(
+    "Each kind of layer has a list and random numbers that no other has, and lies on the bed") {
+  std::set<std::string_view> lists;
+  std::set<Purpose> purposes{Purpose::seabed_patch};
+  const SeabedOptions none;
+  for_each_relief_list(none, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>&) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    INFO(kind.list);
+    CHECK(lists.insert(kind.list).second);
+    CHECK(purposes.insert(kind.purpose).second);
+    check_relief(Relief{});
+    std::set<std::string_view> keys;
+    for (const ReliefValue<Relief>& value : kind.values) {
+      CHECK(keys.insert(value.key).second);
+      CHECK(value.low < value.high);
+    }
+    SeafloorOptions bed = options();
+    for_each_relief_list(bed.seabed, [&](auto& list) {
+      if constexpr (std::is_same_v<decltype(list), std::vector<ReliefLayer<Relief>>&>)
+        list.resize(1);
+    });
+    CHECK_FALSE(bed.seabed.empty());
+    const std::vector<double> z_m = make_heightfield(bed, 4).z_m;
+    CHECK(std::ranges::max(z_m) - std::ranges::min(z_m) > 0.01);
+    const Seafloor floor = make_seafloor(bed, 4);
+    CHECK(floor.features.empty() == !kind.has_instances());
+    for (const FeatureRecord& feature : floor.features)
+      CHECK(feature.layer == std::string(kind.list) + ".0");
+  });
 }
 
 TEST_CASE("An outline in GeoJSON lies in world coordinates, and its holes are holes") {

@@ -1,0 +1,29 @@
+#include <ensonify/engine/seafloor/layers/roughness.h>
+
+namespace ensonify::engine {
+namespace {
+
+void add_roughness(Heightfield& field, const FractalRelief& relief, const LayerDraws& draws) {
+  add_fractal(field, relief, draws.of(1));
+}
+
+}  // namespace
+
+const ReliefKind<FractalRelief>& kind_of(const FractalRelief&) {
+  static const ReliefKind<FractalRelief> kind{
+      .list = "roughness",
+      .help = "A layer of fractal relief, as [seafloor.fractal] is.",
+      .purpose = Purpose::roughness_layer,
+      .add = &add_roughness,
+      .values = {
+          {"height_at_1m_m", "m", 0, 100, "Rms height difference of points 1 m apart.",
+           &FractalRelief::height_at_1m_m},
+          {"hurst", "", 0.01, 0.99, "Hurst exponent: small is jagged, large is rolling.",
+           &FractalRelief::hurst},
+          {"longest_m", "m", 0, 1e6, "Waves longer than this add no more height; 0: they do.",
+           &FractalRelief::longest_m},
+      }};
+  return kind;
+}
+
+}  // namespace ensonify::engine
