@@ -399,7 +399,9 @@ The world is in local metres: x east, y north, z up, and the sea surface is z = 
 is z_m=-12. Heading turns clockwise from north, then pitch lifts the nose, then roll lowers the
 starboard side; all in degrees. velocity_mps is the velocity (east, north, up) in m/s, and
 rates_degps the rates of (roll, pitch, heading) in degrees per second; an echo is received on the
-move. Every argument is also an attribute that can be set. Poses compare by value, and pickle.)")
+move. From north-east-down (NED) coordinates: x_m = east, y_m = north, z_m = -down, velocity_mps =
+(v_east, v_north, -v_down); roll, pitch, heading and their rates are the same. Every argument is
+also an attribute that can be set. Poses compare by value, and pickle.)")
       .def(py::init(&make_pose), py::arg("x_m"), py::arg("y_m"), py::arg("z_m"), py::kw_only(),
            py::arg("t_s") = 0.0, py::arg("roll_deg") = 0.0, py::arg("pitch_deg") = 0.0,
            py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = Triple{},
