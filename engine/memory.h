@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Memory cannot hold what a scene needs: what that is, how much, the limit and the cure.
+/// A scene needs more memory than there is: what needs it, how much, the limit and the cure.
 struct MemoryError : Error {
   using Error::Error;
 };
@@ -26,10 +26,10 @@ struct MemoryLimit {
   void require(double more_bytes, std::string_view what, std::string_view cure) const;
 };
 
-/// Throws MemoryError for a std::bad_alloc that came while `what` was being made.
+/// Throws MemoryError for a std::bad_alloc that was caught while `what` was made.
 [[noreturn]] void throw_out_of_memory(std::string_view what);
 
-/// Does the work; where memory runs out the message says what was being made.
+/// Does the work; where memory runs out the message names what was being made.
 template <class Work>
 decltype(auto) with_memory_for(std::string_view what, Work&& work) {
   try {

@@ -178,9 +178,9 @@ class PoseSession {
           R"('add' is no object, expected as in {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
     const std::uint32_t number =
         simulator_.add(object_of(key_values(object), "'add'", source_.paths()), pose);
-    say({{"added", number},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    send({{"added", number},
+          {"classes", strings(simulator_.classes())},
+          {"materials", strings(simulator_.materials())}});
   }
 
   void ping(const Pose& pose) {
@@ -209,7 +209,7 @@ class PoseSession {
           header["layers"] = arguments_.layers;
           header["bytes"] = block_.size() * sizeof(float);
         }
-        say(header);
+        send(header);
         static_assert(std::endian::native == std::endian::little);
         print({reinterpret_cast<const char*>(block_.data()), block_.size() * sizeof(float)});
       }
@@ -230,9 +230,9 @@ class PoseSession {
                         {"bins", sonar.bins},
                         {"bin_m", sonar.bin_m()}});
     }
-    say({{"sonars", sonars},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    send({{"sonars", sonars},
+          {"classes", strings(simulator_.classes())},
+          {"materials", strings(simulator_.materials())}});
     print_warnings(simulator_.warnings().subspan(warned_));
     warned_ = simulator_.warnings().size();
   }
@@ -241,7 +241,7 @@ class PoseSession {
     return {all.begin(), all.end()};
   }
 
-  static void say(const Json& json) {
+  static void send(const Json& json) {
     print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 

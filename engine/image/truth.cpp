@@ -143,7 +143,7 @@ class Marks {
 /// Sums over one object's pixels.
 struct Sums {
   Target target;
-  std::vector<std::size_t> body_parts, shadow_parts;  // areas, one a polygon
+  std::vector<std::size_t> body_parts, shadow_parts;  // areas, one per polygon
 };
 
 void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {

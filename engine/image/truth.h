@@ -17,11 +17,11 @@ using Corner = std::array<int, 2>;
 struct Outline {
   std::size_t area_px = 0;
   Corner low{}, high{};  ///< the box around them: pixels [low, high)
-  /// One polygon for each part that hangs together by its pixels' edges, the largest part first:
+  /// One polygon for each part that is connected by its pixels' edges, the largest part first:
   /// its outer border along the pixels' edges, clockwise as seen in the picture, corners alone, as
   /// if it had no holes.
   std::vector<std::vector<Corner>> polygons;
-  /// Where a part has holes, which the polygons cannot tell, all pixels of the picture: column by
+  /// Where a part has holes, which the polygons cannot show, all pixels of the picture: column by
   /// column, each from the top, how many there are outside, inside, outside ... in turn (COCO's run
   /// lengths). Else empty.
   std::vector<std::size_t> runs;

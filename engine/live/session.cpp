@@ -306,7 +306,7 @@ struct LiveSession::Inner {
     ring.post(LatestFrame::status, json_frame(FrameKind::status, text_of(json)));
   }
 
-  // ---- whoever asks ----
+  // ---- the callers' threads ----
 
   void report_trouble(const std::string& what) {
     const std::lock_guard lock(wishes_lock);

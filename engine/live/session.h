@@ -22,16 +22,16 @@ struct LiveOptions {
   std::vector<std::string> overrides;  ///< as in read_scene()
   std::filesystem::path data_folder;
   std::optional<double> pings_per_s;  ///< 0: as fast as they come; unset: the scene's own
-  bool hold = false;                  ///< until somebody says go
+  bool hold = false;                  ///< whether it starts paused
   MemoryLimit memory = {};            ///< as in Preparation
   std::size_t ring_bytes = std::size_t{192} << 20;  ///< for the lines that pages can go back to
-  /// Told what is being made ready; what it throws ends that.
+  /// Called with each stage while the scene is made ready; what it throws ends that.
   std::function<void(std::string_view stage)> progress;
 };
 
-/// A scene that pings along its track while others watch, its sonar, vehicle and seabed changed as
-/// it goes. One thread pings, one refines a mesh of its own for the view when somebody looks; they
-/// write what they have into a ring and wait for nobody. Nothing is written to a disk.
+/// A scene that pings along its track while pages watch. Its sonar, vehicle and seabed can change
+/// meanwhile. One thread pings, another refines a mesh for the view while a page shows it; they
+/// write their results into a ring and wait for no page. Nothing is written to disk.
 ///
 /// While nothing is changed its lines are those of a run of the scene, to the last bit.
 class LiveSession {
@@ -42,15 +42,15 @@ class LiveSession {
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
 
-  void start();  ///< pings from now on, on threads of its own
+  void start();  ///< pings from now on, on its own threads
   void stop();   ///< closes the ring and ends the threads
-  /// What ended the pings, if anything did.
+  /// The exception that ended the pings, if one did.
   std::exception_ptr fault() const;
 
   LineRing& ring();
 
   /// Changes what a JSON object says: "set": {"a scene's key": value, ...}; "hold": whether it
-  /// stands still; "pings_per_s": 0 for as fast as they come, null for the scene's own; "again":
+  /// pauses; "pings_per_s": 0 for as fast as they come, null for the scene's own; "again":
   /// true, back to the track's beginning; "add": an object's keys, with "ahead_m" and "starboard_m"
   /// from the vehicle; "clear": true, takes those out. Throws std::invalid_argument and SceneError,
   /// before anything is changed.
