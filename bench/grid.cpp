@@ -154,7 +154,7 @@ class BedMeasurement {
     }
     if (poses_.empty()) poses_ = one.simulator->track();
     const double first_s = thread_s();
-    for (const EchoLine& line : one.simulator->ping(poses_.front(), 0))
+    for (const EchoLine& line : one.simulator->ping_numbered(poses_.front(), 0))
       cell.rays += static_cast<double>(line.rays);
     cell.first_ping_ms = 1e3 * (thread_s() - first_s);
   }
@@ -167,12 +167,13 @@ class BedMeasurement {
     Simulator exact(scene, {.cache = options_.cache});
     refine::Footprint footprint(*exact.seafloor().progressive);
     std::vector<refine::FanVolume> volumes;
-    for (const RayFan& fan : exact.aim(pose)) volumes.push_back(view_volume(fan));
+    for (const RayFan& fan : SimulatorInternals::aim(exact, pose))
+      volumes.push_back(view_volume(fan));
     const refine::ExactFaces near = footprint.query(volumes);
     const auto reference =
         make_intersector("pluecker", {near.points, near.faces, near.source_faces});
     std::vector<std::vector<Hit>> expected;
-    for (const RayFan& fan : exact.aim(pose))
+    for (const RayFan& fan : SimulatorInternals::aim(exact, pose))
       reference->intersect(fan, expected.emplace_back(fan.grid->rays()));
     const Judge judge_of(running_.front().simulator->seafloor().mesh, *reference);
     for (Running& one : running_) judge(one.cell, *one.simulator, pose, judge_of, expected);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/stage_times.h>
 
 namespace ensonify::bench {
 namespace {

@@ -33,7 +33,7 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   }
 }
 
-// What is recorded again is what was recorded last; the truth beside it as well.
+// A repeated ping repeats what was recorded last, its truth layers included.
 std::size_t TrackPings::recorded_at(std::size_t ping) const {
   const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   if (lost(ping)) return none;

@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 // To be raised when a seafloor's options make another mesh than they did.
 constexpr int seafloor_version = 3;
 
-// The analysis takes about as long for so many faces as a ping does for its echoes.
-constexpr std::size_t faces_a_ping = 5000;
+// The analysis of this many faces takes about as long as the echoes of one ping.
+constexpr std::size_t faces_per_ping = 5000;
 
 // What the cache may hold; what was used longest ago goes first.
 constexpr std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
@@ -80,7 +80,7 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
   }
 }
 
-/// A fault that begins with the key of a table in a list: the same with its place in the file.
+/// Throws a fault that begins with the key of a table in a list again, with its place in the file.
 [[noreturn]] void throw_placed(const Scene& scene, const std::exception& error) {
   const std::string_view what = error.what();
   const std::string_view key = what.substr(0, what.find_first_of(": "));
@@ -90,9 +90,9 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
   throw;
 }
 
-constexpr double mesh_bytes_a_face = 18.0;  // of faces and half as many vertices
+constexpr double mesh_bytes_per_face = 18.0;  // of faces and half as many vertices
 
-/// Bytes a face of what a surface needs over the mesh; of one that is still to be chosen the least.
+/// Bytes per face that a surface needs in addition to the mesh; for `auto` the smaller one.
 double bytes_per_face(std::string_view surface, std::string_view intersector) {
   if (surface == "auto")
     return std::min(bytes_per_face("static", intersector), bytes_per_face("refined", intersector));
@@ -132,7 +132,7 @@ class Preparing {
   }
 
  private:
-  void tell(std::string_view stage) const {
+  void report(std::string_view stage) const {
     if (how_.progress) how_.progress(stage);
   }
   bool needs_progressive() const {
@@ -140,7 +140,7 @@ class Preparing {
   }
 
   void make_seafloor_of_scene() {
-    tell("seafloor");
+    report("seafloor");
     result_->seafloor = seafloor_of(scene_, plan());
     result_->cached = false;
   }
@@ -153,7 +153,7 @@ class Preparing {
   void restore() {
     const auto faces = static_cast<double>(result_->seafloor.faces);
     how_.memory.require(
-        faces * (mesh_bytes_a_face + bytes_per_face(result_->surface, scene_.run.intersector)) +
+        faces * (mesh_bytes_per_face + bytes_per_face(result_->surface, scene_.run.intersector)) +
             how_.more_bytes,
         fmt::format("the {:.0f} faces of {} and a tree over them", faces,
                     scene_.seafloor.progressive.path.string()),
@@ -173,7 +173,7 @@ class Preparing {
     if (scene_.track.kind != TrackKind::line) return choose("the track is no single line");
     const std::size_t faces = result_->seafloor.faces;
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    const bool long_enough = pings >= faces / faces_a_ping;
+    const bool long_enough = pings >= faces / faces_per_ping;
     result_->surface = long_enough ? "refined" : "static";
     result_->why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
                                long_enough ? "enough" : "too few", faces);
@@ -181,7 +181,7 @@ class Preparing {
 
   void find_cached() {
     if (how_.cache.empty()) return;
-    tell("seafloor");
+    report("seafloor");
     key_ = seafloor_key(scene_);
     result_->cache_file = file_of(how_.cache, key_);
     std::error_code unreadable;  // is as good as not there
@@ -192,12 +192,12 @@ class Preparing {
       std::error_code ignored;  // it was used now
       fs::last_write_time(result_->cache_file, fs::file_time_type::clock::now(), ignored);
     } catch (const refine::MeshError& error) {
-      result_->warnings.push_back(fmt::format("{}; it is made anew", error.what()));
+      result_->warnings.push_back(fmt::format("{}; it is made again", error.what()));
     }
   }
 
   void make_progressive() {
-    tell("analysis");
+    report("analysis");
     with_memory_for("the analysis of the seafloor",
                     [&] { analyse(result_->seafloor, refine::thread_count(how_.threads)); });
     if (how_.cache.empty()) return;

@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 
 constexpr double nominal_sound_speed_mps = 1500.0;  // for the bins of a digitiser
 
-/// The folder of a run, which takes back what it was given unless the run is kept.
+/// The folder of a run. Removes the files that it wrote, unless the run is kept.
 class OutputFolder {
  public:
   explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
@@ -95,12 +95,13 @@ class Run {
 
   RunReport report() {
     Clock::time_point start = Clock::now();
-    Simulator simulator(scene_, {.cache = control_.cache,
-                                 .threads = control_.threads,
-                                 .progress = [&](std::string_view stage) { tell(stage, 0, 1); },
-                                 .seafloor = control_.seafloor,
-                                 .memory = control_.memory,
-                                 .more_bytes = expected_image_bytes()});
+    Simulator simulator(scene_,
+                        {.cache = control_.cache,
+                         .threads = control_.threads,
+                         .progress = [&](std::string_view stage) { report_stage(stage, 0, 1); },
+                         .seafloor = control_.seafloor,
+                         .memory = control_.memory,
+                         .more_bytes = expected_image_bytes()});
     report_.prepare_s = seconds_since(start);
     const PreparedSeafloor& prepared = SimulatorInternals::prepared(simulator);
     report_.surface = prepared.surface;
@@ -118,7 +119,7 @@ class Run {
     pings_ = ping_all(
         scene_, simulator, control_.threads,
         [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
-          tell("pings", done, of);
+          report_stage("pings", done, of);
           if (done > 0) grow_pictures(simulator, images);
         },
         control_.memory, control_.verify_pings);
@@ -140,7 +141,7 @@ class Run {
   }
 
  private:
-  void tell(std::string_view stage, std::size_t done, std::size_t of) {
+  void report_stage(std::string_view stage, std::size_t done, std::size_t of) {
     if (control_.progress && !control_.progress(stage, done, of))
       throw Stopped("stopped on request; the files of this run were removed");
   }
@@ -185,7 +186,7 @@ class Run {
     const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(scene_toml), names};
     std::uint64_t starved = 0;
     for (std::size_t i = 0; i < images.size(); ++i) {
-      tell("files", i, images.size());
+      report_stage("files", i, images.size());
       const std::string& name = images[i].sonar.name;
       write_picture(simulator, images[i], i);
       write_formats(simulator, i, origin);
@@ -228,7 +229,7 @@ class Run {
                       .warnings = report_.extrapolation.behind(report_.warnings),
                       .files = folder_.records()};
     folder_.write("manifest.json", manifest_json(manifest));
-    tell("files", images.size(), images.size());
+    report_stage("files", images.size(), images.size());
   }
 
   void take_verification() {
@@ -306,15 +307,15 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
   try {
     return Run(scene, folder, control).report();
   } catch (const refine::DamagedFile& damage) {
-    // Found at its first touch, in the middle of the run: what came from it before was sound, but
-    // begins anew as well. A file that the scene names is the user's own.
+    // Damage is found at its first touch, in the middle of the run. What was read before was sound,
+    // but the whole run starts again. A file that the scene names belongs to the user: it stays.
     if (scene.seafloor.kind == SeafloorKind::progressive) throw;
     std::error_code ignored;
     fs::remove(cache_file(scene, control.cache), ignored);
-    RunControl anew = control;
-    anew.seafloor = nullptr;
-    RunReport report = Run(scene, folder, anew).report();
-    report.warnings.push_back(fmt::format("{}; it was made anew", damage.what()));
+    RunControl again = control;
+    again.seafloor = nullptr;
+    RunReport report = Run(scene, folder, again).report();
+    report.warnings.push_back(fmt::format("{}; it was made again", damage.what()));
     return report;
   }
 }

@@ -58,7 +58,7 @@ std::size_t place_in(const std::vector<std::string>& names, const std::string& n
   return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
 }
 
-/// A sonar with all that it hears by.
+/// A sonar with all that its pings need.
 struct Instrument {
   Sonar sonar;                                        ///< with the bins of its digitiser
   std::optional<scatter::SoundSpeedProfile> profile;  ///< with absorption at its frequency
@@ -102,7 +102,7 @@ struct Simulator::Ready {
   double sound_speed_mps;
   std::optional<scatter::SoundSpeedProfile> profile;
   std::vector<std::string> warnings;
-  std::vector<std::shared_ptr<const Instrument>> instruments;  ///< one a sonar
+  std::vector<std::shared_ptr<const Instrument>> instruments;  ///< one per sonar
 
   Ready(const Scene& of, const Preparation& how)
       : scene(of),
@@ -237,7 +237,7 @@ struct Simulator::Ready {
     const bool relief = name == scene.seafloor.material &&
                         scene.seafloor.kind == SeafloorKind::fractal &&
                         scene.seafloor.fractal.sediments_own;
-    // Of its parameters alone: how far the frequency is out of range, extrapolation.h says.
+    // Checks the parameters alone; extrapolation.h reports frequencies out of range.
     const double valid_hz =
         std::clamp(sonar.frequency_hz, scatter::lowest_valid_hz, scatter::highest_valid_hz);
     if (const auto warning = validity_warning(material, valid_hz)) warn(*warning, its_warnings);
@@ -246,18 +246,18 @@ struct Simulator::Ready {
   }
 };
 
-/// One thread's own.
+/// What one thread owns.
 struct Simulator::Worker {
   FacesWithBodies surface;
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   std::vector<std::string> classes, materials, warnings;
-  std::vector<Label> moving;  // of the objects added, by body; of class 0 where there is none
+  std::vector<Label> moving;  // labels of the objects added, by body; class 0 where there is none
   std::vector<std::shared_ptr<const Instrument>> instruments;
-  std::vector<Sonar> sonars;  // theirs
+  std::vector<Sonar> sonars;  // of the instruments
   std::vector<PingTracer> pingers;
-  std::vector<ObjectVisibility> views;  // one a sonar, or none
+  std::vector<ObjectVisibility> views;  // one per sonar, or none
   std::vector<RayFan> fans;
-  std::vector<double> heights_m;  // a sonar, over the bed
+  std::vector<double> heights_m;  // of each sonar over the bed
   std::vector<EchoLine> lines;
   SignalChain::Memory memory;
   std::uint64_t next_ping = 0;
@@ -488,7 +488,7 @@ const Calibration& Simulator::calibration(std::size_t sonar) const {
   return worker_->instruments.at(sonar)->calibration;
 }
 
-// What is not for programs.
+// What programs do not need.
 
 void SimulatorInternals::expect(Simulator& simulator, std::span<const Pose> poses,
                                 refine::SpareThreads& spare) {

@@ -27,9 +27,8 @@ void check_named(const std::vector<std::string>& own, const std::vector<std::str
                  std::string_view what) {
   for (std::size_t i = 1; i < own.size(); ++i)
     if (std::ranges::count(names, own[i]) == 0)
-      throw std::invalid_argument(
-          fmt::format("the {} '{}' of this sample is none that the recipe can draw; name it there",
-                      what, own[i]));
+      throw std::invalid_argument(fmt::format(
+          "the recipe cannot draw the {} '{}' of this sample; name it there", what, own[i]));
 }
 
 /// What counts as the target's picture: its body, or where that does not show its shadow.
@@ -122,7 +121,7 @@ class Products {
                          std::size_t rows) {
     if (columns > view.labels.columns() || rows > view.labels.rows())
       throw std::invalid_argument(
-          fmt::format("'{}' wants {} x {} pixels of {}, which has {} x {}; make them smaller or "
+          fmt::format("'{}' takes {} x {} pixels of {}, which has {} x {}; make them smaller or "
                       "the line longer",
                       key, columns, rows, view.name, view.labels.columns(), view.labels.rows()));
   }

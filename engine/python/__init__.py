@@ -26,7 +26,7 @@ def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=
     layer: which of `layers`; or a list of them, or "all", for a dict of arrays, by name, which share
     the image's memory. keys: changes, as {"track.altitude_m": 4}. data: the folder of `data:` paths
     (default: ENSONIFY_DATA). cache: the folder for analysed seafloors (default: ~/.cache/ensonify).
-    threads: 0 for as many as the machine has. progress(stage, done, of) is called now and then.
+    threads: 0 for one per core. progress(stage, done, of) is called now and then.
 
     Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
     KeyError for an unknown sonar or layer, ValueError for a wrong number of threads, TypeError for a

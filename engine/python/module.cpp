@@ -160,7 +160,7 @@ py::array layer_of_line(const py::object& self, const std::string& name) {
   return layer_of(self, name, bins, {static_cast<py::ssize_t>(bins.range_m.size())});
 }
 
-/// All pings of a sonar, with what the files of a run say beside the layers.
+/// All pings of a sonar, with what the files of a run have in addition to the layers.
 struct Image {
   Waterfall waterfall;
   std::vector<Attribute> attributes;
@@ -399,7 +399,9 @@ The world is in local metres: x east, y north, z up, and the sea surface is z = 
 is z_m=-12. Heading turns clockwise from north, then pitch lifts the nose, then roll lowers the
 starboard side; all in degrees. velocity_mps is the velocity (east, north, up) in m/s, and
 rates_degps the rates of (roll, pitch, heading) in degrees per second; an echo is received on the
-move. Every argument is also an attribute that can be set. Poses compare by value, and pickle.)")
+move. From north-east-down (NED) coordinates: x_m = east, y_m = north, z_m = -down, velocity_mps =
+(v_east, v_north, -v_down); roll, pitch, heading and their rates are the same. Every argument is
+also an attribute that can be set. Poses compare by value, and pickle.)")
       .def(py::init(&make_pose), py::arg("x_m"), py::arg("y_m"), py::arg("z_m"), py::kw_only(),
            py::arg("t_s") = 0.0, py::arg("roll_deg") = 0.0, py::arg("pitch_deg") = 0.0,
            py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = Triple{},
@@ -505,7 +507,7 @@ Boxes and outlines are in pixels of the picture, whose row 0 is the newest ping:
 pings - 1 - r here.)")
       .def_property_readonly(
           "attributes", &attributes_of,
-          R"(What a run's files say beside the layers, a dict: frequency_hz, range_m,
+          R"(What a run's files have in addition to the layers, a dict: frequency_hz, range_m,
 bins, world_origin_x_m (and _y_m, _z_m), scene_hash, units_LAYER for each layer ...)")
       .def_property_readonly(
           "classes", [](const Image& self) { return self.classes; },
@@ -537,7 +539,7 @@ A scene made ready, to be pinged from any pose.
 scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
 {"sea.temperature_c": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
 folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
-(0: as many as the machine has).
+(0: one per core).
 
 Any thread may call it; one is inside at a time, and others wait. The interpreter is free
 meanwhile. Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or
@@ -553,8 +555,8 @@ its files, ValueError for a wrong number of threads, TypeError for a value that 
 One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
-then of the next. `number` tells pings apart in their random numbers: the same number gives the same
-ping again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
+then of the next. `number` selects the random numbers: the same number and pose give the same ping
+again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
 finite, or that puts a sonar above the sea surface (z_m >= 0) or below the bed.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
@@ -674,7 +676,7 @@ Every ping of a scene: a dict of an Image of each sonar, by name, in the scene's
 
 scene: a scene file's path, or a dict of the same keys. keys: changes, as {"track.altitude_m": 4}.
 data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the folder for analysed seafloors
-(default: ~/.cache/ensonify). threads: 0 for as many as the machine has. progress(stage, done, of) is
+(default: ~/.cache/ensonify). threads: 0 for one per core. progress(stage, done, of) is
 called now and then, and what it raises ends the work, as does Ctrl-C.
 
 Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,

@@ -102,7 +102,7 @@ TEST_CASE("a sonar of one side hears the same as that side of one with two, to t
       const std::span<const EchoLine> whole = two.ping_numbered(track[ping], ping);
       REQUIRE(whole.size() == 2);
       for (Simulator* half : {&port, &starboard}) {
-        const std::span<const EchoLine> lines = half->ping(track[ping], ping);
+        const std::span<const EchoLine> lines = half->ping_numbered(track[ping], ping);
         REQUIRE(lines.size() == 1);
         const EchoLine& expected = whole[half == &port ? 0 : 1];
         REQUIRE(lines[0].side == expected.side);

@@ -274,7 +274,7 @@ class Documentation(unittest.TestCase):
                 if not isinstance(value, property):
                     self.assertEqual(list(inspect.signature(value).parameters)[0], "self", f"{name}.{member}")
         self.assertEqual(str(inspect.signature(ensonify.Simulator.ping)), "(self, pose, number=None)")
-        for text, item in (("degrees", ensonify.Pose), ("north", ensonify.Pose), ("z_m=-12", ensonify.Pose),
+        for text, item in (("degrees", ensonify.Pose), ("north", ensonify.Pose), ("NED", ensonify.Pose), ("z_m=-12", ensonify.Pose),
                            ("ValueError", ensonify.Simulator.ping), (r"\(pings, samples\)", ensonify.simulate),
                            (r"\(bins,\)", ensonify.EchoLine), ("newest", ensonify.Image.targets)):
             self.assertRegex(inspect.getdoc(item), text)
@@ -373,6 +373,18 @@ class Sessions(unittest.TestCase):
         with self.assertRaises(ensonify.SceneError):
             simulator.set({"sonar.left-right.range_m": -1})
 
+    def test_changes_of_several_threads_all_stay(self):
+        simulator = ensonify.Simulator(two_sonars())
+        threads = [threading.Thread(target=lambda n=name, b=bins: [simulator.set({f"sonar.{n}.bins": b + i})
+                                                                   for i in range(20)])
+                   for name, bins in (("zeta", 30), ("alpha", 60))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        simulator.set({"sonar.alpha.range_m": 9})  # sets the sonar by all that was changed
+        self.assertEqual([len(line["range_m"]) for line in simulator.ping(self.pose)], [49, 49, 79, 79])
+
     def test_bad_calls_raise(self):
         simulator = ensonify.Simulator(scene)
         with self.assertRaisesRegex(ValueError, "finite"):
@@ -398,8 +410,14 @@ class Sessions(unittest.TestCase):
             self.assertTrue(issubclass(one, ensonify.Error) and issubclass(one, builtin), one)
         with self.assertRaises(ensonify.Error):
             ensonify.Simulator({"track": {"pingz": 1}})
-        with self.assertRaisesRegex(ensonify.MemoryError, "need about"):
-            ensonify.Simulator(scene, keys={"seafloor.extent_east_m": 90000, "seafloor.extent_north_m": 90000})
+        program = ("import ensonify, resource\n"
+                   "resource.setrlimit(resource.RLIMIT_AS, (3 << 30, resource.RLIM_INFINITY))\n"
+                   "try:\n"
+                   "    ensonify.Simulator({'seafloor': {'extent_east_m': 4900, 'extent_north_m': 4900, 'cell_m': 0.5}})\n"
+                   "except ensonify.MemoryError as error:\n"
+                   "    print(error)\n")
+        result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        self.assertIn("need about", result.stdout, result.stderr)
 
     def test_several_threads_get_the_same_lines_as_one(self):
         def session():
