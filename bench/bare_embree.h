@@ -6,8 +6,8 @@
 
 namespace ensonify::bench {
 
-/// What Embree alone costs: the same tree and the same packets as the intersector `embree`, but
-/// fans only, nothing checked, no ties broken, and no hits handed out.
+/// The cost of Embree alone: the same tree and the same packets as the intersector `embree`, but
+/// only fans, no checks, no tie-breaking, and no hits returned.
 std::unique_ptr<engine::Intersector> make_bare_embree(const engine::IntersectorOptions& options);
 
 }  // namespace ensonify::bench

@@ -10,7 +10,7 @@ inline double seconds(clockid_t clock) {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// This thread's own time, in which other programs do not count.
+/// This thread's CPU time, which excludes other programs.
 inline double thread_s() { return seconds(CLOCK_THREAD_CPUTIME_ID); }
 inline double wall_s() { return seconds(CLOCK_MONOTONIC); }
 

@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Speedup {
-  double median, spread;  // half of it, relative
+  double median, spread;  // half the spread, relative
 };
 
 std::map<std::string, Speedup> speedups(const Json& report) {
@@ -28,7 +28,7 @@ std::map<std::string, Speedup> speedups(const Json& report) {
         all[one.at("name")] = {median, 0.5 * (high - low) / median};
       }
   } catch (const Json::exception& error) {
-    throw std::runtime_error(fmt::format("is no report of this program: {}", error.what()));
+    throw std::runtime_error(fmt::format("not a report of this program: {}", error.what()));
   }
   return all;
 }

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
@@ -33,7 +34,7 @@ CostMeasurement in_turns(std::string name, std::size_t faces, int rounds,
     turn();
     return 1e3 * (thread_s() - start_s) / pings;
   };
-  without(), with();  // warm
+  without(), with();  // warm up
   std::vector<double> off, on, ratios;
   for (int round = 0; round < rounds; ++round) {
     off.push_back(timed_ms(without));
@@ -43,7 +44,7 @@ CostMeasurement in_turns(std::string name, std::size_t faces, int rounds,
   return {std::move(name), faces, spread_of(off), spread_of(on), spread_of(ratios).median};
 }
 
-/// The same mesh with its labels, and as if it were all one thing.
+/// The same mesh with its labels, and with a single label.
 void measure_labels(std::vector<CostMeasurement>& results, std::string_view filter,
                     const fs::path& data, int rounds, int pings) {
   const std::string name = "labels/wreck/2M";
@@ -60,7 +61,7 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
   bed.seabed.boulders.resize(1);
   const std::vector<ObjectOptions> objects{{.mesh = {"wreck.ply", wreck}, .north_m = 60.0}};
   const Seafloor labelled = make_seafloor(bed, 1, objects);
-  Seafloor bare = labelled;  // which answers from both sides, as the wreck does
+  Seafloor bare = labelled;  // both sides of faces scatter, as for the wreck
   bare.face_label.clear();
   bare.labels.resize(1);
   bare.labels[0].two_sided = true;
@@ -109,7 +110,7 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
                std::string::npos;
       });
       if (modes.empty()) continue;
-      // 30 m/s over 4 m, half-way to the bed's depth.
+      // 30 m/s over 4 m, about half-way down to the bed.
       std::ofstream(cast) << "depth_m,soundspeed_mps\n0,1520\n12,1520\n16,1490\n60,1490.5\n";
       Scene scene = bed == std::string_view("ripples") ? ripples(faces) : fractal(faces);
       scene.run.surface = surface;
@@ -118,7 +119,7 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
       Simulator plain(scene);
       const std::vector<Pose> poses = plain.track();
       const auto turn = [&](Simulator& simulator) {
-        for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
+        for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping_numbered(poses[i], i);
       };
       for (const auto& [name, mode] : modes) {
         scene.sea.refraction = mode;
@@ -132,8 +133,8 @@ void measure_refraction(std::vector<CostMeasurement>& results, std::string_view 
   fs::remove(cast, ignored);
 }
 
-/// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then each effect
-/// with it and without.
+/// The signal chain over 2 x 7,500 bins, from expected echo to samples: alone, then with and
+/// without each effect.
 void measure_signal(std::vector<CostMeasurement>& results, std::string_view filter, int rounds,
                     int pings) {
   Sonar plain;
@@ -194,19 +195,19 @@ void measure_signal(std::vector<CostMeasurement>& results, std::string_view filt
         name, 0, rounds, [&] { turn(without); }, [&] { turn(with); }, pings));
   };
   Sonar all_sonar = plain;
-  ChainOptions all = usual, still = usual;
-  still.speckle = false;
+  ChainOptions all = usual, quiet = usual;
+  quiet.speckle = false;
   for (const Effect& effect : effects) {
     Sonar sonar = plain;
     ChainOptions options = usual;
     effect.apply(sonar, options);
     const bool first = &effect == &effects[0];
-    compare(std::string("signal/") + effect.name, sonar, options, first ? still : usual);
+    compare(std::string("signal/") + effect.name, sonar, options, first ? quiet : usual);
     effect.apply(all_sonar, all);
   }
-  all_sonar.receiver.looks = 1;  // more are as many echoes
+  all_sonar.receiver.looks = 1;  // more looks would multiply the echoes
   compare("signal/all arrivals and artefacts", all_sonar, all, usual);
-  compare("signal/all, and speckle", all_sonar, all, still);
+  compare("signal/all, and speckle", all_sonar, all, quiet);
 }
 
 }  // namespace

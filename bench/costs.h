@@ -10,18 +10,18 @@
 
 namespace ensonify::bench {
 
-/// What something costs a ping: pings with it and pings without, in turns.
+/// The cost of an effect per ping: pings with it and without it, alternately.
 struct CostMeasurement {
   std::string name;
   std::size_t faces = 0;
-  Spread without_ms, with_ms;  ///< of this thread's own time
+  Spread without_ms, with_ms;  ///< thread time
   double ratio = 0.0;          ///< the median of the pairs' ratios
 };
 
-/// Labels over a wreck on a seabed of several sediments and features (skipped without the wreck,
-/// which is mesh_underwater/skytteren_wreck.ply in the folder of data), and refraction over ripples
-/// and rock under a strong thermocline; the signal chain and each of its effects. Cases whose name
-/// holds the filter.
+/// The cost of labels, over a wreck on a seabed of several sediments and features (skipped without
+/// the wreck, mesh_underwater/skytteren_wreck.ply in the data folder); of refraction, over ripples
+/// and a fractal bed under a strong thermocline; of the signal chain and each of its effects. Only
+/// cases whose name contains the filter.
 std::vector<CostMeasurement> measure_costs(std::string_view filter,
                                            const std::filesystem::path& data, int rounds,
                                            int pings);

@@ -1,5 +1,5 @@
-// Runs scenes and writes a small picture of each: as the display shows it, and beside it the truth,
-// to one scale both ways. ./dev gallery calls it.
+// Runs scenes and writes a small picture of each: the display next to the truth, both to one scale
+// in both directions. ./dev gallery calls it.
 
 #include <algorithm>
 #include <array>
@@ -30,10 +30,10 @@ namespace fs = std::filesystem;
 using namespace ensonify;
 using namespace ensonify::engine;
 
-constexpr double side_px = 290.0;  // of a square picture; others have as many pixels
+constexpr double side_px = 290.0;  // of a square picture; others have the same number of pixels
 constexpr std::size_t max_colours = 32;
 
-/// Each pixel the mean of what it covers.
+/// Each new pixel is the mean of the pixels that it covers.
 Picture resampled(const Picture& from, std::size_t width, std::size_t height) {
   Picture to{width, height, 3, std::vector<std::uint8_t>(3 * width * height)};
   const auto channels = static_cast<std::size_t>(from.channels);
@@ -66,8 +66,8 @@ Picture side_by_side(const Picture& a, const Picture& b) {
   return both;
 }
 
-/// In the few colours that most of its pixels have, more or less, and the legend's over darker and
-/// brighter greys.
+/// Reduces a picture to a palette: its most frequent colours, and the legend's colours blended with
+/// darker and brighter greys.
 std::vector<std::byte> palette_png(const Picture& picture, std::span<const LegendEntry> legend) {
   struct Sum {
     std::array<std::size_t, 3> rgb{};
@@ -125,7 +125,7 @@ std::vector<std::byte> palette_png(const Picture& picture, std::span<const Legen
   return bytes;
 }
 
-/// Metres from ping to ping.
+/// Mean distance from ping to ping, in metres.
 double ping_step_m(const Waterfall& image) {
   double way_m = 0.0;
   for (std::size_t i = 1; i < image.pings.size(); ++i)

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/footprint.h>
@@ -26,18 +27,18 @@ namespace {
 using namespace engine;
 
 constexpr double cell_s = 2.5;     // a slow cell gets fewer turns
-constexpr int turns_of_grid = 24;  // and a fast one no more
+constexpr int turns_of_grid = 24;  // and a fast cell no more than this
 constexpr int turns_of_quick = 8;
 
 struct Scheme {
   const char *surface, *intersector;
   int query_pings = 1;
-  bool best_instructions =
-      false;               // of Embree's, rather than those pinned for the same bits anywhere
-  double max_faces = 1e9;  // a cell of more takes too long
+  // Of Embree: the machine's best, not those pinned for the same bits on all machines.
+  bool best_instructions = false;
+  double max_faces = 1e9;  // a larger cell takes too long
 };
 
-/// The one that the others are compared with comes first.
+/// The first one is what the others are compared with.
 std::vector<Scheme> schemes() {
   std::vector<Scheme> all{{"static", "embree", 1, true},
                           {"static", "embree"},
@@ -64,7 +65,7 @@ double resident_mb() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-/// One cell's simulator while its bed is measured.
+/// A cell under measurement.
 struct Running {
   Cell cell;
   std::unique_ptr<Simulator> simulator;
@@ -75,8 +76,8 @@ struct Running {
 
 void judge(Cell& cell, Simulator& simulator, const Pose& pose, const Judge& judge,
            std::span<const std::vector<Hit>> expected) {
-  const std::vector<std::vector<Hit>> found = simulator.hits(pose);
-  const std::span<const RayFan> fans = simulator.aim(pose);
+  const std::vector<std::vector<Hit>> found = SimulatorInternals::hits(simulator, pose);
+  const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
   for (std::size_t i = 0; i < fans.size(); ++i)
     for (std::size_t plane = 0; plane < fans[i].planes(); ++plane)
       for (std::size_t j = 0; j < fans[i].elevations(); ++j) {
@@ -142,23 +143,23 @@ class BedMeasurement {
     cell.prepare_s = wall_s() - start_s;
     const Seafloor& seafloor = one.simulator->seafloor();
     cell.faces = seafloor.faces;
-    cell.code_path = one.simulator->code_path();
+    cell.code_path = SimulatorInternals::code_path(*one.simulator);
     if (seafloor.progressive) {
-      const std::filesystem::path& file = one.simulator->prepared().cache_file;
+      const std::filesystem::path& file = SimulatorInternals::prepared(*one.simulator).cache_file;
       if (!file.empty()) cell.progressive_mb = 1e-6 * static_cast<double>(file_size(file));
     } else {
-      constexpr double mb_each = 12e-6;  // three floats, or three numbers
+      constexpr double mb_each = 12e-6;  // three floats or three indices
       cell.mesh_mb = mb_each * static_cast<double>(seafloor.vertices + seafloor.faces);
       cell.tree_mb = std::max(0.0, resident_mb() - before_mb - cell.mesh_mb);
     }
     if (poses_.empty()) poses_ = one.simulator->track();
     const double first_s = thread_s();
-    for (const EchoLine& line : one.simulator->ping(poses_.front(), 0))
+    for (const EchoLine& line : one.simulator->ping_numbered(poses_.front(), 0))
       cell.rays += static_cast<double>(line.rays);
     cell.first_ping_ms = 1e3 * (thread_s() - first_s);
   }
 
-  /// Against exact answers over the faces that one ping's fans can touch.
+  /// Compares with exact answers over the faces that one ping's fans can touch.
   void check() {
     const Pose& pose = poses_[poses_.size() / 2];
     Scene scene = scene_;
@@ -166,12 +167,13 @@ class BedMeasurement {
     Simulator exact(scene, {.cache = options_.cache});
     refine::Footprint footprint(*exact.seafloor().progressive);
     std::vector<refine::FanVolume> volumes;
-    for (const RayFan& fan : exact.aim(pose)) volumes.push_back(view_volume(fan));
+    for (const RayFan& fan : SimulatorInternals::aim(exact, pose))
+      volumes.push_back(view_volume(fan));
     const refine::ExactFaces near = footprint.query(volumes);
     const auto reference =
         make_intersector("pluecker", {near.points, near.faces, near.source_faces});
     std::vector<std::vector<Hit>> expected;
-    for (const RayFan& fan : exact.aim(pose))
+    for (const RayFan& fan : SimulatorInternals::aim(exact, pose))
       reference->intersect(fan, expected.emplace_back(fan.grid->rays()));
     const Judge judge_of(running_.front().simulator->seafloor().mesh, *reference);
     for (Running& one : running_) judge(one.cell, *one.simulator, pose, judge_of, expected);
@@ -198,17 +200,18 @@ class BedMeasurement {
     }
   }
 
-  /// The first ping after the leap is not counted: what it leaves is what a track's next finds.
+  /// The first ping after the leap is not timed; it leaves the state that a track's next ping
+  /// finds.
   double take_turn(Running& one, std::size_t begin) {
     Simulator& simulator = *one.simulator;
-    simulator.reset();
-    simulator.ping(poses_[begin], begin);
-    const StageTimes before = simulator.times();
+    SimulatorInternals::reset(simulator);
+    simulator.ping_numbered(poses_[begin], begin);
+    const StageTimes before = SimulatorInternals::times(simulator);
     const double took_s = turn_s([&](int i) {
       const std::size_t ping = begin + 1 + static_cast<std::size_t>(i);
-      simulator.ping(poses_[ping], ping);
+      simulator.ping_numbered(poses_[ping], ping);
     });
-    one.stages += simulator.times() - before;
+    one.stages += SimulatorInternals::times(simulator) - before;
     one.spent_s += took_s;
     return 1e3 * took_s / turn_pings;
   }

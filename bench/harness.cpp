@@ -5,12 +5,12 @@
 #include <vector>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/stage_times.h>
 
 namespace ensonify::bench {
 namespace {
 
-/// As Simulator::ping() looks at its watch for one sonar of two sides.
+/// The clock calls of Simulator::ping() for one sonar with two sides.
 void empty_ping(engine::StageTimes& times) {
   engine::StopWatch watch;
   watch.lap(times.surface_s);

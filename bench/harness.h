@@ -8,9 +8,9 @@
 
 namespace ensonify::bench {
 
-constexpr int turn_pings = 8;  // as many as a query may do for
+constexpr int turn_pings = 8;  // the most that a query serves
 
-/// Seconds of this thread's own that a turn takes: ping(0) to ping(7).
+/// The thread time of a turn, in seconds: ping(0) to ping(7).
 template <class Ping>
 double turn_s(const Ping& ping) {
   const double start_s = thread_s();
@@ -18,18 +18,18 @@ double turn_s(const Ping& ping) {
   return thread_s() - start_s;
 }
 
-/// What measuring itself adds to what is measured.
+/// The time that measuring itself adds.
 struct Harness {
-  double ping_us =
-      0.0;  ///< of a turn with nothing in it: the loop, its clock calls, and those of the stages
+  /// Of an empty turn: the loop, its clock calls, and those of the stages.
+  double ping_us = 0.0;
   double fastest_ping_us = 0.0;  ///< of the grid's cells
   double share() const { return ping_us / fastest_ping_us; }
   static constexpr double max_share = 0.01;
-  Spread stages_over_ping;  ///< of the cells: how much of their pings the times of the stages
-                            ///< account for
+  /// Of the cells: which share of their pings the stages' times account for.
+  Spread stages_over_ping;
 };
 
-/// For cells of which one was timed at least.
+/// At least one of the cells must have been timed.
 Harness measure_harness(std::span<const Cell> cells);
 
 }  // namespace ensonify::bench

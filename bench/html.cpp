@@ -35,7 +35,7 @@ td { border-bottom: 1px solid var(--line); } td.n { text-align: right; font-vari
 </style>
 )";
 
-/// Names come from this program, paths and processors from the machine.
+/// Escapes text for HTML: paths and processor names come from the machine.
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -59,10 +59,10 @@ std::string scheme_of(const Json& cell) {
   return fmt::format(
       "{}{}{}{}", cell.at("surface").get<std::string>(), separator,
       cell.at("intersector").get<std::string>(),
-      query_pings > 1 ? fmt::format("{}{} pings a query", separator, query_pings) : "");
+      query_pings > 1 ? fmt::format("{}{} pings per query", separator, query_pings) : "");
 }
 
-/// The report's cells by bed, size and scheme, in the order they first come.
+/// The report's cells by bed, size and scheme, in order of first appearance.
 class Grid {
  public:
   explicit Grid(const Json& report) {
@@ -80,14 +80,14 @@ class Grid {
         return cell;
     return nullptr;
   }
-  /// Only one that was timed.
+  /// The cell, if it was timed.
   const Json* timed(const std::string& bed, const std::string& size,
                     const std::string& scheme) const {
     const Json* cell = at(bed, size, scheme);
     return cell && cell->at("agrees").get<bool>() ? cell : nullptr;
   }
   bool empty() const { return cells_.empty(); }
-  /// A hue for a surface and an intersector; those who query for several pings are dashed.
+  /// One hue per face source and intersector; schemes with several pings per query are dashed.
   std::string colour(const std::string& scheme) const {
     std::vector<std::string> hues;
     for (const std::string& other : schemes) remember(hues, of_one_ping(other));
@@ -123,7 +123,7 @@ std::string number(double value) {
   return value >= 10.0 ? fmt::format("{:.1f}", value) : fmt::format("{:.2f}", value);
 }
 
-/// Pings a second over faces, both to the power; the paper's rate as a band.
+/// Pings per second over faces, both logarithmic; the paper's rate as a band.
 std::string rate_chart(const Grid& grid, const std::string& bed) {
   constexpr double width = 430, height = 300, left = 52, right = 12, top = 26, bottom = 34;
   constexpr double lowest = 1.0, highest = 20000.0;
@@ -137,7 +137,7 @@ std::string rate_chart(const Grid& grid, const std::string& bed) {
     return height - bottom - (height - top - bottom) * share;
   };
   std::string out = fmt::format(
-      "<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\"><title>pings a "
+      "<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\"><title>pings per "
       "second "
       "over faces: {2}</title>\n<text x=\"{3}\" y=\"16\">{2}</text>\n",
       width, height, bed, left);
@@ -174,7 +174,7 @@ std::string rate_chart(const Grid& grid, const std::string& bed) {
   return out + "</svg>\n";
 }
 
-/// Milliseconds a ping by stage, a bar a scheme.
+/// Milliseconds per ping by stage, one bar per scheme.
 std::string stage_chart(const Grid& grid, const std::string& bed, const std::string& size) {
   constexpr double width = 900, bar = 18, left = 250, right = 80;
   struct Stage {
@@ -189,7 +189,7 @@ std::string stage_chart(const Grid& grid, const std::string& bed, const std::str
   double longest = 0.0;
   for (const std::string& scheme : grid.schemes)
     if (const Json* cell = grid.timed(bed, size, scheme)) {
-      // The slow ones would leave no room to see the others.
+      // Slow schemes would leave no room for the others.
       if (cell->at("ping_ms").get<double>() > 40.0) continue;
       cells.push_back(cell);
       double all_ms = 0.0;
@@ -274,7 +274,7 @@ std::string agreement_table(const Json& report) {
   return out + "</table>\n";
 }
 
-/// The fastest of a bed and size, and the slowest that is no reference.
+/// The fastest cell of a bed and size, and the slowest that is not the reference.
 std::string verdict_on(const Grid& grid, const std::string& bed, const std::string& size) {
   const Json *best = nullptr, *worst = nullptr;
   std::string tree;
@@ -286,7 +286,7 @@ std::string verdict_on(const Grid& grid, const std::string& bed, const std::stri
     if (!worst || speedup < worst->at("speedup").get<double>()) worst = cell;
     if (cell->at("surface") == "refined" && cell->at("intersector") == "embree" &&
         cell->at("query_pings") == 1)
-      tree = fmt::format(" A tree rebuilt for every ping is {} times as fast as one that stands.",
+      tree = fmt::format(" A tree rebuilt for every ping is {} times as fast as a static one.",
                          number(speedup));
   }
   if (!best) return "";
@@ -335,7 +335,7 @@ std::string html(const Json& report) {
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width\"><title>ensonify: the benchmark</title>\n";
   out += style;
-  out += "</head><body>\n<h1>How fast ensonify pings</h1>\n";
+  out += "</head><body>\n<h1>The speed of ensonify's pings</h1>\n";
   std::string sets;
   for (const Json& set : report.at("instruction_sets")) sets += set.get<std::string>() + " ";
   out += fmt::format("<p class=\"note\">ensonify {} ({}), {}; {}.<br>{}, {} cores; {}</p>\n",
@@ -350,49 +350,52 @@ std::string html(const Json& report) {
         "<p>A cell is whole pings, two sides of 12 planes, 8 of them across the main lobe, and "
         "4096 elevations: faces found, rays "
         "traced, echoes "
-        "scattered and binned, without speckle and noise; on one core, in the thread's own time. "
-        "Surfaces: "
-        "<i>static</i> has every face in a tree that stands; <i>refined</i> and <i>footprint</i> "
-        "hand out the exact "
-        "faces that the fans can touch, found anew for every ping or every 8. Speedups are over "
+        "scattered and binned, without speckle and noise; on one core, in thread time. "
+        "Face sources: "
+        "<i>static</i> has all faces in one static tree; <i>refined</i> and <i>footprint</i> "
+        "give the exact "
+        "faces that the fans can touch, found for every ping or every 8 pings. Speedups are over "
         "static Embree "
-        "packets with the widest registers there are here (<i>embree-best</i>), turn by turn in "
+        "packets with this machine's widest registers (<i>embree-best</i>), turn by turn in "
         "one run. Each "
         "cell's hits of one ping agreed with an exact reference before it was "
         "timed.";
     if (report.contains("harness"))
-      out += fmt::format(" Here {}.", report.at("harness").at("words").get<std::string>());
+      out +=
+          fmt::format(" In this report {}.", report.at("harness").at("words").get<std::string>());
     out += "</p>\n<h2>Where each wins and loses</h2>\n<ul>\n";
     for (const std::string& size : grid.sizes)
       for (const std::string& bed : grid.beds) out += verdict_on(grid, bed, size);
-    out += "</ul>\n<h2>Pings a second over faces</h2>\n" + key(grid) + "<figure class=\"pair\">\n";
+    out +=
+        "</ul>\n<h2>Pings per second over faces</h2>\n" + key(grid) + "<figure class=\"pair\">\n";
     for (const std::string& bed : grid.beds) out += rate_chart(grid, bed);
     out += "</figure>\n<h2>Where a ping's time goes</h2>\n";
     for (const std::string& size : grid.sizes)
       for (const std::string& bed : grid.beds)
         if (const std::string chart = stage_chart(grid, bed, size); !chart.empty())
           out += "<figure>" + chart + "</figure>\n";
-    out += "<h2>Memory, and the way to the first ping</h2>\n<figure>" + memory_table(grid) +
-           "</figure>\n<p class=\"note\">A tree's size is how the process grew while it was built. "
-           "What was "
-           "analysed before is mapped from its file: preparing is short then.</p>\n";
+    out +=
+        "<h2>Memory, and the time to the first ping</h2>\n<figure>" + memory_table(grid) +
+        "</figure>\n<p class=\"note\">A tree's size is the growth of the process while "
+        "it was built. Seafloors that were analysed before are mapped from their files: then preparing is "
+        "fast.</p>\n";
   }
   if (report.contains("runs"))
     out +=
         "<h2>From scene or recipe to files</h2>\n<p>A run makes the seafloor, pings over it and "
         "writes its "
-        "files; a dataset makes samples of a recipe, seafloors, labels and all. By the clock on "
-        "the wall; pings a second are of a run's pings, of a dataset's whole time. A dataset's "
+        "files; a dataset makes samples of a recipe, including seafloors and labels. Wall "
+        "time; pings per second refer to a run's pings, or to a dataset's whole time. A dataset's "
         "stages are summed over threads.</p>\n<figure>" +
         runs_table(report.at("runs")) + "</figure>\n";
   if (report.contains("costs"))
     out +=
-        "<h2>What else costs a ping</h2>\n<p>Pings with it and pings without, in turns, in the "
-        "thread's own time: refracted rays, labels, and what is done to a signal.</p>\n<figure>" +
+        "<h2>Other costs of a ping</h2>\n<p>Pings with and without the effect, alternately, in "
+        "thread time: refracted rays, labels, and effects of the signal chain.</p>\n<figure>" +
         costs_table(report.at("costs")) + "</figure>\n";
   if (!grid.empty())
     out +=
-        "<h2>Agreement</h2>\n<p>Rays of one ping by what became of them, against the exact "
+        "<h2>Agreement</h2>\n<p>Rays of one ping by verdict, compared with the exact "
         "reference.</p>\n<figure>" +
         agreement_table(report) + "</figure>\n";
   return out + "</body></html>\n";

@@ -57,7 +57,7 @@ int measure_all(const Arguments& arguments) {
                           [](const Cell& cell) { return cell.ping_ms.median > 0.0; }))
     results.harness = measure_harness(results.cells);
   if (results.empty()) {
-    fmt::print(stderr, "ensonify-bench: no case's name holds '{}'\n", pattern);
+    fmt::print(stderr, "ensonify-bench: no case's name contains '{}'\n", pattern);
     return 2;
   }
   const nlohmann::ordered_json report = to_json(results);
@@ -73,7 +73,7 @@ int measure_all(const Arguments& arguments) {
       code = 1;
     }
   if (results.harness && results.harness->share() > Harness::max_share) {
-    fmt::print(stderr, "ensonify-bench: {}: that is too much to believe the cell\n",
+    fmt::print(stderr, "ensonify-bench: {}: too much for a valid measurement of that cell\n",
                words(*results.harness));
     code = 1;
   }
@@ -89,38 +89,39 @@ int measure_all(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  CLI::App app("Times pings of ensonify, case by case: surfaces x intersectors x beds x sizes");
+  CLI::App app("Times pings of ensonify, case by case: face sources x intersectors x beds x sizes");
   Arguments arguments;
   bool quiet = false;
   app.add_option(
       "--filter", arguments.grid.pattern,
-      "Only cases whose name holds this, as in ping/smooth/2M, trace/, run/ or dataset/");
-  app.add_flag("--quick", arguments.grid.quick, "Small beds and few turns: about a minute");
-  app.add_option("--data", arguments.grid.data, "The folder with the wreck and the survey")
+      "Only cases whose name contains this, such as ping/smooth/2M, trace/, run/ or dataset/");
+  app.add_flag("--quick", arguments.grid.quick, "Small beds and few measurements: about a minute");
+  app.add_option("--data", arguments.grid.data, "Folder with the wreck and the survey")
       ->type_name("DIR")
       ->envname("ENSONIFY_DATA");
   arguments.grid.cache = engine::default_cache();
-  app.add_option("--cache", arguments.grid.cache, "The folder for analysed seafloors")
+  app.add_option("--cache", arguments.grid.cache, "Folder for analysed seafloors")
       ->type_name("DIR")
       ->envname("ENSONIFY_CACHE");
-  app.add_option("--rounds", arguments.rounds, "Turns through the traces and costs")
+  app.add_option("--rounds", arguments.rounds, "Rounds through the traces and costs")
       ->check(CLI::Range(1, 1000));
-  app.add_option("--pings", arguments.pings, "Pings of such a turn")->check(CLI::Range(1, 1000));
-  app.add_option("--json-file", arguments.json, "Where the report goes as JSON")->type_name("FILE");
-  app.add_option("--csv", arguments.csv, "Where the grid's cells and the runs go as CSV")
+  app.add_option("--pings", arguments.pings, "Pings per round")->check(CLI::Range(1, 1000));
+  app.add_option("--json-file", arguments.json, "Write the report as JSON")->type_name("FILE");
+  app.add_option("--csv", arguments.csv, "Write the grid's cells and the runs as CSV")
       ->type_name("FILE");
-  app.add_option("--html", arguments.html, "Where the report goes as a page")->type_name("FILE");
-  app.add_option("--compare", arguments.compare,
-                 "An older report as JSON: exit code 1 if a speedup fell by more than the noise")
+  app.add_option("--html", arguments.html, "Write the report as an HTML page")->type_name("FILE");
+  app.add_option(
+         "--compare", arguments.compare,
+         "Compare with an older JSON report: exit code 1 if a speedup fell by more than the noise")
       ->type_name("FILE");
   app.add_flag("--json", arguments.print_json, "Print JSON instead of a table");
-  app.add_flag("--quiet", quiet, "No progress");
+  app.add_flag("--quiet", quiet, "Print no progress");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  if (!arguments.compare.empty()) read(arguments.compare);  // before the hour is spent
+  if (!arguments.compare.empty()) read(arguments.compare);  // fails before the long measurement
   if (!quiet)
     arguments.grid.progress = [](std::string_view what) { fmt::print(stderr, "{}\n", what); };
   return measure_all(arguments);

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Something that is done from beginning to end, in an empty folder.
+/// A complete task in an empty folder.
 struct Case {
   std::string name;
   std::function<PipelineMeasurement(const fs::path& folder, int threads)> measure;
@@ -28,7 +28,7 @@ struct Case {
 
 PipelineMeasurement measure_run(engine::Scene scene, bool quick, const fs::path& folder,
                                 int threads) {
-  scene.track.pings = quick ? 128 : 960;  // as long as the bed is
+  scene.track.pings = quick ? 128 : 960;  // as long as the bed
   const engine::RunReport report =
       engine::run(scene, folder, {.threads = threads, .cache = folder / "cache"});
   return {.pings = static_cast<std::size_t>(report.counts.at("pings")),
@@ -39,7 +39,7 @@ PipelineMeasurement measure_run(engine::Scene scene, bool quick, const fs::path&
           .pings_per_s = static_cast<double>(scene.track.pings) / report.pings_s};
 }
 
-/// The recipe's first samples, seabeds and all, as its first shard.
+/// The recipe's first samples, including their seabeds, as its first shard.
 PipelineMeasurement measure_dataset(const engine::Recipe& recipe, bool quick,
                                     const fs::path& folder, int threads) {
   const engine::GenerateReport report =
@@ -60,7 +60,7 @@ PipelineMeasurement measure_dataset(const engine::Recipe& recipe, bool quick,
   return one;
 }
 
-/// One thread count's turns as one.
+/// The medians of the turns with one number of threads.
 PipelineMeasurement middle_of(const std::vector<PipelineMeasurement>& turns) {
   PipelineMeasurement middle = turns.front();
   for (double PipelineMeasurement::*value :

@@ -25,7 +25,7 @@ constexpr double advance_m = 0.4;
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr int pings = 1000;
 
-/// Port and starboard: from the horizontal to straight down, 0.3 degrees to either side.
+/// Port and starboard: from level to straight down, 0.3 degrees to either side of broadside.
 std::array<refine::FanVolume, 2> fans_at(int ping) {
   std::array<refine::FanVolume, 2> fans;
   for (std::size_t side = 0; side < 2; ++side) {
@@ -42,7 +42,7 @@ std::array<refine::FanVolume, 2> fans_at(int ping) {
   return fans;
 }
 
-/// By the builder that is the default, or by the reference's collapses.
+/// Builds with the default builder, or with the reference builder.
 std::shared_ptr<const refine::ProgressiveMesh> build(const refine::TriangleMesh& mesh,
                                                      bool reference) {
   if (!reference) return engine::make_progressive_mesh(mesh);

@@ -34,8 +34,8 @@ std::string table(const Results& results) {
                       c.name, c.faces, 1e3 / c.ping_ms.median, c.ping_ms.median, c.ping_ms.low,
                       c.ping_ms.high, c.speedup.median, c.speedup.low, c.speedup.high, "yes",
                       c.surface_ms, c.trace_ms, c.echo_ms)
-                : fmt::format("{:<46} {:>9} not timed: it disagrees with the reference\n", c.name,
-                              c.faces);
+                : fmt::format("{:<46} {:>9} not timed, because it disagrees with the reference\n",
+                              c.name, c.faces);
   if (results.harness) text += words(*results.harness) + "\n";
   if (!results.runs.empty())
     text += fmt::format("{:<28} {:>8} {:>7} {:>10} {:>10} {:>9} {:>9} {:>9} {:>20}\n",

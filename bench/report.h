@@ -21,22 +21,22 @@ struct Results {
   std::vector<TraceMeasurement> traces;
   std::vector<RefinementMeasurement> refinements;
   std::vector<CostMeasurement> costs;
-  std::optional<Harness> harness;  ///< where a cell was timed
+  std::optional<Harness> harness;  ///< if a cell was timed
   bool empty() const {
     return cells.empty() && runs.empty() && traces.empty() && refinements.empty() && costs.empty();
   }
 };
 
-/// Tables to read.
+/// Tables for reading.
 std::string table(const Results& results);
 
-/// What measuring adds to the fastest cell, in a sentence.
+/// One sentence: the time that measuring adds to the fastest cell.
 std::string words(const Harness& harness);
 
-/// The grid's cells and what is done from beginning to end, a line each.
+/// The grid's cells and the complete tasks, one line each.
 std::string csv(const Results& results);
 
-/// All of it for programs, with the machine and the build.
+/// All results for programs, with the machine and the build.
 nlohmann::ordered_json to_json(const Results& results);
 
 }  // namespace ensonify::bench

@@ -9,10 +9,10 @@ namespace {
 using engine::Scene;
 namespace fs = std::filesystem;
 
-/// The rays that all cells are timed with, and nothing that is drawn.
+/// Sets the rays that all cells are timed with, and switches random parts off.
 Scene bare(Scene scene) {
   engine::Sonar& sonar = scene.sonars.front();
-  sonar.focused = true;  // else its near field wants more planes
+  sonar.focused = true;  // otherwise its near field needs more planes
   sonar.elevations = 4096;
   scene.speckle = false;
   return scene;

@@ -9,15 +9,15 @@
 
 namespace ensonify::bench {
 
-/// A square of rippled sand of 200 m, 10 m under the sonar, cut into more or fewer faces.
+/// A square of rippled sand of 200 m, 10 m below the sonar, of about `faces` faces.
 engine::Scene ripples(double faces);
 
-/// A square of 500 m with the heights of a rough bed, 15 m under the sonar.
+/// A square of 500 m of fractal relief, 15 m below the sonar, of about `faces` faces.
 engine::Scene fractal(double faces);
 
-/// A bed to time pings over: its name, and the scene of about so many faces, without speckle and
-/// noise, under two fans of 8 planes and 4096 elevations. None where its data are not in the
-/// folder.
+/// A bed for timing pings: its name, and its scene of about `faces` faces, without speckle and
+/// noise, under two fans of 8 planes and 4096 elevations. `scene` returns nothing if the bed's data
+/// are not in the folder.
 struct Bed {
   std::string_view name;
   std::string_view help;
@@ -28,7 +28,7 @@ std::span<const Bed> beds();
 /// The recipe of scenes/target_recognition.toml.
 extern const std::string_view target_recipe;
 
-/// How many faces a bed is cut into.
+/// How many faces a bed has.
 struct Size {
   std::string_view name;
   double faces;

@@ -6,7 +6,7 @@
 
 namespace ensonify::bench {
 
-/// The middle of several measurements, and between what four fifths of them lie.
+/// The median of several measurements, and the limits between which four fifths of them lie.
 struct Spread {
   double median = 0.0;
   double low = 0.0;

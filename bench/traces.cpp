@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/fan_scan/fan_scan.h>
@@ -24,11 +25,11 @@ struct Row {
   std::string name;
   std::unique_ptr<engine::Intersector> (*make)(const engine::IntersectorOptions& options);
   engine::IntersectorOptions options;
-  bool on_footprint =
-      false;  // traces the faces that the pair of fans can touch, found anew each time
+  // Traces the faces that the pair of fans can touch, found for each pair.
+  bool on_footprint = false;
 };
 
-/// The bare loop, which ratios refer to, first.
+/// The first row is the bare loop, which ratios refer to.
 std::vector<Row> rows() {
   std::vector<Row> all{{"bare embree", make_bare_embree, {}},
                        {"embree", engine::make_embree, {}},
@@ -46,7 +47,8 @@ std::vector<Row> rows() {
 std::vector<engine::RayFan> fans_over(engine::Simulator& simulator) {
   std::vector<engine::RayFan> fans;
   for (const engine::Pose& pose : simulator.track())
-    for (const engine::RayFan& fan : simulator.aim(pose)) fans.push_back(fan);
+    for (const engine::RayFan& fan : engine::SimulatorInternals::aim(simulator, pose))
+      fans.push_back(fan);
   return fans;
 }
 
@@ -82,8 +84,8 @@ std::vector<TraceMeasurement> measure_over(const std::string& bed, engine::Scene
                        .build_ms = 1e3 * (wall_s() - start_s)});
     tracers.back()->intersect(fans.front(), hits);  // warms up
   }
-  // Turn by turn for each pair of fans, so that a change of the machine's pace meets all alike; in
-  // the thread's own time, so that other programs do not count.
+  // Alternately for each pair of fans, so that a change of the machine's speed affects all equally;
+  // in thread time, which excludes other programs.
   std::vector<std::vector<double>> pair_us(tracers.size()), ratio(tracers.size()),
       query_us(tracers.size()), take_us(tracers.size());
   for (int round = 0; round < rounds; ++round)
@@ -123,7 +125,7 @@ std::vector<TraceMeasurement> measure_traces(std::string_view filter,
   for (const Bed& bed : beds())
     for (const Size& size : sizes) {
       const std::string name = fmt::format("trace/{}/{}/", bed.name, size.name);
-      const bool large = size.faces > 4e6;  // measured only if the filter asks for it
+      const bool large = size.faces > 4e6;  // measured only if the filter contains the size
       if (large && filter.find(size.name) == std::string_view::npos) continue;
       const std::optional<engine::Scene> scene = bed.scene(size.faces, data);
       if (!scene) continue;

@@ -1,5 +1,6 @@
-# cmake -D FOLDER=... -D NAME=... -D OUTPUT=... -P embed.cmake: the live page's files as constants in a C++ file.
-set(code "// Made of the files in ${NAME}.\n#include <ensonify/engine/live/page.h>\n\nnamespace ensonify::engine {\nnamespace {\n\n")
+# cmake -D FOLDER=... -D NAME=... -D OUTPUT=... -P embed.cmake
+# Writes a C++ file with the files of the live page as constants.
+set(code "// Made from the files in ${NAME}.\n#include <ensonify/engine/live/page.h>\n\nnamespace ensonify::engine {\nnamespace {\n\n")
 set(table "")
 file(GLOB files RELATIVE ${FOLDER} ${FOLDER}/*.html ${FOLDER}/*.css ${FOLDER}/*.js)
 foreach(file ${files})

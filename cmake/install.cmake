@@ -1,5 +1,5 @@
-# What is installed, for find_package(ensonify), and the packages made of it: the program and the
-# Python module in one, what others build with in the other.
+# Installation for find_package(ensonify), and two packages: the program with the Python module, and
+# the libraries with their headers.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/ensonify)

@@ -4,14 +4,14 @@
 
 namespace ensonify::engine {
 
-/// What durations are measured by. They go into reports, never into files.
+/// The clock for durations. They go into reports, never into output files.
 using Clock = std::chrono::steady_clock;
 
 inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Adds the time since the last lap to a stage.
+/// Adds up the time of stages, from lap to lap.
 class StopWatch {
  public:
   void lap(double& stage_s) {

@@ -5,8 +5,8 @@
 
 namespace ensonify::engine {
 
-/// A file that a scene names: in the scene's words (`wreck.ply`, `data:grid.tif`), and where it
-/// lies on this machine. Either may be empty if the other is given.
+/// A file that a scene names: as written in the scene (`wreck.ply`, `data:grid.tif`), and its path
+/// on this machine. Either may be empty if the other is given.
 struct InputFile {
   std::string name;
   std::filesystem::path path;

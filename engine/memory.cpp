@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// The number behind a name in a file of such pairs, as /proc/meminfo is one.
+/// The number after `name` in a file of such pairs, like /proc/meminfo; 0 if missing.
 double number_in(const fs::path& file, std::string_view name) {
   std::ifstream in(file);
   for (std::string word; in >> word;)
@@ -27,7 +27,7 @@ double number_in(const fs::path& file, std::string_view name) {
   return 0.0;
 }
 
-/// The only number in a file; none where there is another word ("max"), or no file.
+/// The only number in a file; none if it holds another word ("max") or does not exist.
 std::optional<double> number_of(const fs::path& file) {
   std::ifstream in(file);
   double value = 0.0;
@@ -40,8 +40,8 @@ double available_in_machine_bytes() {
   return available > 0.0 ? 1024.0 * (available + number_in(file, "SwapFree:")) : infinite;
 }
 
-/// What the control group in a folder, and each one that it is in, has left. Cached pages of files
-/// count as used there, but give way.
+/// The smallest rest that a control group and its parents have. Cached file pages count as used
+/// there, but can be freed, so they are added.
 double available_in_group_bytes(const fs::path& root, fs::path group, const char* limit,
                                 const char* used, const char* prefix) {
   double least = infinite;
@@ -77,7 +77,7 @@ double available_in_groups_bytes() {
   return least;
 }
 
-/// Pages of this process: all addresses, those in memory, and of those the ones that are files'.
+/// Pages of this process: all mapped, those in memory, and those in memory that belong to files.
 struct Pages {
   double mapped = 0.0, resident = 0.0, of_files = 0.0;
 };
@@ -122,9 +122,8 @@ void MemoryLimit::require(double more_bytes, std::string_view what, std::string_
 
 void throw_out_of_memory(std::string_view what) {
   throw MemoryError(
-      fmt::format("out of memory while making {}, with {} available; take larger cells, a smaller "
-                  "area or fewer "
-                  "threads",
+      fmt::format("out of memory while making {}, with {} available; use larger cells, a smaller "
+                  "area or fewer threads",
                   what, in_words(available_memory_bytes())));
 }
 

@@ -1,34 +1,35 @@
 #pragma once
 
 #include <new>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 
+#include <ensonify/refine/error.h>
+
 namespace ensonify::engine {
 
-/// Memory cannot hold what a scene needs: what that is, how much, the limit and the cure.
-struct MemoryError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+/// Not enough memory. The message names what needs it, how much, the limit, and what to change.
+struct MemoryError : Error {
+  using Error::Error;
 };
 
-/// How much memory this process can still take: what the machine has available (swap included), or
-/// less where a control group or RLIMIT_AS leaves less. Infinite where none of them can be read.
+/// How much memory, in bytes, this process can still allocate: what the machine has available (swap
+/// included), or less if a control group or RLIMIT_AS allows less. Infinite if none can be read.
 double available_memory_bytes();
 
 /// How much memory a process may use.
 struct MemoryLimit {
-  double bytes = 0.0;  ///< of the whole process; 0: what is available, looked up when it is needed
+  double bytes = 0.0;  ///< for the whole process; 0: what is available at the time
 
-  /// Throws MemoryError unless that many more bytes fit. For stages to call before they allocate.
-  /// `what` names in the plural what needs the bytes, `cure` how to need fewer.
+  /// Throws MemoryError unless `more_bytes` more fit. Stages call it before they allocate. `what`
+  /// names, in the plural, what needs the bytes; `cure` says how to need fewer.
   void require(double more_bytes, std::string_view what, std::string_view cure) const;
 };
 
-/// Throws MemoryError for a std::bad_alloc that came while `what` was being made.
+/// Throws MemoryError for a std::bad_alloc thrown while `what` was being made.
 [[noreturn]] void throw_out_of_memory(std::string_view what);
 
-/// Does the work; where memory runs out the message says what was being made.
+/// Returns work(); if memory runs out, throws MemoryError naming `what`.
 template <class Work>
 decltype(auto) with_memory_for(std::string_view what, Work&& work) {
   try {

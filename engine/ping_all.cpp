@@ -18,7 +18,7 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
     : artefacts_(scene.artefacts),
       seed_(scene.seed),
       block_pings_(static_cast<std::size_t>(scene.run.block_pings)) {
-  TrackPoses track_poses = simulator.track_poses();
+  TrackPoses track_poses = SimulatorInternals::track_poses(simulator);
   poses_ = std::move(track_poses.poses);
   warnings_ = std::move(track_poses.warnings);
   if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
@@ -33,7 +33,7 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   }
 }
 
-// What is recorded again is what was recorded last; the truth beside it as well.
+// A repeated ping repeats what was recorded last, its truth layers included.
 std::size_t TrackPings::recorded_at(std::size_t ping) const {
   const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   if (lost(ping)) return none;
@@ -59,15 +59,16 @@ TrackPings::RecordedPing TrackPings::hear(Simulator& simulator, std::size_t ping
   if (then == none) return heard;  // its row stays empty
   if (spare) {
     const std::size_t last = std::min((block_of(ping) + 1) * block_pings_, poses_.size()) - 1;
-    simulator.expect(std::span(sent_).first(sent_until_[last]).subspan(sent_until_[ping]), *spare);
+    SimulatorInternals::expect(
+        simulator, std::span(sent_).first(sent_until_[last]).subspan(sent_until_[ping]), *spare);
   }
-  heard.lines = simulator.ping(poses_[then], then);
+  heard.lines = simulator.ping_numbered(poses_[then], then);
   return heard;
 }
 
 bool TrackPings::verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const {
   if (recorded_[ping] == none) return false;
-  counts += simulator.verify(poses_[recorded_[ping]]);
+  counts += SimulatorInternals::verify(simulator, poses_[recorded_[ping]]);
   return true;
 }
 
@@ -81,7 +82,7 @@ class Pings {
       : scene_(scene), track_(scene, simulator), verify_(std::min(verify_pings, track_.count())) {
     require_images(memory, simulator.sonars(), track_.count());
     all_.warnings = track_.warnings();
-    simulator.count_object_visibility();
+    SimulatorInternals::count_object_visibility(simulator);
     for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, track_.count());
   }
 
@@ -98,7 +99,7 @@ class Pings {
       Simulator& mine = worker > 0 ? *other : simulator;
       const std::size_t begin = block * block_pings;
       const std::size_t end = std::min(begin + block_pings, track_.count());
-      mine.reset();
+      SimulatorInternals::reset(mine);
       for (std::size_t ping = begin; ping < end; ++ping) do_ping(mine, ping, spare);
       const std::unique_lock alone(images_lock_);
       done_ += end - begin;
@@ -115,11 +116,11 @@ class Pings {
 
  private:
   void take_counts(const Simulator& simulator) {
-    all_.stages += simulator.times();
-    all_.refraction += simulator.refraction_counts();
+    all_.stages += SimulatorInternals::times(simulator);
+    all_.refraction += SimulatorInternals::refraction_counts(simulator);
     all_.object_visibility.resize(all_.images.size());
     for (std::size_t i = 0; i < all_.images.size(); ++i) {
-      const std::span<const ObjectView> views = simulator.object_visibility(i);
+      const std::span<const ObjectView> views = SimulatorInternals::object_visibility(simulator, i);
       all_.object_visibility[i].resize(views.size());
       for (std::size_t k = 0; k < views.size(); ++k) all_.object_visibility[i][k] += views[k];
     }

@@ -9,15 +9,15 @@
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 
 namespace ensonify::engine {
 
-/// What all pings of a scene gave.
+/// The result of all pings of a scene.
 struct ScenePings {
-  std::vector<Waterfall> images;  ///< one a sonar
+  std::vector<Waterfall> images;  ///< one per sonar
   std::vector<std::vector<ObjectView>>
-      object_visibility;  ///< by sonar, as Simulator::object_visibility()
+      object_visibility;  ///< by sonar, as SimulatorInternals::object_visibility()
   std::uint64_t rays = 0, hits = 0;
   RefractionCounts refraction;
   StageTimes stages;                  ///< summed over threads
@@ -40,14 +40,15 @@ class TrackPings {
     PingRow record;
     std::span<const EchoLine> lines;  ///< of a lost ping none; good until the simulator's next ping
   };
-  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may ask,
-  /// each with a simulator of its own. Threads that are spare make the surface of the block's next
-  /// pings ready meanwhile. Throws as Simulator::ping().
+  /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may call
+  /// this, each with its own simulator. Spare threads make the faces of the block's next pings
+  /// ready meanwhile. Throws as Simulator::ping_numbered().
   RecordedPing hear(Simulator& simulator, std::size_t ping,
                     refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
-  /// Compares the ping with the reference as Simulator::verify(); false where nothing was recorded.
+  /// Compares the ping with the reference as SimulatorInternals::verify(); false where nothing was
+  /// recorded.
   bool verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const;
 
  private:
@@ -68,15 +69,15 @@ class TrackPings {
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
-/// Every ping of a scene's track, in aligned blocks over threads (0: as many as the machine has),
-/// by simulators over the seafloor of this one. So many of them, spread over the track, are
-/// compared with the exact reference. Throws SceneError for a track that leaves the seafloor,
-/// MemoryError for images that do not fit, and as Simulator::ping().
+/// Every ping of a scene's track, in aligned blocks over threads (0: one per core of the machine),
+/// by simulators that share the seafloor of this one. `verify_pings` of them, spread over the
+/// track, are compared with the exact reference. Throws SceneError for a track that leaves the
+/// seafloor, MemoryError for images that do not fit, and as Simulator::ping_numbered().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block = {}, const MemoryLimit& memory = {},
                     std::size_t verify_pings = 0);
 
-/// The bytes of the sonars' images of so many pings, as they are; their files come on top.
+/// The bytes in memory of the sonars' images of this many pings; their files come on top.
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
 /// Throws MemoryError unless they fit.
 void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings);

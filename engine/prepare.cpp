@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 // To be raised when a seafloor's options make another mesh than they did.
 constexpr int seafloor_version = 3;
 
-// The analysis takes about as long for so many faces as a ping does for its echoes.
-constexpr std::size_t faces_a_ping = 5000;
+// The analysis of this many faces takes about as long as the echoes of one ping.
+constexpr std::size_t faces_per_ping = 5000;
 
 // What the cache may hold; what was used longest ago goes first.
 constexpr std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
@@ -80,7 +80,7 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
   }
 }
 
-/// A fault that begins with the key of a table in a list: the same with its place in the file.
+/// Throws a fault that begins with the key of a table in a list again, with its place in the file.
 [[noreturn]] void throw_placed(const Scene& scene, const std::exception& error) {
   const std::string_view what = error.what();
   const std::string_view key = what.substr(0, what.find_first_of(": "));
@@ -90,9 +90,9 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
   throw;
 }
 
-constexpr double mesh_bytes_a_face = 18.0;  // of faces and half as many vertices
+constexpr double mesh_bytes_per_face = 18.0;  // of faces and half as many vertices
 
-/// Bytes a face of what a surface needs over the mesh; of one that is still to be chosen the least.
+/// Bytes per face that a surface needs in addition to the mesh; for `auto` the smaller one.
 double bytes_per_face(std::string_view surface, std::string_view intersector) {
   if (surface == "auto")
     return std::min(bytes_per_face("static", intersector), bytes_per_face("refined", intersector));
@@ -104,45 +104,45 @@ double bytes_per_face(std::string_view surface, std::string_view intersector) {
 class Preparing {
  public:
   Preparing(const Scene& scene, const Preparation& how) : scene_(scene), how_(how) {
-    result_.surface = scene.run.surface;
+    result_->surface = scene.run.surface;
   }
 
-  PreparedSeafloor result() {
+  std::shared_ptr<const PreparedSeafloor> result() {
     check_header(scene_.seafloor);  // a large file takes long to be hashed, or read
     if (scene_.seafloor.kind == SeafloorKind::progressive) {
       make_seafloor_of_scene();
       choose("the seafloor was analysed before");
       if (!needs_progressive()) restore();
-      return std::move(result_);
+      return result_;
     }
     if (scene_.run.surface != "auto" && !needs_progressive()) {
       make_seafloor_of_scene();
-      return std::move(result_);
+      return result_;
     }
     find_cached();
-    if (!result_.cached) make_seafloor_of_scene();
+    if (!result_->cached) make_seafloor_of_scene();
     choose_by_length();
     if (!needs_progressive()) {
-      if (result_.cached) make_seafloor_of_scene();
-      result_.cache_file.clear();
-    } else if (!result_.cached) {
+      if (result_->cached) make_seafloor_of_scene();
+      result_->cache_file.clear();
+    } else if (!result_->cached) {
       make_progressive();
     }
-    return std::move(result_);
+    return result_;
   }
 
  private:
-  void tell(std::string_view stage) const {
+  void report(std::string_view stage) const {
     if (how_.progress) how_.progress(stage);
   }
   bool needs_progressive() const {
-    return face_source_kind(result_.surface).needs_progressive_mesh;
+    return face_source_kind(result_->surface).needs_progressive_mesh;
   }
 
   void make_seafloor_of_scene() {
-    tell("seafloor");
-    result_.seafloor = seafloor_of(scene_, plan());
-    result_.cached = false;
+    report("seafloor");
+    result_->seafloor = seafloor_of(scene_, plan());
+    result_->cached = false;
   }
 
   MemoryPlan plan() const {
@@ -151,80 +151,85 @@ class Preparing {
   }
 
   void restore() {
-    const auto faces = static_cast<double>(result_.seafloor.faces);
+    const auto faces = static_cast<double>(result_->seafloor.faces);
     how_.memory.require(
-        faces * (mesh_bytes_a_face + bytes_per_face(result_.surface, scene_.run.intersector)) +
+        faces * (mesh_bytes_per_face + bytes_per_face(result_->surface, scene_.run.intersector)) +
             how_.more_bytes,
         fmt::format("the {:.0f} faces of {} and a tree over them", faces,
                     scene_.seafloor.progressive.path.string()),
         "take --surface footprint");
-    with_memory_for("the seafloor", [&] { restore_mesh(result_.seafloor); });
+    with_memory_for("the seafloor", [&] { restore_mesh(result_->seafloor); });
   }
 
   void choose(std::string_view why) {
     if (scene_.run.surface != "auto") return;
-    result_.surface = "refined";
-    result_.why = why;
+    result_->surface = "refined";
+    result_->why = why;
   }
 
   // By the scene alone: whether the cache has it changes no byte.
   void choose_by_length() {
     if (scene_.run.surface != "auto") return;
     if (scene_.track.kind != TrackKind::line) return choose("the track is no single line");
-    const std::size_t faces = result_.seafloor.faces;
+    const std::size_t faces = result_->seafloor.faces;
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    const bool long_enough = pings >= faces / faces_a_ping;
-    result_.surface = long_enough ? "refined" : "static";
-    result_.why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
-                              long_enough ? "enough" : "too few", faces);
+    const bool long_enough = pings >= faces / faces_per_ping;
+    result_->surface = long_enough ? "refined" : "static";
+    result_->why = fmt::format("{} pings are {} to pay for the analysis of {} faces", pings,
+                               long_enough ? "enough" : "too few", faces);
   }
 
   void find_cached() {
     if (how_.cache.empty()) return;
-    tell("seafloor");
+    report("seafloor");
     key_ = seafloor_key(scene_);
-    result_.cache_file = file_of(how_.cache, key_);
+    result_->cache_file = file_of(how_.cache, key_);
     std::error_code unreadable;  // is as good as not there
-    if (!fs::exists(result_.cache_file, unreadable)) return;
+    if (!fs::exists(result_->cache_file, unreadable)) return;
     try {
-      result_.seafloor = open_analysed(result_.cache_file, key_);
-      result_.cached = true;
+      result_->seafloor = open_analysed(result_->cache_file, key_);
+      result_->cached = true;
       std::error_code ignored;  // it was used now
-      fs::last_write_time(result_.cache_file, fs::file_time_type::clock::now(), ignored);
+      fs::last_write_time(result_->cache_file, fs::file_time_type::clock::now(), ignored);
     } catch (const refine::MeshError& error) {
-      result_.warnings.push_back(fmt::format("{}; it is made anew", error.what()));
+      result_->warnings.push_back(fmt::format("{}; it is made again", error.what()));
     }
   }
 
   void make_progressive() {
-    tell("analysis");
+    report("analysis");
     with_memory_for("the analysis of the seafloor",
-                    [&] { analyse(result_.seafloor, refine::thread_count(how_.threads)); });
+                    [&] { analyse(result_->seafloor, refine::thread_count(how_.threads)); });
     if (how_.cache.empty()) return;
     try {
       fs::create_directories(how_.cache);
-      save_analysed(result_.seafloor, key_, result_.cache_file);
-      trim_cache(how_.cache, result_.cache_file);
+      save_analysed(result_->seafloor, key_, result_->cache_file);
+      trim_cache(how_.cache, result_->cache_file);
     } catch (const std::system_error& error) {
-      result_.warnings.push_back(
+      result_->warnings.push_back(
           fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",
                       error.what()));
-      result_.cache_file.clear();
+      result_->cache_file.clear();
     }
   }
 
   const Scene& scene_;
   const Preparation& how_;
-  PreparedSeafloor result_;
+  std::shared_ptr<PreparedSeafloor> result_ = std::make_shared<PreparedSeafloor>();
   std::string key_;
 };
 
 }  // namespace
 
-PreparedSeafloor prepare_seafloor(const Scene& scene, const Preparation& how) {
-  refine::thread_count(
-      how.threads);  // a wrong number is refused before any work, whatever needs it
-  return how.seafloor ? *how.seafloor : Preparing(scene, how).result();
+const BedGrid& PreparedSeafloor::bed() const {
+  std::call_once(bed_once_, [&] { bed_.emplace(seafloor); });
+  return *bed_;
+}
+
+std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
+                                                         const Preparation& how) {
+  refine::thread_count(how.threads);  // refuses a wrong number before any work
+  return how.seafloor ? how.seafloor : Preparing(scene, how).result();
 }
 
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan) {

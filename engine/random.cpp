@@ -11,7 +11,7 @@ namespace {
 // 53 bits to (0, 1]: never zero, so that its logarithm is finite.
 double to_unit(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 1.0) * 0x1p-53; }
 
-// Two uniform numbers become two independent standard normal ones.
+// Turns two uniform numbers into two independent standard normal ones.
 void box_muller(double& a, double& b) {
   const double radius = std::sqrt(-2.0 * std::log(a));
   const double angle = 2.0 * std::numbers::pi * b;
@@ -37,7 +37,8 @@ void RandomStream::uniform(std::span<double> out, std::uint64_t first) const {
 }
 
 void RandomStream::normal(std::span<double> out, std::uint64_t first) const {
-  // Numbers 2k and 2k+1 are the cosine and sine of one pair: whole pairs in place, halves apart.
+  // Numbers 2k and 2k+1 are the cosine and sine of one pair: whole pairs are computed in place,
+  // halves separately.
   std::array<double, 2> half{};
   std::size_t i = 0;
   if (first % 2 == 1 && !out.empty()) {

@@ -6,8 +6,8 @@
 
 namespace ensonify::engine {
 
-/// What a stream of random numbers is for. Streams of different purposes are independent; the
-/// numbers are part of the promise of equal bytes, so they are never reused or changed.
+/// What a stream of random numbers is for. Streams of different purposes are independent. The
+/// numbers are part of the promise of equal bytes: never reuse or change one.
 enum class Purpose : std::uint64_t {
   fractal_relief = 1,
   ripple_relief = 2,
@@ -33,14 +33,14 @@ enum class Purpose : std::uint64_t {
   background_chip = 62,
 };
 
-/// Numbers that depend on (seed, purpose, what they belong to, index) and on nothing else: no
+/// Random numbers that depend only on (seed, purpose, what they belong to, index). There is no
 /// state, so threads, order and shards cannot change them. Philox4x64-10 (Salmon and others, SC11).
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, Purpose purpose, std::array<std::uint64_t, 3> belongs_to = {})
       : seed_(seed), purpose_(purpose), belongs_to_(belongs_to) {}
 
-  /// The numbers first, first+1, … of the stream, uniform in (0, 1].
+  /// Numbers first, first+1, … of the stream, uniform in (0, 1].
   void uniform(std::span<double> out, std::uint64_t first = 0) const;
   /// The same, standard normal (Box-Muller).
   void normal(std::span<double> out, std::uint64_t first = 0) const;

@@ -13,7 +13,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
-#include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/manifest.h>
@@ -24,6 +24,7 @@
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/atomic_file.h>
 
@@ -34,7 +35,7 @@ namespace fs = std::filesystem;
 
 constexpr double nominal_sound_speed_mps = 1500.0;  // for the bins of a digitiser
 
-/// The folder of a run, which takes back what it was given unless the run is kept.
+/// The folder of a run. Removes the files that it wrote, unless the run is kept.
 class OutputFolder {
  public:
   explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
@@ -94,14 +95,15 @@ class Run {
 
   RunReport report() {
     Clock::time_point start = Clock::now();
-    Simulator simulator(scene_, {.cache = control_.cache,
-                                 .threads = control_.threads,
-                                 .progress = [&](std::string_view stage) { tell(stage, 0, 1); },
-                                 .seafloor = control_.seafloor,
-                                 .memory = control_.memory,
-                                 .more_bytes = expected_image_bytes()});
+    Simulator simulator(scene_,
+                        {.cache = control_.cache,
+                         .threads = control_.threads,
+                         .progress = [&](std::string_view stage) { report_stage(stage, 0, 1); },
+                         .seafloor = control_.seafloor,
+                         .memory = control_.memory,
+                         .more_bytes = expected_image_bytes()});
     report_.prepare_s = seconds_since(start);
-    const PreparedSeafloor& prepared = simulator.prepared();
+    const PreparedSeafloor& prepared = SimulatorInternals::prepared(simulator);
     report_.surface = prepared.surface;
     report_.surface_why = prepared.why;
     report_.cache_file = prepared.cache_file;
@@ -117,7 +119,7 @@ class Run {
     pings_ = ping_all(
         scene_, simulator, control_.threads,
         [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
-          tell("pings", done, of);
+          report_stage("pings", done, of);
           if (done > 0) grow_pictures(simulator, images);
         },
         control_.memory, control_.verify_pings);
@@ -139,7 +141,7 @@ class Run {
   }
 
  private:
-  void tell(std::string_view stage, std::size_t done, std::size_t of) {
+  void report_stage(std::string_view stage, std::size_t done, std::size_t of) {
     if (control_.progress && !control_.progress(stage, done, of))
       throw Stopped("stopped on request; the files of this run were removed");
   }
@@ -184,14 +186,15 @@ class Run {
     const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(scene_toml), names};
     std::uint64_t starved = 0;
     for (std::size_t i = 0; i < images.size(); ++i) {
-      tell("files", i, images.size());
+      report_stage("files", i, images.size());
       const std::string& name = images[i].sonar.name;
       write_picture(simulator, images[i], i);
       write_formats(simulator, i, origin);
       folder_.write(name + "_pings.csv", pings_csv(images[i]));
       if (!seafloor.objects.empty() || !seafloor.features.empty())
-        folder_.write(name + "_targets.json", targets_json(find_targets(images[i]), images[i],
-                                                           seafloor, pings_.object_visibility[i]));
+        folder_.write(name + "_targets.json",
+                      targets_json(target_records(images[i], seafloor, pings_.object_visibility[i]),
+                                   images[i], seafloor));
       Display over_layers = scene_.display;
       over_layers.slant_range_correction = false;
       if (scene_.output.truth)
@@ -202,7 +205,7 @@ class Run {
       for (const PingRow& ping : images[i].pings)
         starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
     }
-    if (control_.made) control_.made(simulator, images);
+    if (control_.on_outputs) control_.on_outputs({simulator, images, pings_.object_visibility});
     report_.counts["pings"] = images.front().rows();
     report_.counts["rays"] = pings_.rays;
     if (const RefractionCounts& bent = pings_.refraction; bent.rays > 0) {
@@ -218,7 +221,7 @@ class Run {
                       .seed = scene_.seed,
                       .surface = report_.surface,
                       .intersector = scene_.run.intersector,
-                      .code_path = std::string(simulator.code_path()),
+                      .code_path = std::string(SimulatorInternals::code_path(simulator)),
                       .classes = names.classes,
                       .materials = names.materials,
                       .counts = report_.counts,
@@ -226,7 +229,7 @@ class Run {
                       .warnings = report_.extrapolation.behind(report_.warnings),
                       .files = folder_.records()};
     folder_.write("manifest.json", manifest_json(manifest));
-    tell("files", images.size(), images.size());
+    report_stage("files", images.size(), images.size());
   }
 
   void take_verification() {
@@ -274,7 +277,8 @@ class Run {
                          .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
     if (track.origin_latitude_rad)
       frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
-    return make_recording(pings_.images[sonar], simulator.recorder(sonar), frame);
+    return make_recording(pings_.images[sonar], SimulatorInternals::recorder(simulator, sonar),
+                          frame);
   }
 
   void warn_of_holes() {
@@ -303,15 +307,15 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
   try {
     return Run(scene, folder, control).report();
   } catch (const refine::DamagedFile& damage) {
-    // Found at its first touch, in the middle of the run: what came from it before was sound, but
-    // begins anew as well. A file that the scene names is the user's own.
+    // Damage is found at its first touch, in the middle of the run. What was read before was sound,
+    // but the whole run starts again. A file that the scene names belongs to the user: it stays.
     if (scene.seafloor.kind == SeafloorKind::progressive) throw;
     std::error_code ignored;
     fs::remove(cache_file(scene, control.cache), ignored);
-    RunControl anew = control;
-    anew.seafloor = nullptr;
-    RunReport report = Run(scene, folder, anew).report();
-    report.warnings.push_back(fmt::format("{}; it was made anew", damage.what()));
+    RunControl again = control;
+    again.seafloor = nullptr;
+    RunReport report = Run(scene, folder, again).report();
+    report.warnings.push_back(fmt::format("{}; it was made again", damage.what()));
     return report;
   }
 }

@@ -6,43 +6,53 @@
 #include <map>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/extrapolation.h>
-#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/echo/object_view.h>
+#include <ensonify/engine/stage_times.h>
+#include <ensonify/refine/error.h>
 
 namespace ensonify::engine {
 
 /// Thrown by run() when it was asked to stop.
-struct Stopped : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct Stopped : Error {
+  using Error::Error;
 };
 
-/// How a run talks to whoever started it.
+/// What a run made, for RunControl::on_outputs; good during that call.
+struct RunOutputs {
+  const Simulator& simulator;
+  /// One per sonar, with the numbers of the labels that its files have.
+  std::span<const Waterfall> lines;
+  /// By sonar, what was seen of each object of the seafloor; empty where that was not counted.
+  std::span<const std::vector<ObjectView>> object_visibility;
+};
+
+/// How a run is made, and how it reports to its caller.
 struct RunControl {
-  int threads = 0;  ///< 0: as many as the machine has
-  /// Told what is being done ("seafloor", "analysis", "tree", "pings", "files") and how far it is.
-  /// Returning false stops the run. Called from one thread at a time, at least after every block.
+  int threads = 0;  ///< 0: one per core of the machine
+  /// Called with the stage ("seafloor", "analysis", "tree", "pings", "files") and how much of it is
+  /// done. Returning false stops the run. Called from one thread at a time, at least after every
+  /// block.
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
-  std::filesystem::path cache = {};  ///< for analysed seafloors, as in Preparation
-  std::shared_ptr<const PreparedSeafloor> seafloor = {};  ///< the same
-  MemoryLimit memory = {};                                ///< the same
-  std::size_t verify_pings = 0;  ///< so many are compared with the exact reference, too
-  bool growing_picture = true;   ///< whether the pictures are written while the run goes on
-  /// Told what the run made, with the labels' numbers of its files, once all but the manifest are
-  /// written.
-  std::function<void(const Simulator&, std::span<const Waterfall>)> made = {};
+  std::filesystem::path cache = {};                       ///< as in Preparation
+  std::shared_ptr<const PreparedSeafloor> seafloor = {};  ///< as in Preparation
+  MemoryLimit memory = {};                                ///< as in Preparation
+  std::size_t verify_pings = 0;  ///< how many pings are compared with the exact reference
+  bool growing_picture = true;   ///< whether pictures are written during the run
+  /// Called once all files except the manifest are written.
+  std::function<void(const RunOutputs&)> on_outputs = {};
 };
 
-/// What a run did. Times are of this machine and go into no file.
+/// What a run did. No file holds its times.
 struct RunReport {
   std::map<std::string, std::uint64_t> counts;  ///< pings, rays, hits, starved bins, faces, …
-  /// What was found of the pings that were verified; empty unless that was asked for.
+  /// What the comparison with the reference found; empty unless verify_pings was set.
   std::map<std::string, std::uint64_t> verification;
   std::vector<std::string> warnings;
   Extrapolation extrapolation;               ///< not among the warnings
@@ -54,7 +64,7 @@ struct RunReport {
   double prepare_s = 0.0;                    ///< seafloor and surface
   double pings_s = 0.0;                      ///< wall time of all pings
   double files_s = 0.0;                      ///< encoding and writing
-  double disk_s = 0.0;                       ///< of all of it, writing alone
+  double disk_s = 0.0;                       ///< of all stages, writing alone
 };
 
 /// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the

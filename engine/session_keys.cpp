@@ -2,24 +2,82 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
+#include <fmt/format.h>
+
+#include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 
 namespace ensonify::engine {
 
-std::vector<std::size_t> changed_sonars(const Scene& scene,
-                                        std::span<const std::string> overrides) {
+SessionScene::SessionScene(std::string text, std::string name, std::vector<std::string> overrides,
+                           ScenePaths paths)
+    : text_(std::make_shared<const std::string>(std::move(text))),
+      name_(std::move(name)),
+      overrides_(std::move(overrides)),
+      paths_(std::move(paths)) {}
+
+SessionScene SessionScene::of_file(const std::filesystem::path& file,
+                                   std::vector<std::string> overrides,
+                                   const std::filesystem::path& data_folder) {
+  return SessionScene(read_scene_text(file), file.string(), std::move(overrides),
+                      scene_paths(file, data_folder));
+}
+
+Scene SessionScene::with(std::span<const KeyValue> changes) const {
+  std::vector<std::string> all = overrides_;
+  for (const auto& some : {std::span<const KeyValue>(changes_), changes})
+    for (const KeyValue& change : some)
+      all.push_back(fmt::format("{}={}", change.key, change.value));
+  return parse_scene(*text_, name_, all, paths_);
+}
+
+void SessionScene::keep(std::span<const KeyValue> changes) {
+  for (const KeyValue& change : changes) {
+    std::erase_if(changes_, [&](const KeyValue& kept) { return kept.key == change.key; });
+    changes_.push_back(change);
+  }
+}
+
+void SessionScene::take_back(std::span<const KeyValue> changes, const SessionScene& before) {
+  for (const KeyValue& change : changes) {
+    const auto kept = std::ranges::find(changes_, change);
+    if (kept == changes_.end()) continue;
+    changes_.erase(kept);
+    const auto former = std::ranges::find(before.changes_, change.key, &KeyValue::key);
+    if (former != before.changes_.end()) changes_.push_back(*former);
+  }
+}
+
+std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes) {
   std::vector<std::size_t> changed;
   for (std::size_t i = 0; i < scene.sonars.size(); ++i) {
     const std::string prefix = "sonar." + scene.sonars[i].name + ".";
-    if (std::ranges::any_of(overrides, [&](const auto& key) { return key.starts_with(prefix); }))
+    if (std::ranges::any_of(changes, [&](const KeyValue& c) { return c.key.starts_with(prefix); }))
       changed.push_back(i);
   }
   return changed;
 }
 
-MovingObject single_object(const Scene& scene) {
-  if (scene.objects.size() != 1) throw std::invalid_argument("expected the keys of one object");
+void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes) {
+  for (const KeyValue& change : changes)
+    if (!change.key.starts_with("sonar."))
+      throw std::invalid_argument(
+          fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
+                      "sonar.NAME.range_m",
+                      change.key));
+  const Scene changed = scene.with(changes);
+  for (const std::size_t i : changed_sonars(changed, changes))
+    simulator.set_sonar(i, changed.sonars[i]);
+  scene.keep(changes);
+}
+
+MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
+                       const ScenePaths& paths) {
+  std::string text = "version = 1\n[[objects]]\n";
+  for (const auto& [key, value] : keys) text += fmt::format("{} = {}\n", toml_string(key), value);
+  const Scene scene = parse_scene(text, name, {}, paths);
   const ObjectOptions& table = scene.objects.front();
   return {.mesh = mesh_of(table, scene.seed, scene.materials),
           .material = table.material,

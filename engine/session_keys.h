@@ -1,21 +1,69 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 
 namespace ensonify::engine {
 
-// For those who change a session by a scene's keys: what these mean to a Simulator.
+// A session that is changed by a scene's keys: those of the stream, the live view and Python.
 
-/// The numbers of the scene's sonars that any of these overrides (`sonar.NAME.key=value`) changes.
-std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const std::string> overrides);
+/// A key of a scene, by its whole name with dots, and its value as TOML writes it; JSON's strings,
+/// numbers, truth values and lists are TOML as well.
+struct KeyValue {
+  std::string key, value;
+  friend bool operator==(const KeyValue&, const KeyValue&) = default;
+};
 
-/// The object of a scene that has one, to be put into another scene. Throws std::invalid_argument
-/// for another number of tables, and as mesh_of().
-MovingObject single_object(const Scene& scene);
+/// The scene of a session: its text, which is read once, and the keys that were changed since then.
+/// Of each key the last value counts, so that a session's length costs nothing. Copies share the
+/// text.
+class SessionScene {
+ public:
+  /// The arguments are those of parse_scene().
+  SessionScene(std::string text, std::string name, std::vector<std::string> overrides,
+               ScenePaths paths);
+  /// Reads a file; the arguments are those of read_scene(). Throws SceneError.
+  static SessionScene of_file(const std::filesystem::path& file, std::vector<std::string> overrides,
+                              const std::filesystem::path& data_folder);
+
+  /// The scene as it is with the kept changes and with these. Throws SceneError.
+  Scene with(std::span<const KeyValue> changes = {}) const;
+
+  /// Keeps changes.
+  void keep(std::span<const KeyValue> changes);
+  /// Takes kept changes back, except for keys that have other values by now: they get the values
+  /// that `before` has.
+  void take_back(std::span<const KeyValue> changes, const SessionScene& before);
+
+  const ScenePaths& paths() const { return paths_; }
+
+ private:
+  std::shared_ptr<const std::string> text_;
+  std::string name_;
+  std::vector<std::string> overrides_;
+  ScenePaths paths_;
+  std::vector<KeyValue> changes_;  // in the order of their last change; each key once
+};
+
+/// The numbers of the scene's sonars that any of these keys (`sonar.NAME.key`) changes.
+std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes);
+
+/// Changes keys of a simulator's sonars, and keeps them. Throws std::invalid_argument for a key
+/// that is not a sonar's, SceneError for a value that a scene refuses; then nothing is kept.
+void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
+
+/// The object that keys of a scene's [[objects]] describe; `name` stands for the scene's file in
+/// messages. Throws SceneError, and as mesh_of().
+MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
+                       const ScenePaths& paths);
 
 }  // namespace ensonify::engine

@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/clock.h>
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/scene/value_check.h>
 #include <ensonify/engine/scene/vertical_pattern_reader.h>
 #include <ensonify/engine/scene/water_check.h>
@@ -18,6 +20,7 @@
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
@@ -35,8 +38,8 @@ namespace {
 
 void require_finite(const Pose& pose) {
   if (!pose.position.allFinite() ||
-      !std::isfinite(pose.roll_rad + pose.pitch_rad + pose.heading_rad))
-    throw std::invalid_argument("Simulator: the pose is not finite");
+      !std::isfinite(pose.t_s + pose.roll_rad + pose.pitch_rad + pose.heading_rad))
+    throw std::invalid_argument("Simulator: the pose, or its time, is not finite");
 }
 
 /// A mesh's place: z up and y forward, where the body has x forward, y to starboard and z down.
@@ -55,7 +58,7 @@ std::size_t place_in(const std::vector<std::string>& names, const std::string& n
   return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
 }
 
-/// A sonar with all that it hears by.
+/// A sonar with all that its pings need.
 struct Instrument {
   Sonar sonar;                                        ///< with the bins of its digitiser
   std::optional<scatter::SoundSpeedProfile> profile;  ///< with absorption at its frequency
@@ -86,33 +89,20 @@ void warn(const std::string& warning, std::vector<std::string>& warnings) {
 
 }  // namespace
 
-StageTimes& StageTimes::operator+=(const StageTimes& other) {
-  surface_s += other.surface_s;
-  trace_s += other.trace_s;
-  echo_s += other.echo_s;
-  receive_s += other.receive_s;
-  return *this;
-}
-
-StageTimes StageTimes::operator-(const StageTimes& other) const {
-  return {surface_s - other.surface_s, trace_s - other.trace_s, echo_s - other.echo_s,
-          receive_s - other.receive_s};
-}
-
 /// What all threads share.
 struct Simulator::Ready {
   Scene scene;
-  PreparedSeafloor prepared;
-  const Seafloor& seafloor = prepared.seafloor;
+  std::shared_ptr<const PreparedSeafloor> prepared;
+  const Seafloor& seafloor = prepared->seafloor;
   std::size_t instances() const { return seafloor.objects.size() + seafloor.features.size(); }
   refine::Bounds bounds;
-  std::optional<BedGrid> bed;  ///< where the seafloor has its mesh
+  const BedGrid* bed = nullptr;  ///< where the seafloor has its mesh
   FaceSourceParts parts;
   std::string code_path;
   double sound_speed_mps;
   std::optional<scatter::SoundSpeedProfile> profile;
   std::vector<std::string> warnings;
-  std::vector<std::shared_ptr<const Instrument>> instruments;  ///< one a sonar
+  std::vector<std::shared_ptr<const Instrument>> instruments;  ///< one per sonar
 
   Ready(const Scene& of, const Preparation& how)
       : scene(of),
@@ -128,7 +118,7 @@ struct Simulator::Ready {
       parts.all = seafloor.mesh;
       with_memory_for("the tree over the seafloor", [&] {
         parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
-        bed.emplace(seafloor);
+        bed = &prepared->bed();
       });
     }
     code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
@@ -247,7 +237,7 @@ struct Simulator::Ready {
     const bool relief = name == scene.seafloor.material &&
                         scene.seafloor.kind == SeafloorKind::fractal &&
                         scene.seafloor.fractal.sediments_own;
-    // Of its parameters alone: how far the frequency is out of range, extrapolation.h says.
+    // Checks the parameters alone; extrapolation.h reports frequencies out of range.
     const double valid_hz =
         std::clamp(sonar.frequency_hz, scatter::lowest_valid_hz, scatter::highest_valid_hz);
     if (const auto warning = validity_warning(material, valid_hz)) warn(*warning, its_warnings);
@@ -256,18 +246,18 @@ struct Simulator::Ready {
   }
 };
 
-/// One thread's own.
+/// What one thread owns.
 struct Simulator::Worker {
   FacesWithBodies surface;
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   std::vector<std::string> classes, materials, warnings;
-  std::vector<Label> moving;  // of the objects added, by body; of class 0 where there is none
+  std::vector<Label> moving;  // labels of the objects added, by body; class 0 where there is none
   std::vector<std::shared_ptr<const Instrument>> instruments;
-  std::vector<Sonar> sonars;  // theirs
+  std::vector<Sonar> sonars;  // of the instruments
   std::vector<PingTracer> pingers;
-  std::vector<ObjectVisibility> views;  // one a sonar, or none
+  std::vector<ObjectVisibility> views;  // one per sonar, or none
   std::vector<RayFan> fans;
-  std::vector<double> heights_m;  // a sonar, over the bed
+  std::vector<double> heights_m;  // of each sonar over the bed
   std::vector<EchoLine> lines;
   SignalChain::Memory memory;
   std::uint64_t next_ping = 0;
@@ -276,7 +266,7 @@ struct Simulator::Worker {
   StageTimes times;
 
   explicit Worker(const Ready& ready)
-      : surface(face_source_kind(ready.prepared.surface).make(ready.parts),
+      : surface(face_source_kind(ready.prepared->surface).make(ready.parts),
                 static_cast<std::uint32_t>(ready.seafloor.faces), ready.parts),
         classes(ready.seafloor.classes),
         materials(ready.seafloor.materials),
@@ -328,7 +318,7 @@ Simulator::~Simulator() = default;
 
 Simulator Simulator::clone_for_thread() const {
   Simulator one(ready_);
-  if (!worker_->views.empty()) one.count_object_visibility();
+  if (!worker_->views.empty()) one.worker_->count_object_visibility(*ready_);
   return one;
 }
 
@@ -355,29 +345,7 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
   return worker_->fans;
 }
 
-std::vector<std::vector<Hit>> Simulator::hits(const Pose& pose) {
-  const std::span<const RayFan> fans = aim(pose);
-  const Intersector& surface = worker_->surface.prepare(fans);
-  std::vector<std::vector<Hit>> all;
-  for (const RayFan& fan : fans) surface.intersect(fan, all.emplace_back(fan.grid->rays()));
-  return all;
-}
-
-AgreementCounts Simulator::verify(const Pose& pose) {
-  const Seafloor& seafloor = ready_->seafloor;
-  CheckedMesh mesh{seafloor.mesh, ready_->bounds, seafloor.bed_faces};
-  if (const auto& progressive = seafloor.progressive) {
-    progressive->verify_all();
-    mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
-  }
-  AgreementCounts counts = compare_ping(worker_->surface, mesh, aim(pose),
-                                        intersector_kind(ready_->parts.intersector).precision);
-  counts += compare_height(mesh, pose.position.x(), pose.position.y(),
-                           bed_height_m(pose.position.x(), pose.position.y()));
-  return counts;
-}
-
-std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number) {
+std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64_t number) {
   Worker& worker = *worker_;
   StopWatch watch;
   refine::SpareThreads* spare = std::exchange(worker.spare, nullptr);
@@ -418,26 +386,18 @@ std::span<const EchoLine> Simulator::ping(const Pose& pose, std::uint64_t number
   return worker.lines;
 }
 
-void Simulator::expect(std::span<const Pose> poses, refine::SpareThreads& spare) {
-  worker_->expected = poses;
-  worker_->spare = &spare;
-}
-
-/// As far as the surface that is there does not do.
+/// Makes the faces of the expected pings ready, as far as those that are there do not do.
 void Simulator::look_ahead(refine::SpareThreads& spare) {
   try {
     for (const Pose& pose : worker_->expected)
       if (!worker_->surface.expect(aim(pose), spare)) return;
   } catch (const std::exception&) {
-    // Of a ping that may never come, and finds it again if it does.
+    // That ping may never come; if it does, it throws the same.
   }
 }
 
-std::span<const EchoLine> Simulator::ping(double time_s, const Pose& pose) {
-  if (!std::isfinite(time_s)) throw std::invalid_argument("Simulator: the time is not finite");
-  Pose then = pose;
-  then.t_s = time_s;
-  const std::span<const EchoLine> lines = ping(then, worker_->next_ping);
+std::span<const EchoLine> Simulator::ping(const Pose& pose) {
+  const std::span<const EchoLine> lines = ping_numbered(pose, worker_->next_ping);
   ++worker_->next_ping;
   return lines;
 }
@@ -516,11 +476,60 @@ double Simulator::bed_height_m(double x_m, double y_m) const {
                              : ready_->bed->height_m(x_m, y_m);
 }
 
-TrackPoses Simulator::track_poses() const {
-  const Ready& ready = *ready_;
+std::vector<Pose> Simulator::track() const { return SimulatorInternals::track_poses(*this).poses; }
+
+std::span<const std::string> Simulator::warnings() const { return worker_->warnings; }
+std::span<const std::string> Simulator::classes() const { return worker_->classes; }
+std::span<const std::string> Simulator::materials() const { return worker_->materials; }
+const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
+std::span<const Sonar> Simulator::sonars() const { return worker_->sonars; }
+double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
+const Calibration& Simulator::calibration(std::size_t sonar) const {
+  return worker_->instruments.at(sonar)->calibration;
+}
+
+// What programs do not need.
+
+void SimulatorInternals::expect(Simulator& simulator, std::span<const Pose> poses,
+                                refine::SpareThreads& spare) {
+  simulator.worker_->expected = poses;
+  simulator.worker_->spare = &spare;
+}
+
+void SimulatorInternals::reset(Simulator& simulator) { simulator.worker_->surface.reset(); }
+
+std::span<const RayFan> SimulatorInternals::aim(Simulator& simulator, const Pose& pose) {
+  return simulator.aim(pose);
+}
+
+std::vector<std::vector<Hit>> SimulatorInternals::hits(Simulator& simulator, const Pose& pose) {
+  const std::span<const RayFan> fans = simulator.aim(pose);
+  const Intersector& surface = simulator.worker_->surface.prepare(fans);
+  std::vector<std::vector<Hit>> all;
+  for (const RayFan& fan : fans) surface.intersect(fan, all.emplace_back(fan.grid->rays()));
+  return all;
+}
+
+AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pose) {
+  const Simulator::Ready& ready = *simulator.ready_;
+  const Seafloor& seafloor = ready.seafloor;
+  CheckedMesh mesh{seafloor.mesh, ready.bounds, seafloor.bed_faces};
+  if (const auto& progressive = seafloor.progressive) {
+    progressive->verify_all();
+    mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
+  }
+  AgreementCounts counts = compare_ping(simulator.worker_->surface, mesh, simulator.aim(pose),
+                                        intersector_kind(ready.parts.intersector).precision);
+  counts += compare_height(mesh, pose.position.x(), pose.position.y(),
+                           simulator.bed_height_m(pose.position.x(), pose.position.y()));
+  return counts;
+}
+
+TrackPoses SimulatorInternals::track_poses(const Simulator& simulator) {
+  const Simulator::Ready& ready = *simulator.ready_;
   return build_track(
       ready.scene,
-      {.bed_height_m = [&](double x_m, double y_m) { return bed_height_m(x_m, y_m); },
+      {.bed_height_m = [&](double x_m, double y_m) { return simulator.bed_height_m(x_m, y_m); },
        .lowest = ready.bounds.lowest.head<2>().cast<double>(),
        .highest = ready.bounds.highest.head<2>().cast<double>(),
        .frame = {.world_origin = ready.seafloor.mesh.world_origin,
@@ -530,37 +539,36 @@ TrackPoses Simulator::track_poses() const {
       ready.sound_speed_mps);
 }
 
-std::vector<Pose> Simulator::track() const { return track_poses().poses; }
-
-std::span<const std::string> Simulator::warnings() const { return worker_->warnings; }
-std::span<const std::string> Simulator::classes() const { return worker_->classes; }
-std::span<const std::string> Simulator::materials() const { return worker_->materials; }
-const Seafloor& Simulator::seafloor() const { return ready_->seafloor; }
-const PreparedSeafloor& Simulator::prepared() const { return ready_->prepared; }
-std::span<const Sonar> Simulator::sonars() const { return worker_->sonars; }
-std::string_view Simulator::code_path() const { return ready_->code_path; }
-void Simulator::reset() { worker_->surface.reset(); }
-double Simulator::absorption_db_per_m(std::size_t sonar) const {
-  return worker_->instruments.at(sonar)->medium.absorption_db_per_m;
+const PreparedSeafloor& SimulatorInternals::prepared(const Simulator& simulator) {
+  return *simulator.ready_->prepared;
 }
-void Simulator::count_object_visibility() { worker_->count_object_visibility(*ready_); }
 
-std::span<const ObjectView> Simulator::object_visibility(std::size_t sonar) const {
-  if (worker_->views.empty()) return {};
-  return worker_->views.at(sonar).views();
+std::string_view SimulatorInternals::code_path(const Simulator& simulator) {
+  return simulator.ready_->code_path;
 }
-RefractionCounts Simulator::refraction_counts() const {
+
+const Recorder& SimulatorInternals::recorder(const Simulator& simulator, std::size_t sonar) {
+  return simulator.worker_->instruments.at(sonar)->chain->recorder();
+}
+
+void SimulatorInternals::count_object_visibility(Simulator& simulator) {
+  simulator.worker_->count_object_visibility(*simulator.ready_);
+}
+
+std::span<const ObjectView> SimulatorInternals::object_visibility(const Simulator& simulator,
+                                                                  std::size_t sonar) {
+  if (simulator.worker_->views.empty()) return {};
+  return simulator.worker_->views.at(sonar).views();
+}
+
+RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {
   RefractionCounts sum;
-  for (const PingTracer& pinger : worker_->pingers) sum += pinger.refraction_counts();
+  for (const PingTracer& pinger : simulator.worker_->pingers) sum += pinger.refraction_counts();
   return sum;
 }
-double Simulator::sound_speed_mps() const { return ready_->sound_speed_mps; }
-const Recorder& Simulator::recorder(std::size_t sonar) const {
-  return worker_->instruments.at(sonar)->chain->recorder();
+
+const StageTimes& SimulatorInternals::times(const Simulator& simulator) {
+  return simulator.worker_->times;
 }
-const Calibration& Simulator::calibration(std::size_t sonar) const {
-  return worker_->instruments.at(sonar)->calibration;
-}
-const StageTimes& Simulator::times() const { return worker_->times; }
 
 }  // namespace ensonify::engine

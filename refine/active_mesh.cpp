@@ -17,7 +17,7 @@ std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | l
 Index high(std::uint64_t packed) { return static_cast<Index>(packed >> 32); }
 Index low(std::uint64_t packed) { return static_cast<Index>(packed); }
 
-/// Stable, by digits: a thousand numbers take microseconds.
+/// A stable radix sort: microseconds for a thousand numbers.
 void sort_by_high(std::vector<std::uint64_t>& numbers, std::vector<std::uint64_t>& spare) {
   std::uint64_t all = 0;
   for (const std::uint64_t n : numbers) all |= n;
@@ -77,7 +77,7 @@ ActiveMesh::ActiveMesh(const ProgressiveMesh& mesh) : mesh_(&mesh) {
   reset();
 }
 
-/// Whether each vertex's faces are one fan, so that no corner is left over.
+/// Throws unless each vertex's faces are one fan, which then includes every corner.
 void ActiveMesh::check_base() const {
   Fan fan;
   std::size_t corners = 0;
@@ -120,15 +120,15 @@ RefineStatistics ActiveMesh::refine(std::span<const FanVolume> volumes) {
   for (const Index left : twins_)
     if (!touches(nodes_[nodes_[left].parent])) offers_.push_back(nodes_[left].parent);
   split_touched();
-  // What was split by force is held open by what forced it: it need not be offered yet.
+  // Forced splits cannot be collapsed yet, because of the splits that forced them.
   opened_.clear();
   collapse_offered();
   settle_exact();
   return statistics_;
 }
 
-/// Lists what refinement has to look at: active inner vertices, and pairs of active siblings by the
-/// left one. Without branches, which nobody could predict here.
+/// Lists what refinement has to test: active inner vertices, and pairs of active siblings by the
+/// left one. Without branches, because they would be mispredicted here.
 void ActiveMesh::find_fronts() {
   inner_.resize(nodes_.size() + 1);
   twins_.resize(nodes_.size());
@@ -146,16 +146,16 @@ void ActiveMesh::find_fronts() {
   twins_.resize(twins);
 }
 
-/// Splits also what comes of that and is touched: the children of forced splits among them.
+/// Splits touched vertices, also touched ones that appear meanwhile (children, forced splits' too).
 void ActiveMesh::split_touched() {
   for (std::size_t i = 0; i < touched_.size(); ++i)
     if (nodes_[touched_[i]].is_active()) split(touched_[i]);
   touched_.clear();
 }
 
-/// Goes on until no more of them can be. This ends: each collapse goes with splits of
-/// later-collapsed nodes only, so that, written with the finest first, the list of what is split
-/// becomes less and less. That it ends soon is true of what builders make.
+/// Collapses offered nodes until none can be. This ends: a collapse only causes splits of nodes
+/// that were collapsed later, so the list of split nodes, written with the finest first, decreases.
+/// It ends soon for the meshes that builders make.
 void ActiveMesh::collapse_offered() {
   const std::size_t max_collapses = 16 * (mesh_->mid.size() + 1);
   for (std::size_t collapses = none; collapses != statistics_.collapses;) {
@@ -164,7 +164,8 @@ void ActiveMesh::collapse_offered() {
     waiting_.clear();
     for (std::size_t i = 0; i < offers_.size(); ++i) {
       const Index node = offers_[i];
-      const bool is_wanted = has_two_active(node) && !touches(nodes_[node]);  // still
+      // Tested again: this may have changed since the offer.
+      const bool is_wanted = has_two_active(node) && !touches(nodes_[node]);
       if (!is_wanted || !collapse(node)) {
         statistics_.blocked_collapses += is_wanted;
         waiting_.push_back(node);
@@ -187,7 +188,7 @@ void ActiveMesh::offer(Index node) {
 
 void ActiveMesh::vsplit(Index vertex) {
   if (vertex >= nodes_.size() || !nodes_[vertex].is_active() || nodes_[vertex].is_leaf())
-    throw std::invalid_argument("ActiveMesh::vsplit: no active inner node; nodes() tells them");
+    throw std::invalid_argument("ActiveMesh::vsplit: not an active inner node; see nodes()");
   split(vertex);
   touched_.clear();
   opened_.clear();
@@ -196,7 +197,8 @@ void ActiveMesh::vsplit(Index vertex) {
 
 bool ActiveMesh::ecol(Index node) {
   if (node >= nodes_.size() || !has_two_active(node))
-    throw std::invalid_argument("ActiveMesh::ecol: no node with two active children");
+    throw std::invalid_argument(
+        "ActiveMesh::ecol: not a node with two active children; see nodes()");
   const bool done = collapse(node);
   touched_.clear();
   opened_.clear();
@@ -206,7 +208,7 @@ bool ActiveMesh::ecol(Index node) {
 
 ExactFaces ActiveMesh::exact_faces() const { return {mesh_->points, exact_faces_, exact_sources_}; }
 
-/// Merges what came and went into the list. A face may have done both, and several times.
+/// Merges changes into the list of exact faces. A face may have come and gone several times.
 void ActiveMesh::settle_exact() {
   if (changes_.empty()) return;
   sort_by_high(changes_, spare_changes_);
@@ -220,7 +222,7 @@ void ActiveMesh::settle_exact() {
       next_exact_sources_.push_back(exact_sources_[old]);
     }
     if (source == none) break;
-    int count = 0;  // of the face, now
+    int count = 0;  // how many faces have this number now
     Face face{};
     if (old < exact_sources_.size() && exact_sources_[old] == source) {
       ++count;
@@ -231,7 +233,7 @@ void ActiveMesh::settle_exact() {
       if (low(*change) != none) face = mesh_->faces[low(*change)];
     }
     if (count == 0) continue;
-    if (count != 1) mesh_->contradicts("two faces are called", source);
+    if (count != 1) mesh_->contradicts("two faces have the number", source);
     for (const Index leaf : face) mesh_->verify_leaf(leaf);
     next_exact_faces_.push_back(face);
     next_exact_sources_.push_back(source);
@@ -285,7 +287,7 @@ Index ActiveMesh::make_face(Index slot) {
   return f;
 }
 
-/// Both children of an active inner vertex, which so becomes a split one.
+/// Adds both children of an active inner vertex, which becomes a split node.
 Index ActiveMesh::make_children(Index vertex) {
   Index left = static_cast<Index>(nodes_.size());
   if (free_children_.empty()) {
@@ -317,11 +319,11 @@ void ActiveMesh::split(Index vertex) {
   }
 }
 
-/// Splits a vertex, or says which other one has to be split before. With the children above one
-/// another, left below, the first fundamental face comes between them on the left side and the
-/// second on the right: so counter-clockwise round the vertex, the faces from the first's cut
-/// vertex to the second's are the left child's, the others the right one's. A missing face's cut is
-/// the border.
+/// Splits a vertex, or returns another one that must be split before it. Picture the children one
+/// above the other, the left child below. The first fundamental face comes between them on the left
+/// side, the second on the right. So counter-clockwise round the vertex, the faces from the first's
+/// cut vertex to the second's are the left child's, the others the right child's. If a fundamental
+/// face is missing, the border takes the place of its cut vertex.
 Index ActiveMesh::try_split(Index vertex) {
   const Index number = nodes_[vertex].number;
   const auto expect = [&](bool holds, const char* what) {
@@ -351,7 +353,7 @@ Index ActiveMesh::try_split(Index vertex) {
   if (two && fan.ring[at[0]] == fan.ring[at[1]]) {
     const Node& cut = nodes_[fan.ring[at[0]]];
     expect(!cut.is_leaf() && mesh_->order[cut.number] > mesh_->order[number],
-           "what must be split before it was collapsed before it: node");
+           "a node that must be split first was collapsed earlier than node");
     return fan.ring[at[0]];
   }
 
@@ -385,7 +387,7 @@ Index ActiveMesh::try_split(Index vertex) {
   }
   join(across[0], across[1]);
   for (Index s = 0; s < 2; ++s) {
-    // Whether the gap that an open fan had is this child's.
+    // Whether the gap of an open fan is at this child.
     const bool has_gap = fan.open && (cut_leaf[s] == none || (two && at[s] > at[1 - s]));
     nodes_[left + s].half_edge = !has_gap        ? across[s]
                                  : at[1 - s] > 0 ? fan.half_edges[0]
@@ -397,7 +399,7 @@ Index ActiveMesh::try_split(Index vertex) {
   return none;
 }
 
-/// Collapses once nothing blocks; what blocks it and was collapsed later is split.
+/// Collapses a node; splits blockers that were collapsed later. False if another blocks.
 bool ActiveMesh::collapse(Index node) {
   while (!is_free(node)) {
     for (const Index blocker : blockers_)
@@ -417,8 +419,8 @@ bool ActiveMesh::collapse(Index node) {
   return true;
 }
 
-/// Whether two active children may collapse: they have no common neighbours but the cut vertices.
-/// Finds both fans, what is to vanish, and blockers.
+/// Whether two active children may collapse: their only common neighbours are the cut vertices.
+/// Finds both fans, the faces that will vanish, and the blockers.
 bool ActiveMesh::is_free(Index node) {
   const Index left = nodes_[node].left;
   blockers_.clear();
@@ -445,9 +447,9 @@ bool ActiveMesh::is_free(Index node) {
   return blockers_.empty();
 }
 
-/// What else a collapse must keep to, at borders and in a tetrahedron. It held when the progressive
-/// mesh was built and does still: who has neighbours beyond one edge at any resolution has them at
-/// finer ones. Unless a file says otherwise.
+/// Checks the other conditions of a collapse, at borders and in a tetrahedron. They held when the
+/// progressive mesh was built and still hold: a vertex with neighbours beyond one edge at any
+/// resolution has them at finer ones too. Only a wrong file can violate them.
 void ActiveMesh::check_collapse(Index node) const {
   const auto has_neighbours = [](const Fundamental& f) {
     return f.face == none || f.in != none || f.out != none;
@@ -479,7 +481,7 @@ void ActiveMesh::merge_children(Index node) {
     if (!fans_[s].open) continue;
     const Index h = nodes_[left + s].half_edge;
     if (h / 4 == doomed_[1 - s].face)
-      first = doomed_[1 - s].out;  // it led to that cut vertex along the border
+      first = doomed_[1 - s].out;  // h led to that cut vertex along the border
     else if (h / 4 != doomed_[s].face)
       first = h;
   }

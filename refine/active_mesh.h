@@ -15,68 +15,70 @@ namespace ensonify::refine {
 /// What one refinement did.
 struct RefineStatistics {
   std::size_t splits = 0;
-  std::size_t forced_splits = 0;      ///< of them: to part two cut vertices that were one
-  std::size_t unblocking_splits = 0;  ///< of them: to free a collapse that others blocked
+  std::size_t forced_splits = 0;      ///< of the splits: to separate two cut vertices that were one
+  std::size_t unblocking_splits = 0;  ///< of the splits: to allow a collapse that others blocked
   std::size_t collapses = 0;
   std::size_t blocked_collapses = 0;  ///< wanted, but not allowed yet
 };
 
 /// One worker's selectively refined mesh over a progressive mesh, for all its sonars (Kim & Lee,
-/// "Truly selective refinement of progressive meshes", 2001): split wherever a node's sphere meets
-/// a view volume, coarse elsewhere. Each active face is an original face whose three corners have
-/// distinct active ancestors; where all three are leaves the face is there unchanged, and those are
-/// all that the volumes can touch.
+/// "Truly selective refinement of progressive meshes", 2001): split where a node's sphere meets a
+/// view volume, coarse elsewhere. Each active face is an original face whose three corners have
+/// distinct active ancestors. If all three ancestors are leaves, the face is there unchanged
+/// (exact); the exact faces include all that the volumes can touch.
 class ActiveMesh {
  public:
   static constexpr std::uint32_t none = ProgressiveMesh::none;
 
-  /// An active vertex, or a split node above some: the leaves [lo, hi) as one. Siblings lie side by
-  /// side, the left one first. Gaps in between are neither.
+  /// An active vertex, or a split node above active vertices. It covers the leaves [lo, hi).
+  /// Siblings are adjacent, the left one first. Unused elements are neither active nor split.
   struct Node {
     std::uint32_t lo = 0, hi = 0;
-    std::uint32_t number = none;     ///< of an inner node in the progressive mesh
-    std::uint32_t parent = none;     ///< where among nodes()
-    std::uint32_t left = none;       ///< its left child there, once it is split
-    std::uint32_t half_edge = none;  ///< that leaves an active vertex: at a border its fan's first
+    std::uint32_t number = none;  ///< of an inner node in the progressive mesh
+    std::uint32_t parent = none;  ///< index in nodes()
+    std::uint32_t left = none;    ///< index of its left child in nodes(), once it is split
+    /// A half-edge that leaves this active vertex; at a border the first of its fan.
+    std::uint32_t half_edge = none;
 
     bool is_leaf() const { return hi - lo == 1; }
     bool is_active() const { return (hi != 0) & (left == none); }
     bool covers(std::uint32_t leaf) const { return leaf - lo < hi - lo; }
   };
 
-  /// An active face; a gap where `slot` is none. Half-edge 4f + k leads from corner k of face f to
-  /// the next corner, the face to its left.
+  /// An active face; unused if `slot` is none. Half-edge 4f + k leads from corner k of face f to
+  /// the next corner, with the face on its left.
   struct ActiveFace {
-    std::array<std::uint32_t, 3> vertices;   ///< among nodes(), by corner
+    std::array<std::uint32_t, 3> vertices;   ///< indices in nodes(), by corner
     std::array<std::uint32_t, 3> opposites;  ///< by half-edge; none at a border
-    std::uint32_t slot = none;               ///< of the original face in the progressive mesh
+    std::uint32_t slot = none;               ///< the original face's index in the progressive mesh
     std::uint32_t source = none;             ///< its number in the source mesh
   };
 
-  /// Starts as the base mesh. The progressive mesh must outlive this. Whatever reads more of it
-  /// throws DamagedFile where its file is damaged or contradicts itself, as no builder's does; only
-  /// reset() and the destructor may follow that.
+  /// Starts as the base mesh. The progressive mesh must outlive this. Every function that reads
+  /// more of it throws DamagedFile if its file is damaged or contradicts itself; after that only
+  /// reset() and the destructor may be called.
   explicit ActiveMesh(const ProgressiveMesh& mesh);
   explicit ActiveMesh(ProgressiveMesh&&) = delete;
 
-  /// Back to the base mesh, keeping the memory.
+  /// Returns to the base mesh; keeps the memory.
   void reset();
 
-  /// Splits whatever these volumes touch and collapses what none touches. Nothing is allocated in a
-  /// steady state. Throws std::invalid_argument as ViewTest does.
+  /// Splits everything that the volumes touch and collapses what none touches. Allocates nothing in
+  /// a steady state. Throws std::invalid_argument as ViewTest does.
   RefineStatistics refine(std::span<const FanVolume> volumes);
 
-  /// The faces that are exact now, ascending in source_faces; good until the second change from
-  /// now.
+  /// The faces that are exact now, ascending in source_faces; valid until the second change after
+  /// this.
   ExactFaces exact_faces() const;
 
-  /// Splits one active vertex, and before it those that keep its two cut vertices one. Throws
-  /// std::invalid_argument where nodes()[vertex] is no active inner node.
+  /// Splits one active vertex; before that, splits the nodes that keep its two cut vertices one.
+  /// Throws std::invalid_argument if nodes()[vertex] is not an active inner node.
   void vsplit(std::uint32_t vertex);
 
-  /// Makes a split node with two active children a vertex again. Whatever blocks that and was
-  /// collapsed later in the progressive mesh is split; if something else does, nothing changes and
-  /// this is false. Throws std::invalid_argument where nodes()[node] is none such.
+  /// Merges the two active children of a split node into a vertex again. Nodes that block this and
+  /// were collapsed later in the progressive mesh are split first. If anything else blocks it,
+  /// nothing changes and it returns false. Throws std::invalid_argument if nodes()[node] has no two
+  /// active children.
   bool ecol(std::uint32_t node);
 
   std::size_t vertex_count() const { return vertex_count_; }
@@ -85,7 +87,7 @@ class ActiveMesh {
   std::span<const Node> nodes() const { return nodes_; }
   std::span<const ActiveFace> faces() const { return faces_; }
   const ProgressiveMesh& progressive_mesh() const { return *mesh_; }
-  /// Where an active vertex is drawn, local metres: at the leaf that its collapses kept.
+  /// An active vertex's position, local metres: that of the leaf that its collapses kept.
   const Eigen::Vector3f& position(std::uint32_t vertex) const {
     mesh_->verify_leaf(nodes_[vertex].hi - 1);
     return mesh_->points[nodes_[vertex].hi - 1];
@@ -93,21 +95,21 @@ class ActiveMesh {
 
  private:
   /// The half-edges that leave a vertex, counter-clockwise, and the vertices they lead to; then the
-  /// last face's third corner, which is the first of these again where the fan is closed.
+  /// last face's third corner, which is the first vertex again if the fan is closed.
   struct Fan {
     std::vector<std::uint32_t> half_edges, ring;
     bool open = false;
   };
-  /// One of the two faces that a split makes and a collapse takes away: of a child, the other child
-  /// and the cut vertex. In and out lead to the cut vertex and from it, where that face is not (any
-  /// more).
+  /// One of the two faces that a split makes and a collapse removes, with the corners: one child,
+  /// the other child, the cut vertex. `in` and `out` are the half-edges to the cut vertex and from
+  /// it while that face does not exist.
   struct Fundamental {
-    std::uint32_t face = none;  // none: it is not there, at a border
+    std::uint32_t face = none;  // none: at a border there is none
     std::uint32_t cut = none;
     std::uint32_t in = none, out = none;
   };
 
-  /// Verified, unless it is a leaf.
+  /// Verifies the node unless it is a leaf.
   Node node_over(std::uint32_t number, std::uint32_t lo, std::uint32_t hi,
                  std::uint32_t parent) const;
   void check_base() const;
@@ -152,14 +154,15 @@ class ActiveMesh {
 
   std::vector<Face> exact_faces_, next_exact_faces_;
   std::vector<std::uint32_t> exact_sources_, next_exact_sources_;
-  std::vector<std::uint64_t> changes_, spare_changes_;  // to them: source face, then slot or none
+  // Of the exact faces: source face, then slot or none.
+  std::vector<std::uint64_t> changes_, spare_changes_;
 
-  // what one change needs
+  // Buffers of one change.
   ViewTest view_;
   RefineStatistics statistics_;
   std::array<Fan, 2> fans_;
   std::array<Fundamental, 2> doomed_;
-  std::vector<std::uint32_t> marks_;  // by vertex: the last collapse's number that met it
+  std::vector<std::uint32_t> marks_;  // by vertex: the number of the last collapse that met it
   std::uint32_t mark_ = 0;
   std::vector<std::uint32_t> forcing_, blockers_, touched_, opened_, offers_, waiting_, twins_,
       inner_;

@@ -43,7 +43,7 @@ struct Descriptor {
   }
 };
 
-/// A file of its own beside the target; gone again unless it was renamed.
+/// A temporary file in the target's folder; the destructor removes it unless it was renamed.
 struct Temporary {
   int folder;
   std::string name;
@@ -51,14 +51,14 @@ struct Temporary {
   bool renamed = false;
 
   Temporary(const std::filesystem::path& file, int folder_number) : folder(folder_number) {
-    // O_EXCL makes the name ours; open with 0666 (not mkstemp's 0600) leaves the mode to the umask.
+    // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
     for (int n = 0; n < 10000 && descriptor.number < 0; ++n) {
       name = fmt::format(".{}.{}.tmp", file.filename().string(), n);
       descriptor.number =
           ::openat(folder, name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor.number < 0 && errno != EEXIST) break;
     }
-    if (descriptor.number < 0) fail(file, "make a temporary file beside it", errno);
+    if (descriptor.number < 0) fail(file, "make a temporary file in its folder", errno);
   }
   ~Temporary() {
     if (!renamed) ::unlinkat(folder, name.c_str(), 0);
@@ -75,9 +75,9 @@ void write_all(const std::filesystem::path& file, int descriptor,
 }
 
 void sync_folder(const std::filesystem::path& file, int folder) {
-  // EINVAL: a file system that cannot do this for folders.
+  // EINVAL: the file system does not support this for folders.
   if (::fsync(folder) != 0 && errno != EINVAL)
-    fail(file, "bring its folder to the disk (fsync)", errno);
+    fail(file, "write its folder to the disk (fsync)", errno);
 }
 
 }  // namespace
@@ -88,12 +88,13 @@ struct NewFile::Open {
 };
 
 NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::make_unique<Open>()) {
-  // A rename would replace a device such as /dev/null.
+  // Refused, because a rename would replace a device such as /dev/null.
   std::error_code unknown;
   const auto status = std::filesystem::status(file, unknown);
-  if (std::filesystem::is_directory(status)) fail(file, "write a file where a folder is", EISDIR);
+  if (std::filesystem::is_directory(status))
+    fail(file, "write a file in place of a folder", EISDIR);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    fail(file, "replace what is not a regular file", EINVAL);
+    fail(file, "replace something other than a regular file", EINVAL);
 
   const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
   open_->folder.number = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -110,7 +111,7 @@ void NewFile::write(std::span<const std::byte> bytes) {
 void NewFile::commit() {
   const int folder = open_->folder.number;
   Temporary& temporary = *open_->temporary;
-  if (::fsync(temporary.descriptor.number) != 0) fail(file_, "bring it to the disk (fsync)", errno);
+  if (::fsync(temporary.descriptor.number) != 0) fail(file_, "write it to the disk (fsync)", errno);
   if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file_, "close it", errno);
   if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0)
     fail(file_, "put it in place (rename)", errno);
@@ -146,7 +147,7 @@ bool put_in_place(const std::filesystem::path& folder, const std::filesystem::pa
   Descriptor parent, itself;
   itself.number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (itself.number < 0) fail(folder, "open it", errno);
-  if (::syncfs(itself.number) != 0) fail(folder, "bring it to the disk (syncfs)", errno);
+  if (::syncfs(itself.number) != 0) fail(folder, "write it to the disk (syncfs)", errno);
   parent.number = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (parent.number < 0) fail(above, "open it", errno);
   if (::rename(folder.c_str(), place.c_str()) != 0) {

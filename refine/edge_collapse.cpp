@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-// Behind the other, which it needs.
+// After the header above, which it needs.
 #include <OpenMesh/Core/Geometry/QuadricT.hh>
 #include <fmt/format.h>
 
@@ -25,9 +25,9 @@ using OpenMesh::HalfedgeHandle;
 using OpenMesh::VertexHandle;
 using Quadric = OpenMesh::Geometry::Quadricd;
 
-// Beside the planes of its faces a vertex remembers its own place, with this share of their weight.
-// On a level bed all planes agree, and it alone keeps collapses short and their trees round and
-// even.
+// In addition to the planes of its faces, a vertex's quadric has its own place, with this share of
+// their weight. On a level bed all planes agree; only this term keeps collapses short, and trees
+// compact and balanced.
 constexpr double weight_of_place = 1e-2;
 
 VertexHandle vertex(std::uint32_t number) { return VertexHandle(static_cast<int>(number)); }
@@ -55,7 +55,8 @@ void check_manifold(const TriangleMesh& mesh) {
   edges.reserve(half_edges);
   for (std::size_t h = 0; h < half_edges; ++h) {
     const std::uint64_t a = start(h), b = start(next(h));
-    if (a >= mesh.positions.size()) fail(h, fmt::format("names vertex {}, which is not there", a));
+    if (a >= mesh.positions.size())
+      fail(h, fmt::format("names vertex {}, which does not exist", a));
     if (a == b) fail(h, fmt::format("has vertex {} twice", a));
     edges.push_back({std::min(a, b) << 32 | std::max(a, b), static_cast<std::uint32_t>(h)});
   }
@@ -65,14 +66,14 @@ void check_manifold(const TriangleMesh& mesh) {
     if (edges[i].ends != edges[i - 1].ends) continue;
     const std::uint32_t h = edges[i].half_edge, other = edges[i - 1].half_edge;
     if (start(h) == start(other) || opposite[other] != ProgressiveMesh::none)
-      fail(h, fmt::format(
-                  "shares the edge of vertices {} and {} with face {} and with others, or turns "
-                  "against it",
-                  start(h), start(next(h)), other / 3));
+      fail(h,
+           fmt::format("shares the edge of vertices {} and {} with face {} and with others, or has "
+                       "the opposite orientation",
+                       start(h), start(next(h)), other / 3));
     opposite[h] = other;
     opposite[other] = h;
   }
-  // A fan is walked from its first half-edge, if it is open, through all that leave the vertex.
+  // Walks each fan from its first half-edge (at the border if it is open) and counts.
   std::vector<std::uint32_t> leaving(mesh.positions.size(), 0), first(mesh.positions.size());
   for (std::uint32_t h = 0; h < half_edges; ++h)
     if (leaving[start(h)]++ == 0 || opposite[h] == ProgressiveMesh::none) first[start(h)] = h;
@@ -87,7 +88,7 @@ void check_manifold(const TriangleMesh& mesh) {
   }
 }
 
-/// Handles are the source's numbers. OpenMesh would print what is wrong: it is found out before.
+/// Handles equal the source's numbers. Faults are found first, because OpenMesh would print them.
 HalfEdges half_edges(const TriangleMesh& mesh) {
   check_manifold(mesh);
   HalfEdges out;
@@ -127,7 +128,7 @@ class Collapser {
   }
 
  private:
-  /// A collapse to be had. Ties go to the lower half-edge.
+  /// A possible collapse. In a tie the lower half-edge comes first.
   struct Offer {
     double cost;
     int half_edge;  // removed -> kept
@@ -164,7 +165,7 @@ class Collapser {
         {std::min(at_a, at_b), at_a < at_b ? back.idx() : to.idx(), ++version_[index(edge)]});
   }
 
-  /// OpenMesh would make of a tetrahedron two faces over one another.
+  /// In addition to OpenMesh's test: a tetrahedron must not become two coincident faces.
   bool allowed(HalfedgeHandle half_edge) {
     const auto peak = [&](VertexHandle v) {
       return !mesh_.is_boundary(v) && mesh_.valence(v) == 3;
@@ -183,8 +184,8 @@ class Collapser {
          .right_face = number(mesh_.face_handle(mesh_.opposite_halfedge_handle(half_edge)))});
     mesh_.collapse(half_edge);
     quadrics_[index(kept)] += quadrics_[index(removed)];
-    // Costs changed at the kept vertex alone. What was blocked can have been freed only where a
-    // ring changed: at the vertices round it.
+    // Costs changed only at the kept vertex. Blocked edges can become free only where a ring
+    // changed: at the vertices around it.
     for (const EdgeHandle edge : mesh_.ve_range(kept)) offer(edge);
     for (const VertexHandle v : mesh_.vv_range(kept))
       for (const EdgeHandle edge : mesh_.ve_range(v))
@@ -193,8 +194,8 @@ class Collapser {
 
   HalfEdges mesh_;
   std::vector<Quadric> quadrics_;
-  std::vector<std::uint32_t> version_;  // of an edge: its latest offer's
-  std::vector<bool> blocked_;           // of an edge: not allowed when last tried
+  std::vector<std::uint32_t> version_;  // by edge: its latest offer's version
+  std::vector<bool> blocked_;           // by edge: not allowed when last tried
   std::priority_queue<Offer> offers_;
   std::vector<Collapse> collapses_;
 };

@@ -7,8 +7,8 @@
 namespace ensonify::refine {
 namespace {
 
-// For rounding, whatever the radius: of directions and of a tracer's arithmetic, some hundred steps
-// of float over the range; of the ray's origin, a step of float there; and a millimetre at least.
+// Margins for rounding, independent of the radius: for directions and a tracer's arithmetic, about
+// a hundred float steps of the range; for the ray's origin, one float step there; at least 1 mm.
 constexpr double slack_of_range = 1e-5;
 constexpr double slack_of_origin = 2e-7;
 constexpr double min_slack_m = 1e-3;
@@ -17,16 +17,16 @@ void check(const FanVolume& volume) {
   Eigen::Matrix3d frame;
   frame << volume.array_axis, volume.middle, volume.pole;
   constexpr double right_angle = std::numbers::pi / 2.0;
-  // Written so that nan fails.
+  // Written so that NaN fails.
   if (!((frame.transpose() * frame).isIdentity(1e-9) && volume.apex.allFinite()))
-    throw std::invalid_argument("ViewVolume: the frame must be orthonormal and the apex finite");
+    throw std::invalid_argument("FanVolume: the frame must be orthonormal and the apex finite");
   if (!(volume.truncation_rad >= 0.0 && volume.truncation_rad <= right_angle &&
         volume.elevation_low_rad >= -right_angle && volume.elevation_high_rad <= right_angle &&
         volume.elevation_low_rad <= volume.elevation_high_rad))
     throw std::invalid_argument(
-        "ViewVolume: the truncation must lie in 0 to 90 degrees, the elevations in order in +-90");
+        "FanVolume: truncation must be in 0 to 90 degrees, elevations in order within +-90");
   if (!(volume.range_m >= 0.0 && std::isfinite(volume.range_m)))
-    throw std::invalid_argument("ViewVolume: the range must be finite and not negative");
+    throw std::invalid_argument("FanVolume: the range must be finite and not negative");
 }
 
 }  // namespace

@@ -8,17 +8,17 @@
 
 namespace ensonify::refine {
 
-/// A ball, local metres.
+/// A solid sphere, local metres.
 struct Sphere {
   Eigen::Vector3f centre = Eigen::Vector3f::Zero();
   float radius = 0.0f;
 };
 
 /// The bounded volume of one fan: the points within range of the apex whose direction d has
-/// |d . array_axis| <= sin(truncation), an elevation asin(d . pole) between the limits, and d .
-/// middle
-/// >= 0. The three directions are the fan's frame, orthonormal: along the array, towards the middle
-/// of the sector, and across both. The limits lie within +-90 degrees, the truncation in 0 to 90.
+/// |d . array_axis| <= sin(truncation), an elevation asin(d . pole) between the limits, and
+/// d . middle >= 0. The three directions are the fan's orthonormal frame: along the array, towards
+/// the middle of the sector, and across both. The limits are within +-90 degrees, the truncation in
+/// 0 to 90.
 struct FanVolume {
   Eigen::Vector3d apex = Eigen::Vector3d::Zero();  ///< local metres
   Eigen::Vector3d array_axis = Eigen::Vector3d::UnitX();
@@ -28,21 +28,21 @@ struct FanVolume {
   double elevation_low_rad = 0.0;
   double elevation_high_rad = 0.0;
   double range_m = 0.0;
-  double margin_m = 0.0;  ///< what is this near is taken as inside
+  double margin_m = 0.0;  ///< points this near count as inside
 
   bool operator==(const FanVolume&) const = default;
 };
 
-/// Whether balls can touch any of several view volumes: never no where one does, sometimes yes
-/// where none does (near the volume's edges), rounding of the rays included.
+/// Tests whether spheres can touch any of several view volumes. It never misses a touch, and
+/// sometimes reports one that is not there (near the volume's edges); rounding of the rays is
+/// included.
 class ViewTest {
  public:
   ViewTest() = default;
   explicit ViewTest(std::span<const FanVolume> volumes) { look_at(volumes); }
 
-  /// Other volumes from now on; keeps the memory. Throws std::invalid_argument for what no fan is:
-  /// a frame that is not orthonormal, angles out of their bounds, a negative range, what is not
-  /// finite.
+  /// Replaces the volumes; keeps the memory. Throws std::invalid_argument for a frame that is not
+  /// orthonormal, angles out of bounds, a negative range, and values that are not finite.
   void look_at(std::span<const FanVolume> volumes);
 
   bool touches(const Sphere& sphere) const {
@@ -60,19 +60,20 @@ class ViewTest {
     double cos_low, sin_low, cos_high, sin_high;
     double range_m, slack_m;
   };
-  // Floats keep a ray's direction within 6e-8 and a tracer's arithmetic errs by some ten such
-  // steps, of the distances that it works with: the range here, the face's own size (below its
-  // ball's) there.
+  // Floats keep a ray's direction within 6e-8, and a tracer's arithmetic has an error of about ten
+  // such steps, relative to the distances it works with: here the range, there the face's own size
+  // (less than its sphere's).
   static constexpr double slack_of_radius = 4e-6;
 
   std::vector<Bounds> volumes_;
 };
 
-// By its distance from each of the surfaces that bound the volume, of which every one is at most
-// that from the volume itself. Of a point p from the apex: from the cone |p . axis| = |p|
-// sin(truncation), exactly cos |a| - sin q with q its distance from the axis; from the cones of the
-// limits, whose axis is the pole, at least the distance from their lines in the plane of p and the
-// pole. Here and not in the .cpp since this is the inner loop of all refinement.
+// Compares with the distance from each surface that bounds the volume; none is larger than the
+// distance from the volume itself. Let p be a point relative to the apex. The distance from the
+// cone |p . axis| = |p| sin(truncation) is exactly cos |a| - sin q with q the distance of p from
+// the axis. The distance from the cones of the limits, whose axis is the pole, is at least that
+// from their lines in the plane of p and the pole. It is inline because it is the inner loop of all
+// refinement.
 inline bool ViewTest::Bounds::touch(const Sphere& sphere) const {
   const Eigen::Vector3d p = sphere.centre.cast<double>() - apex;
   const double radius = sphere.radius * (1.0 + slack_of_radius) + slack_m;

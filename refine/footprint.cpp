@@ -10,7 +10,7 @@ ExactFaces Footprint::query(std::span<const FanVolume> volumes) {
   for (const std::uint32_t leaf : leaves_) reached_[leaf / 64] = 0;
   leaves_.clear();
   split_.clear();
-  pending_.clear();  // what a query left that found damage
+  pending_.clear();  // left by a query that found damage
   for (std::uint32_t r = 0; r < mesh_->roots.size(); ++r)
     descend({mesh_->roots[r] - r, mesh_->roots[r], mesh_->end_of(r)});
   const std::size_t found = collect();
@@ -29,8 +29,7 @@ void Footprint::descend(Branch branch) {
       if (view_.touches(mesh_->spheres[node])) {
         const std::uint32_t mid = mesh_->mid_of(node, lo, hi);
         split_.push_back(node);
-        __builtin_prefetch(mesh_->spheres.data() + node +
-                           (mid - lo));  // the other child is next door
+        __builtin_prefetch(mesh_->spheres.data() + node + (mid - lo));  // load the other child
         pending_.push_back({node + (mid - lo), mid, hi});
         branch = {node + 1, lo, mid};
         continue;
@@ -49,7 +48,7 @@ std::size_t Footprint::collect() {
     faces_.resize(most);
     source_faces_.resize(most);
   }
-  // Each is written and then kept or not: whether it is kept is too irregular for a branch.
+  // Each face is written and then kept or overwritten: a branch would be mispredicted.
   std::size_t found = 0;
   const auto take = [&](std::size_t slot) {
     const Face face = mesh_->faces[slot];

@@ -10,30 +10,30 @@
 
 namespace ensonify::refine {
 
-/// Original faces, all that a fan can touch among them. Corners are leaves of the progressive mesh,
-/// in the source mesh's corner order.
+/// Original faces that include all that a fan can touch. Corners are leaves of the progressive
+/// mesh, in the source mesh's corner order.
 struct ExactFaces {
   std::span<const Eigen::Vector3f> points;      ///< by leaf
   std::span<const Face> faces;                  ///< leaves
   std::span<const std::uint32_t> source_faces;  ///< a face's number in the source mesh
 };
 
-/// The faces inside view volumes by a walk from the roots: down where a node's sphere meets a
-/// volume, collecting the faces whose three leaves were reached. One volume, or several pings' at
-/// once.
+/// Finds the faces inside view volumes (of one ping or of several) by a walk from the roots: it
+/// descends where a node's sphere meets a volume, and collects the faces whose three leaves were
+/// reached.
 class Footprint {
  public:
   /// The progressive mesh must outlive this.
   explicit Footprint(const ProgressiveMesh& mesh);
   explicit Footprint(ProgressiveMesh&&) = delete;
 
-  /// Good until the next call; nothing is allocated in a steady state. Throws DamagedFile where the
-  /// progressive mesh's file is damaged (another query may find what it wants elsewhere), and
+  /// Valid until the next call; allocates nothing in a steady state. Throws DamagedFile if the part
+  /// of the progressive mesh's file that it needs is damaged (another query may succeed), and
   /// std::invalid_argument as ViewTest does.
   ExactFaces query(std::span<const FanVolume> volumes);
 
  private:
-  /// A node, or where lo + 1 = hi a leaf.
+  /// A node, or a leaf if lo + 1 = hi.
   struct Branch {
     std::uint32_t node, lo, hi;
   };
@@ -44,11 +44,11 @@ class Footprint {
 
   const ProgressiveMesh* mesh_;
   ViewTest view_;
-  std::vector<std::uint64_t> reached_;  // a bit a leaf
-  std::vector<std::uint32_t> leaves_;   // those set
+  std::vector<std::uint64_t> reached_;  // one bit per leaf
+  std::vector<std::uint32_t> leaves_;   // the leaves whose bit is set
   std::vector<std::uint32_t> split_;    // the inner nodes that meet a volume
   std::vector<Branch> pending_;
-  std::vector<Face> faces_;  // found, and room behind them
+  std::vector<Face> faces_;  // the found faces; may be longer
   std::vector<std::uint32_t> source_faces_;
 };
 

@@ -20,7 +20,7 @@ using Edge = std::pair<Index, Index>;
 
 Index after(Index half_edge) { return half_edge % 4 == 2 ? half_edge - 2 : half_edge + 1; }
 
-/// One line for each law that is broken: the first place, and how many there are.
+/// One line for each broken law: the first place, and the number of places.
 class Findings {
  public:
   void expect(bool holds, std::string_view law, std::size_t place) {
@@ -61,7 +61,7 @@ class Checker {
   explicit Checker(const ActiveMesh& mesh)
       : mesh_(mesh), whole_(mesh.progressive_mesh()), nodes_(mesh.nodes()), faces_(mesh.faces()) {}
 
-  /// Each next check reads what those before have found sound.
+  /// Each check relies on what the checks before it have verified.
   Findings run() {
     whole_.verify_all();
     check_tree();
@@ -189,7 +189,7 @@ class Checker {
     }
   }
 
-  /// Euler's characteristic, of the whole and of the originals under each vertex.
+  /// Euler's characteristic of the whole mesh and of the original faces under each vertex.
   void check_topology() {
     const std::vector<Edge> edges = undirected_edges(whole_.faces);
     std::vector<long> euler(nodes_.size(), 0), parts(nodes_.size(), 0);
@@ -284,7 +284,7 @@ class Checker {
   const ProgressiveMesh& whole_;
   std::span<const ActiveMesh::Node> nodes_;
   std::span<const ActiveMesh::ActiveFace> faces_;
-  std::vector<Index> ancestor_;  // of a leaf: the active one
+  std::vector<Index> ancestor_;  // by leaf: its active ancestor
   Findings found_;
 };
 
@@ -315,7 +315,7 @@ std::vector<std::string> broken_invariants(const ActiveMesh& mesh,
 std::vector<std::string> broken_invariants(const ProgressiveMesh& mesh) {
   mesh.verify_all();
   Findings found;
-  std::vector<std::vector<Index>> slots(mesh.leaves());  // of the faces at a leaf
+  std::vector<std::vector<Index>> slots(mesh.leaves());  // by leaf: the faces' indices
   for (Index slot = 0; slot < mesh.faces.size(); ++slot)
     if (mesh.faces[slot][0] != none)
       for (const Index leaf : mesh.faces[slot]) slots[leaf].push_back(slot);

@@ -18,7 +18,7 @@ std::string_view without_plus(std::string_view word) {
   return plus ? word.substr(1) : word;
 }
 
-/// The number a word is, nan and inf among them; too small a number is zero, too large a one inf.
+/// Reads a word as a number (or nan, inf); too small becomes 0, too large inf.
 std::optional<double> to_number(std::string_view word) {
   word = without_plus(word);
   double value = 0.0;
@@ -44,7 +44,7 @@ void fail_at_byte(std::string_view name, std::size_t byte, const std::string& wh
 }
 
 std::string index_fault(std::int64_t index, std::uint64_t vertices) {
-  return fmt::format("a face names vertex {}, but there are {}; correct the face, or the vertices",
+  return fmt::format("a face names vertex {}, but there are {}; correct the face or the vertices",
                      index, vertices);
 }
 
@@ -58,7 +58,7 @@ std::size_t MeshText::line_end_bytes(std::size_t place) const {
   return bytes_.substr(place, 2) == "\r\n" ? 2 : 1;
 }
 
-/// The bytes of a backslash here that joins the next line to this one, its line end among them.
+/// The length of a backslash here and the line end after it, if it joins two lines; otherwise 0.
 std::size_t MeshText::joint_bytes() const {
   if (!rules_.joined_lines || bytes_[place_] != '\\') return 0;
   std::size_t place = place_ + 1;
@@ -110,7 +110,7 @@ std::string_view MeshText::next_word(std::string_view wanted) {
 
 void MeshText::end_line(std::string_view after) {
   if (const std::string_view found = word(); !found.empty())
-    fail(fmt::format("{} follows {}; take it away, or correct what is before it", quoted(found),
+    fail(fmt::format("{} follows {}; remove it, or correct what is before it", quoted(found),
                      after));
 }
 
@@ -131,7 +131,7 @@ double MeshText::coordinate(std::string_view word) const {
   const std::optional<double> value = to_number(word);
   if (!value) fail(fmt::format("found {}, expected a number; correct it", quoted(word)));
   if (!(std::abs(*value) <= largest_mesh_m))
-    fail(fmt::format("a coordinate is {}, not a place in metres; correct it", quoted(word)));
+    fail(fmt::format("a coordinate is {}, not a number of metres; correct it", quoted(word)));
   return *value;
 }
 

@@ -11,7 +11,7 @@
 namespace ensonify::refine {
 namespace {
 
-// Statements that add no polygon. One that is not known may be a misspelt vertex: it is refused.
+// Statements that add no polygon. Unknown ones are refused: they may be misspelt vertices.
 constexpr std::array ignored{"vt",     "vn",       "vp",         "g",        "o",
                              "s",      "l",        "p",          "mg",       "lod",
                              "bevel",  "c_interp", "d_interp",   "usemtl",   "mtllib",
@@ -35,11 +35,11 @@ class ObjParser {
         text_.skip_line();
       else if (std::ranges::find(free_form, statement) != free_form.end())
         text_.fail(
-            fmt::format("\"{}\" belongs to a free-form surface, which is not read; write "
+            fmt::format("\"{}\" belongs to a free-form surface, which cannot be read; write "
                         "the file again as polygons",
                         statement));
       else
-        text_.fail(fmt::format("{} is no statement of an OBJ file; correct or drop the line",
+        text_.fail(fmt::format("{} is not a statement of an OBJ file; correct or remove the line",
                                quoted(statement)));
     }
     if (mesh_.faces.empty())
@@ -58,7 +58,7 @@ class ObjParser {
       const double value = text_.coordinate(word);
       if (numbers < 3) position[numbers] = value;
     }
-    // With a weight, a colour, or both: none of them moves a corner of a polygon.
+    // With a weight, a colour, or both, which are ignored.
     if (numbers != 3 && numbers != 4 && numbers != 6 && numbers != 7)
       text_.fail(
           fmt::format("a vertex has {} numbers, expected x y z (and a weight, a colour, or "
@@ -70,11 +70,11 @@ class ObjParser {
     Fan fan(mesh_.faces);
     for (std::string_view word; !(word = text_.word()).empty();) fan.add(corner(word));
     if (fan.corners() < 3)
-      text_.fail(fmt::format("a face has {} corners, expected 3 or more; correct or drop the line",
-                             fan.corners()));
+      text_.fail(fmt::format(
+          "a face has {} corners, expected 3 or more; correct or remove the line", fan.corners()));
   }
 
-  /// a, a/b, a//c or a/b/c: only a counts, but the others are numbers too, or left out.
+  /// a, a/b, a//c or a/b/c: only a is used; the others must be numbers or missing.
   std::uint32_t corner(std::string_view word) {
     const std::size_t slash = std::min(word.find('/'), word.size());
     const std::int64_t index = text_.integer(word.substr(0, slash), "a vertex's number");
@@ -92,7 +92,7 @@ class ObjParser {
     if (index == 0 || index < -vertices || index > std::numeric_limits<std::uint32_t>::max())
       text_.fail(index_fault(index, mesh_.positions.size()));
     if (index < 0) return static_cast<std::uint32_t>(vertices + index);
-    // It may name a vertex that is still to come.
+    // It may name a later vertex.
     if (static_cast<std::uint64_t>(index) > highest_) {
       highest_ = static_cast<std::uint64_t>(index);
       highest_line_ = text_.line();
@@ -102,7 +102,7 @@ class ObjParser {
 
   MeshText text_;
   FileMesh mesh_;
-  std::uint64_t highest_ = 0;  ///< the highest number any face names
+  std::uint64_t highest_ = 0;  ///< the highest vertex number in any face
   std::size_t highest_line_ = 0;
 };
 

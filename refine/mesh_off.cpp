@@ -20,19 +20,19 @@ class OffParser {
     header();
     const std::string_view first = text_.next_word("the number of vertices");
     if (first == "BINARY")
-      text_.fail("binary OFF is not read; write the file again as text, or as PLY");
+      text_.fail("binary OFF cannot be read; write the file again as text, or as PLY");
     const std::uint64_t vertices = count(first, "the number of vertices");
     const std::uint64_t faces =
         count(text_.next_word("the number of faces"), "the number of faces");
     count(text_.next_word("the number of edges"), "the number of edges");
     text_.end_line("the three counts");
-    if (faces == 0) text_.fail("the file promises no face; write it again with its faces");
-    // Divisions first, so that no promise overflows. The last line may lack its end.
+    if (faces == 0) text_.fail("the file has no faces; write it again with faces");
+    // Divides first, so that no count overflows. The last line may lack its line end.
     const std::uint64_t left = text_.bytes_left() + 1;
     if (vertices > left / vertex_bytes || faces > left / face_bytes ||
         vertices * vertex_bytes + faces * face_bytes > left)
       text_.fail(
-          fmt::format("the file promises {} vertices and {} faces, more than the {} bytes "
+          fmt::format("the file announces {} vertices and {} faces, more than the {} bytes "
                       "that follow can hold; it is cut short or the counts are wrong: fetch "
                       "or write it again",
                       vertices, faces, left - 1));
@@ -41,13 +41,13 @@ class OffParser {
     for (std::uint64_t i = 0; i < vertices; ++i) vertex();
     for (std::uint64_t i = 0; i < faces; ++i) face();
     if (text_.to_word())
-      text_.fail(fmt::format("{} follows the last face; correct the counts, or take it away",
+      text_.fail(fmt::format("{} follows the last face; correct the counts or remove it",
                              quoted(text_.word())));
     return std::move(mesh_);
   }
 
  private:
-  /// OFF, with what each vertex has more: ST, C and N in any order.
+  /// Reads OFF with prefixes for what each vertex has in addition: ST, C and N in any order.
   void header() {
     const std::string_view word = text_.next_word("OFF");
     std::string_view more = word.ends_with("OFF") ? word.substr(0, word.size() - 3) : "?";
@@ -86,7 +86,7 @@ class OffParser {
     const std::int64_t corners = text_.integer("a face's number of corners");
     if (corners < 3)
       text_.fail(
-          fmt::format("a face has {} corners, expected 3 or more; correct or drop it", corners));
+          fmt::format("a face has {} corners, expected 3 or more; correct or remove it", corners));
     Fan fan(mesh_.faces);
     for (std::int64_t i = 0; i < corners; ++i) {
       const std::int64_t index = text_.integer("a vertex's number");
@@ -94,12 +94,12 @@ class OffParser {
         text_.fail(index_fault(index, mesh_.positions.size()));
       fan.add(static_cast<std::uint32_t>(index));
     }
-    // What is left of the line is a colour: a map's index, or three numbers or four.
+    // The rest of the line is a colour: a map's index, or three or four numbers.
     int colour = 0;
     for (std::string_view word; !(word = text_.word()).empty(); ++colour) text_.check_number(word);
     if (colour == 2 || colour > 4)
       text_.fail(
-          fmt::format("{} numbers follow a face of {} corners, which is no colour; correct "
+          fmt::format("{} numbers follow a face of {} corners, which is not a colour; correct "
                       "its number of corners",
                       colour, corners));
   }

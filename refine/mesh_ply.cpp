@@ -25,14 +25,14 @@ std::size_t bytes_of(Scalar type) { return scalar_bytes[static_cast<std::size_t>
 struct Property {
   std::string_view name;
   Scalar type;
-  std::optional<Scalar> count_type;  ///< a list's
+  std::optional<Scalar> count_type;  ///< of a list's count
   Role role = Role::none;
 };
 
 struct Element {
   std::string_view name;
   std::uint64_t count;
-  std::size_t line;  ///< of the header, where the count stands
+  std::size_t line;  ///< of the header with the count
   std::vector<Property> properties;
 };
 
@@ -48,7 +48,7 @@ class HeaderParser {
 
   Header parse() {
     if (const std::string_view magic = text_.word(); magic != "ply")
-      text_.fail(fmt::format("found {}, expected ply; this is no PLY file", quoted(magic)));
+      text_.fail(fmt::format("found {}, expected ply; this is not a PLY file", quoted(magic)));
     text_.end_line("ply");
     for (;;) {
       const std::string_view keyword = text_.next_word("end_header");
@@ -70,7 +70,7 @@ class HeaderParser {
       text_.end_line(keyword);
       if (keyword == "end_header") break;
     }
-    if (!encoding_) text_.fail("the header names no format; add one, such as: format ascii 1.0");
+    if (!encoding_) text_.fail("the header has no format; add one, such as: format ascii 1.0");
     header_.encoding = *encoding_;
     find_vertices();
     find_corners();
@@ -81,7 +81,7 @@ class HeaderParser {
   void format() {
     constexpr std::array<std::string_view, 3> names{"ascii", "binary_little_endian",
                                                     "binary_big_endian"};
-    if (encoding_) text_.fail("the format is named twice; keep one");
+    if (encoding_) text_.fail("the format is given twice; keep one");
     const std::string_view name = text_.word(), version = text_.word();
     const auto found = std::ranges::find(names, name);
     if (found == names.end() || version != "1.0")
@@ -97,12 +97,12 @@ class HeaderParser {
     const std::int64_t count = text_.integer(text_.word(), "an element's name and count");
     if (count < 0) text_.fail(fmt::format("an element's count is {}; correct it", count));
     if (name == "tristrips")
-      text_.fail("triangle strips (tristrips) are not read; write the file again with faces");
+      text_.fail("triangle strips (tristrips) cannot be read; write the file again with faces");
     header_.elements.push_back({name, static_cast<std::uint64_t>(count), text_.line(), {}});
   }
 
   void property() {
-    if (header_.elements.empty()) text_.fail("a property stands before any element; correct it");
+    if (header_.elements.empty()) text_.fail("a property comes before any element; correct it");
     Property property;
     std::string_view word = text_.word();
     if (word == "list") {
@@ -130,8 +130,8 @@ class HeaderParser {
                     quoted(word)));
   }
 
-  /// The one of that name, or none; two are a fault. (Only what is read is looked for: a header may
-  /// have more names than can be held against each other.)
+  /// Finds the item of that name, or null; fails if there are two. (Only names that are read are
+  /// compared: a header may have too many names to compare all.)
   template <class Named>
   Named* find(std::vector<Named>& all, std::string_view name, std::size_t line) const {
     const auto found = std::ranges::find(all, name, &Named::name);
@@ -159,7 +159,7 @@ class HeaderParser {
   void find_corners() {
     Element* const face = find(header_.elements, "face", text_.line());
     if (!face || face->count == 0)
-      text_.fail("the header promises no face; write the file again with its faces",
+      text_.fail("the header has no faces; write the file again with faces",
                  face ? face->line : text_.line());
     Property* const indices = find(face->properties, "vertex_indices", face->line);
     Property* const index = find(face->properties, "vertex_index", face->line);
@@ -188,10 +188,10 @@ class TextBody {
   void end_row() { text_.end_line("the element's last value"); }
   void end() {
     if (text_.to_word())
-      text_.fail(fmt::format("{} follows the last element; correct the counts, or take it away",
+      text_.fail(fmt::format("{} follows the last element; correct the counts or remove it",
                              quoted(text_.word())));
   }
-  /// The fewest bytes of a row; and what there is. The last line may lack its end.
+  /// The smallest size of a row, and the bytes left. The last line may lack its line end.
   static std::uint64_t fewest_bytes(Scalar) { return 2; }
   std::uint64_t bytes_left() const { return text_.bytes_left() + 1; }
   [[noreturn]] void fail(const std::string& what) const { text_.fail(what); }
@@ -200,7 +200,7 @@ class TextBody {
   MeshText& text_;
 };
 
-/// The same as bytes.
+/// The values after the header, as bytes.
 class BinaryBody {
  public:
   BinaryBody(std::string_view bytes, std::string_view name, std::size_t place, bool swapped)
@@ -209,7 +209,7 @@ class BinaryBody {
   double coordinate(Scalar type) {
     const double value = number(type);
     if (!(std::abs(value) <= largest_mesh_m))
-      fail(fmt::format("a coordinate is {}, not a place in metres; write the file again", value));
+      fail(fmt::format("a coordinate is {}, not a number of metres; write the file again", value));
     return value;
   }
   std::int64_t integer(Scalar type) { return static_cast<std::int64_t>(number(type)); }
@@ -222,7 +222,7 @@ class BinaryBody {
   void end() {
     last_ = place_;
     if (bytes_left() > 0)
-      fail(fmt::format("{} bytes follow the last element; correct the counts, or take them away",
+      fail(fmt::format("{} bytes follow the last element; correct the counts or remove them",
                        bytes_left()));
   }
   static std::uint64_t fewest_bytes(Scalar type) { return bytes_of(type); }
@@ -230,7 +230,7 @@ class BinaryBody {
   [[noreturn]] void fail(const std::string& what) const { fail_at_byte(name_, last_, what); }
 
  private:
-  /// Any scalar: all are exact in double.
+  /// Reads any scalar type: all are exact in double.
   double number(Scalar type) {
     switch (type) {
       case Scalar::int8: return load<std::int8_t>();
@@ -270,7 +270,7 @@ void read_corners(Body& body, const Property& property, std::uint64_t vertices, 
   const std::int64_t corners = body.integer(*property.count_type);
   if (corners < 3)
     body.fail(
-        fmt::format("a face has {} corners, expected 3 or more; correct or drop it", corners));
+        fmt::format("a face has {} corners, expected 3 or more; correct or remove it", corners));
   Fan fan(mesh.faces);
   for (std::int64_t i = 0; i < corners; ++i) {
     const std::int64_t index = body.integer(property.type);
@@ -306,18 +306,19 @@ FileMesh read_body(const Header& header, const MeshText& text, Body body) {
   FileMesh mesh;
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;
-    // The smallest that a row can be, so that no promise is believed that the file cannot keep.
+    // A row's smallest size: refuses counts that the file cannot hold, before memory is allocated.
     std::uint64_t row_bytes = 0;
     for (const Property& property : element.properties) {
       if (property.role == Role::corners) row_bytes += 3 * body.fewest_bytes(property.type);
       row_bytes += body.fewest_bytes(property.count_type.value_or(property.type));
     }
     if (element.count > body.bytes_left() / row_bytes)
-      text.fail(fmt::format("the header promises {} of element {}, more than the {} bytes left for "
-                            "it can hold; the file is cut short or its header wrong: fetch or "
-                            "write it again",
-                            element.count, quoted(element.name), body.bytes_left()),
-                element.line);
+      text.fail(
+          fmt::format("the header announces {} of element {}, more than the {} bytes left for "
+                      "it can hold; the file is cut short or its header wrong: fetch or "
+                      "write it again",
+                      element.count, quoted(element.name), body.bytes_left()),
+          element.line);
     if (element.name == "vertex") mesh.positions.reserve(element.count);
     if (element.name == "face") mesh.faces.reserve(element.count);
     for (std::uint64_t i = 0; i < element.count; ++i)
@@ -327,8 +328,8 @@ FileMesh read_body(const Header& header, const MeshText& text, Body body) {
   return mesh;
 }
 
-/// Where the bytes after the header begin. A header in lone CRs ends with one, even if the first of
-/// those bytes happens to be an LF.
+/// Where the bytes after the header begin. A header with lone CRs ends with one CR, even if the
+/// first of those bytes happens to be an LF.
 std::size_t body_place(std::string_view bytes, std::size_t end_header) {
   const std::size_t first = bytes.find_first_of("\r\n");
   const bool lone_cr = bytes.substr(first, 1) == "\r" && bytes.substr(first, 2) != "\r\n";

@@ -28,10 +28,10 @@ std::string content(const std::filesystem::path& file) {
   const auto fail = [&](const char* what) {
     throw MeshError(fmt::format("{}: {}", file.string(), what));
   };
-  // Before it is opened: a named pipe would wait for ever.
+  // Checked before opening: opening a named pipe would block.
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(file, unknown))
-    fail("is not a file that can be read; correct the path");
+    fail("is not a regular file; correct the path");
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   const auto size = static_cast<std::streamoff>(stream.tellg());
   if (!stream || size < 0) fail("cannot be opened; check its permissions");
@@ -55,8 +55,8 @@ FileMesh parse(std::string_view bytes, MeshFormat format, std::string_view name)
   }
 }
 
-/// The middle of the bounds of what faces use, in whole metres. A hair over one half, so that a
-/// shifted copy of a scene whose middle stands on a half is not rounded to the other side.
+/// The middle of the bounds of the vertices that faces use, in whole metres. It rounds slightly
+/// above one half, so that shifted copies of a scene whose middle is at a half all round alike.
 Eigen::Vector3d middle(const FileMesh& mesh) {
   Eigen::Vector3d low = mesh.positions[mesh.faces[0][0]], high = low;
   for (const Face& face : mesh.faces)
@@ -100,7 +100,7 @@ TriangleMesh parse_mesh(std::string_view bytes, MeshFormat format, std::string_v
 TriangleMesh read_mesh(const std::filesystem::path& file) {
   const std::optional<MeshFormat> format = mesh_format(file);
   if (!format)
-    throw MeshError(fmt::format("{}: is no mesh by its name; meshes are .ply, .obj, .stl or .off",
+    throw MeshError(fmt::format("{}: is not named like a mesh; meshes are .ply, .obj, .stl or .off",
                                 file.string()));
   return parse_mesh(content(file), *format, file.string());
 }

@@ -16,8 +16,8 @@
 namespace ensonify::refine {
 namespace {
 
-// Of a vertex, a face, or a corner. Corner 3f + k is face f's k-th; the half-edge of the same
-// number leads from there to the face's next corner.
+// The number of a vertex, a face or a corner. Corner 3f + k is face f's k-th; the half-edge with
+// the same number leads from there to the face's next corner.
 using Index = std::uint32_t;
 constexpr Index none = std::numeric_limits<Index>::max();
 
@@ -25,7 +25,7 @@ Index next_corner(Index corner) { return corner % 3 == 2 ? corner - 2 : corner +
 
 std::uint64_t pack(Index high, Index low) { return std::uint64_t{high} << 32 | low; }
 
-/// Calls visit(items) for the items of each key, in ascending order; a key is a vertex and a
+/// Calls visit(items) for the items of each key, in ascending order. A key is a vertex and a
 /// number.
 template <class Vertex, class Number, class Visit>
 void for_each_group(std::size_t items, std::size_t vertices, Vertex vertex, Number number,
@@ -54,18 +54,18 @@ class Repairer {
     drop_faces();
     pair_edges();
     orient();
-    part_fans();
+    separate_fans();
     number_vertices();
     turn_components();
     return std::move(repaired_);
   }
 
  private:
-  // Faces of places; from here on a face's number is that among those kept.
+  // Replaces vertices by their places. From here on faces are numbered among those kept.
   void drop_faces() {
     std::vector<Face> faces(mesh_.faces);
     std::vector<char> dropped(faces.size(), 0);
-    std::vector<Face> keys(faces.size());  // its places, ascending
+    std::vector<Face> keys(faces.size());  // a face's places, ascending
     for (std::size_t f = 0; f < faces.size(); ++f) {
       for (Index& vertex : faces[f]) vertex = place_[vertex];
       keys[f] = faces[f];
@@ -103,8 +103,8 @@ class Repairer {
         });
   }
 
-  // Nothing here may depend on the faces' directions or on vertex numbers: the same cuts have to
-  // come out when the result is welded and repaired again.
+  // Nothing here may depend on the faces' orientation or on vertex numbers: the same cuts must
+  // result when the output is welded and repaired again.
   void orient() {
     turned_.assign(faces_.size(), 0);
     component_.assign(faces_.size(), none);
@@ -117,7 +117,8 @@ class Repairer {
       for (std::size_t next = queue.size() - 1; next < queue.size(); ++next) {
         const Index f = queue[next];
         std::array<Index, 3> edges = {3 * f, 3 * f + 1, 3 * f + 2};
-        std::ranges::sort(edges, {}, [&](Index h) { return mate_[h]; });  // by the other face
+        std::ranges::sort(edges, {},
+                          [&](Index h) { return mate_[h]; });  // in order of the other face
         for (const Index h : edges) {
           const Index other = mate_[h];
           if (other == none) break;
@@ -137,10 +138,11 @@ class Repairer {
     }
   }
 
-  // A fan is a set of corners at one place, named by its first corner. Paired faces share theirs at
-  // both ends of the edge. The faces of an edge left unpaired are ends of fans; a fan has two ends,
-  // turned the same way, so an edge can only be sewn again by two faces in opposite directions.
-  void part_fans() {
+  // A fan is a set of corners at one place, named by its first corner. Paired faces share fans at
+  // both ends of the edge. The faces of an unpaired edge are at the ends of fans. The two end faces
+  // of a fan are oriented the same way, so only two faces in opposite directions can later share
+  // the edge again.
+  void separate_fans() {
     fan_.resize(3 * faces_.size());
     std::iota(fan_.begin(), fan_.end(), Index{0});
     const auto find = [&](Index corner) {
@@ -159,12 +161,12 @@ class Repairer {
       join(h, opposite ? next_corner(other) : other);
       join(next_corner(h), opposite ? other : next_corner(other));
     }
-    for (Index& fan : fan_) fan = fan_[fan];  // parents come first, and are done
+    for (Index& fan : fan_) fan = fan_[fan];  // parents come first and are already resolved
   }
 
-  // One vertex a fan: the first of the given vertices that are in it, or a new one there where
-  // another fan has that. What counts is what differs between fans and given vertices, so that
-  // nothing is reported where vertices came parted as they leave.
+  // One vertex per fan: the first of its source vertices, or a new one if another fan has taken
+  // that. Counts the differences between fans and source vertices, so that vertices which were
+  // already split in the source are not reported.
   void number_vertices() {
     const std::size_t vertices = mesh_.positions.size();
     std::vector<Index> first_vertex(fan_.size(), none), fan_of(vertices, none),
@@ -172,7 +174,7 @@ class Repairer {
     for (Index c = 0; c < fan_.size(); ++c)
       first_vertex[fan_[c]] = std::min(first_vertex[fan_[c]], given(c));
     std::vector<char> changed(vertices, 0);  // by place
-    std::vector<std::uint64_t> joined;       // fan and vertex, beyond a fan's first
+    std::vector<std::uint64_t> joined;       // fan and vertex, except a fan's first
     std::vector<Index> appended;             // fans
     std::size_t fans = 0, used = 0;
     for (Index c = 0; c < fan_.size(); ++c) {
@@ -202,7 +204,7 @@ class Repairer {
       if (taken_by[v] == none) continue;
       new_vertex_[taken_by[v]] = static_cast<Index>(positions.size());
       const bool moved = mesh_.positions[v] != mesh_.positions[place_[v]];
-      positions.push_back(mesh_.positions[moved ? place_[v] : v]);  // else 0 might become -0
+      positions.push_back(mesh_.positions[moved ? place_[v] : v]);  // otherwise 0 might become -0
       report_.welded_vertices += moved;
       changed[place_[v]] |= static_cast<char>(moved);
     }
@@ -224,8 +226,8 @@ class Repairer {
     std::size_t faces = 0, turned = 0;
     Eigen::Vector3f lowest = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
     Eigen::Vector3f highest = -lowest;
-    double volume = 0.0;  // six times the signed volume, with the faces as turned
-    double size = 0.0;    // what it would be if nothing cancelled
+    double volume = 0.0;  // six times the signed volume, with the new orientation
+    double size = 0.0;    // the sum of the terms' sizes
     bool open = false;
     bool flip = false;
   };
@@ -247,7 +249,7 @@ class Repairer {
       const Eigen::Vector3d middle =
           0.5 * (component.lowest.cast<double>() + component.highest.cast<double>());
       const auto [a, b, c] = faces_[f];
-      // Of edges, not of corners: their cross product keeps its digits in flat bodies far across.
+      // Edges, not corners: their cross product stays precise in wide flat bodies.
       const Eigen::Vector3d normal = (position(b) - position(a)).cross(position(c) - position(a));
       const Eigen::Vector3d arm = position(a) - middle;
       component.volume += turned_[f] ? -arm.dot(normal) : arm.dot(normal);
@@ -271,7 +273,7 @@ class Repairer {
     }
   }
 
-  // An unpaired half-edge is a border, unless its fans sew it to another.
+  // An unpaired half-edge is a border, unless another one joins the same two fans.
   void mark_open(std::vector<Component>& components) const {
     std::vector<std::pair<std::uint64_t, Index>> unpaired;
     for (Index h = 0; h < mate_.size(); ++h)
@@ -288,7 +290,7 @@ class Repairer {
     }
   }
 
-  // Seen from each corner, so that the corners' order does not matter.
+  // Tests from each corner, so that the order of corners does not matter.
   bool flat(const Face& face) const {
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d origin = position(face[k]);
@@ -307,16 +309,16 @@ class Repairer {
   }
 
   const TriangleMesh& mesh_;
-  const std::vector<Index> place_;  // of a vertex: the vertex where it is now
-  std::vector<Face> faces_;         // kept; of places
-  std::vector<Index> mate_;         // of a half-edge: the other one, where an edge has two
+  const std::vector<Index> place_;  // by vertex: the vertex whose place it takes
+  std::vector<Face> faces_;         // the kept faces, with places as corners
+  std::vector<Index> mate_;         // by half-edge: the other one, if the edge has two
   std::vector<Index> crowded_;      // a half-edge of each edge of three or more
-  std::vector<Index> cut_;          // a half-edge of each edge where turning closed wrongly
-  std::vector<char> turned_;        // of a face: against its component's first
-  std::vector<Index> component_;    // of a face
+  std::vector<Index> cut_;          // a half-edge of each edge where orientations contradict
+  std::vector<char> turned_;        // by face: opposite to its component's first
+  std::vector<Index> component_;    // by face
   Index components_ = 0;
-  std::vector<Index> fan_;         // of a corner
-  std::vector<Index> new_vertex_;  // of a fan
+  std::vector<Index> fan_;         // by corner
+  std::vector<Index> new_vertex_;  // by fan
   RepairedMesh repaired_;
   RepairReport& report_ = repaired_.report;
 };
@@ -327,9 +329,9 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
   std::vector<Index> place(positions.size());
   std::iota(place.begin(), place.end(), Index{0});
   if (weld_tolerance_m < 0.0) return place;
-  // A hash grid of those that kept theirs. Its cells are two reaches wide and a little more,
-  // against rounding: what is in reach lies in one of two cells an axis. The least cell parts all
-  // floats.
+  // A hash grid of the vertices that keep their place. Its cells are twice the tolerance wide and
+  // slightly more, against rounding: so vertices in reach are in one of two cells per axis. The
+  // smallest cell separates all floats.
   const double cell_m = std::max(2.001 * weld_tolerance_m, 1e-60);
   const std::size_t mask = std::bit_ceil(2 * positions.size()) - 1;
   std::vector<Index> first(mask + 1, none), following(positions.size(), none);
@@ -347,7 +349,7 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double q = here[static_cast<Eigen::Index>(axis)] / cell_m;
       own[axis] = std::floor(q);
-      // Beyond 2^52 a double has no halves, and only what is equal can be in reach.
+      // Beyond 2^52 a double has no halves, and only equal places are in reach.
       const double half = std::abs(q) < 0x1p52 ? 0.5 : 0.0;
       low[axis] = std::floor(q - half);
       high[axis] = std::floor(q + half);
@@ -374,7 +376,7 @@ std::vector<Index> weld(std::span<const Eigen::Vector3f> positions, double weld_
 RepairedMesh repair(const TriangleMesh& mesh, double weld_tolerance_m) {
   if (!std::isfinite(weld_tolerance_m))
     throw std::invalid_argument(
-        fmt::format("repair: weld_m is {}, not a length", weld_tolerance_m));
+        fmt::format("repair: weld_tolerance_m is {}, not a finite length", weld_tolerance_m));
   if (mesh.positions.size() >= none || mesh.faces.size() >= none / 3)
     throw std::invalid_argument(fmt::format("repair: {} vertices and {} faces are too many",
                                             mesh.positions.size(), mesh.faces.size()));

@@ -18,7 +18,7 @@ constexpr std::size_t first_facet = header_bytes + sizeof(std::uint32_t);
 constexpr std::size_t facet_bytes = 50;   // normal, three corners, two bytes of attributes
 constexpr std::size_t first_corner = 12;  // within a facet, after its normal
 
-/// Makes equal corners one vertex, numbered as they first come.
+/// Makes equal corners one vertex, numbered by first appearance.
 class Welder {
  public:
   explicit Welder(std::vector<Eigen::Vector3d>& positions) : positions_(positions) {}
@@ -41,7 +41,7 @@ class Welder {
       std::uint64_t hash = 0;
       for (const std::uint64_t bits : key) {
         hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
-        hash ^= hash >> 32;  // round numbers differ in their high bits only
+        hash ^= hash >> 32;  // round numbers differ only in their high bits
       }
       return hash;
     }
@@ -58,7 +58,7 @@ std::uint32_t promised_facets(std::string_view bytes) {
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 'a' - 'A') : c; }
 
-/// Whether a word is that keyword, in any case.
+/// Whether a word is the keyword, in any case.
 bool is(std::string_view word, std::string_view keyword) {
   return std::ranges::equal(word, keyword, {}, lower);
 }
@@ -67,17 +67,18 @@ FileMesh parse_binary(std::string_view bytes, std::string_view name) {
   if (bytes.size() < first_facet)
     fail_at_byte(name, bytes.size(),
                  fmt::format("the file ends, but an STL begins with \"solid\" or with {} bytes; it "
-                             "is cut short or no STL: fetch or write it again",
+                             "is cut short or not an STL: fetch or write it again",
                              first_facet));
   const std::uint64_t facets = promised_facets(bytes);
   const std::uint64_t promised_bytes = first_facet + facets * facet_bytes;
   if (promised_bytes != bytes.size())
-    fail_at_byte(name, header_bytes,
-                 fmt::format("the header promises {} facets, {} bytes in all, but the file has {}; "
-                             "it is damaged or no STL: fetch or write it again",
-                             facets, promised_bytes, bytes.size()));
+    fail_at_byte(
+        name, header_bytes,
+        fmt::format("the header announces {} facets, {} bytes in all, but the file has {}; "
+                    "it is damaged or not an STL: fetch or write it again",
+                    facets, promised_bytes, bytes.size()));
   if (facets == 0)
-    fail_at_byte(name, header_bytes, "the file has no facet; write it again with its facets");
+    fail_at_byte(name, header_bytes, "the file has no facets; write it again with facets");
 
   FileMesh mesh;
   Welder welder(mesh.positions);
@@ -90,7 +91,7 @@ FileMesh parse_binary(std::string_view bytes, std::string_view name) {
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (!(std::abs(corner[axis]) <= largest_mesh_m))
           fail_at_byte(name, place + axis * sizeof(float),
-                       fmt::format("{} of a corner is {}, not a place in metres; write the file "
+                       fmt::format("{} of a corner is {}, not a number of metres; write the file "
                                    "again",
                                    "xyz"[axis], corner[axis]));
       mesh.faces[i][k] = welder.vertex({corner[0], corner[1], corner[2]});
@@ -130,16 +131,15 @@ FileMesh parse_text(std::string_view bytes, std::string_view name) {
       text.fail(fmt::format("found {}, expected facet or endsolid; correct it", quoted(word)));
     text.skip_line();
   }
-  if (mesh.faces.empty())
-    text.fail("the file ends without a facet; write it again with its facets");
+  if (mesh.faces.empty()) text.fail("the file ends without a facet; write it again with facets");
   return mesh;
 }
 
 }  // namespace
 
 FileMesh parse_stl(std::string_view bytes, std::string_view name) {
-  // Binary files that begin with "solid" exist, so their size decides; a zero byte in the header
-  // tells a damaged one of them from a text.
+  // Some binary files begin with "solid", so the size decides; a zero byte in the header
+  // distinguishes a damaged binary file from text.
   const bool whole_binary =
       bytes.size() >= first_facet &&
       bytes.size() == first_facet + std::uint64_t{promised_facets(bytes)} * facet_bytes;

@@ -19,13 +19,13 @@
 namespace ensonify::refine {
 namespace {
 
-/// Calls body(worker) for every worker in [0, workers), at once as far as threads are to be had.
-/// The number belongs to the call and not to a thread, so no two running calls can share one.
+/// Calls body(worker) for every worker in [0, workers), on as many threads as the system gives. The
+/// number belongs to the call and not to a thread, so no two running calls can share one.
 template <class Body>
 void on_threads(int workers, const Body& body) {
   if (workers == 1) return body(0);
 #ifdef ENSONIFY_EXECUTOR_TBB
-  // Asked for more than it has, TBB would print a warning.
+  // TBB prints a warning if asked for more threads than it has.
   const std::size_t had =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   tbb::task_arena arena(static_cast<int>(std::min(had, static_cast<std::size_t>(workers))));
@@ -36,7 +36,7 @@ void on_threads(int workers, const Body& body) {
   try {
     for (int worker = 1; worker < workers; ++worker) threads.emplace_back(body, worker);
   } catch (const std::system_error&) {
-    // The system gives no more threads; those we have do the work.
+    // The system gives no more threads; the existing ones do the work.
   }
   body(0);
 #endif
@@ -71,7 +71,7 @@ int thread_count(int wanted) {
   constexpr int most = 1024;
   if (wanted < 0 || wanted > most)
     throw std::invalid_argument("threads is " + std::to_string(wanted) + ", expected 1 to " +
-                                std::to_string(most) + ", or 0 for as many as the machine has");
+                                std::to_string(most) + ", or 0 for the machine's number");
   return wanted > 0 ? wanted : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 

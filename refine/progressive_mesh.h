@@ -16,12 +16,12 @@
 
 namespace ensonify::refine {
 
-/// A progressive mesh's file that is not what was written, or a hierarchy that contradicts itself.
+/// A progressive mesh file that was changed after writing, or a hierarchy that contradicts itself.
 struct DamagedFile : MeshError {
   using MeshError::MeshError;
 };
 
-/// What a builder fills and a ProgressiveMesh then owns; the names are explained there.
+/// The arrays that a builder fills and a ProgressiveMesh then owns; it explains the names.
 struct ProgressiveMeshArrays {
   std::vector<Eigen::Vector3f> points;
   std::vector<std::uint32_t> mid;
@@ -33,45 +33,44 @@ struct ProgressiveMeshArrays {
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
 };
 
-/// A mesh at many resolutions: the base mesh M0 and the forest of collapses that leads from it back
-/// to every original vertex and face. Immutable; shared by all threads; copies share the memory.
+/// A mesh at many resolutions: the base mesh M0 and the forest of collapses that leads from it to
+/// every original vertex and face. Immutable; shared by all threads; copies share the memory.
 ///
-/// Leaves are the original vertices, ranked by depth-first order. Inner nodes are numbered in
-/// preorder. A node that covers the leaves [lo, hi) is their common stand-in while it is not split;
-/// its children cover [lo, mid) and [mid, hi): inner node i has the children i + 1 and i + (mid -
-/// lo), unless such a range holds one leaf, which then is the child itself. lo and hi are known
-/// while descending, so mid is all there is to store, and "is this node above leaf l" is lo <= l <
-/// hi.
+/// Leaves are the original vertices, in depth-first order. Inner nodes are numbered in preorder. A
+/// node that covers the leaves [lo, hi) stands for all of them while it is not split. Its children
+/// cover [lo, mid) and [mid, hi): inner node i has the children i + 1 and i + (mid - lo), unless
+/// such a range holds one leaf, which then is the child itself. lo and hi are known while
+/// descending, so only mid is stored, and "this node is above leaf l" means lo <= l < hi.
 ///
-/// Faces are original faces. Those at 2i and 2i + 1 are the two that collapse i takes away: the
-/// first meets the children in the order (left, right, cut), the second as (right, left, cut), seen
-/// along the face's own turn; at a border one slot is empty. The base mesh's faces follow. All name
+/// Faces are original faces. Those at 2i and 2i + 1 are the two that collapse i removes: the first
+/// has the children in the order (left, right, cut), the second as (right, left, cut), in the
+/// face's orientation; at a border one of the two is empty. The base mesh's faces follow. All name
 /// their corners by leaf in the source mesh's corner order, so that a tracer gets the source's
 /// bits.
 ///
-/// The memory is a builder's arrays or a mapped file (progressive_mesh_file.h). Of a file, only
-/// what is touched is read: nodes, leaves and tags must be verified, by group, before they are.
-/// Roots and the base mesh's faces always are.
+/// The memory is a builder's arrays or a mapped file (progressive_mesh_file.h). Of a file, only the
+/// parts in use are read: nodes, leaves and tags must be verified before use, which is done in
+/// groups. Roots and the base mesh's faces are always verified.
 class ProgressiveMesh {
  public:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-  /// This many nodes, leaves or tags are verified at once.
+  /// How many nodes, leaves or tags are verified at once.
   static constexpr std::uint32_t group = 1024;
 
   ProgressiveMesh() = default;
   ProgressiveMesh(ProgressiveMeshArrays arrays);
 
-  // a leaf
+  // By leaf.
   std::span<const Eigen::Vector3f> points;  ///< local metres
-  // an inner node
+  // By inner node.
   std::span<const std::uint32_t> mid;
   std::span<const Sphere> spheres;  ///< around all original faces that touch a leaf of the node
-  std::span<const std::uint32_t> order;  ///< of the collapses: 0 was the first, the finest
-  // a face: two an inner node, then the base mesh's
-  std::span<const Face> faces;  ///< leaves; an empty slot has `none` three times
-  std::span<const std::uint32_t>
-      source_face;  ///< its number in the source mesh; `none` for an empty slot
-  // a vertex of the base mesh
+  std::span<const std::uint32_t> order;  ///< of the collapses: 0 is the first, the finest
+  // By face: two per inner node, then the base mesh's.
+  std::span<const Face> faces;  ///< leaves; an empty place has `none` three times
+  /// The face's number in the source mesh; `none` for an empty place.
+  std::span<const std::uint32_t> source_face;
+  // By vertex of the base mesh.
   std::span<const std::uint32_t> roots;  ///< its first leaf; ascending, from 0
 
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
@@ -85,29 +84,29 @@ class ProgressiveMesh {
     return root + 1 < roots.size() ? roots[root + 1] : leaves();
   }
 
-  /// What was attached when the file was saved (ProgressiveMeshExtras); of arrays, nothing.
+  /// What was saved in the file (ProgressiveMeshExtras); empty for arrays.
   std::string_view key() const { return key_; }
   std::string_view about() const { return about_; }
   std::size_t tag_count() const { return tags_.size(); }
-  /// Of a source face below tag_count(). Throws DamagedFile as verify_node does.
+  /// The tag of a source face below tag_count(). Throws DamagedFile as verify_node does.
   std::uint16_t tag(std::uint32_t source_face_number) const {
     verify(Kind::tag, source_face_number);
     return tags_[source_face_number];
   }
 
-  /// Makes sure of an inner node and its faces before they are read. Throws DamagedFile, naming the
-  /// bytes, where the file holds something else than was written or than any hierarchy could.
+  /// Verifies an inner node and its faces before they are read. Throws DamagedFile, naming the
+  /// bytes, if the file was changed after writing or holds what no hierarchy can.
   void verify_node(std::uint32_t node) const { verify(Kind::node, node); }
-  /// Likewise of a leaf's point.
+  /// The same for a leaf's point.
   void verify_leaf(std::uint32_t leaf) const { verify(Kind::leaf, leaf); }
-  /// Likewise of everything: reads the whole file.
+  /// The same for everything: reads the whole file.
   void verify_all() const;
 
-  /// Throws DamagedFile: what was found, and the number of where, in a hierarchy that no builder
-  /// made.
+  /// Throws DamagedFile for a hierarchy that no builder made: `what` is wrong at node or face
+  /// `number`.
   [[noreturn]] void contradicts(std::string_view what, std::uint32_t number) const;
-  /// Where a node's range [lo, hi) is parted; throws DamagedFile unless both parts hold a leaf. The
-  /// node must have been verified.
+  /// Where a node's range [lo, hi) is divided. The node must have been verified. Throws DamagedFile
+  /// unless both parts have a leaf.
   std::uint32_t mid_of(std::uint32_t node, std::uint32_t lo, std::uint32_t hi) const {
     const std::uint32_t at = mid[node];
     if (at - lo - 1 >= hi - lo - 1) [[unlikely]]
@@ -116,7 +115,7 @@ class ProgressiveMesh {
   }
 
  private:
-  class File;  // a mapped one, in progressive_mesh_file.cpp
+  class File;  // a mapped file, in progressive_mesh_file.cpp
   friend ProgressiveMesh map_progressive_mesh(const std::filesystem::path& file);
   enum class Kind { node, leaf, tag };
   using Flag = std::atomic<std::uint8_t>;
@@ -134,7 +133,7 @@ class ProgressiveMesh {
   std::shared_ptr<const ProgressiveMeshArrays> arrays_;
   std::shared_ptr<const File> file_;
   std::shared_ptr<Flag[]> all_flags_;
-  std::array<Flag*, 3> flags_{};  // of the groups, by kind: whether they are verified
+  std::array<Flag*, 3> flags_{};  // by kind: whether each group is verified
   std::span<const std::uint16_t> tags_;
   std::string_view key_, about_;
 };

@@ -56,22 +56,22 @@ struct Extent {
   bool operator==(const Extent&) const = default;
 };
 
-/// The file's first page; zeros follow.
+/// The file's first page, padded with zeros.
 struct Header {
   std::array<char, 8> magic;
   std::uint32_t version, byte_order;
-  std::uint64_t checksum;  // of the page, with 0 here
+  std::uint64_t checksum;  // of the page, with 0 in this place
   std::uint64_t checksum_of_checksums;
   std::uint64_t leaves, roots, base_faces, source_faces, tags, about_bytes;
   std::array<double, 3> world_origin;
   std::array<float, 3> lowest, highest;
-  std::array<char, 64> key;  // zeros follow
+  std::array<char, 64> key;  // padded with zeros
   std::array<Extent, section_count> sections;
 };
 static_assert(sizeof(Header) == 352 && std::is_trivially_copyable_v<Header>);
 static_assert(sizeof(Sphere) == 16 && sizeof(Face) == 12 && sizeof(Eigen::Vector3f) == 12);
 
-// As PNG's, this one tells of what makes text files out of others.
+// Like PNG's, it reveals a file that was converted as text.
 constexpr std::array<char, 8> magic = {'\x89', 'E', 'P', 'M', '\r', '\n', '\x1a', '\n'};
 constexpr std::uint32_t byte_order = 0x01020304, other_byte_order = 0x04030201;
 
@@ -79,7 +79,7 @@ std::uint64_t page_end(std::uint64_t bytes) {
   return (bytes + page_bytes - 1) / page_bytes * page_bytes;
 }
 
-/// Where everything is, which follows from the counts.
+/// Where everything is; computed from the counts.
 class Layout {
  public:
   explicit Layout(const Header& header) {
@@ -101,7 +101,7 @@ class Layout {
   std::uint64_t groups(std::size_t section) const {
     return (items_[section].count + ProgressiveMesh::group - 1) / ProgressiveMesh::group;
   }
-  /// A group's bytes; behind the last, what is left of the pages.
+  /// A group's bytes; after the last group, the rest up to the page's end.
   Extent piece(std::size_t section, std::uint64_t which) const {
     const auto [count, bytes] = items_[section];
     const std::uint64_t begin = std::min(which * ProgressiveMesh::group, count) * bytes;
@@ -138,7 +138,7 @@ constexpr Page zeros{};
 
 std::uint64_t checksum_of(Bytes bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
-/// Of bytes and the zeros, less than a page, that follow them.
+/// The checksum of bytes and `padding` zeros (less than a page) after them.
 std::uint64_t checksum_of(Bytes bytes, std::uint64_t padding) {
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
                                                                               XXH3_freeState);
@@ -155,14 +155,14 @@ Page page_of(const Header& header) {
   return page;
 }
 
-/// With 0 where the checksum goes.
+/// The checksum of the header's page, with 0 in the checksum's place.
 std::uint64_t checksum_of(Page page) {
   std::memset(page.data() + offsetof(Header, checksum), 0, sizeof(Header::checksum));
   return checksum_of(Bytes(page));
 }
 
-// What any hierarchy keeps to and what reads it relies on. Coordinates may be twice a mesh's
-// largest, about a local origin.
+// Conditions of every hierarchy, which its users rely on. Coordinates are relative to a local
+// origin, so they may be twice a mesh's largest.
 bool is_sound(float coordinate) { return std::abs(coordinate) <= 2.0 * largest_mesh_m; }
 bool is_sound(const Eigen::Vector3f& p) {
   return is_sound(p[0]) && is_sound(p[1]) && is_sound(p[2]);
@@ -177,20 +177,20 @@ bool is_sound(const Face& face, Index source, std::uint64_t leaves, std::uint64_
   return face[0] < leaves && face[1] < leaves && face[2] < leaves && source < source_faces;
 }
 
-/// Whether roots are the first leaves of trees that hold all leaves.
+/// Whether `roots` are the first leaves of trees that together have all leaves.
 bool are_sound(std::span<const Index> roots, std::uint64_t leaves) {
   return roots.empty() ? leaves == 0
                        : roots.front() == 0 && roots.back() < leaves &&
                              std::ranges::adjacent_find(roots, std::greater_equal()) == roots.end();
 }
 
-/// Numbers of slots have 32 bits, and so have the base mesh's half-edges, four a face.
+/// Face indices have 32 bits, and so have the base mesh's half-edges, four per face.
 bool are_countable(std::uint64_t leaves, std::uint64_t roots, std::uint64_t base_faces) {
   return leaves < std::uint64_t{1} << 31 && roots <= leaves &&
          base_faces < std::uint64_t{1} << 30 && 2 * (leaves - roots) + base_faces < none;
 }
 
-/// Each section's bytes but the checksums'.
+/// Each section's bytes, except the checksums'.
 std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
                                          const ProgressiveMeshExtras& extras) {
   return {std::as_bytes(mesh.points),
@@ -205,7 +205,7 @@ std::array<Bytes, section_count> content(const ProgressiveMesh& mesh,
           {}};
 }
 
-/// One more than the largest number of a source face.
+/// The largest number of a source face plus one.
 std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
   std::uint64_t count = 0;
   for (const Index source : mesh.source_face)
@@ -213,7 +213,7 @@ std::uint64_t count_source_faces(const ProgressiveMesh& mesh) {
   return count;
 }
 
-/// Refuses what map_progressive_mesh would.
+/// Throws for content that map_progressive_mesh would refuse.
 void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
            std::uint64_t source_faces) {
   const auto expect = [](bool holds, const char* what) {
@@ -225,7 +225,7 @@ void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
              mesh.source_face.size() == mesh.faces.size(),
          "the arrays' sizes do not fit together");
   expect(are_countable(mesh.points.size(), mesh.roots.size(), mesh.faces.size() - 2 * nodes),
-         "2^31 vertices, or 2^30 faces that nothing collapsed; split the mesh");
+         "2^31 vertices, or 2^30 faces that were not collapsed; split the mesh");
   expect(are_sound(mesh.roots, mesh.points.size()), "roots do not ascend from 0");
   expect(mesh.world_origin.allFinite() &&
              std::ranges::all_of(mesh.points, [](const auto& p) { return is_sound(p); }) &&
@@ -234,7 +234,7 @@ void check(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
   for (std::size_t slot = 0; slot < mesh.faces.size(); ++slot)
     expect(is_sound(mesh.faces[slot], mesh.source_face[slot], mesh.points.size(), source_faces) ||
                (slot < 2 * nodes && is_empty(mesh.faces[slot], mesh.source_face[slot])),
-           "a face names a vertex that is not there, or a source face that has no tag");
+           "a face names a vertex that does not exist, or a source face without a tag");
   expect(extras.key.size() <= sizeof Header::key && extras.key.find('\0') == extras.key.npos,
          "a key has at most 64 bytes, none of them 0");
 }
@@ -296,8 +296,8 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
     all.push_back(Bytes(zeros).first(padding(part)));
   }
   write_file(file, all);
-  // What was written stays in the cache in pieces of megabytes, and to touch a page of such a piece
-  // maps all of it: without this, a ping over 33 million faces holds five times the memory.
+  // The written file stays in the cache in pieces of megabytes, and touching one page of a piece
+  // maps all of it: without this, a ping over 33 million faces uses five times the memory.
   if (const int written = ::open(file.c_str(), O_RDONLY | O_CLOEXEC); written >= 0) {
     ::posix_fadvise(written, 0, 0, POSIX_FADV_DONTNEED);
     ::close(written);
@@ -306,7 +306,7 @@ void save(const ProgressiveMesh& mesh, const ProgressiveMeshExtras& extras,
 
 namespace {
 
-/// A whole file in memory, as it is on the disk.
+/// A whole file mapped into memory.
 class Mapping {
  public:
   explicit Mapping(const std::filesystem::path& file) {
@@ -332,7 +332,7 @@ class Mapping {
     if (error != 0) fail(error);
     if (!is_plain)
       throw MeshError(
-          fmt::format("{}: not a regular file; name a progressive mesh's", file.string()));
+          fmt::format("{}: not a regular file; name a progressive mesh file", file.string()));
   }
   ~Mapping() {
     if (data_) ::munmap(const_cast<std::byte*>(data_), size_);
@@ -358,7 +358,7 @@ bool is_finite(const Header& header) {
 
 }  // namespace
 
-/// A mapped file, and what its sections must be.
+/// A mapped file, with the checks of its sections.
 class ProgressiveMesh::File {
  public:
   explicit File(const std::filesystem::path& file)
@@ -377,12 +377,12 @@ class ProgressiveMesh::File {
 
  private:
   [[noreturn]] void damaged(std::string_view what) const {
-    throw DamagedFile(fmt::format("{}: {}; remove the file and make it anew", name_, what));
+    throw DamagedFile(fmt::format("{}: {}; remove the file and make it again", name_, what));
   }
   Header checked_header() const;
   void check_tables() const;
   void check_checksum(std::size_t section, std::uint64_t which) const;
-  /// Ends with what is wrong in one of a section's pieces.
+  /// Unless `holds`, throws with the place of a section's piece and `what`.
   void expect(bool holds, std::size_t section, std::uint64_t which, const char* what) const {
     if (holds) return;
     const auto [offset, bytes] = layout_.piece(section, which);
@@ -401,16 +401,16 @@ Header ProgressiveMesh::File::checked_header() const {
   Header header{};
   const std::size_t there = std::min(bytes.size(), magic.size());
   if (there == 0 || std::memcmp(bytes.data(), magic.data(), there) != 0)
-    throw MeshError(fmt::format("{}: not a progressive mesh's file; name another", name_));
+    throw MeshError(fmt::format("{}: not a progressive mesh file; name another", name_));
   if (bytes.size() < page_bytes)
     damaged(fmt::format("ends after {} bytes, within its header", bytes.size()));
   std::memcpy(&header, bytes.data(), sizeof header);
   if (header.byte_order == other_byte_order)
-    throw MeshError(
-        fmt::format("{}: from a machine of the other byte order; make it anew on this one", name_));
+    throw MeshError(fmt::format(
+        "{}: from a machine of the other byte order; make it again on this one", name_));
   if (header.byte_order == byte_order && header.version != progressive_mesh_version)
     throw MeshError(
-        fmt::format("{}: has version {} of the format, and only {} can be read; make it anew",
+        fmt::format("{}: has version {} of the format, but only {} can be read; make it again",
                     name_, header.version, progressive_mesh_version));
   Page page;
   std::memcpy(page.data(), bytes.data(), page.size());
@@ -418,28 +418,28 @@ Header ProgressiveMesh::File::checked_header() const {
     if (!holds) damaged(fmt::format("bytes 0 to {} (header): {}", page_bytes, what));
   };
   expect(header.byte_order == byte_order && checksum_of(page) == header.checksum,
-         "not what was written");
+         "changed after it was written");
   expect(are_countable(header.leaves, header.roots, header.base_faces) &&
              header.source_faces < none &&
              (header.tags == 0 || header.tags == header.source_faces) &&
              header.about_bytes <= bytes.size(),
-         "counts that no mesh has");
-  expect(is_finite(header), "bounds or a world origin that no mesh has");
+         "counts that no mesh can have");
+  expect(is_finite(header), "bounds or a world origin that no mesh can have");
   const Layout layout(header);
   if (bytes.size() != layout.file_bytes())
-    damaged(fmt::format("has {} bytes where its header tells of {}", bytes.size(),
-                        layout.file_bytes()));
+    damaged(
+        fmt::format("has {} bytes, but its header requires {}", bytes.size(), layout.file_bytes()));
   for (std::size_t s = 0; s < section_count; ++s)
-    expect(header.sections[s] == layout.extent(s), "sections that are not where they belong");
+    expect(header.sections[s] == layout.extent(s), "sections at wrong places");
   return header;
 }
 
-/// What is read without any touch of a node, leaf or tag.
+/// Checks everything that is used without verifying a node, leaf or tag.
 void ProgressiveMesh::File::check_tables() const {
   const auto [offset, bytes] = layout_.extent(checksums);
   if (checksum_of(mapping_.bytes().subspan(offset, page_end(bytes))) !=
       header_.checksum_of_checksums)
-    damaged(fmt::format("bytes {} to {} (checksums): not what was written", offset,
+    damaged(fmt::format("bytes {} to {} (checksums): changed after they were written", offset,
                         offset + page_end(bytes)));
   for (std::size_t s = 0; s < checksums; ++s) check_checksum(s, layout_.groups(s));
   expect(are_sound(section<Index>(Section::roots), header_.leaves), Section::roots, 0,
@@ -449,14 +449,14 @@ void ProgressiveMesh::File::check_tables() const {
   for (std::size_t slot = all.size() - header_.base_faces; slot < all.size(); ++slot)
     expect(is_sound(all[slot], sources[slot], header_.leaves, header_.source_faces), Section::faces,
            layout_.groups(Section::faces),
-           "a face names a vertex or a source face that is not there");
+           "a face names a vertex or a source face that does not exist");
 }
 
 void ProgressiveMesh::File::check_checksum(std::size_t s, std::uint64_t which) const {
   const auto [offset, bytes] = layout_.piece(s, which);
   expect(checksum_of(mapping_.bytes().subspan(offset, bytes)) ==
              section<std::uint64_t>(checksums)[layout_.checksum_place(s, which)],
-         s, which, "not what was written");
+         s, which, "changed after they were written");
 }
 
 void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
@@ -486,7 +486,7 @@ void ProgressiveMesh::File::verify(Kind kind, std::uint64_t which) const {
   for (std::size_t i = 0; i < found.size(); ++i)
     expect(is_sound(found[i], sources[i], header_.leaves, header_.source_faces) ||
                is_empty(found[i], sources[i]),
-           Section::faces, which, "a face names a vertex or a source face that is not there");
+           Section::faces, which, "a face names a vertex or a source face that does not exist");
 }
 
 ProgressiveMesh::ProgressiveMesh(std::shared_ptr<const File> file) : file_(std::move(file)) {
@@ -518,7 +518,7 @@ void ProgressiveMesh::verify_group(Kind kind, std::size_t which) const {
 }
 
 void ProgressiveMesh::contradicts(std::string_view what, std::uint32_t number) const {
-  throw DamagedFile(fmt::format("{}: its hierarchy contradicts itself: {} {}; make it anew",
+  throw DamagedFile(fmt::format("{}: its hierarchy contradicts itself: {} {}; make it again",
                                 file_ ? file_->name() : "progressive mesh", what, number));
 }
 

@@ -14,7 +14,7 @@ void SpareThreads::BackgroundTask::send(SpareThreads& threads) {
 }
 
 bool SpareThreads::BackgroundTask::finish() {
-  // What is at home or done may be so for long: its threads need not be there any more.
+  // If idle or done, its SpareThreads may no longer exist, so *threads_ must not be used.
   if (state_ == State::offered || state_ == State::running) {
     std::unique_lock lock(threads_->mutex_);
     if (state_ == State::offered) {
@@ -36,23 +36,23 @@ void SpareThreads::serve() {
   std::unique_lock lock(mutex_);
   if (--at_items_ == 0) offered_or_over_.notify_all();
   ++idle_;
-  offered_.reserve(offered_.capacity() + 1);  // for what any of them may be offered
+  offered_.reserve(offered_.capacity() + 1);  // so that push_back in send() never allocates
   while (true) {
     offered_or_over_.wait(lock, [&] { return !offered_.empty() || at_items_ == 0; });
     if (at_items_ == 0) break;
-    BackgroundTask& errand = *offered_.back();
+    BackgroundTask& task = *offered_.back();
     offered_.pop_back();
-    errand.state_ = BackgroundTask::State::running;
+    task.state_ = BackgroundTask::State::running;
     lock.unlock();
-    errand.work_();
+    task.work_();
     lock.lock();
-    errand.state_ = BackgroundTask::State::done;
+    task.state_ = BackgroundTask::State::done;
     ++idle_;
     done_.notify_all();
   }
   --idle_;
-  // Nobody is there any more who would ask for them.
-  for (BackgroundTask* errand : offered_) errand->state_ = BackgroundTask::State::idle;
+  // No thread is left that would do them.
+  for (BackgroundTask* task : offered_) task->state_ = BackgroundTask::State::idle;
   idle_ += static_cast<int>(offered_.size());
   offered_.clear();
 }

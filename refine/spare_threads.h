@@ -9,10 +9,10 @@
 
 namespace ensonify::refine {
 
-/// Threads of a parallel_for that have no item left, at the service of those that have.
+/// The threads of a parallel_for that have no item left; they do background tasks for the others.
 class SpareThreads {
  public:
-  /// Work that may be done meanwhile, time and again. One thread owns it; it may outlive the loop.
+  /// Work that a spare thread may do, repeatedly. One thread owns it; it may outlive the loop.
   class BackgroundTask {
    public:
     /// The work must not throw.
@@ -21,11 +21,11 @@ class SpareThreads {
     BackgroundTask(const BackgroundTask&) = delete;
     BackgroundTask& operator=(const BackgroundTask&) = delete;
 
-    /// Has a spare thread do it, if there is one. Not while it is out.
+    /// Lets a spare thread do it, if there is one. Does nothing while is_out().
     void send(SpareThreads& threads);
-    /// Whether it was sent, and nothing was asked since.
+    /// Whether it was sent, and finish() was not called since.
     bool is_out() const { return state_ != State::idle; }
-    /// Waits for whoever does it, or takes it back where nobody has begun. Whether it is done.
+    /// Waits for it if it was started, otherwise takes it back. Returns whether it is done.
     bool finish();
 
    private:
@@ -36,19 +36,19 @@ class SpareThreads {
     std::atomic<State> state_ = State::idle;
   };
 
-  /// Whether one of them has nothing to do just now.
+  /// Whether a spare thread is free now.
   bool any() const { return idle_ > 0; }
 
-  /// For parallel_for: its calling thread goes to its items, and then has none left and serves
-  /// until no thread is at its items.
+  /// For parallel_for. Its calling thread calls begin_items(); after its items it calls serve(),
+  /// which runs tasks until no thread has items.
   void begin_items();
   void serve();
 
  private:
   std::mutex mutex_;
   std::condition_variable offered_or_over_, done_;
-  std::vector<BackgroundTask*> offered_;  // each has an idle thread to itself
-  std::atomic<int> idle_ = 0;             // threads, those apart
+  std::vector<BackgroundTask*> offered_;  // each has one idle thread reserved
+  std::atomic<int> idle_ = 0;             // threads without a reserved task
   int at_items_ = 0;
 };
 

@@ -19,9 +19,9 @@ namespace {
 using Index = std::uint32_t;
 constexpr Index none = ProgressiveMesh::none;
 
-// So many that what a tile needs stays in a core's own cache, and so few that the vertices at its
+// Few enough that a tile's data stay in a core's own cache, and enough that the vertices at its
 // border, which must wait for the next stage, are a small part.
-constexpr std::size_t vertices_a_tile = 2048;
+constexpr std::size_t vertices_per_tile = 2048;
 
 Index next(Index half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
 Index previous(Index half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
@@ -29,19 +29,20 @@ Index previous(Index half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : ha
 /// The mesh while it is collapsed. Half-edge 3f + k leads from corner k of face f to the next.
 struct HalfEdges {
   struct Vertex {
-    Eigen::AlignedBox3f box;  ///< around the closed stars of all that it stands for
-    Index half_edge = none;   ///< that leaves it: at a border its fan's first; none: not there
+    Eigen::AlignedBox3f box;  ///< around the closed stars of all vertices that it stands for
+    /// One that leaves it, at a border the first of its fan; none: the vertex was removed.
+    Index half_edge = none;
     Index mark = 0;
   };
   std::vector<Vertex> vertices;
-  std::vector<Index> start;     ///< by half-edge; none in a face that is gone
+  std::vector<Index> start;     ///< by half-edge; none in a removed face
   std::vector<Index> opposite;  ///< by half-edge; none at a border
 
   Index from(Index half_edge) const { return start[half_edge]; }
   Index to(Index half_edge) const { return start[next(half_edge)]; }
 
-  /// Calls visit(half_edge) for those that leave a vertex, counter-clockwise. Gives the last face's
-  /// half-edge to it where the fan is open, or none.
+  /// Calls visit(half_edge) for those that leave a vertex, counter-clockwise. If the fan is open,
+  /// returns the last face's half-edge that ends at the vertex, otherwise none.
   template <class Visit>
   Index walk(Index vertex, Visit visit) const {
     const Index first = vertices[vertex].half_edge;
@@ -53,7 +54,7 @@ struct HalfEdges {
       if (h == first) return none;
     }
   }
-  /// Calls visit(neighbour); whether the vertex is at a border.
+  /// Calls visit(neighbour); returns whether the vertex is at a border.
   template <class Visit>
   bool walk_ring(Index vertex, Visit visit) const {
     const Index last = walk(vertex, [&](Index h) { visit(to(h)); });
@@ -67,7 +68,7 @@ struct HalfEdges {
       fmt::format("face {} of the mesh {}; repair the mesh first", half_edge / 3, what));
 }
 
-/// Calls work(begin, end) for equal parts of [0, items), one a thread.
+/// Calls work(begin, end) for equal parts of [0, items), one per thread.
 template <class Work>
 void for_parts(std::size_t items, int threads, const Work& work) {
   const auto parts = static_cast<std::size_t>(threads);
@@ -76,7 +77,7 @@ void for_parts(std::size_t items, int threads, const Work& work) {
   });
 }
 
-/// Joins the half-edges whose lower end is one of [begin, end), first sorted by that, then by the
+/// Joins the half-edges whose lower end is in [begin, end). Sorts them by that end, then by the
 /// other.
 void find_opposites(HalfEdges& mesh, Index begin, Index end) {
   std::vector<Index> bucket(end - begin + 2, 0), half_edges;
@@ -99,8 +100,8 @@ void find_opposites(HalfEdges& mesh, Index begin, Index end) {
       const Index h = edges[i].second, other = edges[i - 1].second;
       if (mesh.from(h) == mesh.from(other) || mesh.opposite[other] != none)
         fail(h, fmt::format(
-                    "shares the edge of vertices {} and {} with face {} and with others, or turns "
-                    "against it",
+                    "shares the edge of vertices {} and {} with face {} and with others, or has "
+                    "the opposite orientation",
                     mesh.from(h), mesh.to(h), other / 3));
       mesh.opposite[h] = other;
       mesh.opposite[other] = h;
@@ -137,9 +138,9 @@ HalfEdges half_edges(const TriangleMesh& in, int threads) {
       for (Index k = 0; k < 3; ++k) {
         const Index v = in.faces[f][k];
         if (v >= in.positions.size())
-          fail(3 * f, fmt::format("names vertex {}, which is not there", v));
+          fail(3 * f, fmt::format("names vertex {}, which does not exist", v));
         if (!in.positions[v].allFinite())
-          fail(3 * f, fmt::format("names vertex {}, whose place is not finite", v));
+          fail(3 * f, fmt::format("names vertex {}, whose position is not finite", v));
         if (v == in.faces[f][(k + 1) % 3]) fail(3 * f, fmt::format("has vertex {} twice", v));
         mesh.start[3 * f + k] = v;
       }
@@ -156,13 +157,13 @@ HalfEdges half_edges(const TriangleMesh& in, int threads) {
 
 /// A part of the mesh in one stage.
 struct Tile {
-  std::vector<Index> vertices;  ///< of it that are there
-  std::size_t leaves = 0;       ///< how many there were at first
-  Index mark = 0;               ///< the highest that was given in it
+  std::vector<Index> vertices;  ///< its remaining vertices
+  std::size_t leaves = 0;       ///< how many vertices it had at first
+  Index mark = 0;               ///< the highest mark used in it
 };
 
-/// The vertices that faces use, in 4^n tiles of equally many: halved again and again across the
-/// longest side. Tiles 4i to 4i + 3 are the quarters of what was tile i.
+/// Divides the vertices that faces use into 4^n tiles of equal size: halved repeatedly across the
+/// longest side. Tiles 4i to 4i + 3 are the quarters of the former tile i.
 std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int threads) {
   struct Place {
     Eigen::Vector3f position;
@@ -173,7 +174,7 @@ std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int t
   for (Index v = 0; v < in.positions.size(); ++v)
     if (mesh.vertices[v].half_edge != none) places.push_back({in.positions[v], v});
   int depth = 0;
-  while (places.size() >> depth > vertices_a_tile) depth += 2;
+  while (places.size() >> depth > vertices_per_tile) depth += 2;
   const auto bound = [&](std::size_t tile, int level) {
     return places.begin() + static_cast<std::ptrdiff_t>(places.size() * tile >> level);
   };
@@ -200,8 +201,8 @@ std::vector<Tile> partition(const TriangleMesh& in, const HalfEdges& mesh, int t
   return tiles;
 }
 
-/// Collapses what can be inside one tile. Touches no vertex that has a neighbour in another: so no
-/// other tile's collapses can matter here, nor touch what is touched here.
+/// Collapses what is possible inside one tile. It touches no vertex that has a neighbour in another
+/// tile: so tiles cannot affect each other.
 class TileCollapser {
  public:
   TileCollapser(const TriangleMesh& in, HalfEdges& mesh, std::vector<std::uint8_t>& locked,
@@ -210,9 +211,9 @@ class TileCollapser {
     for (const Index v : tile.vertices) left_ += !locked[v];
   }
 
-  /// Until no more than `target` vertices of those that may be touched are left, or none can go.
+  /// Collapses until at most `target` of the vertices that may be touched are left, or none can go.
   std::vector<Collapse> run(std::size_t target) {
-    // What was not allowed is tried again only when all else was: other collapses free it.
+    // Collapses that were not allowed are tried again after all others, which may free them.
     for (std::size_t before = left_ + 1; left_ < before && left_ > target;) {
       before = left_;
       offer_all();
@@ -223,7 +224,7 @@ class TileCollapser {
   }
 
  private:
-  /// A collapse to be had. Costs only grow: an offer's is at most what it would be now.
+  /// A possible collapse. Costs only grow, so an offer's cost is at most the present one.
   struct Offer {
     float cost;
     Index half_edge;
@@ -238,7 +239,7 @@ class TileCollapser {
   }
   float cost(Index half_edge) const { return merged_box(half_edge).sizes().squaredNorm(); }
 
-  /// The second is not asked where the first is locked: it may be another tile's.
+  /// The second is not read if the first is locked: it may be in another tile.
   bool may_touch(Index half_edge) const {
     return !locked_[mesh_.from(half_edge)] && !locked_[mesh_.to(half_edge)];
   }
@@ -267,7 +268,7 @@ class TileCollapser {
       collapse(half_edge);
   }
 
-  /// As OpenMesh's is_collapse_ok; and a tetrahedron must not become two faces over one another.
+  /// As OpenMesh's is_collapse_ok; also, a tetrahedron must not become two coincident faces.
   bool is_allowed(Index half_edge) {
     const Index a = mesh_.from(half_edge), b = mesh_.to(half_edge);
     const Index back = mesh_.opposite[half_edge];
@@ -295,8 +296,8 @@ class TileCollapser {
     if (b != none) mesh_.opposite[b] = a;
   }
 
-  /// The end at the mesh's border keeps its place, else that nearer to the middle of what both
-  /// cover.
+  /// Whether the start is kept: an end at the mesh's border, otherwise the end nearer to the middle
+  /// of the merged box.
   bool keeps_start(Index half_edge) const {
     const Index a = mesh_.from(half_edge), b = mesh_.to(half_edge);
     const auto at_border = [&](Index v) {
@@ -320,7 +321,7 @@ class TileCollapser {
     }
     const auto [kept, removed, left_face, right_face] = collapses_.emplace_back(found);
 
-    // Where the new fan begins: where an open one of the two did, or behind a face that goes.
+    // Where the new fan begins: where an open one of the two did, or after a face that vanishes.
     Index first = mesh_.opposite[previous(half_edge)];
     for (const Index v : {kept, removed}) {
       const Index h = mesh_.vertices[v].half_edge;
@@ -343,7 +344,7 @@ class TileCollapser {
       join(in, out);
       if (mesh_.vertices[cut].half_edge / 3 == across / 3) mesh_.vertices[cut].half_edge = in;
       std::fill_n(mesh_.start.begin() + across / 3 * 3, 3, none);
-      offer(in != none ? in : out);  // the one of two edges' offers that there was may be gone
+      offer(in != none ? in : out);  // two edges became one; its only offer may be gone
     }
   }
 
@@ -351,7 +352,7 @@ class TileCollapser {
   HalfEdges& mesh_;
   std::vector<std::uint8_t>& locked_;
   Tile& tile_;
-  std::size_t left_ = 0;  // of its vertices that may be touched
+  std::size_t left_ = 0;  // how many of its vertices may be touched
   std::priority_queue<Offer> offers_;
   std::vector<Index> leaving_;
   std::vector<Collapse> collapses_;
@@ -382,7 +383,7 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads) {
         locked[v] = 0;
         mesh.walk_ring(v, [&](Index other) { locked[v] |= tile_of[other] >> 2 * stage != tile; });
       }
-      // As four tiles become one, they stay as large as they were, but for their borders.
+      // A quarter each: so a merged tile is as large as one tile before, except for borders.
       const std::size_t target = tiles.size() == 1 ? 0 : tiles[tile].leaves >> 2 * (stage + 1);
       found[tile] = TileCollapser(in, mesh, locked, tiles[tile]).run(target);
     });

@@ -5,20 +5,21 @@
 
 namespace ensonify::refine {
 
-/// The analysis phase by tiles: the mesh is cut in space into tiles of some thousand vertices,
-/// edges are collapsed inside each, the smallest closed star first, and then four tiles become one,
-/// stage by stage, until one is left and nothing in it can be collapsed. Tiles of one stage share
-/// no vertex that may be touched, so that they are done at once, by `threads` threads, and the
-/// result depends on the mesh alone: the collapses' order is stage by stage and tile by tile. Takes
-/// some 1.5 us a vertex, and at the peak the bytes below beside the mesh, the result's 68 a vertex
-/// among them.
+/// The analysis phase by tiles. The mesh is cut in space into tiles of some thousand vertices.
+/// Edges are collapsed inside each tile, the smallest closed star first; then four tiles become
+/// one, stage by stage, until one is left and nothing in it can be collapsed. Tiles of one stage
+/// share no vertex that may be touched, so `threads` threads can work on them at once, and the
+/// result depends only on the mesh: the collapses are ordered by stage and by tile. Takes about 1.5
+/// us per vertex, and at the peak the memory below in addition to the mesh, which includes the
+/// result's 68 bytes per vertex.
 ///
 /// `in` must be finite, manifold and oriented, with or without borders, in any number of components
 /// (mesh_repair.h makes it so); throws MeshError naming a place where it is not, and
-/// std::invalid_argument if threads < 1. Unreferenced vertices become leaves of their own. What may
-/// collapse is as in edge_collapse.h: all topology is kept.
+/// std::invalid_argument if threads < 1. Unreferenced vertices become separate leaves. The same
+/// collapses are allowed as in edge_collapse.h: all topology is kept.
 ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads);
 
-inline constexpr double tile_collapse_bytes_per_face = 75.0;  ///< of half as many vertices
+/// Peak memory of build_by_tiles, for a mesh with half as many vertices as faces.
+inline constexpr double tile_collapse_bytes_per_face = 75.0;
 
 }  // namespace ensonify::refine

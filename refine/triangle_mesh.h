@@ -3,25 +3,27 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <ensonify/refine/error.h>
+
 namespace ensonify::refine {
 
-/// What is wrong with a mesh or a grid that somebody brought: file and place, the fault, the cure.
-struct MeshError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+/// A fault in a mesh or grid from a file. The message names the file and place, the fault, the
+/// cure.
+struct MeshError : Error {
+  using Error::Error;
 };
 
 using Face = std::array<std::uint32_t, 3>;  ///< three vertices, counter-clockwise seen from outside
 
-/// Triangles somebody else owns, in local metres.
+/// A view of triangles, in local metres.
 struct Triangles {
   std::span<const Eigen::Vector3f> positions;
   std::span<const Face> faces;
-  std::span<const std::uint32_t> numbers = {};  ///< what each face is called; empty: 0, 1, 2 ...
+  std::span<const std::uint32_t> numbers = {};  ///< each face's number; empty: 0, 1, 2 ...
 
   std::uint32_t number(std::uint32_t face) const { return numbers.empty() ? face : numbers[face]; }
 
@@ -30,7 +32,7 @@ struct Triangles {
   }
 };
 
-/// Indexed triangles. Positions are float metres about world_origin, which is kept in double (UTM
+/// Indexed triangles. Positions are float metres relative to world_origin, which is double (so UTM
 /// eastings and centimetre cells work together): world = world_origin + position.
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> positions;
@@ -40,14 +42,14 @@ struct TriangleMesh {
   operator Triangles() const { return {positions, faces, {}}; }
 };
 
-/// The box around the vertices that faces use, local metres; both zero without any.
+/// The box around the vertices that faces use, local metres; both corners are zero without faces.
 struct Bounds {
   Eigen::Vector3f lowest = Eigen::Vector3f::Zero();
   Eigen::Vector3f highest = Eigen::Vector3f::Zero();
 };
 Bounds bounds(Triangles triangles);
 
-/// What `mesh-info` tells of a mesh. Edges join places: vertices at one place count as one there.
+/// What `mesh-info` reports. For edges, vertices at one place count as one vertex.
 struct MeshSummary {
   std::size_t vertices = 0;
   std::size_t faces = 0;

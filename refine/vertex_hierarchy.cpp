@@ -16,10 +16,10 @@ namespace {
 
 using Index = std::uint32_t;
 constexpr Index none = ProgressiveMesh::none;
-constexpr Index leaf_bit = Index{1}
-                           << 31;  // a child's number is a collapse's, or a vertex's with it
+// A child's number is a collapse's; with this bit, a vertex's.
+constexpr Index leaf_bit = Index{1} << 31;
 
-/// Calls work(begin, end) for equal parts of [0, items), one a thread.
+/// Calls work(begin, end) for equal parts of [0, items), one per thread.
 template <class Work>
 void for_parts(std::size_t items, int threads, const Work& work) {
   const auto parts = static_cast<std::size_t>(threads);
@@ -28,11 +28,11 @@ void for_parts(std::size_t items, int threads, const Work& work) {
   });
 }
 
-/// The trees that collapses make, named by collapse.
+/// The trees that the collapses make; nodes are numbered by collapse.
 struct Forest {
   struct Node {
     Index left, right;
-    Index leaves;  // under it
+    Index leaves;  // below it
   };
   std::vector<Node> nodes;
   std::vector<Index> tops;  // of each tree
@@ -43,13 +43,13 @@ struct Forest {
 Forest grow(std::size_t vertices, std::span<const Collapse> collapses) {
   const auto fail = [](std::size_t c, Index vertex) {
     throw std::invalid_argument(fmt::format(
-        "lay_out: collapse {} names vertex {}, which is not there or no longer", c, vertex));
+        "lay_out: collapse {} names vertex {}, which does not exist (any more)", c, vertex));
   };
   if (vertices >= leaf_bit)
     throw std::invalid_argument("lay_out: 2^31 vertices or more; split the mesh");
   Forest forest;
   forest.nodes.reserve(collapses.size());
-  std::vector<Index> top(vertices);  // what stands for a vertex so far
+  std::vector<Index> top(vertices);  // the node that stands for a vertex so far
   for (Index v = 0; v < vertices; ++v) top[v] = v | leaf_bit;
   for (std::size_t c = 0; c < collapses.size(); ++c) {
     const auto [kept, removed, left_face, right_face] = collapses[c];
@@ -70,14 +70,14 @@ struct Range {
   Index lo, hi;
 };
 
-/// What laying out needs beside the result.
+/// Data for lay_out in addition to the result.
 struct Layout {
-  std::vector<Index> leaf_of;  // a vertex's rank
+  std::vector<Index> leaf_of;  // by vertex
   std::vector<Range> ranges;
 };
 
 /// Numbers leaves depth-first and inner nodes in preorder; fills points, mid, order, roots, and the
-/// two slots of faces an inner node.
+/// two source faces of each inner node.
 Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const Forest& forest,
               ProgressiveMeshArrays& out) {
   const std::size_t inner = forest.nodes.size();
@@ -88,7 +88,7 @@ Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const
   out.order.resize(inner);
   out.source_face.assign(2 * inner, none);
 
-  std::vector<Index> first_leaf(inner), number(inner);  // by collapse; parents fill them in
+  std::vector<Index> first_leaf(inner), number(inner);  // by collapse; set by the parent
   const auto place = [&](Index child, Index lo, Index node) {
     if (child & leaf_bit) {
       layout.leaf_of[child ^ leaf_bit] = lo;
@@ -118,15 +118,15 @@ Layout number(const TriangleMesh& in, std::span<const Collapse> collapses, const
   return layout;
 }
 
-/// Completes source_face by the base mesh's faces, and names all faces' corners by leaf.
+/// Appends the base mesh's faces to source_face, and fills faces with corners by leaf.
 void place_faces(const TriangleMesh& in, const Layout& layout, int threads,
                  ProgressiveMeshArrays& out) {
   std::vector<bool> seen(in.faces.size(), false);
   for (const Index f : out.source_face) {
     if (f == none) continue;
     if (f >= in.faces.size() || seen[f])
-      throw std::invalid_argument(fmt::format(
-          "lay_out: a collapse takes away face {}, which is not there or no longer", f));
+      throw std::invalid_argument(
+          fmt::format("lay_out: a collapse removes face {}, which does not exist (any more)", f));
     seen[f] = true;
   }
   for (Index f = 0; f < in.faces.size(); ++f)
@@ -140,16 +140,16 @@ void place_faces(const TriangleMesh& in, const Layout& layout, int threads,
         const Index vertex = in.faces[f][k];
         if (vertex >= layout.leaf_of.size())
           throw std::invalid_argument(
-              fmt::format("lay_out: face {} names vertex {}, which is not there", f, vertex));
+              fmt::format("lay_out: face {} names vertex {}, which does not exist", f, vertex));
         face[k] = layout.leaf_of[vertex];
       }
     }
   });
 }
 
-/// Spheres from the leaves up. Centres are those of the bounding boxes of closed stars; a radius is
-/// the distance of the farthest corner, found by going down only where children's spheres reach
-/// farther than what has been found.
+/// Computes spheres from the leaves up. A centre is that of the bounding box of closed stars. A
+/// radius is the distance of the farthest corner, found by descending only where children's spheres
+/// reach farther than the farthest corner found so far.
 class SphereMaker {
  public:
   SphereMaker(const ProgressiveMeshArrays& mesh, const std::vector<Range>& ranges, int threads)
@@ -162,7 +162,7 @@ class SphereMaker {
     find_stars();
   }
 
-  /// Trees are cut into subtrees that any thread may do, and what is above them.
+  /// Cuts the trees into subtrees, which threads do, and the nodes above them.
   std::vector<Sphere> make() {
     std::vector<Index> subtrees, above;  // in preorder
     for (Index node = 0; node < ranges_.size();) {
@@ -189,16 +189,16 @@ class SphereMaker {
 
  private:
   using Box = Eigen::AlignedBox3f;
-  /// What goes with nodes in descending order: a node's left child, unless a leaf, was the last one
-  /// placed whose parent was not, and its right child the one before.
+  /// The state of placing nodes in descending order. A node's left child, unless it is a leaf, is
+  /// the last placed node without a placed parent; its right child is the one before.
   struct Sweep {
-    std::vector<Box> boxes;  // of those placed whose parents are not
+    std::vector<Box> boxes;  // of placed nodes whose parents are not placed
     std::vector<Index> pending;
   };
 
   static constexpr Index leaves_at_once = 4096;
-  // A sphere may be a hundredth larger than need be, where that spares the way down; and as much as
-  // its children's reach where that way is long, as in a tree that is no more than a chain.
+  // A sphere may be 1 % larger than necessary if that avoids a descent. After longest_way nodes it
+  // takes the children's reach, as in a tree that is only a chain.
   static constexpr double tolerance = 1.01;
   static constexpr int longest_way = 256;
 
@@ -221,7 +221,7 @@ class SphereMaker {
     sweep.boxes.push_back(box);
   }
 
-  /// The corners of faces at each leaf, itself left out; most are there twice.
+  /// For each leaf the other corners of its faces; most are there twice.
   void find_stars() {
     const std::size_t leaves = mesh_.points.size();
     const auto for_each_corner = [&](std::size_t begin, std::size_t end, const auto& visit) {
@@ -235,7 +235,7 @@ class SphereMaker {
     });
     for (std::size_t l = 0; l < leaves; ++l) star_begin_[l + 2] += star_begin_[l + 1];
     star_.resize(star_begin_.back());
-    // While they are filled, a star's end so far is where the next one will begin.
+    // During filling, a star's present end is stored where the next one's begin will be.
     for_parts(leaves, threads_, [&](std::size_t begin, std::size_t end) {
       for_each_corner(begin, end, [&](const Face& face, std::size_t k) {
         star_[star_begin_[face[k] + 1]++] = face[(k + 1) % 3];
@@ -263,7 +263,7 @@ class SphereMaker {
     return std::sqrt(farthest2);
   }
 
-  /// How far the corners below a node reach, at most: those of its children were placed before.
+  /// A bound on how far the corners below a node are from `from`; its children are placed already.
   double farthest(Index top, const Eigen::Vector3d& from, std::vector<Index>& pending) const {
     double found = 0.0, passed = 0.0;
     pending.assign({top});

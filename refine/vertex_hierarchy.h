@@ -7,22 +7,21 @@
 
 namespace ensonify::refine {
 
-/// One collapse as a builder saw it: two vertices became one that keeps the name of the first.
+/// One collapse as a builder records it: two vertices became one, with the number of `kept`.
 struct Collapse {
   std::uint32_t kept;     ///< source vertex; right child of the node that stands for both
   std::uint32_t removed;  ///< source vertex; left child
-  /// The source faces that vanished, or none: to the left of the edge removed -> kept, and to its
-  /// right.
+  /// The source faces that vanished, or none: left of the edge removed -> kept, and right of it.
   std::uint32_t left_face = ProgressiveMesh::none;
   std::uint32_t right_face = ProgressiveMesh::none;
 };
 
-/// Lays out the hierarchy that a sequence of collapses (the first is the finest) makes over a mesh:
-/// ranks, fundamental faces, and spheres around closed stars, inflated against rounding. Takes less
-/// than a microsecond a vertex, on `threads` threads, which change nothing in the result. Throws
-/// std::invalid_argument for a sequence that names a vertex that is not there or no longer, or a
-/// face that is not there or twice, for a face whose vertex is not there, for 2^31 vertices or
-/// more, and for threads < 1.
+/// Builds the hierarchy of a sequence of collapses (finest first) over a mesh: leaf order,
+/// fundamental faces, and spheres around closed stars, enlarged against rounding. Takes less than a
+/// microsecond per vertex. The number of threads does not change the result. Throws
+/// std::invalid_argument for a collapse of a vertex that does not exist (any more), of a face that
+/// does not exist or was removed before, for a face with a vertex that does not exist, for 2^31
+/// vertices or more, and for threads < 1.
 ProgressiveMeshArrays lay_out(const TriangleMesh& mesh, std::span<const Collapse> collapses,
                               int threads = 1);
 

@@ -14,7 +14,7 @@
 
 namespace ensonify::scatter {
 
-/// How strongly a surface sends sound back: the scattering cross-section per unit area and unit
+/// How strongly a surface scatters sound back: the scattering cross-section per unit area and unit
 /// solid angle (linear, not decibels), over the grazing angle in [0, pi/2].
 class Backscatter {
  public:
@@ -25,7 +25,8 @@ class Backscatter {
 /// Lambert's law, mu sin^2(grazing): Mackenzie, JASA 33, 1498 (1961), found 10 log10 mu = -27.
 class Lambert final : public Backscatter {
  public:
-  /// Throws std::invalid_argument above -4.97 dB (mu = 1/pi), where more would return than came.
+  /// Throws std::invalid_argument above -4.97 dB (mu = 1/pi), where more energy would return than
+  /// arrived.
   explicit Lambert(double mu_db = -27.0);
   double cross_section(double grazing_rad) const override;
 
@@ -33,15 +34,15 @@ class Lambert final : public Backscatter {
   double mu_;
 };
 
-/// What a bottom's scattering consists of: linear cross-sections, without the strength's offset.
-/// What a model does not have is 0.
+/// The terms of a bottom's scattering: linear cross-sections, without strength_offset_db. Terms
+/// that a model does not have are 0.
 struct BottomTerms {
-  double roughness = 0.0, volume = 0.0;                            ///< whose sum scatters
-  double kirchhoff = 0.0, composite = 0.0, large_roughness = 0.0;  ///< what roughness is made of
+  double roughness = 0.0, volume = 0.0;                            ///< their sum is the total
+  double kirchhoff = 0.0, composite = 0.0, large_roughness = 0.0;  ///< the parts of roughness
 };
 
 /// Weight of Kirchhoff and composite roughness against the large-roughness form, f_y: TR 9407
-/// eqs 63-64. It depends on the whole slope s.
+/// eqs 63-64. It uses the whole slope s.
 double gentle_relief_weight(double slope);
 
 /// A sediment at one frequency, and what the models need of it.
@@ -86,7 +87,7 @@ class Bottom final : public Backscatter {
   Bottom(const Sediment& sediment, double frequency_hz, double sound_speed_mps,
          std::string_view model = "tr9407", double resolved_slope_fraction = 0.0);
 
-  /// Below 0.001 degrees, that of 0.001 degrees (TR 9407 IV.C.4); Lambert's goes on to 0.
+  /// Below 0.001 degrees, the terms of 0.001 degrees (TR 9407 IV.C.4), except Lambert's law.
   BottomTerms terms(double grazing_rad) const { return model_->terms(grazing_rad); }
   double cross_section(double grazing_rad) const override;
 
@@ -95,30 +96,30 @@ class Bottom final : public Backscatter {
   std::unique_ptr<const BottomModel> model_;
 };
 
-/// cross_section / sin(grazing) for the hot loop. The quotient is what a ray's solid angle is
-/// multiplied by, and stays finite at grazing.
+/// cross_section / sin(grazing) for the hot loop. A ray's solid angle is multiplied by this
+/// quotient, which stays finite at grazing.
 ///
 /// Linear interpolation over the squared tangent, in 64 equal cells between each two powers of two:
-/// as fine at grazing and near vertical as those need, without a branch. Within 0.02 dB of all
-/// named sediments from 0.05 degrees up, at 10 kHz to 1 MHz.
+/// fine enough at grazing and near vertical, and without a branch. Within 0.02 dB for all named
+/// sediments from 0.05 degrees up, at 10 kHz to 1 MHz.
 class BackscatterTable {
  public:
   explicit BackscatterTable(const Backscatter& model);
 
-  /// sin_grazing in [0, 1]; below 0.0035 degrees it is that of 0.0035 degrees.
+  /// sin_grazing in [0, 1]; below 0.0035 degrees returns the value at 0.0035 degrees.
   double sigma_over_sine(double sin_grazing) const {
     const double sine2 = sin_grazing * sin_grazing;
     const double x = std::max(lowest, std::min(highest, sine2 / std::abs(1.0 - sine2)));
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const float* const cell = &quotient_[(bits >> cell_bits) - (lowest_bits >> cell_bits)];
-    // What is left of the significand is the place in the cell, as the fraction of a number in [1,
-    // 2).
+    // The low bits of the significand are the place in the cell, here as the fraction of a number
+    // in [1, 2).
     const double place =
         std::bit_cast<double>((bits << (52 - cell_bits) & significand) | one) - 1.0;
     return cell[0] + place * (cell[1] - cell[0]);
   }
 
-  /// At the cells' ends, from backscatter_cells::lowest on.
+  /// The values at the cells' ends, from backscatter_cells::lowest on.
   std::span<const float> values() const { return quotient_; }
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 
-/// How BackscatterTable's values are laid out over the squared tangent of the grazing angle, for
-/// kernels that read them: equal cells between each two powers of two from `lowest` on.
+/// The layout of BackscatterTable's values over the squared tangent of the grazing angle, for
+/// kernels: equal cells between each two powers of two, from `lowest` on.
 namespace ensonify::scatter::backscatter_cells {
 
 inline constexpr double lowest = 0x1p-28;        ///< 0.0035 degrees

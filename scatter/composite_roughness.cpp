@@ -53,11 +53,11 @@ double perturbation(const Sediment& sediment, double k_per_cm, double grazing_ra
   const std::complex<double> kappa = wavenumber_ratio(sediment);
   const std::complex<double> P = vertical_wavenumber_ratio(sediment, grazing_rad);
   const double sine = std::sin(grazing_rad), cosine = std::cos(grazing_rad);
-  if (sine == 0.0) return 0.0;  // Y may have no value there
+  if (sine == 0.0) return 0.0;  // Y may be undefined there
   const std::complex<double> Y =
       ((rho - 1.0) * (rho - 1.0) * cosine * cosine + rho * rho - kappa * kappa) /
       ((rho * sine + P) * (rho * sine + P));
-  // The tenth keeps the spectrum finite at vertical.
+  // The term 0.1 keeps the spectrum finite at vertical.
   const double K = k_per_cm * std::sqrt(4.0 * cosine * cosine + 0.01);
   return 4.0 * std::pow(k_per_cm * sine, 4.0) * std::norm(Y) * relief_spectrum_cm4(sediment, K);
 }

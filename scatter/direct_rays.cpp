@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t max_nodes = 513;
 constexpr double farthest_cotangent = 60.0;
-/// Nodes are even steps of w / (1 + w / this) of the cotangent w.
+/// Nodes are at even steps of w / (1 + w / this), w the cotangent.
 constexpr double even_up_to = 20.0;
 constexpr double step =
     farthest_cotangent / (1.0 + farthest_cotangent / even_up_to) / (max_nodes - 1.0);
@@ -18,24 +18,24 @@ constexpr double cotangent_of(std::size_t node) {
   const double steps = step * static_cast<double>(node);
   return steps / (1.0 - steps / even_up_to);
 }
-constexpr double min_sine = 0.05;  // of a ray anywhere: flatter ones are not known
+constexpr double min_sine = 0.05;  // of a ray anywhere; flatter rays are not in the tables
 
-/// asinh(x) / x for small x; the series' next term is below rounding up to 0.01.
+/// asinh(x) / x for small x; the next term of the series is below rounding up to 0.01.
 double asinh_over(double x) {
   const double x2 = x * x;
   if (x2 > 1e-4) return std::asinh(x) / x;
   return 1.0 - x2 / 6.0 * (1.0 - x2 * 9.0 / 20.0 * (1.0 - x2 * 25.0 / 42.0));
 }
 
-/// A ray's step down through water of one gradient, of Snell's constant xi (s/m): with the sines s
-/// of its angles below the horizontal and the speeds c at both ends, its range is xi dz (c + c') /
-/// (s + s').
+/// A ray's step down through water of one gradient, with Snell's constant xi (s/m): with the sines
+/// s of its angles below the horizontal and the speeds c at both ends, its range is xi dz (c + c')
+/// / (s + s').
 struct Step {
   double range_over_xi_m2_per_s;
   double slope_m2_per_s;  // of the range, over xi
   double time_s;
-  double path_m;    // of the arc on its chord
-  double middle_m;  // mean of its depths below its top
+  double path_m;    // the length of the arc
+  double middle_m;  // the arc's mean depth below its top
 
   Step(double xi, double dz, double from_mps, double to_mps, double from_sine, double to_sine,
        double gradient_per_s)
@@ -119,7 +119,7 @@ std::size_t DirectRays::piece_of(double depth_m) const {
   return k;
 }
 
-/// Where a ray is at a depth of a piece.
+/// A ray's place at a depth in a piece.
 DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const {
   const Piece& piece = pieces_[k];
   const double dz = depth_m - piece.top_m;
@@ -127,7 +127,7 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
   const std::size_t i = std::min(static_cast<std::size_t>(node_of(w)), nodes_ - 2);
   const Node& a = table_[(k - first_) * max_nodes + i];
   const Node& b = *(&a + 1);
-  // Hermite's cubic through both.
+  // The Hermite cubic through both nodes.
   const double from = cotangent_of(i), per_step = 1.0 / (cotangent_of(i + 1) - from);
   const double x = (w - from) * per_step, y = 1.0 - x, width = 1.0 / per_step;
   const double h00 = y * y * (1.0 + 2.0 * x), h01 = x * x * (1.0 + 2.0 * y);
@@ -153,7 +153,7 @@ DirectRays::Place DirectRays::at(double w, std::size_t k, double depth_m) const 
 }
 
 bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
-  constexpr double close_m = 1e-5;  // the square of it, over any range, is nothing
+  constexpr double close_m = 1e-5;  // its square, over any range, is negligible
   constexpr int max_rounds = 20;
   const std::size_t piece = piece_of(depth_m);
   double w = std::clamp(way.cotangent, 0.0, flattest());
@@ -161,7 +161,7 @@ bool DirectRays::find(double range_m, double depth_m, Eigenray& way) const {
     const Place here = at(w, piece, depth_m);
     const double off_m = here.range_m - range_m;
     if (std::abs(off_m) < close_m) {
-      // At one depth time grows with range by Snell's constant.
+      // At one depth, d(time) / d(range) is Snell's constant.
       way = {std::max(w - off_m / here.range_slope_m, 0.0),
              here.time_s - here.xi * off_m,
              here.path_m,

@@ -7,43 +7,43 @@
 
 namespace ensonify::scatter {
 
-/// The rays of sound that go down from one depth without turning: which of them comes to a point,
-/// and when. They cannot cross: of two, the flatter one is farther out at every depth, so that a
-/// point has one or none. Ranges and times to the layers' edges are tabulated over the launch
-/// angle's cotangent, of which the range in water of one speed is a multiple; within a layer they
-/// are SoundRay's closed forms.
+/// The rays of sound that go down from one depth without turning: which of them reaches a point,
+/// and when. They cannot cross: of two, the flatter one is farther out at every depth, so a point
+/// has one ray or none. Ranges and times to the layers' edges are tabulated over the cotangent of
+/// the launch angle; in water of one speed the range is proportional to it. Within a layer they are
+/// SoundRay's closed forms.
 class DirectRays {
  public:
-  /// How a ray comes to a point.
+  /// The ray that reaches a point.
   struct Eigenray {
     double cotangent = 0.0;  ///< of its launch angle below the horizontal
     double time_s = 0.0;
     double path_m = 0.0;
-    double range_per_cotangent_m = 0.0;  ///< at that depth
-    double sound_speed_mps = 1500.0;     ///< there
-    double absorption_db = 0.0;          ///< along it, where the profile has absorption
+    double range_per_cotangent_m = 0.0;  ///< at the point's depth
+    double sound_speed_mps = 1500.0;     ///< at the point
+    double absorption_db = 0.0;          ///< along the ray, if the profile has absorption
   };
 
-  /// To depths from one to another. The profile must outlive this. Throws std::invalid_argument
-  /// unless they are finite and in order.
+  /// For depths in [shallowest_m, deepest_m]. The profile must outlive this. Throws
+  /// std::invalid_argument unless the depths are finite and in order.
   DirectRays(const SoundSpeedProfile& profile, double shallowest_m, double deepest_m);
 
-  /// From now on from that depth, which must be above all that is asked for.
+  /// Moves the source to that depth, which must be above all points that are queried.
   void start_at(double source_depth_m);
-  /// The largest cotangent that is known: rays beyond it are within 3 degrees of turning, or within
-  /// 1 of level.
+  /// The largest cotangent in the tables: rays beyond it come within 3 degrees of turning, or start
+  /// within 1 degree of level.
   double flattest() const { return flattest_; }
 
-  /// The way to a range and a depth below the source; its cotangent is a guess before, the nearer
-  /// the quicker. False for a point that no known ray reaches, beyond the flattest.
+  /// The ray to a point at range_m and a depth below the source. way.cotangent must hold a guess;
+  /// the nearer, the faster. Returns false for a point beyond the flattest ray in the tables.
   bool find(double range_m, double depth_m, Eigenray& way) const;
-  /// Its own way to a depth, and how far out it is there, of a ray that is not beyond the flattest.
+  /// Follows a ray, not beyond the flattest, to a depth; returns its range there.
   double follow(double cotangent, double depth_m, Eigenray& way) const;
-  /// Where the flattest ray comes to a depth.
+  /// The flattest ray's range at a depth.
   double farthest_m(double depth_m) const;
 
  private:
-  struct Piece {  // of a layer, from the source or its top to the next
+  struct Piece {  // a part of a layer, from the source or the layer's top down
     double top_m, top_mps, gradient_per_s;
     double top_db_per_m, db_per_m2;  // of absorption
   };
@@ -62,7 +62,7 @@ class DirectRays {
   double source_mps_ = 0.0;
   double flattest_ = 0.0;
   std::size_t nodes_ = 0;
-  std::size_t first_ = 0;      // piece of the shallowest depth: those above have no nodes
+  std::size_t first_ = 0;      // the piece of the shallowest depth; pieces above have no nodes
   std::vector<Piece> pieces_;  // from the source down
   std::vector<Node> table_;    // [piece - first][node]
 };

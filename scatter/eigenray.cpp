@@ -11,13 +11,13 @@ namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double step_rad = 0.1 * std::numbers::pi / 180.0;
-constexpr int max_arcs = 1000000;  // of a ray: one that has more oscillates about a duct's axis
+constexpr int max_arcs = 1000000;  // a ray with more oscillates about a duct's axis
 
 struct Launch {
   double along, down;
 };
 
-/// Directions are halved as vectors, which keeps the small component's digits.
+/// The middle of two directions, as vectors: keeps the precision of the small component.
 Launch middle(const Launch& a, const Launch& b) {
   const double along = a.along + b.along, down = a.down + b.down;
   const double length = std::hypot(along, down);
@@ -53,8 +53,8 @@ class Shooter {
     return {launch, std::nan(""), inf};
   }
 
-  /// The ray between two that pass the target on either side; infinitely late if only a jump is
-  /// there.
+  /// The ray between two that pass the target on either side; infinitely late if there is only a
+  /// jump between them.
   Shot between(Shot a, Shot b) const {
     for (int i = 0; i < 2000; ++i) {
       const Shot between = shoot(middle(a.launch, b.launch));
@@ -80,7 +80,7 @@ class Shooter {
   const EigenrayEnds& ends_;
 };
 
-/// Ascending in angle, both verticals among them.
+/// Ascending in angle, including both verticals.
 std::vector<Launch> launches(const SoundSpeedProfile& profile, const EigenrayEnds& ends) {
   constexpr double right_angle = 0.5 * std::numbers::pi;
   std::vector<double> angles_rad;

@@ -11,11 +11,11 @@ using Eigenray = DirectRays::Eigenray;
 
 constexpr double tolerance_m = 1e-5;
 constexpr double nearest_m = 0.05;  // below the source, where the first row begins
-constexpr double row_ratio = 1.08;  // of a row's ends' depths below the source, at most
-// Columns are even steps of k / (k + this) of the straight line's cotangent k.
+constexpr double row_ratio = 1.08;  // largest ratio of the depths below the source of a row's ends
+// Columns are at even steps of k / (k + this), k the cotangent of the straight line.
 constexpr double slope_scale = 8.0;
 constexpr std::array<double, 4> at_nodes{0.0, 0.25, 0.75, 1.0};  // Chebyshev's, with the ends
-/// The power's coefficients of the cubics that are 1 at one node and 0 at the others.
+/// The power coefficients of the cubics that are 1 at one node and 0 at the others.
 constexpr std::array<std::array<double, 4>, 4> by_powers{{{1.0, -19.0 / 3, 32.0 / 3, -16.0 / 3},
                                                           {0.0, 8.0, -56.0 / 3, 32.0 / 3},
                                                           {0.0, -8.0 / 3, 40.0 / 3, -32.0 / 3},
@@ -58,7 +58,7 @@ void EigenrayGrid::start_at(double source_depth_m) {
   rough_ = 0;
 }
 
-/// Rows end at layers' edges, and where depth below the source has grown by the ratio.
+/// Rows end at layers' edges, and where the depth below the source has grown by row_ratio.
 void EigenrayGrid::lay_rows() {
   rows_.clear();
   last_row_ = 0;
@@ -118,7 +118,7 @@ void EigenrayGrid::evaluate(const Cell& cell, const Row& row, double x, double r
          straight_m * between(cell.db_per_m)};
 }
 
-/// The range where a cell's x is at a depth below the source.
+/// The range of a cell's x at a depth below the source.
 double EigenrayGrid::range_at(std::size_t column, double x, double below_m) const {
   const double u = (static_cast<double>(column) + x) / static_cast<double>(columns);
   return slope_scale * below_m * u / (1.0 - u);
@@ -129,7 +129,7 @@ std::uint32_t EigenrayGrid::make(std::size_t row_number, std::size_t column) {
   std::uint32_t& place = cell_at_[row_number * columns + column];
   place = rough;
   ++rough_;
-  if (column + 1 == columns) return place;  // which ends at the level
+  if (column + 1 == columns) return place;  // whose end is the level
   const auto depth_at = [&](double y) { return row.top_m + y / row.per_m; };
   Eigenray way;
   const auto exact = [&](double range_m, double depth_m) {
@@ -142,7 +142,8 @@ std::uint32_t EigenrayGrid::make(std::size_t row_number, std::size_t column) {
     const double depth_m = depth_at(at_nodes[node / nodes]), below_m = depth_m - source_m_;
     const double range_m = range_at(column, at_nodes[node % nodes], below_m);
     if (!exact(range_m, depth_m)) {
-      // Beyond the flattest known ray; and so is the cell, where its nearest points are.
+      // The point is beyond the flattest known ray; if it is among the nearest, so is the whole
+      // cell.
       const bool all = node == 0 &&
                        !exact(range_at(column, 0.0, depth_at(0.5) - source_m_), depth_at(0.5)) &&
                        !exact(range_at(column, 0.0, depth_at(1.0) - source_m_), depth_at(1.0));

@@ -10,27 +10,27 @@
 
 namespace ensonify::scatter {
 
-/// DirectRays::find by interpolation. The straight line's cotangent over the launch's, and the time
-/// for each metre of it, are smooth in depth (between the layers' edges) and in the line's slope:
-/// cubics in both through 4 x 4 exact ways stand for a cell of these. A cell is made when a point
-/// first falls into it, and held to exact ways midway between those, where the error is largest;
-/// where it is not within a hundredth of a millimetre of the way there and across, every point is
-/// asked exactly.
+/// DirectRays::find by interpolation. Two quantities are smooth in depth (between the layers'
+/// edges) and in the slope of the straight line to the point: the line's cotangent over the
+/// launch's, and the travel time per metre of the line. In each cell they are bicubic, through 4 x
+/// 4 exact rays. A cell is made when a point first falls into it, and is compared with exact rays
+/// midway between those, where the error is largest. If the error exceeds a hundredth of a
+/// millimetre along or across the ray, all points of the cell use DirectRays::find.
 class EigenrayGrid {
  public:
   /// As DirectRays.
   EigenrayGrid(const SoundSpeedProfile& profile, double shallowest_m, double deepest_m);
 
-  /// From now on from that depth. Nothing is done anew where it was that before.
+  /// Moves the source to that depth. Does nothing if it is there already.
   void start_at(double source_depth_m);
   const DirectRays& rays() const { return rays_; }
 
-  /// The way to a range and a depth, which must be below the source. False where no known ray
-  /// comes.
+  /// The ray to a point at range_m and a depth, which must be below the source. Returns false if no
+  /// known ray reaches it.
   bool find(double range_m, double depth_m, DirectRays::Eigenray& way);
 
-  /// Cells made since the source was there, and those of them that were not smooth enough (none of
-  /// those that no known ray comes to).
+  /// The number of cells made since the source moved, and of those that were not smooth enough.
+  /// Cells that no known ray reaches are not counted.
   std::size_t cells() const { return cells_.size() + rough_; }
   std::size_t rough_cells() const { return rough_; }
 
@@ -38,15 +38,16 @@ class EigenrayGrid {
   static constexpr std::size_t columns = 96, nodes = 4;
   static constexpr std::uint32_t unmade = 0xffffffff, rough = 0xfffffffe, beyond = 0xfffffffd;
 
-  struct Row {  // of cells, within one layer
+  struct Row {  // a row of cells, within one layer
     double top_m, per_m, top_mps, gradient_per_s;
   };
-  /// Of cubics in x (slope) and y (depth), from 0 to 1 over the cell: [power of y][power of x].
+  /// Bicubic coefficients in x (slope) and y (depth), 0 to 1 over the cell: [power of y][power of
+  /// x].
   using Cubics = std::array<double, nodes * nodes>;
   struct Cell {
     Cubics straight_over_launch;  // cotangents
     Cubics time_s_per_m;          // of the straight line
-    // Of the way over the straight line's length, at the corners: its own, and its absorption.
+    // Per length of the straight line, at the corners: the ray's length, and its absorption.
     std::array<double, 4> lengths, db_per_m;
   };
   void lay_rows();

@@ -15,7 +15,7 @@ KirchhoffShape kirchhoff_shape(const Sediment& sediment, double k_per_cm) {
   shape.Ch2 = 2.0 * pi * sediment.strength_cm4 * std::tgamma(2.0 - a) * std::pow(2.0, -2.0 * a) /
               (a * (1.0 - a) * std::tgamma(1.0 + a));
   shape.qc = shape.Ch2 * std::pow(2.0, 1.0 - 2.0 * a) * std::pow(k_per_cm, 2.0 * (1.0 - a));
-  // In logarithms, since Gamma(1/alpha) overflows where the exponent comes near 2.
+  // In logarithms, because Gamma(1/alpha) overflows for exponents near 2.
   const double ln_A = 2.0 * a *
                       (std::log(8.0 * a * a) + std::lgamma(0.5 / a + 0.5) - std::lgamma(0.5) -
                        std::lgamma(1.0 / a) - std::lgamma(0.5 / a));

@@ -4,23 +4,23 @@
 
 namespace ensonify::scatter {
 
-/// What the Kirchhoff approximation makes of a relief at a wavenumber: TR 9407 eqs 36-40.
+/// Parameters of the Kirchhoff approximation for a relief at a wavenumber: TR 9407 eqs 36-40.
 struct KirchhoffShape {
   double Ch2;  ///< of the structure function D(r) = Ch2 r^(2 alpha), r in cm, D in cm^2
   double qc;
-  double A, B;  ///< of alpha alone
+  double A, B;  ///< depend only on alpha
 };
 KirchhoffShape kirchhoff_shape(const Sediment& sediment, double k_per_cm);
 
-/// The Kirchhoff approximation of interface roughness, from 40 degrees up and 0 below; linear: TR
-/// 9407 eqs 35-40.
+/// The Kirchhoff approximation of interface roughness, from 40 degrees up, and 0 below; linear:
+/// TR 9407 eqs 35-40.
 ///
-/// B has the exponent 1/2 + 1/(2 alpha). With it the form is the Kirchhoff integral itself at
+/// B has the exponent 1/2 + 1/(2 alpha). With it the formula equals the Kirchhoff integral at
 /// vertical, |R|^2 (k^2/2 pi) Gamma(1/alpha)/(2 alpha) (2 k^2 Ch2)^(-1/alpha), and reproduces the
 /// handbook's table 3.
 double kirchhoff(const Sediment& sediment, double k_per_cm, double grazing_rad);
 
-/// Cosine of the angle at which composite roughness takes over from it: TR 9407 eqs 59-61.
+/// Cosine of the angle where composite roughness replaces it: TR 9407 eqs 59-61.
 double kirchhoff_end_cosine(const Sediment& sediment, double k_per_cm);
 
 }  // namespace ensonify::scatter

@@ -19,7 +19,7 @@ double large_roughness(const Sediment& sediment, double grazing_rad, double slop
   if (sediment.smooth()) return 0.0;
   const double s = slope;
   const double rho = sediment.density_ratio, nu = sediment.sound_speed_ratio;
-  const double theta = grazing_rad * 180.0 / pi;  // the form counts in degrees
+  const double theta = grazing_rad * 180.0 / pi;  // the formula uses degrees
   const double theta_s = s * 180.0 / pi;
   const double theta_c = critical_angle_deg(sediment);
   const double R2 = std::norm(reflection_coefficient(sediment, pi / 2.0));

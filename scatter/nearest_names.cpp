@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::size_t max_parts = 12;
 constexpr std::size_t longest_word = 100;
-constexpr std::size_t shortest_part = 3;  // "m" is a part of too many
+constexpr std::size_t shortest_part = 3;  // "m" is part of too many names
 
-/// Lower case, with a space for whatever stands between words.
+/// Lower case, with a space for every separator of words.
 std::string normalised(std::string_view text) {
   std::string out(text);
   for (char& c : out)

@@ -7,12 +7,11 @@
 
 namespace ensonify::scatter {
 
-/// What somebody who wrote `word` may have meant, of the names there are: those that contain it as
-/// whole words, or else begin with it, at most 12, in their own order. If there are none, or one
-/// edit (insert, drop, change, swap neighbours) makes a name of it: the `most` that are nearest, as
-/// far as `letters` edits are enough. Case does not matter, and space, hyphen and underscore are
-/// the same; of a name with dots the last part will do. For a word of more than 100 letters there
-/// are none.
+/// Suggests names for an unknown `word`: those that contain it as whole words, otherwise those that
+/// begin with it, at most 12, in their given order. If there are none, or if one edit (insert,
+/// remove, change, swap neighbours) makes the word a name: the at most `most` nearest names within
+/// `letters` edits. Case is ignored; space, hyphen and underscore are the same; for a name with
+/// dots its last part is compared too. Returns none for a word of more than 100 letters.
 std::vector<std::string_view> nearest_names(std::string_view word,
                                             std::span<const std::string_view> names,
                                             std::size_t most, std::size_t letters);

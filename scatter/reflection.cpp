@@ -13,7 +13,8 @@ std::complex<double> wavenumber_ratio(const Sediment& sediment) {
 
 std::complex<double> vertical_wavenumber_ratio(const Sediment& sediment, double grazing_rad) {
   const std::complex<double> kappa = wavenumber_ratio(sediment);
-  const double sine = std::sin(grazing_rad);  // not the cosine: at grazing it has lost its digits
+  // Not from the cosine, which loses precision at grazing.
+  const double sine = std::sin(grazing_rad);
   return std::sqrt(kappa * kappa - 1.0 + sine * sine);
 }
 

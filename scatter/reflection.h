@@ -16,7 +16,7 @@ std::complex<double> vertical_wavenumber_ratio(const Sediment& sediment, double 
 /// Rayleigh's pressure reflection coefficient of a lossy fluid: TR 9407 eqs 30-33.
 std::complex<double> reflection_coefficient(const Sediment& sediment, double grazing_rad);
 
-/// What is lost in the specular direction, -20 log10 |R|, dB: TR 9407 eq. 29.
+/// The loss in the specular direction, -20 log10 |R|, dB: TR 9407 eq. 29.
 double reflection_loss_db(const Sediment& sediment, double grazing_rad);
 
 }  // namespace ensonify::scatter

@@ -16,7 +16,7 @@ constexpr Interval temperatures_c = {-4, 50};
 constexpr Interval salinities_psu = {0, 50};
 constexpr Interval acidities = {6, 9};
 constexpr Interval depths_m = {0, 12000};
-constexpr Interval pressures_dbar = {0, 12500};  // what those depths may have
+constexpr Interval pressures_dbar = {0, 12500};  // the pressures of those depths
 constexpr Interval latitudes_rad = {-std::numbers::pi / 2, std::numbers::pi / 2};
 
 void check(std::string_view what, double value, Interval expected, std::string_view unit) {
@@ -55,12 +55,12 @@ double polynomial(std::initializer_list<double> ascending, double x) {
   return sum;
 }
 
-/// UNESCO 44's depth without its latitude: the standard ocean's geopotential.
+/// UNESCO 44's formula without latitude: the standard ocean's geopotential.
 double geopotential(double p) {
   return polynomial({0.0, 9.72659, -2.2512e-5, 2.279e-10, -1.82e-15}, p);
 }
 
-/// Its mean gravity between the surface and a pressure, in m/s^2.
+/// The standard ocean's mean gravity between the surface and a pressure, in m/s^2.
 double mean_gravity(double p, double latitude_rad) {
   const double x = std::pow(std::sin(latitude_rad), 2);
   return 9.780318 * (1.0 + 5.2788e-3 * x + 2.36e-5 * x * x) + 1.092e-6 * p;
@@ -79,7 +79,7 @@ double sound_speed_mps(const SeaWater& water, double depth_m) {
 
 double temperature_of_sound_speed_c(double mps, double salinity_psu, double depth_m) {
   auto [low, high] = mackenzie_fit.temperature_c;
-  for (int step = 0; step < 50; ++step) {  // it grows with temperature all over the fit
+  for (int step = 0; step < 50; ++step) {  // speed grows with temperature in the whole fit
     const double middle = 0.5 * (low + high);
     (sound_speed_mps({.temperature_c = middle, .salinity_psu = salinity_psu}, depth_m) < mps
          ? low
@@ -128,7 +128,7 @@ double absorption_db_per_m(const SeaWater& water, double depth_m, double frequen
   const double T = water.temperature_c;
   const double S = water.salinity_psu;
   const double D = depth_m;
-  const double f = frequency_hz / 1000.0;  // the paper counts in kHz
+  const double f = frequency_hz / 1000.0;  // kHz, as in the paper
   const double c = 1412.0 + 3.21 * T + 1.19 * S + 0.0167 * D;
   const double theta = 273.0 + T;
 
@@ -175,7 +175,7 @@ double depth_of_pressure_m(double pressure_dbar, double latitude_rad) {
 double pressure_at_depth_dbar(double depth_m, double latitude_rad) {
   check("depth", depth_m, depths_m, " m");
   check_latitude(latitude_rad);
-  // A decibar is nearly a metre everywhere: each step leaves at most a twentieth of the error.
+  // A decibar is nearly a metre: each step reduces the error to at most a twentieth.
   double p = depth_m;
   for (int step = 0; step < 16; ++step)
     p += depth_m - geopotential(p) / mean_gravity(p, latitude_rad);

@@ -4,23 +4,24 @@
 
 namespace ensonify::scatter {
 
-/// What the sea's sound speed and absorption depend on, beside depth and frequency. Every function
-/// below throws std::invalid_argument for what no sea is: temperatures outside -4..50 degrees
-/// Celsius (ITS-90), salinities outside 0..50 psu, pH outside 6..9, depths outside 0..12000 m.
+/// What the sea's sound speed and absorption depend on, in addition to depth and frequency. Every
+/// function below throws std::invalid_argument for values that no sea has: temperatures outside
+/// -4..50 degrees Celsius (ITS-90), salinities outside 0..50 psu, pH outside 6..9, depths outside
+/// 0..12000 m.
 struct SeaWater {
   double temperature_c = 10.0;
   double salinity_psu = 35.0;
   double ph = 8.1;
 };
 
-/// The ends among it.
+/// A closed interval.
 struct Interval {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool holds(double value) const { return value >= low && value <= high; }
 };
 
-/// The water that a formula was fitted to. It is computed beyond, as an extrapolation.
+/// The range of water that a formula was fitted to. Beyond it the formula is an extrapolation.
 struct FittedWater {
   Interval temperature_c, salinity_psu, depth_m;
   Interval ph, frequency_hz;  ///< absorption only
@@ -37,32 +38,35 @@ inline constexpr FittedWater ainslie_mccolm_fit = {
 /// Sound speed after Mackenzie, JASA 70, 807 (1981), eq. 1.
 double sound_speed_mps(const SeaWater& water, double depth_m);
 
-/// The temperature of water of that sound speed, by the same formula; the nearest of those in its
-/// mackenzie_fit where it is of none.
+/// The temperature of water with that sound speed, by the same formula; the nearest within
+/// mackenzie_fit if none has that speed.
 double temperature_of_sound_speed_c(double sound_speed_mps, double salinity_psu, double depth_m);
 
 /// Sound speed after Chen and Millero, JASA 62, 1129 (1977), as in UNESCO technical papers in
-/// marine science 44 (1983), eqs. 33 to 37. The pressure is above the atmosphere's, 0..12500 dbar.
+/// marine science 44 (1983), eqs. 33 to 37. The pressure is relative to the atmosphere's, 0..12500
+/// dbar.
 double chen_millero_sound_speed_mps(const SeaWater& water, double pressure_dbar);
 
-/// Sound speed after Leroy, Robinson and Goldsmith, JASA 124, 2774 (2008), eq. 2, north or south.
+/// Sound speed after Leroy, Robinson and Goldsmith, JASA 124, 2774 (2008), eq. 2, for either
+/// hemisphere.
 double leroy_sound_speed_mps(const SeaWater& water, double depth_m, double latitude_rad);
 
 /// Absorption of a plane wave after Francois and Garrison, JASA 72, 1879 (1982): boric acid,
-/// magnesium sulphate and pure water. Throws for a frequency that is not above zero, too.
+/// magnesium sulphate and pure water. Also throws for a frequency that is not above zero.
 double absorption_db_per_m(const SeaWater& water, double depth_m, double frequency_hz);
 
 /// The same after Ainslie and McColm, JASA 103, 1671 (1998), eqs. 1 to 3: simpler, within 10 % of
-/// it.
+/// Francois and Garrison.
 double ainslie_mccolm_absorption_db_per_m(const SeaWater& water, double depth_m,
                                           double frequency_hz);
 
-/// Depth of a pressure above the atmosphere's in the standard ocean (35 psu, 0 degrees Celsius),
-/// Saunders and Fofonoff, Deep-Sea Res. 23, 109 (1976), refitted in UNESCO 44, eq. 25; gravity
-/// varies with the latitude. Throws std::invalid_argument outside 0..12500 dbar and -pi/2..pi/2.
+/// The depth of a pressure, relative to the atmosphere's, in the standard ocean (35 psu, 0 degrees
+/// Celsius), Saunders and Fofonoff, Deep-Sea Res. 23, 109 (1976), refitted in UNESCO 44, eq. 25;
+/// gravity varies with the latitude. Throws std::invalid_argument outside 0..12500 dbar and
+/// -pi/2..pi/2.
 double depth_of_pressure_m(double pressure_dbar, double latitude_rad);
 
-/// The pressure of a depth: that formula solved, to rounding.
+/// The pressure at a depth: solves that formula, to rounding.
 double pressure_at_depth_dbar(double depth_m, double latitude_rad);
 
 }  // namespace ensonify::scatter

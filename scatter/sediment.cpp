@@ -70,18 +70,18 @@ double attenuation_db_per_m_khz(double M) {
 }
 
 double loss(double M) {
-  constexpr double c1 = 1.528;  // m/ms: the handbook's water, whatever ours is
+  constexpr double c1 = 1.528;  // m/ms: the handbook's water, independent of the scene's
   return attenuation_db_per_m_khz(M) * sound_speed_ratio(M) * c1 * std::numbers::ln10 /
          (40.0 * std::numbers::pi);
 }
 
-// Eqs 9-10: from the rms relief of a track 100 cm long.
+// Eqs 9-10: from the rms relief over a track of 100 cm.
 double strength_cm4(double M) {
   const double h_cm = M < 5.0 ? (2.03846 - 0.26923 * M) / (1.0 + 0.076923 * M) : 0.5;
   return 0.00207 * h_cm * h_cm;
 }
 
-/// Lower case, with one space for whatever stands between words, and without a remark in brackets.
+/// Lower case, one space for every separator of words, without a remark in brackets.
 std::string normalised(std::string_view name) {
   std::string out;
   bool gap = false;
@@ -158,10 +158,10 @@ Sediment sediment_named(std::string_view name) {
 Sediment sediment_of_grain_size(double mean_grain_size_phi) {
   const double M = mean_grain_size_phi;
   if (!(M >= -1.0 && M <= 9.0))
-    throw std::invalid_argument(
-        fmt::format("mean grain size is {} phi, expected -1 to 9 (coarser: name a sediment, as "
-                    "gravel or rock)",
-                    M));
+    throw std::invalid_argument(fmt::format(
+        "mean grain size is {} phi, expected -1 to 9 (coarser: name a sediment, such as "
+        "gravel or rock)",
+        M));
   return {.density_ratio = density_ratio(M),
           .sound_speed_ratio = sound_speed_ratio(M),
           .loss = loss(M),

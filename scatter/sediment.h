@@ -7,10 +7,10 @@
 
 namespace ensonify::scatter {
 
-/// A seabed as APL-UW TR 9407 (1994), section IV.A, sees it: six numbers, relative to the water
+/// A seabed as modelled by APL-UW TR 9407 (1994), section IV.A: six numbers, relative to the water
 /// above.
 ///
-/// The handbook counts wavenumbers in rad/cm: so do all functions of this folder that take one
+/// The handbook's wavenumbers are in rad/cm, and so are those of all functions in this folder
 /// (`k_per_cm`). Its relief has the isotropic spectrum W2(K) = strength K^-exponent cm^4 (eq. 7),
 /// whose integral over the plane is the variance of height.
 struct Sediment {
@@ -26,7 +26,7 @@ struct Sediment {
   bool smooth() const { return strength_cm4 < 1e-12; }
 };
 
-/// Throws std::invalid_argument, naming the valid range, for what lies outside TR 9407 IV.A.8's.
+/// Throws std::invalid_argument, with the valid range, for values outside TR 9407 IV.A.8's.
 void check(const Sediment& sediment);
 
 struct NamedSediment {
@@ -35,21 +35,21 @@ struct NamedSediment {
   Sediment sediment;
 };
 
-/// TR 9407 table 2, coarse to fine, a row a name. Where a mean grain size belongs to the name, the
-/// parameters are its regressions and not the table's rounded numbers.
+/// TR 9407 table 2, coarse to fine, one row per name. If a name has a mean grain size, the
+/// parameters are those of the regressions, not the table's rounded numbers.
 std::vector<NamedSediment> named_sediments();
 
-/// One of them; case does not matter, and space, hyphen and underscore are the same. Throws
-/// std::invalid_argument with the nearest names for another.
+/// The sediment of that name; case is ignored, and space, hyphen and underscore are the same.
+/// Throws std::invalid_argument with the nearest names for an unknown one.
 Sediment sediment_named(std::string_view name);
 
 /// The regressions over mean grain size, TR 9407 eqs 2-10. Throws std::invalid_argument outside
 /// -1 to 9 phi.
 Sediment sediment_of_grain_size(double mean_grain_size_phi);
 
-/// Whether it is at least as fast as a bed of 2 mm grains (-1 phi), Wentworth's border between sand
-/// and gravel. It is asked of the sound speed because each seabed has one, named or not, and it
-/// alone tells rock and stones from what the regressions over grain size describe.
+/// Whether the bed is at least as fast as one of 2 mm grains (-1 phi), Wentworth's border between
+/// sand and gravel. The sound speed decides because each seabed has one, named or not, and it alone
+/// distinguishes rock and stones from what the regressions over grain size describe.
 bool gravel_or_rock(const Sediment& sediment);
 
 /// Wavenumber in the water, rad/cm. Throws std::invalid_argument unless both are positive and
@@ -57,13 +57,13 @@ bool gravel_or_rock(const Sediment& sediment);
 double wavenumber_per_cm(double frequency_hz, double sound_speed_mps);
 
 /// The wavenumber at which the relief of TR 9407 is evaluated: the water's, but that of 100 kHz for
-/// gravel and rock above it, where the large-roughness form would leave the measurements by 10 to
-/// 20 dB (Jackson's elastic small-slope results at 300 kHz).
+/// gravel and rock above it, because there the large-roughness form would differ from measurements
+/// by 10 to 20 dB (Jackson's elastic small-slope results at 300 kHz).
 double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
                                 double sound_speed_mps);
 
-/// What should be said once a run about TR 9407 at this frequency (valid: 10 to 100 kHz) and with
-/// this exponent; nothing inside its range.
+/// A warning, for once per run, if the frequency is outside TR 9407's validity (10 to 100 kHz) or
+/// the exponent outside its recommended range; otherwise none.
 std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz);
 
 /// W2(K), TR 9407 eq. 7, cm^4.

@@ -14,7 +14,7 @@ double flat_sediment_volume(const Sediment& given, double grazing_rad) {
   const double sine = std::sin(grazing_rad);
   if (sine == 0.0) return 0.0;
   Sediment sediment = given;
-  sediment.loss = std::max(sediment.loss, 1e-9);  // 0/0 without any
+  sediment.loss = std::max(sediment.loss, 1e-9);  // avoids 0/0
   const std::complex<double> R = reflection_coefficient(sediment, grazing_rad);
   const std::complex<double> P = vertical_wavenumber_ratio(sediment, grazing_rad);
   return 5.0 * sediment.loss * sediment.volume * std::norm(1.0 - R * R) * sine * sine /

@@ -4,12 +4,12 @@
 
 namespace ensonify::scatter {
 
-/// What inhomogeneities below a flat interface send back; linear: TR 9407 eq. 66. Without loss it
-/// is the limit of little loss.
+/// Backscatter of inhomogeneities below a flat interface; linear: TR 9407 eq. 66. For zero loss
+/// returns the limit of small loss.
 double flat_sediment_volume(const Sediment& sediment, double grazing_rad);
 
-/// The same below large-scale slopes, averaged and shadowed as composite roughness; linear: TR 9407
-/// eq. 65. The slope is s, or what the mesh leaves of it.
+/// The same below large-scale slopes, averaged and shadowed like composite roughness; linear: TR
+/// 9407 eq. 65. `slope` is s, or the part of it that the mesh does not show.
 double sediment_volume(const Sediment& sediment, double grazing_rad, double slope);
 
 }  // namespace ensonify::scatter

@@ -31,7 +31,7 @@ Complex bessel_k0(Complex w) {
 /// H0 of the first kind, Abramowitz and Stegun 9.6.4.
 Complex hankel0(Complex u) { return 2.0 / (pi * i) * bessel_k0(-i * u); }
 
-/// exp(z) - 1 without losing a small z.
+/// exp(z) - 1 precise for small z.
 Complex exp_minus_1(Complex z) {
   const double half_sine = std::sin(0.5 * z.imag());
   return {std::expm1(z.real()) * std::cos(z.imag()) - 2.0 * half_sine * half_sine,
@@ -39,12 +39,13 @@ Complex exp_minus_1(Complex z) {
 }
 
 constexpr double step = 1.0 / 14.0;   // of ln x
-constexpr double first_ln_x = -60.0;  // smaller x only matter where the result is nothing
+constexpr double first_ln_x = -60.0;  // smaller x matter only where the result is negligible
 
 }  // namespace
 
-// The exponent p u^(2 alpha) turns by 2 alpha psi = 45 degrees, halfway to where it stops decaying;
-// so do, as far, the directions in which the integrand stays analytic, on which the step rests.
+// The exponent p u^(2 alpha) turns by 2 alpha psi = 45 degrees, halfway to where it stops decaying.
+// The integrand stays analytic for directions as far on either side; the step's precision relies on
+// that.
 ReliefIntegral::ReliefIntegral(double alpha) : alpha_(alpha) {
   const double psi = std::min(pi / 2.0, pi / (8.0 * alpha));
   turn_ = std::exp(2.0 * alpha * psi * i);
@@ -57,9 +58,9 @@ ReliefIntegral::ReliefIntegral(double alpha) : alpha_(alpha) {
 }
 
 double ReliefIntegral::operator()(double p) const {
-  // The integral of J0(u) u alone is zero (Abel): taken away where it would drown the rest.
+  // The integral of J0(u) u alone is zero (Abel): subtracted where it would dominate the rest.
   const bool small = p < 1.0;
-  // x^(2 alpha) p: below e^-40 squared nothing is left; beyond 60 the exponential is.
+  // x^(2 alpha) p: below e^-40 squared the term is negligible; beyond 60 the exponential is.
   const double ln_scale = small ? 0.0 : -0.5 * std::log(p) / alpha_;
   const double from = (ln_scale - 20.0 - first_ln_x) / step;
   Complex sum = 0.0;

@@ -7,9 +7,9 @@
 
 namespace ensonify::scatter {
 
-/// I(p) = integral over u from 0 to infinity of J0(u) exp(-p u^(2 alpha)) u: what a power-law
-/// relief makes of the Kirchhoff integral. Integrated along a ray u = x e^(i psi) of the complex
-/// plane, where J0, as the real part of the Hankel function H0, decays instead of oscillating.
+/// I(p) = integral over u from 0 to infinity of J0(u) exp(-p u^(2 alpha)) u: the Kirchhoff integral
+/// of a power-law relief. Integrated along a ray u = x e^(i psi) of the complex plane, where J0, as
+/// the real part of the Hankel function H0, decays instead of oscillating.
 class ReliefIntegral {
  public:
   /// alpha in (0, 1].

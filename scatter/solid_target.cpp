@@ -55,7 +55,7 @@ SolidTarget::SolidTarget(const Solid& solid)
 double SolidTarget::cross_section(double grazing_rad) const {
   const double sine = std::sin(grazing_rad);
   const double sine2 = sine * sine;
-  if (sine2 < 1e-12) return mu_ * sine2;      // the lobe is long gone
+  if (sine2 < 1e-12) return mu_ * sine2;      // the lobe is negligible
   const double tan2 = (1.0 - sine2) / sine2;  // of the angle from the normal
   const double lobe = std::exp(-tan2 / s2_) / (4.0 * pi * s2_ * sine2 * sine2);
   return mu_ * sine2 + specular_ * lobe;

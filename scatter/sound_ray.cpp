@@ -12,7 +12,7 @@ namespace {
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double min_spreading = 0.01;  // of the path squared
 
-// asin(x) / x and asinh(x) / x; below series_end the series' next term is below rounding.
+// asin(x) / x and asinh(x) / x; below series_end the next term of the series is below rounding.
 constexpr double series_end = 0.01;
 double series(double x2) {
   return 1.0 + x2 / 6.0 * (1.0 + x2 * 9.0 / 20.0 * (1.0 + x2 * 25.0 / 42.0));
@@ -28,7 +28,8 @@ SoundRay::SoundRay(const SoundSpeedProfile& profile, double depth_m, double alon
   if (!(depth_m >= surface_m && depth_m <= bottom_m && std::isfinite(depth_m)))
     throw std::invalid_argument("SoundRay: the source must lie between surface and bottom");
   if (!(along >= 0.0 && std::abs(along * along + down * down - 1.0) < 1e-9))
-    throw std::invalid_argument("SoundRay: the direction must be unit, and not backwards");
+    throw std::invalid_argument(
+        "SoundRay: the direction must be a unit vector with `along` not negative");
   point_ = {.depth_m = depth_m,
             .along = along,
             .down = down,
@@ -53,8 +54,8 @@ void SoundRay::enter(std::size_t layer) {
   exit_ = find_exit();
 }
 
-// A level ray at an edge bends into the layer that is slower away from the edge. Where none is, at
-// a duct's axis or along a wall, it runs on straight.
+// A level ray at an edge bends into the layer in which the speed decreases away from the edge. If
+// there is none, at a duct's axis or along a wall, it runs straight on.
 void SoundRay::settle_level() {
   const auto& layers = profile_->layers();
   const double z = point_.depth_m;
@@ -71,7 +72,7 @@ void SoundRay::settle_level() {
   }
 }
 
-/// Of the arc on a chord: the half of its angle has the sine chord * curvature / 2.
+/// The length of the arc over a chord: half its angle has the sine chord * curvature / 2.
 double SoundRay::arc_m(double chord_m) const {
   return chord_m * asin_over(std::min(0.5 * chord_m * std::abs(curvature_per_m()), 1.0));
 }
@@ -79,7 +80,7 @@ double SoundRay::arc_m(double chord_m) const {
 SoundRay::Exit SoundRay::find_exit() const {
   const double s = point_.down, c = point_.sound_speed_mps, g = gradient_per_s_;
   if (s == 0.0 && g == 0.0) return {inf, point_.depth_m, 0.0, inf};
-  const auto sine2_at = [&](double depth_m) {  // Snell: sin^2 + (snell c)^2 = 1 here and there
+  const auto sine2_at = [&](double depth_m) {  // Snell: sin^2 + (snell c)^2 = 1 at both depths
     const double dz = depth_m - point_.depth_m;
     return s * s - snell_s_per_m_ * snell_s_per_m_ * g * dz * (2.0 * c + g * dz);
   };
@@ -117,7 +118,7 @@ void SoundRay::advance(double path_m) {
     cross();
     return;
   }
-  const double half = 0.5 * curvature_per_m() * path_m;  // of the angle that it turns up by
+  const double half = 0.5 * curvature_per_m() * path_m;  // half the angle by which it turns up
   const double sin_half = std::sin(half), cos_half = std::cos(half);
   const double chord_m = half == 0.0 ? path_m : path_m * sin_half / half;
   const double along = point_.along * cos_half + point_.down * sin_half;  // halfway
@@ -129,7 +130,7 @@ void SoundRay::advance(double path_m) {
   exit_ = find_exit();
 }
 
-/// To the end of a chord of the arc. The time between two points of one gradient is
+/// Moves to the end of a chord of the arc. The time between two points of one gradient is
 /// acosh(1 + (g chord)^2 / (2 c c')) / |g| = 2 asinh(|g| chord / (2 sqrt(c c'))) / |g|.
 void SoundRay::move(double chord_m, double path_m, double range_m, double depth_m, double along,
                     double down) {
@@ -137,13 +138,13 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   const double from_mps = point_.sound_speed_mps, to_mps = from_mps + gradient_per_s_ * dz;
   const double middle_mps = std::sqrt(from_mps * to_mps);
   const double x = 0.5 * std::abs(gradient_per_s_ * chord_m) / middle_mps;
-  // The integral of c: range / snell, or where that is 0 / 0, on steep rays, which never turn,
+  // The integral of c: range / snell; for steep rays, which never turn, where that is nearly 0 / 0,
   // this.
   const double swept = point_.along > 0.5 ? range_m / snell_s_per_m_
                        : dz == 0.0        ? 0.0
                                           : dz * (from_mps + to_mps) / (point_.down + down);
-  // Of an arc's depths the mean is the ends' and what it bows between, here to the fourth order of
-  // its angle.
+  // The arc's mean depth is the mean of its ends plus what it bows between them, here to the fourth
+  // order of its angle.
   const double half = 0.5 * curvature_per_m() * path_m;
   const double bow_m = half * path_m / 12.0 * (point_.along + along) * (1.0 + 0.4 * half * half);
   const double mean_m = point_.depth_m + 0.5 * dz + bow_m;
@@ -159,9 +160,9 @@ void SoundRay::move(double chord_m, double path_m, double range_m, double depth_
   spread_m_ += spread_rate_s_per_m_ * swept;
 }
 
-// Two neighbouring rays cross an edge at different ranges, and between those one is bent by the
-// gradient before the edge, the other by the one behind it: p gains q snell^2 (g_before - g_behind)
-// / sin. At a reflection the water behind is the mirror's, of gradient -g.
+// Two neighbouring rays cross an edge at different ranges. Between those, one is bent by the
+// gradient before the edge, the other by the gradient after it: p gains q snell^2 (g_before -
+// g_behind) / sin. At a reflection the water behind is the mirror image's, with gradient -g.
 void SoundRay::cross() {
   const double before_per_s = gradient_per_s_, sine = point_.down;
   if (sine == 0.0) {

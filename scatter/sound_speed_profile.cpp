@@ -14,7 +14,7 @@ namespace {
 constexpr double deepest_sample_m = 12000.0;  // below the deepest trench
 constexpr double slowest_mps = 1000.0;
 constexpr double fastest_mps = 2000.0;
-constexpr double one_depth_m = 1e-3;  // no cast resolves less
+constexpr double one_depth_m = 1e-3;  // casts do not resolve less
 
 double speed_in(const SoundSpeedLayer& layer, double depth_m) {
   if (layer.gradient_per_s == 0.0) return layer.top_mps;
@@ -22,7 +22,7 @@ double speed_in(const SoundSpeedLayer& layer, double depth_m) {
                    (depth_m - layer.top_m) / (layer.bottom_m - layer.top_m));
 }
 
-/// Straight down between two depths of one layer: the integral of dz / c(z).
+/// Travel time straight down between two depths of one layer: the integral of dz / c(z).
 double time_s(const SoundSpeedLayer& layer, double from_m, double to_m) {
   const double speed = speed_in(layer, from_m);
   const double change = layer.gradient_per_s * (to_m - from_m) / speed;
@@ -42,11 +42,12 @@ void check_sound_speed_sample(const SoundSpeedSample& sample) {
 }
 
 SoundSpeedProfile::SoundSpeedProfile(std::vector<SoundSpeedSample> samples) {
-  if (samples.empty()) throw std::invalid_argument("a sound speed profile needs at least a sample");
+  if (samples.empty())
+    throw std::invalid_argument("a sound speed profile needs at least one sample");
   for (const SoundSpeedSample& sample : samples) check_sound_speed_sample(sample);
   sorted_ = std::ranges::is_sorted(samples, {}, &SoundSpeedSample::depth_m) ||
             std::ranges::is_sorted(samples, std::greater(), &SoundSpeedSample::depth_m);
-  // By speed too, so that the order of the samples does not change a bit of the means.
+  // Sorted by speed too, so that the order of the samples does not change the means' bits.
   std::ranges::sort(samples, [](const SoundSpeedSample& a, const SoundSpeedSample& b) {
     return a.depth_m != b.depth_m ? a.depth_m < b.depth_m : a.sound_speed_mps < b.sound_speed_mps;
   });
@@ -98,7 +99,7 @@ SoundSpeedProfile SoundSpeedProfile::with_absorption(
   return profile;
 }
 
-/// Straight down from the first sample.
+/// Absorption in dB, straight down from the first sample.
 double SoundSpeedProfile::absorbed_db(double depth_m) const {
   const std::size_t i = layer_index(depth_m);
   const double top_m = i == 0 ? shallowest_m() : layers_[i].top_m;

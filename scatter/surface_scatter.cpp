@@ -28,7 +28,7 @@ void check(const SeaSurface& surface, double grazing_rad) {
         "sea surface: grazing angle is {} degrees, expected 0 to 90", grazing_rad * degrees));
 }
 
-/// The facets' mean square slope, eq. 12.
+/// The mean square slope of the facets, eq. 12.
 double facet_slope2(double wind_mps) {
   return wind_mps < 1.0 ? 0.0034 : 4.6e-3 * std::log(2.1 * wind_mps * wind_mps);
 }

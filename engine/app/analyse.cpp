@@ -32,7 +32,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// The scene, or for a mesh one whose seafloor it is.
+/// Reads the scene; for a mesh file, a scene whose seafloor is that mesh.
 Scene read_input(const SceneArguments& input) {
   const std::string kind = input.file.extension().string();
   constexpr std::array meshes{".ply", ".obj", ".stl", ".off"};
@@ -54,24 +54,24 @@ void analyse_scene(const Arguments& arguments) {
   const Scene scene = read_input(arguments.scene);
   if (scene.seafloor.kind == SeafloorKind::progressive)
     throw UsageError(
-        fmt::format("{}: its seafloor was analysed before", arguments.scene.file.string()));
+        fmt::format("{}: its seafloor is already analysed", arguments.scene.file.string()));
   const int threads = refine::thread_count(arguments.threads);
   const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
-  const auto tell = [&](std::string_view stage) {
+  const auto report = [&](std::string_view stage) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-    progress->tell(stage, 0, 1);
+    progress->report(stage, 0, 1);
   };
 
-  tell("seafloor");
+  report("seafloor");
   Clock::time_point start = Clock::now();
   Seafloor seafloor = seafloor_of(scene, {arguments.memory, refine::tile_collapse_bytes_per_face});
   const double seafloor_s = seconds_since(start);
-  tell("analysis");
+  report("analysis");
   start = Clock::now();
   with_memory_for("the analysis of the seafloor", [&] { analyse(seafloor, threads); });
   const double analysis_s = seconds_since(start);
-  tell("file");
+  report("file");
   start = Clock::now();
   save_analysed(seafloor, seafloor_key(scene), arguments.file);
   const double file_s = seconds_since(start);
@@ -82,7 +82,7 @@ void analyse_scene(const Arguments& arguments) {
   if (!arguments.quiet)
     fmt::print(stderr,
                "{} vertices, {} faces: seafloor {:.2f} s, analysis {:.2f} s on {} thread{}, file "
-               "{:.2f} s; {:.1f} bytes a vertex\n{}\n",
+               "{:.2f} s; {:.1f} bytes per vertex\n{}\n",
                seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads,
                threads == 1 ? "" : "s", file_s,
                static_cast<double>(bytes) / static_cast<double>(seafloor.vertices),
@@ -109,16 +109,18 @@ void add_analyse(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "analyse",
-      "The analysis phase: write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a "
-      "progressive mesh, which a scene takes by seafloor.progressive (run does it by itself and "
-      "keeps it in its cache)");
+      "Write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a progressive mesh for the key "
+      "seafloor.progressive (run does this analysis itself when needed and keeps the result in its "
+      "cache)");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file")->type_name("FILE")->required();
+  command.add_option("-o,--output", arguments->file, "The file to write")
+      ->type_name("FILE")
+      ->required();
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print counts, size and times on stdout");
   command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors stay");
+                   "No progress and no summary; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { analyse_scene(*arguments); }; });
 }
 

@@ -13,7 +13,8 @@ namespace ensonify::engine::app {
 
 namespace {
 
-/// A size with a unit, as 800MB or 1.5GiB, becomes its number of bytes.
+/// Replaces a size with a unit, such as 800MB or 1.5GiB, by its number of bytes. Returns the fault,
+/// if any.
 std::string size_in_bytes(std::string& text) {
   const char* const end = text.data() + text.size();
   double number = 0.0;
@@ -29,7 +30,7 @@ std::string size_in_bytes(std::string& text) {
   }
   if (error != std::errc() || !(number > 0.0 && std::isfinite(number)) ||
       !(unit.empty() || unit == "B"))
-    return fmt::format("{} is no size, expected one as 800MB, 8GB or 8GiB", text);
+    return fmt::format("{} is not a size, expected for example 800MB, 8GB or 8GiB", text);
   text = fmt::format("{:.0f}", number * factor);
   return "";
 }
@@ -42,7 +43,7 @@ void SceneArguments::add_to(CLI::App& command) {
   command
       .add_option(
           "-D", overrides,
-          "Change a key of the scene, as in -D sonar.sidescan.range_m=50; as often as wanted")
+          "Change a key of the scene, for example -D sonar.sidescan.range_m=50; can be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   add_data(command, data_folder);
@@ -66,7 +67,7 @@ void add_cache(CLI::App& command, std::filesystem::path& cache) {
 }
 
 void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "Default: as many as the machine has")
+  command.add_option("--threads", threads, "Number of threads (default: all of the machine's)")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
 }
@@ -75,7 +76,7 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
   command
       .add_option_function<double>(
           "--memory", [&memory](double bytes) { memory.bytes = bytes; },
-          "How much memory it may use, as in 800MB or 8GB (default: what is available)")
+          "The most memory to use, for example 800MB or 8GB (default: the available memory)")
       ->type_name("SIZE")
       ->transform(CLI::Validator(size_in_bytes, ""));
 }
@@ -83,7 +84,7 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
 void print(std::string_view text) {
   if (text.empty()) return;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw std::runtime_error("stdout: cannot be written to its end");
+    throw std::runtime_error("stdout: not all of the output could be written");
 }
 
 void print_object(const nlohmann::ordered_json& json) {

@@ -1,6 +1,7 @@
 #pragma once
 
-// What the subcommands share. Each has a file with one function that adds it to the command line.
+// Shared by the subcommands. Each subcommand has a file with one function that adds it to the
+// command line.
 
 #include <csignal>
 #include <cstdio>
@@ -20,22 +21,22 @@
 
 namespace ensonify::engine::app {
 
-/// Something is wrong with what the user gave: exit code 2.
+/// The user's input is wrong: exit code 2.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Some samples failed, the others are there: exit code 3.
+/// Some samples failed, the others are finished: exit code 3.
 struct SomeFailed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A signal came, and the same command goes on from here: exit code 75.
+/// A signal stopped the work, and the same command resumes it: exit code 75.
 struct Interrupted : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a subcommand does, once the command line has been read.
+/// The work of a subcommand, called after the command line has been read.
 using Action = std::function<void()>;
 
 void add_run(CLI::App& app, Action& action);
@@ -73,25 +74,27 @@ struct SceneArguments {
 void add_data(CLI::App& command, std::filesystem::path& folder);
 /// --cache: the folder for analysed seafloors.
 void add_cache(CLI::App& command, std::filesystem::path& cache);
-/// --memory: how much memory a scene may take; what is available, unless it is given.
+/// --memory: the memory limit of a scene. Without the option: the available memory.
 void add_memory(CLI::App& command, MemoryLimit& memory);
-/// --threads; 0, unless it is given.
+/// --threads: the number of threads. Without the option: 0.
 void add_threads(CLI::App& command, int& threads);
 
-/// Data goes to stdout. Throws std::runtime_error if it does not arrive.
+/// Writes data to stdout. Throws std::runtime_error if that fails.
 void print(std::string_view text);
-void print_object(const nlohmann::ordered_json& json);  ///< the same, what --json promises
+/// Writes the object of --json to stdout. Throws as print().
+void print_object(const nlohmann::ordered_json& json);
+/// Writes warnings to stderr, one per line.
 void print_warnings(std::span<const std::string> warnings);
 
-/// Notes the signals that ask a program to end (SIGINT, SIGTERM) while it lives.
+/// Records SIGINT and SIGTERM during its life, instead of ending the program.
 class SignalWatch {
  public:
-  /// A read or write that waits goes on after a signal, unless it `interrupts`.
+  /// A signal ends a waiting read or write only if `interrupts`.
   explicit SignalWatch(bool interrupts = false);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
-  static int caught() { return caught_; }  ///< the signal's number; 0: none so far
+  static int caught() { return caught_; }  ///< the signal's number; 0: none yet
 
  private:
   static volatile std::sig_atomic_t caught_;

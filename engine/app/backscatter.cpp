@@ -24,13 +24,14 @@ struct Parameter {
   const char* help;
 };
 constexpr std::array<Parameter, 6> parameters = {
-    {{"--density-ratio", &Sediment::density_ratio, "Density over the water's, 1 to 3"},
+    {{"--density-ratio", &Sediment::density_ratio, "Density, sediment over water, 1 to 3"},
      {"--sound-speed-ratio", &Sediment::sound_speed_ratio,
-      "Sound speed over the water's, 0.8 to 3"},
+      "Sound speed, sediment over water, 0.8 to 3"},
      {"--loss", &Sediment::loss, "Imaginary over real part of the wavenumber, 0 to 0.1"},
      {"--volume", &Sediment::volume, "Volume cross-section over attenuation, 0 to 1"},
-     {"--exponent", &Sediment::exponent, "Of the relief's spectrum, between 2 and 4"},
-     {"--strength-cm4", &Sediment::strength_cm4, "Of the relief's spectrum, 0 to 1"}}};
+     {"--exponent", &Sediment::exponent, "Exponent of the roughness spectrum, between 2 and 4"},
+     {"--strength-cm4", &Sediment::strength_cm4,
+      "Strength of the roughness spectrum, cm^4, 0 to 1"}}};
 
 struct Arguments {
   double frequency_hz = 0.0;
@@ -101,13 +102,16 @@ void add_backscatter(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "backscatter",
-      "Give a seabed's backscattering strength over the grazing angle (CSV). Columns: "
+      "Print a seabed's backscatter strength over the grazing angle (CSV). Columns: "
       "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
-      "reflection_loss_db; roughness to large_roughness are linear cross-sections, the strength is "
-      "that of roughness + volume, and what a model does not have is 0: kirchhoff, composite and "
-      "large_roughness for small-slope, those and volume for lambert");
-  command.add_option("--frequency-hz", arguments->frequency_hz, "Of the sound")->required();
-  command.add_option("--sound-speed-mps", arguments->sound_speed_mps, "Of the water at the bed")
+      "reflection_loss_db. The columns roughness to large_roughness are linear cross-sections; "
+      "strength_db is that of roughness + volume. Terms that a model does not have are 0: "
+      "kirchhoff, composite and large_roughness for small-slope; those and volume for lambert");
+  command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency of the sound, Hz")
+      ->required();
+  command
+      .add_option("--sound-speed-mps", arguments->sound_speed_mps,
+                  "Sound speed in the water at the bed, m/s")
       ->required();
   CLI::Option* const name = command
                                 .add_option("--sediment", arguments->sediment,
@@ -120,7 +124,7 @@ void add_backscatter(CLI::App& app, Action& action) {
       ->excludes(name);
   for (std::size_t i = 0; i < parameters.size(); ++i)
     command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
-        ->group("A seabed's six parameters: all, or those that differ");
+        ->group("A seabed's six parameters: all, or only those to change");
   command.add_option("--model", arguments->model, model_help())
       ->capture_default_str()
       ->type_name("NAME");

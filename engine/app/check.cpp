@@ -12,6 +12,7 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
 #include <ensonify/refine/parallel_for.h>
@@ -24,8 +25,9 @@ namespace {
 
 constexpr std::string_view reference_name = "pluecker";
 constexpr std::string_view slow_name = "brute_force";
-constexpr double slow_tests = 1e9;  // of a ray against a face: a quarter of a minute of one core
-constexpr std::uint64_t slowest_every = 10000;  // it is left out where it would get fewer rays
+constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
+/// An intersector that would get fewer than one of this number of rays is left out.
+constexpr std::uint64_t slowest_every = 10000;
 
 struct Arguments {
   SceneArguments scene;
@@ -37,13 +39,13 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// Pings of the track in blocks, as a run has them: long enough for a tree that is to do for some
-/// pings to be built, used and built again. At least so many rays, the blocks spread over the
-/// track. Where that has not enough pings it is flown again, the sonar turned a little.
+/// Blocks of pings as in a run, with at least `rays` rays, spread over the track. A block is long
+/// enough for a tree that serves several pings to be built, used and built again. If the track has
+/// too few pings, it is repeated with slightly turned sonars.
 std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays) {
   const std::vector<Pose> track = simulator.track();
   const auto fans_at = [&](const Pose& pose) {
-    const std::span<const RayFan> fans = simulator.aim(pose);
+    const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
     return std::vector<RayFan>(fans.begin(), fans.end());
   };
   std::uint64_t a_ping = 0;
@@ -66,7 +68,7 @@ std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, st
       pose.heading_rad += 0.05 * turn[2];
       try {
         blocks[b].push_back(fans_at(pose));
-      } catch (const std::invalid_argument&) {  // turned, a sonar on a long mounting left the water
+      } catch (const std::invalid_argument&) {  // the turn moved a sonar out of the water
         blocks[b].push_back(fans_at(track[ping]));
       }
     }
@@ -74,12 +76,13 @@ std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, st
   return blocks;
 }
 
-/// An intersector is asked one ray of so many; 0: too few to be worth its tables.
+/// An intersector is compared on every n-th ray, to limit the time of the slow one. Returns n; 0 if
+/// too few rays would be left.
 std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces,
                           const std::vector<PingBlock>& blocks, std::uint64_t aimed) {
   if (kind.name != slow_name) return 1;
   double rays = static_cast<double>(aimed);
-  for (const PingBlock& block : blocks)  // a long one is more than was asked for
+  for (const PingBlock& block : blocks)  // may be more than requested: blocks are whole
     for (const std::vector<RayFan>& ping : block)
       for (const RayFan& fan : ping) rays += static_cast<double>(rays_within_beam(*fan.grid));
   const auto every =
@@ -87,7 +90,7 @@ std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces,
   return every > slowest_every ? 0 : every;
 }
 
-/// Every surface with one intersector; `reference` is the whole mesh's.
+/// One intersector with every face source; `reference` is built over the whole mesh.
 std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::TriangleMesh& mesh,
                                   const std::shared_ptr<const Intersector>& reference,
                                   const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
@@ -115,7 +118,7 @@ std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::Tri
   return all;
 }
 
-/// The altitudes of simulators over the mesh and over its analysis.
+/// The altitudes of two simulators: over the mesh, and over its progressive mesh.
 std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& of_analysis) {
   const auto candidate = [](std::string surface, std::string name, const Simulator& simulator) {
     return HeightCandidate{std::move(surface), std::move(name), [&simulator] {
@@ -164,11 +167,11 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
   json["over_limit"] = exceeded_limits(row);
   nlohmann::ordered_json shares = nlohmann::ordered_json::object();
   for (const Limit& limit : limits(row.source, row.precision)) shares[limit.name] = limit.share;
-  json["limits"] = shares;  // of the rays; over them is a failure
+  json["limits"] = shares;  // as shares of the rays
   return json;
 }
 
-/// "static embree scene: tie 1.2e-02 (limit 1e-02)", one a line.
+/// One line per exceeded limit: "over the limit: static embree scene: tie 0.012 of the rays, ...".
 std::string report_limits(const std::vector<AgreementRow>& rows) {
   std::string lines;
   for (const AgreementRow& row : rows)
@@ -181,7 +184,8 @@ std::string report_limits(const std::vector<AgreementRow>& rows) {
   return lines;
 }
 
-/// Enough to ask again: `ensonify seafloor` writes the mesh, `ensonify trace` takes the ray.
+/// Prints what is needed to reproduce each difference: `ensonify seafloor` writes the mesh,
+/// `ensonify trace` traces the ray.
 void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_origin) {
   const auto answer = [](const Hit& hit) {
     return hit ? fmt::format("face {}, t {:.17g}, u {:.17g}, v {:.17g}", hit.face, hit.t, hit.u,
@@ -208,20 +212,20 @@ void check(const Arguments& arguments) {
                         .threads = threads,
                         .progress =
                             [&](std::string_view stage) {
-                              progress->tell(stage, 0, 1);
+                              progress->report(stage, 0, 1);
                               if (SignalWatch::caught() != 0)
                                 throw Stopped("stopped on request, before a ray was compared");
                             },
                         .memory = arguments.memory};
 
   Clock::time_point start = Clock::now();
-  // The mesh is the scene's own, not what its analysis gives back: that is on trial, too.
+  // The reference mesh is made from the scene, not from its analysis, which is checked as well.
   scene.run.surface = "static";
   Simulator simulator(scene, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   scene.run.surface = "refined";
-  const auto analysed = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
-  progress->tell("trees", 0, 1);
+  const auto analysed = prepare_seafloor(scene, how);
+  progress->report("trees", 0, 1);
   const std::shared_ptr<const Intersector> reference = make_intersector(reference_name, mesh);
   const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
   const Simulator of_analysis(scene, {.threads = threads, .seafloor = analysed});
@@ -240,8 +244,9 @@ void check(const Arguments& arguments) {
     const AgreementProgress before = reached;
     options.progress = [&](const AgreementProgress& now) {
       reached = {now.rays, now.of, before.unexplained + now.unexplained, before.leaks + now.leaks};
-      progress->tell(what, now.rays, now.of,
-                     fmt::format("{} unexplained, {} leaked", reached.unexplained, reached.leaks));
+      progress->report(
+          what, now.rays, now.of,
+          fmt::format("{} unexplained, {} leaked", reached.unexplained, reached.leaks));
       stopped = SignalWatch::caught() != 0;
       return !stopped;
     };
@@ -250,7 +255,7 @@ void check(const Arguments& arguments) {
                 some.empty() ? std::span<const PingBlock>() : std::span(blocks), options);
     rows.insert(rows.end(), more.begin(), more.end());
   };
-  // One after another: the trees of one are given back before the next one's are built.
+  // One intersector after another, so that its trees are freed before the next one's are built.
   for (const IntersectorKind& kind : intersector_kinds()) {
     const std::uint64_t every = asked_every(kind, mesh.faces.size(), blocks, arguments.rays / 2);
     if (every == 0 || stopped) continue;
@@ -264,7 +269,7 @@ void check(const Arguments& arguments) {
                   .plumb_lines = arguments.rays / 50,
                   .bed_faces = simulator.seafloor().bed_faces});
   if (!stopped) {
-    progress->tell("faces", 0, 1);
+    progress->report("faces", 0, 1);
     rows.push_back({compare_faces(mesh, *analysed->seafloor.progressive, threads), "refined",
                     "progressive_mesh", RaySource::faces, Precision::exact});
     reached.unexplained += rows.back().count(Verdict::unexplained);
@@ -294,28 +299,28 @@ void check(const Arguments& arguments) {
   }
   if (stopped)
     throw Stopped(fmt::format(
-        "stopped on request after {} of {} rays of {}; the table is of what was compared "
-        "till then",
+        "stopped on request after {} of {} rays of {}; the table holds the comparison so far",
         reached.rays, reached.of, reached_what));
   const std::string over = report_limits(rows);
   fmt::print(stderr, "{}", over);
   if (reached.unexplained > 0)
     throw std::runtime_error(fmt::format(
-        "{} differences from the reference are unexplained; the first of each row are above",
+        "{} differences from the reference are unexplained; the first of each row are listed above",
         reached.unexplained));
   if (!over.empty())
     throw std::runtime_error(
-        "more differences of a class than sound arithmetic makes; the classes are above");
+        "more differences of a class than correct arithmetic can make; they are listed above");
 }
 
-/// A number of rays, also as 1e7.
+/// Replaces a number of rays, which may be written as 1e7, by its digits. Returns the fault, if
+/// any.
 std::string count_of_rays(std::string& text) {
   const char* const end = text.data() + text.size();
   double number = 0.0;
   const auto [rest, error] = std::from_chars(text.data(), end, number);
   if (error != std::errc() || rest != end || number != std::floor(number) || number < 1.0 ||
       number > 1e12)
-    return text + " is no whole number from 1 to 1e12";
+    return text + " is not a whole number from 1 to 1e12";
   text = fmt::format("{:.0f}", number);
   return "";
 }
@@ -326,23 +331,23 @@ void add_check(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "check",
-      "Compare every surface and intersector with the exact reference, on a scene's own rays and "
-      "on rays aimed at vertices and edges; exit code 1 if a difference is unexplained. Rays are "
-      "compared straight, also where the scene's water bends them. Ctrl-C ends it with the table "
-      "of what it has compared");
+      "Compare every surface (face source) and intersector with the exact reference, on the rays "
+      "of a scene and on rays aimed at vertices and edges. Exit code 1 if a difference is "
+      "unexplained. Rays are straight, even if the scene's water refracts them. Ctrl-C ends the "
+      "comparison and prints the table so far");
   arguments->scene.add_to(command);
   command
       .add_option(
           "--rays", arguments->rays,
-          "About so many a surface and intersector (default: a million; brute_force gets what "
-          "it can do in half a minute)")
+          "Approximate number of rays per surface and intersector (default: a million; brute_force "
+          "gets as many as it can trace in half a minute)")
       ->type_name("N")
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);
-  command.add_flag("--json", arguments->json, "Print the table and times as one JSON object");
-  command.add_flag("--quiet", arguments->quiet, "No progress; differences and errors stay");
+  command.add_flag("--json", arguments->json, "Print the table and the times as one JSON object");
+  command.add_flag("--quiet", arguments->quiet, "No progress; differences and errors remain");
   command.callback([&action, arguments] { action = [arguments] { check(*arguments); }; });
 }
 

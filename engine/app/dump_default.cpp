@@ -9,7 +9,7 @@ namespace ensonify::engine::app {
 
 void add_dump_default(CLI::App& app, Action& action) {
   const auto what = std::make_shared<std::string>();
-  CLI::App& command = *app.add_subcommand("dump-default", "Print a commented file with every key");
+  CLI::App& command = *app.add_subcommand("dump-default", "Print a commented file with all keys");
   command.add_option("WHAT", *what, "run: a scene; generate: a dataset's recipe")
       ->required()
       ->check(CLI::IsMember({"run", "generate"}));

@@ -24,7 +24,7 @@ struct Arguments {
   bool dry_run = false, json = false, quiet = false;
 };
 
-/// I/N, counted from 0.
+/// Reads I/N; I counts from 0.
 Shard parse_shard(const std::string& text) {
   const std::size_t slash = text.find('/');
   const auto number = [&](std::string_view digits) {
@@ -39,7 +39,7 @@ Shard parse_shard(const std::string& text) {
     if (index && count && *index < *count) return {*index, *count};
   }
   throw UsageError(
-      fmt::format("--shard {}: expected I/N with I from 0 to N-1, as in --shard 0/4", text));
+      fmt::format("--shard {}: expected I/N with I from 0 to N-1, for example --shard 0/4", text));
 }
 
 double samples_per_hour(const GenerateReport& report) {
@@ -47,7 +47,7 @@ double samples_per_hour(const GenerateReport& report) {
 }
 
 void print_report(const GenerateReport& report, const fs::path& folder, int threads) {
-  fmt::print(stderr, "{}: {} of {} samples; {} made, {} were there, {} failed\n", folder.string(),
+  fmt::print(stderr, "{}: {} of {} samples; {} made, {} found, {} failed\n", folder.string(),
              report.found + report.made, report.samples, report.made, report.found,
              report.failed.size());
   if (report.made == 0) return;
@@ -78,7 +78,7 @@ void print_json(const GenerateReport& report, const fs::path& folder, int thread
   print_object(json);
 }
 
-/// Draws every sample of the shard without making any.
+/// --dry-run: draws all samples without making any.
 void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
@@ -99,7 +99,8 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
   print_object(json);
   if (failed > 0)
     throw UsageError(
-        fmt::format("{} of {} samples draw what no scene can have", failed, recipe.samples()));
+        fmt::format("{} of {} samples draw values that a scene cannot have; change the recipe",
+                    failed, recipe.samples()));
 }
 
 void generate_dataset(const Arguments& arguments) {
@@ -118,7 +119,7 @@ void generate_dataset(const Arguments& arguments) {
                        .memory = arguments.memory,
                        .progress =
                            [&](std::size_t done, std::size_t of) {
-                             progress.tell("samples", done, of);
+                             progress.report("samples", done, of);
                              return SignalWatch::caught() == 0;
                            },
                        .failed =
@@ -132,9 +133,9 @@ void generate_dataset(const Arguments& arguments) {
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (report.stopped)
     throw Interrupted(fmt::format(
-        "interrupted; what is finished stays, and the same command goes on from there"));
+        "interrupted; finished samples stay, and the same command continues from there"));
   if (!report.failed.empty())
-    throw SomeFailed(fmt::format("{} of {} samples failed; the same command tries these again",
+    throw SomeFailed(fmt::format("{} of {} samples failed; the same command tries them again",
                                  report.failed.size(), report.samples));
 }
 
@@ -143,27 +144,28 @@ void generate_dataset(const Arguments& arguments) {
 void add_generate(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
-      *app.add_subcommand("generate", "Make a dataset from its recipe, or go on making it");
+      *app.add_subcommand("generate", "Make a dataset from its recipe, or continue making it");
   command
       .add_option("DATASET", arguments->recipe,
                   "A recipe (`ensonify dump-default generate` prints one)")
       ->required();
-  command.add_option("-o,--output", arguments->folder, "The dataset's folder, made if missing")
+  command.add_option("-o,--output", arguments->folder, "The dataset's folder, created if missing")
       ->required()
       ->type_name("DIR");
   command
       .add_option("--shard", arguments->shard,
-                  "Only part I of N, counted from 0, for many machines at once")
+                  "Make only part I of N (I counts from 0), to share the work between machines")
       ->type_name("I/N");
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);
   add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,
-                   "Draw every sample, tell what would be made and what is there, make nothing");
+                   "Draw all samples and print what would be made and what is finished; make "
+                   "nothing");
   command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");
   command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors stay");
+                   "No progress and no summary; warnings and errors remain");
   command.callback(
       [&action, arguments] { action = [arguments] { generate_dataset(*arguments); }; });
 }

@@ -7,14 +7,15 @@
 namespace ensonify::engine::app {
 
 void add_intersectors(CLI::App& app, Action& action) {
-  app.add_subcommand("intersectors", "List what can find the nearest hits")->callback([&action] {
-    action = [] {
-      std::string out;
-      for (const IntersectorKind& kind : intersector_kinds())
-        out += fmt::format("{:<14}{}\n", kind.name, kind.help);
-      print(out);
-    };
-  });
+  app.add_subcommand("intersectors", "List the intersectors, which find the nearest hits of rays")
+      ->callback([&action] {
+        action = [] {
+          std::string out;
+          for (const IntersectorKind& kind : intersector_kinds())
+            out += fmt::format("{:<14}{}\n", kind.name, kind.help);
+          print(out);
+        };
+      });
 }
 
 }  // namespace ensonify::engine::app

@@ -28,11 +28,11 @@ void show(const Arguments& arguments) {
   using namespace std::chrono_literals;
   if (!has_live_server())
     throw std::runtime_error(
-        "this build has no live view: install cpp-httplib (libcpp-httplib-dev) and build anew");
+        "this build has no live view: install cpp-httplib (libcpp-httplib-dev) and build again");
   if (!arguments.server.remote && !is_loopback(arguments.server.bind))
     throw UsageError(
-        fmt::format("--bind {}: others could reach this address, and look and change; take "
-                    "127.0.0.1, or say --remote",
+        fmt::format("--bind {}: other machines could reach this address, watch and change the "
+                    "scene; use 127.0.0.1, or allow it with --remote",
                     arguments.server.bind));
   const SignalWatch signals;
   const auto stop_on_signal = [] {
@@ -49,13 +49,13 @@ void show(const Arguments& arguments) {
                                 .memory = arguments.memory,
                                 .progress = [&](std::string_view stage) {
                                   stop_on_signal();
-                                  progress.tell(stage, 0, 1);
+                                  progress.report(stage, 0, 1);
                                 }});
   }
   const LiveServer server(*session, arguments.server);
   print(server.address() + "\n");
   if (!arguments.quiet)
-    fmt::print(stderr, "open that in a browser on this machine; Ctrl-C ends it\n");
+    fmt::print(stderr, "open this address in a browser on this machine; Ctrl-C ends the program\n");
   session->start();
   while (SignalWatch::caught() == 0 && !session->fault()) std::this_thread::sleep_for(50ms);
   session->stop();
@@ -72,24 +72,24 @@ void add_live(CLI::App& app, Action& action) {
   arguments->scene.add_to(command);
   command
       .add_option("--port", arguments->server.port,
-                  "Where the page is (default: 8347; 0: any that is free)")
+                  "The page's port (default: 8347; 0: any free one)")
       ->type_name("P")
       ->check(CLI::Range(0, 65535));
   command
       .add_option("--bind", arguments->server.bind,
-                  "The address to listen at (default: 127.0.0.1, this machine alone)")
+                  "The address to listen at (default: 127.0.0.1, this machine only)")
       ->type_name("ADDR");
   command.add_flag("--remote", arguments->server.remote,
-                   "Let --bind be an address that other machines can reach: whoever does may look "
-                   "and change");
+                   "Allow a --bind address that other machines can reach: their users can watch "
+                   "and change the scene");
   command
       .add_option("--pings-per-s", arguments->pings_per_s,
-                  "How fast it pings (default: as the scene does; 0: as fast as it can)")
+                  "Pings per second (default: the scene's; 0: as fast as possible)")
       ->type_name("N")
       ->check(CLI::Range(0.0, 10000.0));
-  command.add_flag("--hold", arguments->hold, "Wait for a page to say go before the first ping");
+  command.add_flag("--hold", arguments->hold, "Do not ping until a page starts it");
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { show(*arguments); }; });
 }
 

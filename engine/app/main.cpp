@@ -23,9 +23,9 @@ namespace app = ensonify::engine::app;
 namespace {
 
 constexpr int run_failed = 1;
-constexpr int wrong_input = 2;  // usage, scene, or a file that the user gave
+constexpr int wrong_input = 2;  // wrong usage, scene or input file
 constexpr int some_failed = 3;
-constexpr int interrupted = 75;  // and resumable
+constexpr int interrupted = 75;  // by a signal; the same command resumes
 constexpr int by_signal = 128;
 
 int failed(int code, std::string_view message) {
@@ -53,13 +53,13 @@ int perform(const app::Action& action) {
     return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
     return failed(run_failed,
-                  "out of memory; take larger cells, a smaller area, fewer pings or fewer threads");
+                  "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
   } catch (const std::exception& error) {
     return failed(run_failed, error.what());
   }
 }
 
-/// The version of the program, then of the libraries that can change a result.
+/// The versions of the program and of the libraries that can change a result, one per line.
 std::string versions() {
   std::string text = fmt::format("ensonify {}", ensonify::engine::program_version());
   const auto libraries = nlohmann::ordered_json::parse(ensonify::engine::library_versions());
@@ -68,7 +68,7 @@ std::string versions() {
   return text;
 }
 
-/// CLI11's help, its long lines broken between words.
+/// CLI11's help with long lines broken between words.
 class BrokenLines final : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* command, std::string name,
@@ -77,7 +77,7 @@ class BrokenLines final : public CLI::Formatter {
     std::istringstream help(CLI::Formatter::make_help(command, std::move(name), mode));
     std::string broken;
     for (std::string line; std::getline(help, line);) {
-      // What belongs to an option or a subcommand goes on below its description.
+      // The lines of an option or a subcommand continue below its description.
       const std::size_t indent = line.starts_with("  ") ? get_column_width() : 0;
       while (line.size() > columns) {
         std::size_t end = line.rfind(' ', columns);
@@ -92,8 +92,8 @@ class BrokenLines final : public CLI::Formatter {
   }
 };
 
-/// Why the command line is refused; CLI11 would list unexpected arguments from the last to the
-/// first.
+/// Why the command line is refused. Unexpected arguments are listed in the order given, which CLI11
+/// would reverse.
 std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
   const std::vector<CLI::App*> parsed = program.get_subcommands();
   const std::string help = fmt::format("(see ensonify {}--help)",
@@ -118,16 +118,16 @@ std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ,
-              SIG_IGN);  // a file that may not grow is an error like others, with its message
-  CLI::App program("ensonify: sidescan sonar, simulated by tracing rays", "ensonify");
+  // A write beyond the file size limit then fails with an error message.
+  std::signal(SIGXFSZ, SIG_IGN);
+  CLI::App program("ensonify: sidescan sonar simulated by ray tracing", "ensonify");
   program.formatter(std::make_shared<BrokenLines>());
   program.set_version_flag("--version", versions);
   program.require_subcommand(0, 1);
   program.footer(
-      "Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 the run failed, 2 "
-      "usage, "
-      "scene or input file, 3 some samples failed, 75 interrupted and resumable, 128+n a signal.");
+      "Data goes to stdout, everything else to stderr. Exit codes: 0 success; 1 the run failed; "
+      "2 wrong usage, scene or input file; 3 some samples failed; 75 interrupted, can be resumed; "
+      "128+n ended by signal n.");
   app::Action action;
   app::add_run(program, action);
   app::add_stream(program, action);

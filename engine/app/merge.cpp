@@ -19,7 +19,7 @@ struct Arguments {
   bool json = false, quiet = false;
 };
 
-/// "3, 5 to 9, 12"
+/// Ascending numbers as text, for example "3, 5 to 9, 12".
 std::string intervals(const std::vector<std::size_t>& numbers) {
   std::string text;
   for (std::size_t i = 0, j; i < numbers.size(); i = j + 1) {
@@ -36,7 +36,7 @@ void merge_dataset(const Arguments& arguments) {
     const SignalWatch signals;
     Progress progress(arguments.quiet);
     report = merge(arguments.folder, [&](std::size_t done, std::size_t of) {
-      progress.tell("samples", done, of);
+      progress.report("samples", done, of);
       return SignalWatch::caught() == 0;
     });
   }
@@ -51,7 +51,7 @@ void merge_dataset(const Arguments& arguments) {
                   {"images", report.images}});
   if (!report.missing.empty() || !report.damaged.empty())
     throw std::runtime_error(fmt::format(
-        "{}: {}{}{}nothing was written; remove what is damaged and generate again",
+        "{}: {}{}{}nothing was written; remove damaged samples and run `ensonify generate` again",
         arguments.folder.string(),
         report.missing.empty() ? ""
                                : fmt::format("samples {} are missing; ", intervals(report.missing)),
@@ -59,7 +59,7 @@ void merge_dataset(const Arguments& arguments) {
         report.damaged.empty() ? "" : "; "));
   print_warnings(report.warnings);
   if (arguments.quiet) return;
-  fmt::print(stderr, "{}: {} samples are whole\n", arguments.folder.string(), report.samples);
+  fmt::print(stderr, "{}: {} samples are complete\n", arguments.folder.string(), report.samples);
   for (const auto& [group, count] : report.images)
     fmt::print(stderr, "{}: {} images\n", group, count);
   fmt::print(stderr, "card: {}\n", (arguments.folder / "README.md").string());
@@ -70,11 +70,11 @@ void merge_dataset(const Arguments& arguments) {
 void add_merge(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
-      "merge", "Check every file of a dataset, write its indexes, splits and card");
-  command.add_option("DIR", arguments->folder, "What `ensonify generate` made")->required();
+      "merge", "Check every file of a dataset and write its indexes, splits and card");
+  command.add_option("DIR", arguments->folder, "A folder made by `ensonify generate`")->required();
   command.add_flag("--json", arguments->json, "Print what was found on stdout");
   command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors stay");
+                   "No progress and no summary; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { merge_dataset(*arguments); }; });
 }
 

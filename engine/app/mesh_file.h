@@ -10,8 +10,8 @@
 
 namespace ensonify::engine::app {
 
-/// A mesh from a file: by its name PLY, OBJ, STL or OFF, or else a survey grid, whose heights it
-/// keeps.
+/// A mesh read from a file: PLY, OBJ, STL or OFF by its extension, else a survey grid, which is
+/// kept as well.
 struct MeshFile {
   std::optional<Heightfield> grid;
   refine::TriangleMesh mesh;

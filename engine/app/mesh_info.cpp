@@ -47,9 +47,9 @@ void add_mesh_info(CLI::App& app, Action& action) {
   const auto file = std::make_shared<std::filesystem::path>();
   CLI::App& command =
       *app.add_subcommand("mesh-info",
-                          "Tell about a mesh (PLY, OBJ, STL, OFF) or a survey grid: one `name "
-                          "value` a line, metres; the "
-                          "counts are the file's own, repairs are what a run would change");
+                          "Describe a mesh (PLY, OBJ, STL, OFF) or a survey grid: one `name value` "
+                          "per line, in metres. Counts are of the file itself; repairs are the "
+                          "changes that a run would make");
   command.add_option("FILE", *file, "The mesh or grid")->required();
   command.callback([&action, file] { action = [file] { print_info(*file); }; });
 }

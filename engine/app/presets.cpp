@@ -30,9 +30,9 @@ void print_presets() {
 void add_presets(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand(
       "presets",
-      "List the instruments that [sonar.NAME] preset = \"...\" starts from, a row each (CSV). The "
-      "column 'documented' names the keys whose values are from a document; the others are typical "
-      "values");
+      "List the instruments for [sonar.NAME] preset = \"...\", one row per instrument (CSV). The "
+      "column 'documented' names the keys whose values come from a document; the other values are "
+      "typical ones");
   command.callback([&action] { action = print_presets; });
 }
 

@@ -19,7 +19,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// A folder that goes with what is in it.
+/// A temporary folder, removed with its content on destruction.
 struct Scratch {
   fs::path folder;
   explicit Scratch(const fs::path& beside) {
@@ -46,7 +46,7 @@ void make_preview(const Arguments& arguments) {
                      .cache = arguments.cache,
                      .scratch = scratch.folder,
                      .progress = [&](std::size_t done, std::size_t of) {
-                       progress.tell("samples", done, of);
+                       progress.report("samples", done, of);
                        return SignalWatch::caught() == 0;
                      }});
   }
@@ -58,18 +58,18 @@ void make_preview(const Arguments& arguments) {
 void add_preview(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
-      *app.add_subcommand("preview", "A contact sheet of a recipe's samples with their labels");
+      *app.add_subcommand("preview", "Draw a contact sheet of a recipe's samples and their labels");
   command.add_option("DATASET", arguments->recipe, "A recipe, as for generate")->required();
   command.add_option("-o,--output", arguments->file, "The picture")
       ->required()
       ->type_name("FILE.png");
-  command.add_option("-n", arguments->samples, "How many samples (16)")
+  command.add_option("-n", arguments->samples, "Number of samples (default: 16)")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   add_threads(command, arguments->threads);
   add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);
-  command.add_flag("--quiet", arguments->quiet, "No progress; errors stay");
+  command.add_flag("--quiet", arguments->quiet, "No progress; errors remain");
   command.callback([&action, arguments] { action = [arguments] { make_preview(*arguments); }; });
 }
 

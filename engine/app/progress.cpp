@@ -33,8 +33,8 @@ Progress::~Progress() {
   if (way_ == Way::bar) fmt::print(stderr, "{}", clear_line);
 }
 
-void Progress::tell(std::string_view stage, std::size_t done, std::size_t of,
-                    std::string_view found) {
+void Progress::report(std::string_view stage, std::size_t done, std::size_t of,
+                      std::string_view found) {
   using namespace std::chrono_literals;
   if (way_ == Way::none) return;
   const Clock::time_point now = Clock::now();
@@ -57,7 +57,7 @@ void Progress::tell(std::string_view stage, std::size_t done, std::size_t of,
     fmt::print(stderr, "{} {}/{}{}\n", stage, done, of, more);
   } else {
     const std::string text = fmt::format(" {} {}/{}{}", stage, done, of, more);
-    // One column stays free: some terminals wrap when the last one is written.
+    // One column stays free, because some terminals wrap after writing the last one.
     const std::size_t columns = terminal_columns(STDERR_FILENO) - 1;
     const std::size_t room = columns > text.size() + 2 ? columns - text.size() - 2 : 0;
     const std::size_t bar = room < narrowest_bar ? 0 : std::min(widest_bar, room);

@@ -6,17 +6,18 @@
 
 namespace ensonify::engine::app {
 
-/// Says on stderr how far a run is: a bar on a terminal, elsewhere a line every 10 seconds. It has
-/// no colours, so NO_COLOR has nothing to forbid.
+/// Shows progress on stderr: a bar on a terminal, elsewhere one line every 10 seconds. Without
+/// colours, so it need not read NO_COLOR.
 class Progress {
  public:
   explicit Progress(bool quiet);
-  ~Progress();  // takes the bar away
+  ~Progress();  ///< removes the bar
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `found` is what is known so far, said behind how far it is.
-  void tell(std::string_view stage, std::size_t done, std::size_t of, std::string_view found = {});
+  /// Shows that `done` of `of` steps of a stage are done. `found` is a text shown after that.
+  void report(std::string_view stage, std::size_t done, std::size_t of,
+              std::string_view found = {});
 
  private:
   using Clock = std::chrono::steady_clock;

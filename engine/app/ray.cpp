@@ -17,8 +17,8 @@ namespace {
 
 constexpr double radians_per_degree = std::numbers::pi / 180.0;
 constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double between_rows_m = 1e-4;  // of the arc from a straight line between them
-constexpr int max_rows = 2000000;        // some 200 MB of text
+constexpr double between_rows_m = 1e-4;  // largest distance of the ray from a line between rows
+constexpr int max_rows = 2000000;        // about 200 MB of text
 
 struct Arguments {
   std::filesystem::path profile;
@@ -40,13 +40,13 @@ scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const Argu
   if (!found)
     throw UsageError(fmt::format(
         "no ray from {} m depth reaches {} m range at {} m depth without touching the surface or "
-        "the bottom: the target lies in a shadow zone; move it or the source, or look for it among "
-        "rays of several --launch-deg",
+        "the bottom: the target lies in a shadow zone; move it or the source, or try rays with "
+        "several values of --launch-deg",
         arguments.source_depth_m, range_m, depth_m));
   return *found;
 }
 
-/// Rows so close that the ray between them is straight.
+/// Prints the ray as rows so close that it is straight between them (within between_rows_m).
 void print_path(scatter::SoundRay ray, double range_m, const Arguments& arguments,
                 const scatter::SoundSpeedProfile& profile) {
   std::string out = "range_m,depth_m,time_s,path_m,angle_deg,loss_db\n";
@@ -65,8 +65,8 @@ void print_path(scatter::SoundRay ray, double range_m, const Arguments& argument
     const double on_m = std::min(edge_m, end_m);
     if (on_m == inf || rows == max_rows)
       throw UsageError(fmt::format(
-          "the ray is at {:.6g} m range after {} layers, reflections and bends, and does "
-          "not reach {} m; expected a flatter --launch-deg or a shorter --range-m",
+          "the ray is at {:.6g} m range after {} layers, reflections and bends, and does not "
+          "reach {} m; use a flatter --launch-deg or a shorter --range-m",
           ray.point().range_m, rows, range_m));
     const double straight_m = std::sqrt(8.0 * between_rows_m / std::abs(ray.curvature_per_m()));
     if (straight_m < on_m) {
@@ -105,14 +105,14 @@ void add_ray(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "ray",
-      "Trace a ray of sound through a cast, along a launch angle or to a target (its eigenray: the "
-      "first to arrive without touching surface or bottom). Out: range_m,depth_m,time_s,path_m,"
-      "angle_deg,loss_db along the path, angles counted downwards from the level, loss that of "
-      "spreading re 1 m; straight lines between the rows stay within 0.1 mm of the ray");
+      "Trace a sound ray through a cast (a sound speed profile), either from a launch angle or to "
+      "a target (its eigenray: the first to arrive without touching surface or bottom). Output: "
+      "range_m,depth_m,time_s,path_m,angle_deg,loss_db along the path; angles are positive "
+      "downwards from the horizontal, the loss is spreading loss re 1 m. Straight lines between "
+      "the rows stay within 0.1 mm of the ray");
   command
       .add_option("--profile", arguments->profile,
-                  "The cast: CSV with columns depth_m and soundspeed_mps, or as a CastAway "
-                  "writes it")
+                  "The cast: CSV with columns depth_m and soundspeed_mps, or a CastAway file")
       ->required()
       ->type_name("FILE");
   const CLI::Range depth(0.0, 12000.0), range(1e-6, 1e7);
@@ -121,15 +121,16 @@ void add_ray(CLI::App& app, Action& action) {
       ->check(depth);
   CLI::Option& launch = *command
                              .add_option("--launch-deg", arguments->launch_deg,
-                                         "Launch angle, degrees below the level; with --range-m")
+                                         "Launch angle, degrees below the horizontal; needs "
+                                         "--range-m")
                              ->check(CLI::Range(-89.999, 89.999));
   CLI::Option& range_m =
-      *command.add_option("--range-m", arguments->range_m, "Horizontal range to trace it to, m")
+      *command.add_option("--range-m", arguments->range_m, "Horizontal range to trace to, m")
            ->check(range);
   CLI::Option& target_range =
       *command
            .add_option("--target-range-m", arguments->target_range_m,
-                       "Horizontal range of a target, m; with --target-depth-m")
+                       "Horizontal range of the target, m; needs --target-depth-m")
            ->check(range);
   CLI::Option& target_depth =
       *command.add_option("--target-depth-m", arguments->target_depth_m, "Depth of the target, m")
@@ -140,7 +141,7 @@ void add_ray(CLI::App& app, Action& action) {
   target_depth.needs(&target_range);
   command
       .add_option("--bottom-depth-m", arguments->bottom_depth_m,
-                  "Depth of a level bottom that reflects, m (default: none)")
+                  "Depth of a level, reflecting bottom, m (default: no bottom)")
       ->check(depth);
   command.callback([&action, arguments] {
     if (!arguments->launch_deg && !arguments->target_range_m)

@@ -38,16 +38,16 @@ double pings_per_s(const RunReport& report) {
 void print_report(const RunReport& report, int threads) {
   const StageTimes& stages = report.stages;
   if (!report.surface_why.empty())
-    fmt::print(stderr, "surface: {}, since {}\n", report.surface, report.surface_why);
+    fmt::print(stderr, "surface: {}, because {}\n", report.surface, report.surface_why);
   if (report.cached)
-    fmt::print(stderr, "analysed seafloor: taken from {}\n", report.cache_file.string());
+    fmt::print(stderr, "analysed seafloor: read from {}\n", report.cache_file.string());
   else if (!report.cache_file.empty() && report.surface != "static")
     fmt::print(stderr, "analysed seafloor: kept in {}\n", report.cache_file.string());
   fmt::print(
       stderr,
       "{} pings in {:.2f} s: {:.4g} pings/s on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
-      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, "
-      "speckle {:.2f} s\n",
+      "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, speckle "
+      "{:.2f} s\n",
       report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
       threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
       stages.echo_s, stages.receive_s);
@@ -56,8 +56,7 @@ void print_report(const RunReport& report, int threads) {
                report.counts.at("bent_rays_by_chords"));
   if (!report.verification.empty())
     fmt::print(stderr,
-               "verified: {} rays of {} pings, {} other than the reference has them, {} "
-               "unexplained\n",
+               "verified: {} rays of {} pings, {} different from the reference, {} unexplained\n",
                report.verification.at("rays"), report.verification.at("pings"),
                report.verification.at("rays") - report.verification.at("same"),
                report.verification.at("unexplained"));
@@ -114,7 +113,7 @@ void run_scene(Arguments arguments) {
                  {.threads = threads,
                   .progress =
                       [&](auto stage, auto done, auto of) {
-                        progress.tell(stage, done, of);
+                        progress.report(stage, done, of);
                         return SignalWatch::caught() == 0;
                       },
                   .cache = arguments.cache,
@@ -128,7 +127,7 @@ void run_scene(Arguments arguments) {
   if (arguments.verify > 0 && report.verification.at("unexplained") > 0)
     throw std::runtime_error(fmt::format(
         "{} of {} rays of {} pings differ from the exact reference without an explanation; the "
-        "classes are in {}, and `ensonify check` tells which rays",
+        "classes are in {}, and `ensonify check` lists the rays",
         report.verification.at("unexplained"), report.verification.at("rays"),
         report.verification.at("pings"), (arguments.folder / "manifest.json").string()));
 }
@@ -137,13 +136,12 @@ void run_scene(Arguments arguments) {
 
 void add_run(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("run", "Simulate a scene: from its file to sidescan images");
+  CLI::App& command = *app.add_subcommand("run", "Simulate a scene and write its sidescan images");
   arguments->scene.add_to(command);
   command
       .add_option("-o,--output", arguments->folder,
-                  "The folder for the files, made if missing (default: the scene's name and -run, "
-                  "in the current folder)")
+                  "The folder for the files, created if missing (default: the scene's name with "
+                  "-run appended, in the current folder)")
       ->type_name("DIR");
   command.add_option("--surface", arguments->surface, "The same as -D run.surface=NAME")
       ->type_name("NAME");
@@ -153,9 +151,8 @@ void add_run(CLI::App& app, Action& action) {
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
   command
       .add_option("--verify", arguments->verify,
-                  "Compare so many pings, spread over the track, with the exact reference; what "
-                  "differs is counted by class in the manifest, and exit code 1 if any of it is "
-                  "unexplained")
+                  "Compare N pings, spread over the track, with the exact reference; the manifest "
+                  "counts the differences by class; exit code 1 if one is unexplained")
       ->type_name("N")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   add_cache(command, arguments->cache);
@@ -163,7 +160,7 @@ void add_run(CLI::App& app, Action& action) {
   add_memory(command, arguments->memory);
   command.add_flag("--json", arguments->json, "Print counts, files, times and host on stdout");
   command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors stay");
+                   "No progress and no summary; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { run_scene(*arguments); }; });
 }
 

@@ -5,7 +5,7 @@
 namespace ensonify::engine::app {
 
 void add_schema(CLI::App& app, Action& action) {
-  app.add_subcommand("schema", "Print every key of a scene file: unit, range, default")
+  app.add_subcommand("schema", "Print all keys of a scene file with unit, range and default")
       ->callback([&action] { action = [] { print(schema_text()); }; });
 }
 

@@ -26,7 +26,8 @@ void stop_if_asked() {
   if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
 }
 
-/// Of the survey, or about the track's origin, or unknown.
+/// The coordinate reference system as WKT: of the survey, or a local one at the track's origin, or
+/// empty.
 std::string reference_of(const Scene& scene, const Heightfield& field) {
   std::string reference;
   if (scene.seafloor.kind == SeafloorKind::survey)
@@ -44,7 +45,7 @@ void write_seafloor(const Arguments& arguments) {
     throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
                                  arguments.file.string(), kind));
   const Scene scene = arguments.scene.read();
-  const SignalWatch signals;  // so that no temporary file is left
+  const SignalWatch signals;  // a signal then leaves no temporary file
   if (kind == ".ply") {
     const refine::TriangleMesh mesh = seafloor_of(scene, {arguments.memory}).mesh;
     stop_if_asked();
@@ -65,16 +66,14 @@ void write_seafloor(const Arguments& arguments) {
 
 void add_seafloor(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("seafloor",
-                                          "Write a scene's seafloor: a mesh in world metres "
-                                          "(.ply), its heights over the sea surface, float64, "
-                                          "the southern row first, NaN for holes (.npy), or a "
-                                          "GeoTIFF of world heights (.tif), in the survey's "
-                                          "coordinate reference system or about "
-                                          "track.origin_lat_deg and origin_lon_deg, if there is "
-                                          "either");
+  CLI::App& command = *app.add_subcommand(
+      "seafloor",
+      "Write a scene's seafloor as a mesh in world metres (.ply); as heights relative to the sea "
+      "surface, float64, southern row first, NaN for holes (.npy); or as a GeoTIFF of world "
+      "heights (.tif), in the survey's coordinate reference system, or in one centred at "
+      "track.origin_lat_deg and origin_lon_deg, if the scene has either");
   arguments->scene.add_to(command);
-  command.add_option("-o,--output", arguments->file, "The file: .ply, .npy or .tif")
+  command.add_option("-o,--output", arguments->file, "The file to write: .ply, .npy or .tif")
       ->type_name("FILE")
       ->required();
   add_memory(command, arguments->memory);

@@ -38,13 +38,12 @@ void add_sediments(CLI::App& app, Action& action) {
   const auto mean_grain_size_phi = std::make_shared<std::optional<double>>();
   CLI::App& command = *app.add_subcommand(
       "sediments",
-      "List the named seabeds, a row a name, and their parameters (CSV); or those of one grain "
-      "size. "
-      "Names of one row of the handbook (APL-UW TR 9407, table 2) have equal parameters; rock and "
-      "stones have no grain size");
+      "List the named seabeds and their parameters, one row per name (CSV), or the parameters of "
+      "one grain size. Names from the same row of the handbook (APL-UW TR 9407, table 2) have "
+      "equal parameters; rock and stones have no grain size");
   command
       .add_option("--mean-grain-size-phi", *mean_grain_size_phi,
-                  "Give the parameters of this mean grain size, -1 to 9")
+                  "Print the parameters of this mean grain size, -1 to 9")
       ->type_name("PHI");
   command.callback([&action, mean_grain_size_phi] {
     action = [mean_grain_size_phi] { print_sediments(*mean_grain_size_phi); };

@@ -1,5 +1,4 @@
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/session_keys.h>
 
 #include <algorithm>
@@ -34,11 +33,12 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// A request's fields, each taken once: what is left over is an error.
+/// The fields of a request. Each is taken once; fields left over are an error.
 class Fields {
  public:
   explicit Fields(Json fields) : fields_(std::move(fields)) {
-    if (!fields_.is_object()) throw UsageError(fmt::format("expected an object, as {}", example));
+    if (!fields_.is_object())
+      throw UsageError(fmt::format("expected an object, for example {}", example));
   }
 
   std::optional<Json> take(const std::string& key) {
@@ -78,27 +78,30 @@ class Fields {
   const Json& rest() const { return fields_; }
   void finish() const {
     if (!fields_.empty())
-      throw UsageError(fmt::format("nobody knows the key '{}', expected keys as in {}",
-                                   fields_.begin().key(), example));
+      throw UsageError(
+          fmt::format("unknown key '{}', expected keys as in {}", fields_.begin().key(), example));
   }
 
  private:
   static constexpr std::string_view example =
-      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, "heading_deg": 0})";
+      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, )"
+      R"("heading_deg": 0})";
   Json fields_;
 };
 
-/// A session of poses in and echo lines out.
+/// A session that reads poses and writes echo lines.
 class PoseSession {
  public:
   explicit PoseSession(const Arguments& arguments)
       : arguments_(arguments),
-        scene_(read(arguments)),
+        source_(SessionScene::of_file(arguments.scene.file, arguments.scene.overrides,
+                                      arguments.scene.data_folder)),
+        scene_(for_stream(source_.with())),
         simulator_(make_simulator(scene_, arguments)) {
     BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
     for (const std::string& name : arguments.layers)
       if (std::ranges::find(known_layers_, name) == known_layers_.end())
-        throw UsageError(fmt::format("--layers: there is no layer '{}'; there are: {}", name,
+        throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
                                      fmt::join(known_layers_, ", ")));
     report_scene();
     if (!arguments.quiet)
@@ -111,7 +114,7 @@ class PoseSession {
     try {
       request = Json::parse(line);
     } catch (const Json::exception&) {
-      throw UsageError("is not JSON, expected an object a line");
+      throw UsageError("is not JSON, expected one object per line");
     }
     Fields fields(std::move(request));
     if (const auto keys = fields.take("set")) {
@@ -136,10 +139,9 @@ class PoseSession {
   }
 
  private:
-  static Scene read(const Arguments& arguments) {
-    Scene scene = arguments.scene.read();
-    // Nobody knows how many pings would pay for the analysis, and a tree that stands costs a ping
-    // least.
+  static Scene for_stream(Scene scene) {
+    // The number of pings is unknown, so the analysis may not pay off; with a static tree a ping
+    // costs least.
     if (scene.run.surface == "auto") scene.run.surface = "static";
     return scene;
   }
@@ -148,60 +150,43 @@ class PoseSession {
     Progress progress(arguments.quiet);
     return Simulator(scene,
                      {.cache = arguments.cache,
-                      .progress = [&](std::string_view stage) { progress.tell(stage, 0, 1); },
+                      .progress = [&](std::string_view stage) { progress.report(stage, 0, 1); },
                       .memory = arguments.memory});
   }
 
   static std::uint32_t instance(const Json& value) {
     if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffff)
       throw UsageError(fmt::format(
-          "{} is no instance, expected a number that \"add\" was answered with", value.dump()));
+          "{} is not an instance, expected a number from an answer to \"add\"", value.dump()));
     return value.get<std::uint32_t>();
   }
 
-  /// A key and its value as TOML, of which JSON's strings, numbers, truths and lists are a part.
-  static std::string as_override(const std::string& key, const Json& value) {
-    return fmt::format("{}={}", key, value.dump());
+  static std::vector<KeyValue> key_values(const Json& keys) {
+    std::vector<KeyValue> all;
+    for (const auto& [key, value] : keys.items()) all.push_back({key, value.dump()});
+    return all;
   }
 
   void set(const Json& keys) {
     if (!keys.is_object() || keys.empty())
       throw UsageError(R"('set' names no key, expected as in {"set": {"sonar.NAME.range_m": 40}})");
-    std::vector<std::string> set;
-    for (const auto& [key, value] : keys.items()) {
-      if (!key.starts_with("sonar."))
-        throw UsageError(
-            fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
-                        "sonar.NAME.range_m",
-                        key));
-      set.push_back(as_override(key, value));
-    }
-    SceneArguments changed = arguments_.scene;
-    changed.overrides.insert(changed.overrides.end(), set.begin(), set.end());
-    const Scene scene = changed.read();
-    for (const std::size_t i : changed_sonars(scene, set)) simulator_.set_sonar(i, scene.sonars[i]);
-    arguments_.scene.overrides = std::move(changed.overrides);
+    set_sonars(simulator_, source_, key_values(keys));
     report_scene();
   }
 
   void add(const Json& object, const Pose& pose) {
     if (!object.is_object())
       throw UsageError(
-          R"('add' is no object, expected as in {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
-    std::string text = "version = 1\n[[objects]]\n";
-    for (const auto& [key, value] : object.items()) text += as_override(key, value) + "\n";
-    const fs::path& file = arguments_.scene.file;
-    const Scene scene = parse_scene(text, "'add'", {},
-                                    {file.has_parent_path() ? file.parent_path() : fs::path("."),
-                                     arguments_.scene.data_folder});
-    const std::uint32_t number = simulator_.add(single_object(scene), pose);
-    say({{"added", number},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+          R"('add' is not an object, expected {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
+    const std::uint32_t number =
+        simulator_.add(object_of(key_values(object), "'add'", source_.paths()), pose);
+    write_json({{"added", number},
+                {"classes", strings(simulator_.classes())},
+                {"materials", strings(simulator_.materials())}});
   }
 
   void ping(const Pose& pose) {
-    std::span<const EchoLine> lines = simulator_.ping(pose.t_s, pose);
+    std::span<const EchoLine> lines = simulator_.ping(pose);
     const double altitude_m = simulator_.altitude_m(pose.position);
     for (const Sonar& sonar : simulator_.sonars()) {
       for (const EchoLine& line : lines.first(sides_of(sonar).size())) {
@@ -226,7 +211,7 @@ class PoseSession {
           header["layers"] = arguments_.layers;
           header["bytes"] = block_.size() * sizeof(float);
         }
-        say(header);
+        write_json(header);
         static_assert(std::endian::native == std::endian::little);
         print({reinterpret_cast<const char*>(block_.data()), block_.size() * sizeof(float)});
       }
@@ -247,9 +232,9 @@ class PoseSession {
                         {"bins", sonar.bins},
                         {"bin_m", sonar.bin_m()}});
     }
-    say({{"sonars", sonars},
-         {"classes", strings(simulator_.classes())},
-         {"materials", strings(simulator_.materials())}});
+    write_json({{"sonars", sonars},
+                {"classes", strings(simulator_.classes())},
+                {"materials", strings(simulator_.materials())}});
     print_warnings(simulator_.warnings().subspan(warned_));
     warned_ = simulator_.warnings().size();
   }
@@ -258,12 +243,13 @@ class PoseSession {
     return {all.begin(), all.end()};
   }
 
-  static void say(const Json& json) {
+  static void write_json(const Json& json) {
     print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 
   Arguments arguments_;
-  const Scene scene_;  // as it was read
+  SessionScene source_;
+  const Scene scene_;  // without later changes
   Simulator simulator_;
   std::vector<std::string> known_layers_;
   std::vector<float> block_;
@@ -282,7 +268,7 @@ void stream(const Arguments& arguments) {
       return UsageError(fmt::format("stdin:{}: {}", number, error.what()));
     };
     try {
-      if (line.size() > longest_line) throw UsageError("a line is longer than 1 MiB");
+      if (line.size() > longest_line) throw UsageError("the line is longer than 1 MiB");
       stream.answer(line);
     } catch (const UsageError& error) {
       throw at_line(error);
@@ -302,18 +288,18 @@ void stream(const Arguments& arguments) {
 void add_stream(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
-      "stream", "Ping from poses that come in as JSON lines, and send the echo lines out");
+      "stream", "Read poses from stdin as JSON lines, ping at each, and write the echo lines");
   arguments->scene.add_to(command);
   command
       .add_option("--layers", arguments->layers,
-                  "What to send of each bin, by the layers' names (default: intensity)")
+                  "The layers to write, by name (default: intensity)")
       ->delimiter(',')
       ->type_name("NAME,NAME");
   command.add_flag("--json", arguments->json,
-                   "Send the values in the JSON as well, rather than as a block of float32");
+                   "Write the values in the JSON line, not as a block of float32 after it");
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
-  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors stay");
+  command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");
   command.callback([&action, arguments] { action = [arguments] { stream(*arguments); }; });
 }
 

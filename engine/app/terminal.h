@@ -6,7 +6,7 @@
 
 namespace ensonify::engine::app {
 
-/// How many columns a terminal has; 80 where the file is no terminal.
+/// The number of columns of a terminal; 80 if the file is not a terminal.
 inline std::size_t terminal_columns(int descriptor) {
   winsize size{};
   if (ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return 80;

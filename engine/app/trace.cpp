@@ -37,7 +37,7 @@ std::vector<std::string_view> split(std::string_view line) {
   return fields;
 }
 
-/// The rays of a CSV file, in its own coordinates.
+/// Reads rays from a CSV file, in the file's coordinates.
 class RayReader {
  public:
   explicit RayReader(const std::filesystem::path& file)
@@ -66,7 +66,7 @@ class RayReader {
     if (!stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()))) {
       if (stream_.eof() && !stream_.bad()) return false;
       ++line_number_;
-      throw fault(stream_.bad() ? "cannot be read" : "a line longer than 4096 characters");
+      throw fault(stream_.bad() ? "cannot be read" : "the line is longer than 4096 characters");
     }
     ++line_number_;
     line = buffer_.data();
@@ -82,7 +82,7 @@ class RayReader {
                                 fmt::join(columns, ",")));
       const auto number = static_cast<std::size_t>(column - columns.begin());
       if (std::ranges::count(order_, number) > 0)
-        throw fault(fmt::format("column '{}' is there twice", name));
+        throw fault(fmt::format("column '{}' occurs twice", name));
       order_.push_back(number);
     }
     for (std::size_t i = 0; i < required_columns; ++i)
@@ -121,7 +121,7 @@ class RayReader {
   std::ifstream stream_;
   std::array<char, longest_line + 1> buffer_;
   int line_number_ = 0;
-  std::vector<std::size_t> order_;  // which of the columns each field is
+  std::vector<std::size_t> order_;  // the index into `columns` of each field
 };
 
 void print_hits(const refine::Triangles& mesh, const std::vector<Hit>& hits, std::string& out) {
@@ -162,16 +162,15 @@ void add_trace(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "trace",
-      "Shoot rays at a mesh. In: ox,oy,oz,dx,dy,dz[,t_min,t_max], with that header row, columns in "
-      "any "
-      "order, world metres; t counts in lengths of the direction. Out: "
-      "ray,hit,face,t,u,v,nx,ny,nz; "
-      "rays are numbered from 0; hit is 0 or 1, and after a 0 the rest is empty; u and v weigh the "
-      "face's second and third corner; the unit normal follows from the face's own order");
-  command.add_option("MESH", arguments->mesh, "A mesh (PLY, OBJ, STL, OFF), or a survey grid")
+      "Trace rays to a mesh. Input: CSV with the header row ox,oy,oz,dx,dy,dz[,t_min,t_max], "
+      "columns in any order, world metres; t is in units of the direction's length. Output: "
+      "ray,hit,face,t,u,v,nx,ny,nz; rays are numbered from 0; hit is 0 or 1, and without a hit the "
+      "other columns are empty; u and v are the weights of the face's second and third corner; the "
+      "unit normal follows from the order of the face's corners");
+  command.add_option("MESH", arguments->mesh, "A mesh (PLY, OBJ, STL, OFF) or a survey grid")
       ->required();
   command.add_option("RAYS", arguments->rays, "The rays, CSV")->required();
-  command.add_option("--intersector", arguments->intersector, "See `ensonify intersectors`")
+  command.add_option("--intersector", arguments->intersector, "One of `ensonify intersectors`")
       ->capture_default_str()
       ->type_name("NAME");
   command.callback([&action, arguments] {

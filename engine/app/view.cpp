@@ -10,6 +10,7 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/atomic_file.h>
@@ -31,28 +32,29 @@ struct Arguments {
 
 void view_scene(const Arguments& arguments) {
   if (arguments.file.extension() != ".png")
-    throw UsageError(fmt::format("{}: a view is written as a .png", arguments.file.string()));
+    throw UsageError(
+        fmt::format("{}: a view is written as PNG, expected FILE.png", arguments.file.string()));
   Scene scene = arguments.scene.read();
-  // The simulator makes the seafloor and aims; what would be traced by it is not built.
+  // The simulator only makes the seafloor and aims the fans; this builds no tree to trace with.
   scene.run.surface = "static";
   scene.run.intersector = "brute_force";
 
   const SignalWatch signals;
   Progress progress(false);
-  const auto tell = [&](std::string_view stage, std::size_t done, std::size_t of) {
+  const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-    progress.tell(stage, done, of);
+    progress.report(stage, done, of);
   };
-  tell("seafloor", 0, 1);
+  report("seafloor", 0, 1);
   Simulator simulator(scene, {.memory = arguments.memory});
   const std::vector<Pose> track = simulator.track();
   const std::size_t ping = arguments.ping.value_or(track.size() / 2);
   if (ping >= track.size())
-    throw UsageError(fmt::format("--ping {}: the track has {} pings, 0 to {}; take one of them",
-                                 ping, track.size(), track.size() - 1));
-  tell("progressive mesh", 0, 1);
+    throw UsageError(fmt::format("--ping {}: the track has {} pings; expected 0 to {}", ping,
+                                 track.size(), track.size() - 1));
+  report("progressive mesh", 0, 1);
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);
-  const std::span<const RayFan> fans = simulator.aim(track[ping]);
+  const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, track[ping]);
   std::vector<refine::FanVolume> volumes;
   for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
   refine::ActiveMesh mesh(*progressive);
@@ -63,7 +65,7 @@ void view_scene(const Arguments& arguments) {
             {.width_px = arguments.width_px,
              .height_px = std::max<std::size_t>(1, arguments.width_px * 9 / 16),
              .threads = refine::thread_count(0),
-             .progress = [&](auto done, auto of) { tell("picture", done, of); }});
+             .progress = [&](auto done, auto of) { report("picture", done, of); }});
   refine::write_file(arguments.file, encode_png(view.picture));
   print_warnings(simulator.warnings());
 }
@@ -74,13 +76,13 @@ void add_view(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "view",
-      "Draw one ping of a scene: the sonar over the seafloor, its fans, and the mesh as it is "
-      "refined for them, the exact faces in amber");
+      "Draw one ping of a scene: the sonar above the seafloor, its fans, and the mesh refined for "
+      "them, with exact faces in amber");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The picture")
       ->type_name("FILE.png")
       ->required();
-  command.add_option("--ping", arguments->ping, "Which, from 0 (default: the middle one)")
+  command.add_option("--ping", arguments->ping, "The ping, from 0 (default: the middle one)")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
   command

@@ -21,7 +21,7 @@ struct Arguments {
   std::optional<double> frequency_hz;
 };
 
-/// A line for each quantity that the formula was not fitted to.
+/// One warning line per quantity that is outside the range that the formula was fitted to.
 std::string warnings(std::string_view formula, const scatter::FittedWater& fit,
                      const scatter::SeaWater& water, double depth_m,
                      std::optional<double> frequency_hz) {
@@ -39,7 +39,7 @@ std::string warnings(std::string_view formula, const scatter::FittedWater& fit,
   for (const auto& [name, unit, fitted, value] : quantities)
     if (!fitted.holds(value))
       lines += fmt::format(
-          "ensonify: warning: {} is fitted to {} {} to {}{}, and here it is {:.6g}: the value is "
+          "ensonify: warning: {} is fitted to {} {} to {}{}, but here it is {:.6g}: the value is "
           "an extrapolation\n",
           formula, name, fitted.low, fitted.high, unit, value);
   return lines;
@@ -83,24 +83,23 @@ void add_water(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
       *app.add_subcommand("water",
-                          "Tell how fast sound is in sea water, and given a frequency how it is "
-                          "absorbed, one formula a "
-                          "line. Out: quantity,formula,value. A value beyond what its formula was "
-                          "fitted to comes with a "
-                          "warning on stderr; depth and pressure convert by UNESCO 44");
+                          "Print the sound speed in sea water and, for a frequency, the "
+                          "absorption, one formula per line. Output: quantity,formula,value. "
+                          "Values outside the range that a formula was fitted to get a warning on "
+                          "stderr. Depth and pressure are converted by UNESCO 44");
   command
       .add_option("--temperature-c", arguments->water.temperature_c,
                   "Temperature, degrees Celsius (ITS-90)")
       ->required();
   command.add_option("--salinity-psu", arguments->water.salinity_psu, "Salinity, psu")->required();
-  CLI::Option_group& place = *command.add_option_group("Depth", "One of the two");
+  CLI::Option_group& place = *command.add_option_group("Depth", "One of these two");
   place.add_option("--depth-m", arguments->depth_m, "Depth, m");
   place.add_option("--pressure-dbar", arguments->pressure_dbar,
-                   "Pressure above the atmosphere's, dbar");
+                   "Pressure above atmospheric pressure, dbar");
   place.require_option(1);
   command.add_option("--latitude-deg", arguments->latitude_deg, "Latitude, degrees")
       ->capture_default_str();
-  command.add_option("--ph", arguments->water.ph, "Acidity")->capture_default_str();
+  command.add_option("--ph", arguments->water.ph, "pH value")->capture_default_str();
   command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency, Hz");
   command.callback([&action, arguments] { action = [arguments] { print_water(*arguments); }; });
 }

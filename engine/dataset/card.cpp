@@ -59,13 +59,13 @@ std::string Card::markdown() const {
     for (const auto& [split, count] : by_split)
       fmt::format_to(out, "| {} | {} | {} |\n", name, split, count);
   text +=
-      "\n## Labels\n\n0 is none; 255 (65535 for instances) is to be ignored.\n\n| number | class | "
-      "sediment |\n|---|---|---|\n";
+      "\n## Labels\n\n0 is none; ignore 255 (65535 for instances).\n\n"
+      "| number | class | sediment |\n|---|---|---|\n";
   for (std::size_t i = 0; i < std::max(classes.size(), sediments.size()); ++i)
     fmt::format_to(out, "| {} | {} | {} |\n", i + 1, i < classes.size() ? classes[i] : "",
                    i < sediments.size() ? sediments[i] : "");
   text += "\n## Assets and licences\n\n";
-  if (assets.empty()) text += "No files of others: all is generated.\n";
+  if (assets.empty()) text += "No external files: everything is generated.\n";
   for (const std::string& asset : assets) fmt::format_to(out, "- {}\n", asset);
   for (const std::string& licence : licences) fmt::format_to(out, "- {}\n", licence);
   const auto histograms = [&](std::string_view heading,
@@ -75,8 +75,8 @@ std::string Card::markdown() const {
     for (const auto& [name, realised] : all)
       fmt::format_to(out, "\n`{}`\n\n```\n{}```\n", name, realised.text());
   };
-  histograms("What the targets came to", measured);
-  histograms("What was drawn", drawn);
+  histograms("Measured values of the targets", measured);
+  histograms("Drawn values", drawn);
   fmt::format_to(out, "\n## Recipe\n\n```toml\n{}```\n", recipe);
   return text;
 }

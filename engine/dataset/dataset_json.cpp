@@ -67,7 +67,7 @@ std::string sample_json(std::size_t number, const SampleScene& sample, const fs:
                {"seed", sample.scene.seed},
                {"drawn", drawn},
                {"files", files}};
-  json["xxh128"] = xxh128(json.dump());  // of all before
+  json["xxh128"] = xxh128(json.dump());  // of the keys above
   return text_of(json);
 }
 

@@ -7,12 +7,12 @@
 
 namespace ensonify::engine {
 
-/// What dataset.json says: the recipe as it was read, versions, names of the labels, assets with
-/// their hashes.
+/// The content of dataset.json: the recipe's text, versions, names of the labels, assets with their
+/// hashes.
 std::string dataset_json(const Recipe& recipe, const std::filesystem::path& data_folder);
 
-/// The last words of a finished sample, sample.json: what was drawn, and each file of its folder
-/// with its hash. `images` of the folder are those with a .json of their own.
+/// The content of sample.json, the last file written to a sample's folder: the drawn values, and
+/// each file of the folder with its hash.
 std::string sample_json(std::size_t number, const SampleScene& sample,
                         const std::filesystem::path& folder);
 

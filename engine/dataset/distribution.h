@@ -7,35 +7,36 @@
 
 namespace ensonify::engine {
 
-/// How a key of a recipe is drawn. Values are texts as in TOML.
+/// How the value of a recipe's key is drawn. Values are texts as in TOML.
 struct Distribution {
   enum class Kind { constant, uniform, log_uniform, normal, whole, choice, table, unset };
-  Kind kind = Kind::constant;  ///< 1 where only other keys make it
-  double a = 0.0, b = 0.0;     ///< ends, or mean and deviation
+  /// constant: the value comes from the keys in `times` and `plus` only.
+  Kind kind = Kind::constant;
+  double a = 0.0, b = 0.0;  ///< the ends; of `normal` mean and standard deviation
   std::optional<std::pair<double, double>> between;
   std::vector<std::string> choices;
-  std::vector<double> weights;  ///< empty: all alike
+  std::vector<double> weights;  ///< empty: all equal
   bool stratified = false;
-  std::vector<std::string> times, plus;  ///< keys
-  std::string by;                        ///< the key of a table
+  std::vector<std::string> times, plus;  ///< keys whose values are factors and summands
+  std::string by;                        ///< the key that selects an entry of `table`
   std::map<std::string, Distribution> table;
-  std::string place;  ///< file:line:column
+  std::string place;  ///< in the recipe, as file:line:column
 
-  /// Keys that it needs, those of its table's entries among them.
+  /// The keys that it depends on, including those of its table's entries.
   std::vector<std::string> needs() const;
-  /// Its possible words, of choices and tables.
+  /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;
 
-  /// The text for two numbers of (0, 1].
+  /// The value for two numbers in (0, 1]; only `normal` uses v.
   std::string value(double u, double v) const;
 };
 
 /// The radical inverse of a number in a prime base (Halton, Numer. Math. 2, 84, 1960).
 double radical_inverse(std::size_t number, unsigned prime);
-/// The k-th prime, from 0.
+/// The k-th prime number; prime_number(0) is 2.
 unsigned prime_number(std::size_t k);
 
-/// A number as a value.
+/// A number as the text of a value.
 std::string value_text(double number);
 
 }  // namespace ensonify::engine

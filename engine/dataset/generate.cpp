@@ -19,6 +19,7 @@
 #include <ensonify/engine/dataset/products.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/output/tar.h>
+#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
@@ -64,8 +65,9 @@ void stage(const fs::path& file, const std::string& text) {
   refine::write_staged(file, std::as_bytes(std::span(text)));
 }
 
-/// Hands out samples so that workers seldom want one seafloor at the same time: a worker keeps to
-/// its seafloor, then takes one that nobody has, and only then helps another.
+/// Assigns samples to workers so that two workers rarely need the same seafloor at the same time: a
+/// worker finishes its seafloor, then takes a seafloor that no worker has begun, and only then
+/// helps with another's.
 class Schedule {
  public:
   explicit Schedule(const std::map<std::size_t, std::vector<std::size_t>>& samples_by_seafloor) {
@@ -91,26 +93,26 @@ class Schedule {
 
  private:
   std::mutex mutex_;
-  std::map<std::size_t, std::vector<std::size_t>> open_;  // the last is the next
+  std::map<std::size_t, std::vector<std::size_t>> open_;  // by seafloor; taken from the back
   std::set<std::size_t> begun_;
 };
 
-/// Prepared seafloors, each as long as a worker is at it.
+/// Prepared seafloors; each is kept while a worker uses it.
 class Seafloors {
  public:
   using Pointer = std::shared_ptr<const PreparedSeafloor>;
 
-  /// Waits while another worker prepares it.
+  /// Prepares seafloor `number`, or waits while another worker prepares it.
   Pointer get(std::size_t number, const Scene& scene, const Preparation& how) {
     const std::shared_ptr<Place> place = place_of(number);
     const std::lock_guard lock(place->mutex);
-    // What `auto` comes to depends on these; nothing else that a sample draws of its own matters.
+    // The choice of `auto` depends on these; nothing else that differs between the samples of a
+    // seafloor changes its preparation.
     std::string key = fmt::format("{} {} {}", scene.run.surface, static_cast<int>(scene.track.kind),
                                   scene.track.pings);
     std::weak_ptr<const PreparedSeafloor>& known = place->prepared[std::move(key)];
     Pointer prepared = known.lock();
-    if (!prepared)
-      known = prepared = std::make_shared<const PreparedSeafloor>(prepare_seafloor(scene, how));
+    if (!prepared) known = prepared = prepare_seafloor(scene, how);
     return prepared;
   }
 
@@ -129,7 +131,7 @@ class Seafloors {
   std::map<std::size_t, std::shared_ptr<Place>> places_;
 };
 
-/// Adds up the time between what a run tells of its stages.
+/// Sums the time spent in each stage of a run.
 class StageClock {
  public:
   explicit StageClock(std::map<std::string, double>& stages_s) : stages_s_(stages_s) {}
@@ -187,8 +189,8 @@ class Generator {
     if (const auto there = read_file(file);
         !std::ranges::equal(there, std::as_bytes(std::span(text)))) {
       throw SceneError(
-          fmt::format("{}: the folder holds a dataset of another recipe, of other data files or by "
-                      "another version; name another folder with -o",
+          fmt::format("{}: the folder holds a dataset made from another recipe, from other data "
+                      "files or by another version; choose another folder with -o",
                       file.string()));
     }
     report_.samples = samples_.end - samples_.begin;
@@ -201,11 +203,11 @@ class Generator {
         todo_[recipe_.seafloor_of(sample)].push_back(sample);
     }
     done_ = report_.found;
-    tell();
+    report_progress();
   }
 
-  /// The claim to a place, and nothing there of what killed processes left; none while another has
-  /// it.
+  /// The claim to a place, after removing the remains of killed processes; none while another
+  /// process holds it.
   static std::optional<Claim> try_claim(const fs::path& place) {
     std::optional<Claim> claim = Claim::try_take(StagingFolder::lock_of(place));
     if (claim && claim->exclusive()) StagingFolder::clear(place);
@@ -215,11 +217,11 @@ class Generator {
     while (true) {
       if (std::optional<Claim> claim = try_claim(place)) return std::move(*claim);
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      tell();
+      report_progress();
     }
   }
 
-  void tell() {
+  void report_progress() {
     const std::lock_guard lock(mutex_);
     if (!stop_ && control_.progress && !control_.progress(done_, report_.samples)) stop_ = true;
     if (stop_) throw Stopped("stopped on request");
@@ -236,12 +238,12 @@ class Generator {
     Schedule schedule(todo_);
     refine::parallel_for(workers, static_cast<int>(workers), [&](std::size_t, int) {
       std::optional<std::size_t> seafloor;
-      Seafloors::Pointer kept;  // from one sample to the next
+      Seafloors::Pointer kept;  // for the next sample
       while (const auto sample = schedule.next(seafloor)) do_sample(*sample, kept);
     });
   }
 
-  /// Samples that another process had when their turn came.
+  /// Makes the samples that another process claimed, unless it finishes them.
   void wait_for_others() {
     using namespace std::chrono_literals;
     while (!others_.empty()) {
@@ -251,20 +253,20 @@ class Generator {
       report_.stages_s["wait"] += seconds_since(start);
       Seafloors::Pointer kept;
       for (const std::size_t sample : waiting) do_sample(sample, kept);
-      tell();
+      report_progress();
     }
   }
 
   void do_sample(std::size_t sample, Seafloors::Pointer& kept) {
-    tell();
+    report_progress();
     std::map<std::string, double> stages_s;
     std::string failure;
-    bool somebodys = false;
+    bool claimed_elsewhere = false;
     try {
       const fs::path place = folders_.sample(sample);
       const std::optional<Claim> claim = try_claim(place);
       if (!claim) {
-        somebodys = true;
+        claimed_elsewhere = true;
       } else if (!folders_.finished(sample)) {
         make_sample(sample, place, kept, stages_s);
       }
@@ -272,24 +274,24 @@ class Generator {
       throw;
     } catch (const std::system_error&) {
       const std::lock_guard lock(mutex_);
-      stop_ = true;  // the disk refuses: the others would fare no better
+      stop_ = true;  // the disk would refuse the other samples too
       throw;
     } catch (const std::bad_alloc&) {
-      failure = "out of memory while making its products; take fewer threads";
+      failure = "out of memory while making its products; use fewer threads";
     } catch (const std::exception& error) {
       failure = error.what();
     }
     const std::lock_guard lock(mutex_);
     for (const auto& [stage, seconds] : stages_s) report_.stages_s[stage] += seconds;
-    if (somebodys) {
+    if (claimed_elsewhere) {
       others_.push_back(sample);
     } else if (!failure.empty()) {
       report_.failed[sample] = failure;
       if (control_.failed) control_.failed(sample, failure);
     } else {
       ++done_;
-      ++(stages_s.empty() ? report_.found
-                          : report_.made);  // found: another process made it meanwhile
+      // Without stages, another process made it meanwhile.
+      ++(stages_s.empty() ? report_.found : report_.made);
     }
   }
 
@@ -299,16 +301,16 @@ class Generator {
     clock.enter("recipe");
     const SampleScene sample = recipe_.sample(number);
     StagingFolder staging(place);
-    const auto told = [&](std::string_view stage) {
+    const auto on_stage = [&](std::string_view stage) {
       clock.enter(stage == "pings" ? "ping" : stage == "files" ? "encode" : stage);
-      tell();
+      report_progress();
     };
     clock.enter("wait");
     Seafloors::Pointer before = std::exchange(kept, nullptr);
     kept = seafloors_.get(sample.seafloor, sample.scene,
                           {.cache = control_.cache,
                            .threads = threads_each_,
-                           .progress = told,
+                           .progress = on_stage,
                            .memory = memory_each_});
     before.reset();
     clock.enter("tree");
@@ -324,17 +326,16 @@ class Generator {
                      clock.enter((running = now) == "pings" ? "ping"
                                  : now == "files"           ? "encode"
                                                             : "tree");
-                   tell();
+                   report_progress();
                    return true;
                  },
              .cache = control_.cache,
              .seafloor = kept,
              .memory = memory_each_,
              .growing_picture = false,
-             .made =
-                 [&](const Simulator& simulator, std::span<const Waterfall> lines) {
-                   products =
-                       write_products(recipe_.options(), sample, simulator, lines, staging.path());
+             .on_outputs =
+                 [&](const RunOutputs& outputs) {
+                   products = write_products(recipe_.options(), sample, outputs, staging.path());
                  }});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
@@ -350,12 +351,12 @@ class Generator {
     report_.extrapolation += run_report.extrapolation;
   }
 
-  /// Each tar whose samples are all there takes their place.
+  /// Replaces the folders of samples by a tar wherever all samples of the tar are finished.
   void make_tars() {
     if (!in_tars()) return;
     const Clock::time_point start = Clock::now();
     for (std::size_t unit = units_.begin; unit < units_.end; ++unit) {
-      tell();
+      report_progress();
       const Interval samples = samples_of(recipe_, {unit, unit + 1});
       const fs::path place = folders_.tar(unit);
       const Claim claim = wait_for(place);
@@ -367,7 +368,7 @@ class Generator {
 
   void make_tar(const Interval& samples, const fs::path& place) {
     for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
-      if (!fs::exists(folders_.sample(sample))) return;  // one failed
+      if (!fs::exists(folders_.sample(sample))) return;  // it failed
     TarFile tar(place);
     for (std::size_t sample = samples.begin; sample < samples.end; ++sample) {
       const fs::path folder = folders_.sample(sample);
@@ -377,7 +378,7 @@ class Generator {
           files[SampleFolders::name_in_tar(
               sample, entry.path().lexically_relative(folder).string())] = entry.path();
       for (const auto& [name, file] : files) tar.add(name, read_file(file));
-      tell();
+      report_progress();
     }
     tar.finish();
   }
@@ -392,13 +393,13 @@ class Generator {
   SampleFolders folders_;
   Interval units_, samples_;
   GenerateReport report_;
-  std::set<std::string>
-      warned_;  // without numbers: samples that differ in those alone have one warning
+  // Warnings without their digits: those that differ only in numbers are reported once.
+  std::set<std::string> warned_;
   std::map<std::size_t, std::vector<std::size_t>> todo_;  // by seafloor
   Seafloors seafloors_;
   int threads_each_ = 1;
   MemoryLimit memory_each_;
-  std::mutex mutex_;  // of what follows, and the report
+  std::mutex mutex_;  // of the members below, report_ and warned_
   std::vector<std::size_t> others_;
   std::size_t done_ = 0;
   bool stop_ = false;
@@ -409,7 +410,7 @@ class Generator {
 GenerateReport generate(const Recipe& recipe, const fs::path& folder,
                         const GenerateControl& control) {
   if (control.shard.count == 0 || control.shard.index >= control.shard.count)
-    throw std::invalid_argument(fmt::format("generate: shard {}/{} is none; they count from 0/{}",
+    throw std::invalid_argument(fmt::format("generate: no shard {}/{}; shards count from 0/{}",
                                             control.shard.index, control.shard.count,
                                             control.shard.count));
   return Generator(recipe, folder, control).report();

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
-/// Way made over the ground up to each ping.
+/// Distance over ground from the first ping to each ping.
 std::vector<double> way_m(const Waterfall& line) {
   std::vector<double> way(line.rows(), 0.0);
   for (std::size_t i = 1; i < way.size(); ++i)
@@ -21,8 +21,9 @@ std::vector<double> way_m(const Waterfall& line) {
   return way;
 }
 
-/// The pixels of a waterfall and of its pictures that a map names, `none` staying empty. The map
-/// has the new waterfall's order, oldest ping first, which the pictures have from below.
+/// Copies pixels of labels and pictures: pixel i of `to` is pixel map[i] of `from`, or stays empty
+/// if map[i] is `none`. Both count in the labels' order, oldest ping first; pictures have the
+/// oldest ping at the bottom.
 void gather(const LabelledImage& from, const std::vector<std::size_t>& map, LabelledImage& to) {
   BinLayers::for_each([&](std::string_view, auto layer) {
     const auto& source = from.labels.pixels.*layer;
@@ -67,7 +68,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   sonar.bins = static_cast<int>(line.sonar.range_m / pixel_m);
   if (sonar.bins < 1)
     throw std::invalid_argument(fmt::format(
-        "ground range: pixels of {} m are longer than the range of {} m; make them smaller",
+        "ground range: pixels of {} m are longer than the range of {} m; use smaller pixels",
         pixel_m, line.sonar.range_m));
   sonar.range_m = sonar.bins * pixel_m;
   const auto rows = static_cast<std::size_t>(way.back() / pixel_m) + 1;
@@ -107,7 +108,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
 
 LabelledImage cut(const LabelledImage& view, const Rectangle& part) {
   Sonar sonar = view.labels.sonar;
-  sonar.sides = Sides::port;  // so that it can have any number of columns
+  sonar.sides = Sides::port;  // one side can have any number of columns
   sonar.bins = static_cast<int>(part.columns);
   LabelledImage piece{.name = view.name,
                       .geometry = view.geometry,

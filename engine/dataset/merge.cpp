@@ -18,6 +18,7 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
@@ -28,7 +29,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array split_names{"train", "val", "test"};
 
-/// A sample's small files as read: sample.json and those of its images.
+/// A sample's JSON files: sample.json and those of its images.
 struct SampleRecord {
   Json sample;
   std::map<std::string, Json> images;
@@ -41,7 +42,7 @@ std::string text_of_file(const fs::path& file) {
   return text.str();
 }
 
-/// What there is to know of a file: the text only of JSON.
+/// A file's size and hash, and the text of a JSON file.
 struct FileSeen {
   std::pair<std::uint64_t, std::string> size_and_hash;
   std::string text;
@@ -65,7 +66,7 @@ class Merge {
       : folder_(folder), progress_(progress) {
     if (!fs::exists(folder / "dataset.json"))
       throw SceneError(fmt::format(
-          "{}: {}, expected a folder that `ensonify generate` made", folder.string(),
+          "{}: {}; expected a folder made by `ensonify generate`", folder.string(),
           fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
     try {
       dataset_ = Json::parse(text_of_file(folder / "dataset.json"));
@@ -84,7 +85,7 @@ class Merge {
         card_.assets.push_back(asset.at("name").get<std::string>());
     } catch (const Json::exception& error) {
       throw SceneError(fmt::format(
-          "{}: is no dataset's description, expected a folder that `ensonify generate` made ({})",
+          "{}: not a dataset's description; expected a folder made by `ensonify generate` ({})",
           (folder / "dataset.json").string(), error.what()));
     }
     folders_.emplace(folder, per_tar_);
@@ -120,7 +121,7 @@ class Merge {
     return in_tar(sample) ? folders_->tar(sample / per_tar_) : folders_->sample(sample);
   }
 
-  /// Reads and checks every file; none, and a line of what is damaged, if one is not as it was.
+  /// Reads and checks every file of a sample. None if one is damaged, which is added to the report.
   std::optional<SampleRecord> read(std::size_t number) {
     const auto damaged = [&](const std::string& file, std::string_view what) {
       report_.damaged.push_back(fmt::format("{}: {}", (place(number) / file).string(), what));
@@ -132,7 +133,7 @@ class Merge {
     };
     try {
       if (tar) {
-        // One pass over a tar serves its samples, which come one after another.
+        // A tar is read once for all its samples, which follow each other.
         if (tar_of_ != number / per_tar_) read_whole_tar(number / per_tar_);
       } else {
         seen_.clear();
@@ -151,14 +152,14 @@ class Merge {
       Json signed_part = record.sample;
       signed_part.erase("xxh128");
       if (record.sample.at("xxh128") != xxh128(signed_part.dump()))
-        return damaged("sample.json", "its hash is another than it says");
+        return damaged("sample.json", "its hash is not the one that it contains");
       for (const Json& file : record.sample.at("files")) {
         const auto name = file.at("name").get<std::string>();
         const auto there = seen_.find(name_of(name));
         if (there == seen_.end()) return damaged(name, "is missing");
         if (there->second.size_and_hash != std::pair(file.at("size_bytes").get<std::uint64_t>(),
                                                      file.at("xxh128").get<std::string>()))
-          return damaged(name, "its bytes are not those that were written");
+          return damaged(name, "its bytes have changed since it was written");
         if (name.ends_with(".json") && name != "manifest.json")
           if (Json image = Json::parse(there->second.text); image.contains("pictures"))
             record.images[name] = std::move(image);
@@ -233,7 +234,7 @@ class Merge {
     }
   }
 
-  /// Polygons, or where these would hide holes run lengths.
+  /// The polygons, or the run lengths if there are holes.
   static const Json& segmentation(const Json& outline) {
     return outline.contains("rle") ? outline.at("rle") : outline.at("polygons");
   }
@@ -295,7 +296,7 @@ class Merge {
               coco.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
         if (yolo) write(fmt::format("yolo/{}_{}.txt", group, split), index.yolo);
       }
-      // Without a `path` the lists are looked for beside the file, from any working directory.
+      // Without a `path`, YOLO looks for the lists next to this file, in any working directory.
       if (yolo)
         write(fmt::format("yolo/{}.yaml", group),
               fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
@@ -306,9 +307,9 @@ class Merge {
     write("README.md", card_.markdown());
   }
 
-  /// Ultralytics takes a list's ./images/... from beside the list, and its label from labels/... in
-  /// place of the last images/...; both are the samples' folder. False, with a warning, on a file
-  /// system without links.
+  /// Makes the links yolo/images and yolo/labels to samples/: Ultralytics finds a list's ./images/
+  /// next to the list, and an image's labels by replacing the last images/ with labels/. Returns
+  /// false, with a warning, on a file system without links.
   bool link_samples() {
     fs::create_directories(folder_ / "yolo");
     for (const char* name : {"images", "labels"}) {
@@ -318,7 +319,7 @@ class Merge {
       fs::create_directory_symlink("../samples", link, error);
       if (!error || fs::exists(link)) continue;
       report_.warnings.push_back(fmt::format(
-          "{}: {}: YOLO's lists need links and are left out; merge on a file system that has them",
+          "{}: {}: YOLO's lists need links and are left out; merge on a file system with links",
           link.string(), error.message()));
       return false;
     }
@@ -330,7 +331,7 @@ class Merge {
     for (const std::string split : split_names) {
       if (!report_.samples_by_split.contains(split)) {
         report_.warnings.push_back(
-            fmt::format("the split {} is empty: take more samples or seafloors, or other shares in "
+            fmt::format("the split {} is empty: use more samples or seafloors, or other shares in "
                         "[dataset.split]",
                         split));
         continue;
@@ -340,16 +341,15 @@ class Merge {
         if (!classes_shown_[split].contains(name)) absent.push_back(name);
       if (!absent.empty() && !groups_.empty())
         report_.warnings.push_back(
-            fmt::format("no picture of the split {} shows the class{} {}: take more seafloors, or "
+            fmt::format("no picture of the split {} shows the class{} {}: use more seafloors, or "
                         "split by another key",
                         split, absent.size() > 1 ? "es" : "", fmt::join(absent, ", ")));
     }
     for (const auto& [seed, splits] : splits_of_seabed_)
       if (splits.size() > 1)
         report_.warnings.push_back(
-            fmt::format("the splits {} share a seabed, since the recipe sets seafloor.seed = {}: "
-                        "leave it out, and "
-                        "each seafloor has its own",
+            fmt::format("the splits {} share a seabed, because the recipe sets seafloor.seed = {}: "
+                        "remove it to give each seafloor its own seabed",
                         fmt::join(splits, ", "), seed));
   }
 
@@ -368,7 +368,7 @@ class Merge {
   std::map<std::pair<std::string, std::string>, Index> indexes_;
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t tar_of_ = none;
-  std::map<std::string, FileSeen> seen_;  // of a tar, or of a sample's folder
+  std::map<std::string, FileSeen> seen_;  // by name, in a tar or in a sample's folder
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -22,7 +23,7 @@ constexpr std::size_t line_px = letter_height_px + 1;
 constexpr std::size_t panel_width = 380, max_height = 380, min_height = 60, border = 6, columns = 2;
 constexpr Rgb paper{250, 250, 248}, ink{30, 30, 30}, water{18, 24, 48}, dark{0, 0, 0},
     no_data{90, 90, 90};
-// Okabe & Ito's colours (Color Universal Design, 2008), which the colour-blind tell apart.
+// Okabe & Ito's colours (Color Universal Design, 2008): colour-blind people can distinguish them.
 constexpr std::array<Rgb, 7> bright{{{230, 159, 0},
                                      {86, 180, 233},
                                      {0, 158, 115},
@@ -59,7 +60,8 @@ void paste(const Picture& from, Picture& to, std::size_t column, std::size_t row
         to.pixels.begin() + static_cast<std::ptrdiff_t>(3 * ((row + y) * to.width + column)));
 }
 
-/// Mean over the pixels that fall into each new one; 32 levels are enough, and pack much better.
+/// A smaller picture; each pixel is the mean of those that it replaces. It keeps 32 levels, which
+/// are enough and compress much better.
 Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   Picture to{width, height, 3, {}};
   to.pixels.resize(3 * width * height);
@@ -82,8 +84,8 @@ Picture shrunk(const Picture& from, std::size_t width, std::size_t height) {
   return to;
 }
 
-/// The labels as colours: objects by class, the bed by sediment, or by class where that is not just
-/// seabed.
+/// The labels as colours: objects by class; the bed by class, or by sediment if its class is
+/// "seabed".
 Picture label_picture(const Waterfall& line, const Seafloor& seafloor, const Recipe& recipe) {
   const std::vector<std::string> classes = recipe.class_names(),
                                  materials = recipe.material_names();
@@ -119,7 +121,7 @@ void draw_box(Picture& picture, std::array<std::size_t, 4> box, const Rgb& colou
     set(picture, box[0], y, colour), set(picture, box[2], y, colour);
 }
 
-/// A number in four digits, a word as it is.
+/// A number with four digits, or a word unchanged.
 std::string short_text(const std::string& value) {
   if (value.find('.') == std::string::npos || value.front() == '"') return value;
   return fmt::format("{:.4g}", std::stod(value));
@@ -160,7 +162,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
   for (const Target& target : find_targets(line)) {
-    // Boxes about furrows would hide what they are about.
+    // Boxes around features of the bed, such as furrows, would hide them.
     if (seafloor.label_of_instance(target.instance).feature) continue;
     const Outline& shown = target.body.area_px > 0 ? target.body : target.shadow;
     const std::string& name =
@@ -187,7 +189,7 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
   return all;
 }
 
-/// Names and their colours in a strip.
+/// A strip with the names of the labels and their colours.
 Picture legend(const Recipe& recipe, std::size_t width) {
   Picture strip = blank(width, letter_height_px + 2, paper);
   std::size_t column = 0;
@@ -216,7 +218,7 @@ Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl&
   std::size_t done = 0;
   const int threads = refine::thread_count(control.threads);
   refine::parallel_for(samples, threads, [&](std::size_t k, int) {
-    // Evenly, but not in step with what is stratified.
+    // Evenly chosen, but not in step with stratified keys.
     const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
     SampleScene sample = recipe.sample(number);
     sample.scene.output = {.exr = false};
@@ -230,9 +232,9 @@ Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl&
              },
          .cache = control.cache,
          .growing_picture = false,
-         .made =
-             [&](const Simulator& simulator, std::span<const Waterfall> lines) {
-               cells[k] = cell(recipe, number, sample, simulator, lines.front());
+         .on_outputs =
+             [&](const RunOutputs& outputs) {
+               cells[k] = cell(recipe, number, sample, outputs.simulator, outputs.lines.front());
              }});
     std::filesystem::remove_all(folder);
     const std::lock_guard lock(mutex);

@@ -15,13 +15,13 @@ namespace ensonify::engine {
 struct PreviewControl {
   int threads = 0;
   std::filesystem::path cache = {};
-  std::filesystem::path scratch = {};  ///< a folder for the runs' files, which go again
-  std::function<bool(std::size_t done, std::size_t of)> progress = {};  ///< as of generate()
+  std::filesystem::path scratch = {};  ///< a folder for the runs' files, which are removed again
+  std::function<bool(std::size_t done, std::size_t of)> progress = {};  ///< as in GenerateControl
 };
 
-/// A contact sheet of some of a recipe's samples, evenly chosen: of each its first sonar's line
-/// beside its labels, to scale, boxes about the targets with their classes, and what was drawn for
-/// it in words. Throws as Recipe::sample and run do, and Stopped.
+/// A contact sheet of `samples` of a recipe's samples, evenly chosen. For each: the line of its
+/// first sonar next to the line's labels, to scale, with boxes around the targets and their
+/// classes, and the drawn values below. Throws as Recipe::sample() and run(), and Stopped.
 Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control);
 
 }  // namespace ensonify::engine

@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/dataset/labelled_image.h>
-#include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/output/masks.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/targets_json.h>
@@ -22,38 +22,29 @@
 namespace ensonify::engine {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Refuses a seafloor's name that the dataset has no number for.
 void check_named(const std::vector<std::string>& own, const std::vector<std::string>& names,
                  std::string_view what) {
   for (std::size_t i = 1; i < own.size(); ++i)
     if (std::ranges::count(names, own[i]) == 0)
-      throw std::invalid_argument(
-          fmt::format("the {} '{}' of this sample is none that the recipe can draw; name it there",
-                      what, own[i]));
+      throw std::invalid_argument(fmt::format(
+          "the recipe cannot draw the {} '{}' of this sample; name it there", what, own[i]));
 }
-
-Json targets_of(const LabelledImage& view, const Seafloor& seafloor) {
-  return Json::parse(targets_json(find_targets(view.labels), view.labels, seafloor)).at("targets");
-}
-
-/// An object, as against a feature of the bed, such as a trawl mark.
-bool is_object(const Json& target) { return target.contains("table"); }
 
 /// What counts as the target's picture: its body, or where that does not show its shadow.
-const Json& shown_part(const Json& target) {
-  return target.at("body").is_null() ? target.at("shadow") : target.at("body");
+const Outline& shown_part(const Target& target) {
+  return target.body.area_px > 0 ? target.body : target.shadow;
 }
 
 /// Columns, rows of the box about a target and its shadow, as {first column, first row, end, end}.
-std::array<std::size_t, 4> extent(const Json& target) {
+std::array<std::size_t, 4> extent(const Target& target) {
   std::array<std::size_t, 4> all{~std::size_t{0}, ~std::size_t{0}, 0, 0};
-  for (const char* part : {"body", "shadow"}) {
-    if (target.at(part).is_null()) continue;
-    const auto box = target.at(part).at("box").get<std::array<std::size_t, 4>>();
-    all = {std::min(all[0], box[0]), std::min(all[1], box[1]), std::max(all[2], box[0] + box[2]),
-           std::max(all[3], box[1] + box[3])};
+  for (const Outline* part : {&target.body, &target.shadow}) {
+    if (part->area_px == 0) continue;
+    for (std::size_t i = 0; i < 2; ++i) {
+      all[i] = std::min(all[i], static_cast<std::size_t>(part->low[i]));
+      all[i + 2] = std::max(all[i + 2], static_cast<std::size_t>(part->high[i]));
+    }
   }
   return all;
 }
@@ -71,16 +62,17 @@ class Products {
     check_named(seafloor.materials, sample.scene.output.sediment_names, "material");
   }
 
-  void add_line(const Waterfall& line, const Calibration& calibration, std::size_t sonar) {
-    read_visible_fractions(line.sonar.name);
+  void add_line(const Waterfall& line, const Calibration& calibration,
+                std::span<const ObjectView> views, std::size_t sonar) {
     std::vector<Picture> pictures;
     for (const Display& display : sample_.renders)
       pictures.push_back(render(line, display, calibration));
     const LabelledImage slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
-    if (options_.slant) add_view(slant, sonar, 0);
-    if (options_.ground_px_m > 0.0) add_view(ground_view(slant, options_.ground_px_m), sonar, 1);
+    if (options_.slant) add_view(slant, views, sonar, 0);
+    if (options_.ground_px_m > 0.0)
+      add_view(ground_view(slant, options_.ground_px_m), views, sonar, 1);
   }
 
   double disk_s() const { return disk_s_; }
@@ -94,23 +86,12 @@ class Products {
     disk_s_ += seconds_since(start);
   }
 
-  /// The run has looked how much of each object is seen, and has just written it.
-  void read_visible_fractions(const std::string& sonar) {
-    visible_.clear();
-    std::ifstream file(folder_ / (sonar + "_targets.json"));
-    if (!file) return;  // there are none
-    const Json run = Json::parse(file);
-    for (const Json& target : run.at("targets"))
-      if (is_object(target))
-        visible_[target.at("instance").get<int>()] = target.at("visible_fraction");
-  }
-
-  void add_view(const LabelledImage& view, std::size_t sonar, std::size_t geometry) {
+  void add_view(const LabelledImage& view, std::span<const ObjectView> views, std::size_t sonar,
+                std::size_t geometry) {
     whole_.clear();
-    for (Json& target : targets_of(view, seafloor_)) {
-      const int instance = target.at("instance").get<int>();
-      if (visible_.contains(instance)) target["visible_fraction"] = visible_.at(instance);
-      whole_[instance] = std::move(target);
+    for (TargetRecord& record : target_records(view.labels, seafloor_, views)) {
+      const std::uint32_t instance = record.target.instance;
+      whole_.emplace(instance, std::move(record));
     }
     add_image(view, view.whole(), view.name, "line");
     add_tiles(view);
@@ -140,7 +121,7 @@ class Products {
                          std::size_t rows) {
     if (columns > view.labels.columns() || rows > view.labels.rows())
       throw std::invalid_argument(
-          fmt::format("'{}' wants {} x {} pixels of {}, which has {} x {}; make them smaller or "
+          fmt::format("'{}' takes {} x {} pixels of {}, which has {} x {}; make them smaller or "
                       "the line longer",
                       key, columns, rows, view.name, view.labels.columns(), view.labels.rows()));
   }
@@ -165,10 +146,10 @@ class Products {
     const std::size_t last_column = view.labels.columns() - columns,
                       last_row = view.labels.rows() - rows;
     std::size_t number = 0;
-    for (const auto& [instance, target] : whole_) {
-      const auto [left, top, right, bottom] = extent(target);
+    for (const auto& [instance, record] : whole_) {
+      const auto [left, top, right, bottom] = extent(record.target);
       // The middle of a long trawl mark's box is nowhere.
-      if (!is_object(target) && (right - left > columns || bottom - top > rows)) continue;
+      if (!record.is_object() && (right - left > columns || bottom - top > rows)) continue;
       const auto start = [](std::size_t begin, std::size_t end, std::size_t size,
                             std::size_t last) {
         const std::size_t middle = (begin + end) / 2, half = size / 2;
@@ -191,7 +172,7 @@ class Products {
         };
         const Rectangle part{at(u[0], last_column), at(u[1], last_row), columns, rows};
         if (std::ranges::any_of(whole_, [&](const auto& entry) {
-              return is_object(entry.second) && meet(part, extent(entry.second));
+              return entry.second.is_object() && meet(part, extent(entry.second.target));
             }))
           continue;
         add_image(view, part, fmt::format("chips/{}_background_{:04}", view.name, n), "background");
@@ -217,58 +198,56 @@ class Products {
         write(r == 0 ? stem + ".png" : fmt::format("{}.r{}.png", stem, r),
               encode_png(piece.pictures[r]));
 
+    ImageLabels labels{.image = stem,
+                       .pictures = {stem + ".png"},
+                       .kind = std::string(kind),
+                       .geometry = view.geometry,
+                       .sonar = view.labels.sonar.name,
+                       .column = part.column,
+                       .row = part.row,
+                       .columns = part.columns,
+                       .rows = part.rows,
+                       .pixel_across_m = view.across_m,
+                       .pixel_along_m = view.along_m,
+                       .split = sample_.split};
+    for (std::size_t r = 1; r < piece.pictures.size(); ++r)
+      labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
     std::vector<std::uint32_t> left_out;
-    Json targets = Json::array();
     std::string yolo;
-    for (Json& target : targets_of(piece, seafloor_)) {
-      const int instance = target.at("instance").get<int>();
-      const Json& all = whole_.at(instance);
-      // Its place and contrast are those of the whole line; the outlines of this picture.
-      Json label = all;
-      for (const char* outline : {"body", "shadow"}) label[outline] = target.at(outline);
-      const bool body_lost = !all.at("body").is_null() && label.at("body").is_null();
-      const double visible = body_lost ? 0.0
-                                       : shown_part(label).at("area_px").get<double>() /
-                                             shown_part(all).at("area_px").get<double>();
-      // The bed is never ignored.
-      const bool ignored = is_object(all) && visible < options_.min_visible;
-      label["shown_fraction"] = visible;
-      label["truncated"] = visible < 1.0;
-      label["ignored"] = ignored;
-      label["category_id"] = category(label.at("class").get<std::string>());
-      if (ignored)
-        left_out.push_back(static_cast<std::uint32_t>(instance));
-      else if (!label.at("body").is_null())
+    for (Target& target : find_targets(piece.labels)) {
+      TargetLabel label = label_of(std::move(target));
+      if (label.ignored)
+        left_out.push_back(label.record.target.instance);
+      else if (label.record.target.body.area_px > 0)
         yolo += yolo_line(label, part);
-      targets.push_back(std::move(label));
+      labels.targets.push_back(std::move(label));
     }
-    Json classes = Json::array();
     for (const Mask& mask : encode_masks(piece.labels, left_out)) {
       write(fmt::format("{}.{}.png", stem, mask.name), mask.png);
       if (mask.name != "class") continue;
       for (const std::uint16_t number : mask.numbers)
-        if (number > 0 && number != ignored_class) classes.push_back(classes_[number - 1u]);
+        if (number > 0 && number != ignored_class) labels.classes.push_back(classes_[number - 1u]);
     }
-
-    std::vector<std::string> pictures{stem + ".png"};
-    for (std::size_t r = 1; r < piece.pictures.size(); ++r)
-      pictures.push_back(fmt::format("{}.r{}.png", stem, r));
-    const Json image = {{"image", stem},
-                        {"pictures", pictures},
-                        {"kind", kind},
-                        {"geometry", view.geometry},
-                        {"sonar", view.labels.sonar.name},
-                        {"width", part.columns},
-                        {"height", part.rows},
-                        {"of_line", {part.column, part.row, part.columns, part.rows}},
-                        {"pixel_across_m", view.across_m},
-                        {"pixel_along_m", view.along_m},
-                        {"split", sample_.split},
-                        {"classes", classes},
-                        {"targets", targets}};
-    write_text(stem + ".json", image.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
-    for (const std::string& picture : pictures)
+    write_text(stem + ".json", labels_json(labels));
+    for (const std::string& picture : labels.pictures)
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
+  }
+
+  /// Of a target as a part of the line shows it: its place and contrast are those of the whole
+  /// line, the outlines those of the part.
+  TargetLabel label_of(Target shown) const {
+    const TargetRecord& whole = whole_.at(shown.instance);
+    TargetLabel label{.record = whole, .category_id = category(whole.class_name)};
+    Target& target = label.record.target;
+    target.body = std::move(shown.body);
+    target.shadow = std::move(shown.shadow);
+    const bool body_lost = whole.target.body.area_px > 0 && target.body.area_px == 0;
+    label.shown_fraction = body_lost ? 0.0
+                                     : static_cast<double>(shown_part(target).area_px) /
+                                           static_cast<double>(shown_part(whole.target).area_px);
+    // The bed is never ignored.
+    label.ignored = whole.is_object() && label.shown_fraction < options_.min_visible;
+    return label;
   }
 
   void write_text(const std::string& name, const std::string& text) {
@@ -280,12 +259,17 @@ class Products {
   }
 
   /// Class from 0, then the body's middle and size in shares of the picture.
-  static std::string yolo_line(const Json& label, const Rectangle& part) {
-    const auto box = label.at("body").at("box").get<std::array<double, 4>>();
-    const auto width = static_cast<double>(part.columns), height = static_cast<double>(part.rows);
-    return fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f}\n", label.at("category_id").get<int>() - 1,
-                       (box[0] + 0.5 * box[2]) / width, (box[1] + 0.5 * box[3]) / height,
-                       box[2] / width, box[3] / height);
+  static std::string yolo_line(const TargetLabel& label, const Rectangle& part) {
+    const Outline& body = label.record.target.body;
+    const auto middle_and_size = [&](std::size_t i, std::size_t pixels) {
+      const double low = body.low[i], size = body.high[i] - body.low[i],
+                   all = static_cast<double>(pixels);
+      return std::pair((low + 0.5 * size) / all, size / all);
+    };
+    const auto [x, width] = middle_and_size(0, part.columns);
+    const auto [y, height] = middle_and_size(1, part.rows);
+    return fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f}\n", label.category_id - 1, x, y, width,
+                       height);
   }
 
   const DatasetOptions& options_;
@@ -293,20 +277,19 @@ class Products {
   const std::vector<std::string>& classes_;  // by their numbers, from 1
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
-  std::map<int, Json> visible_;  // share of each object that the line sees
-  std::map<int, Json> whole_;    // targets of the view at hand, by instance
+  std::map<std::uint32_t, TargetRecord> whole_;  // targets of the view at hand, by instance
   double disk_s_ = 0.0;
 };
 
 }  // namespace
 
 ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
-                            const Simulator& simulator, std::span<const Waterfall> lines,
-                            const std::filesystem::path& folder) {
+                            const RunOutputs& outputs, const std::filesystem::path& folder) {
   const Clock::time_point start = Clock::now();
+  const Simulator& simulator = outputs.simulator;
   Products products(options, sample, simulator.seafloor(), folder);
-  for (std::size_t i = 0; i < lines.size(); ++i)
-    products.add_line(lines[i], simulator.calibration(i), i);
+  for (std::size_t i = 0; i < outputs.lines.size(); ++i)
+    products.add_line(outputs.lines[i], simulator.calibration(i), outputs.object_visibility[i], i);
   const double all_s = seconds_since(start);
   return {all_s - products.disk_s(), products.disk_s()};
 }

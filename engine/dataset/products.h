@@ -1,14 +1,9 @@
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <span>
-#include <string>
-#include <vector>
 
 #include <ensonify/engine/dataset/recipe.h>
-#include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/run.h>
 
 namespace ensonify::engine {
 
@@ -17,14 +12,13 @@ struct ProductTimes {
   double encode_s = 0.0, disk_s = 0.0;
 };
 
-/// Writes into a sample's folder what the dataset has beside the run's own files: labels of the
-/// whole lines, more displays, ground range, tiles, chips. An image STEM.png has STEM.class.png,
-/// .sediment.png, .instance.png, .region.png, STEM.json and STEM.txt (YOLO); further displays are
-/// STEM.r1.png with STEM.r1.txt and so on. The lines' labels have the numbers of the scene's
-/// output.class_names and sediment_names. Throws std::invalid_argument for tiles or chips larger
-/// than a line, and for labels that these do not name; std::system_error.
+/// Writes into a sample's folder what the dataset has in addition to the run's own files: labels of
+/// the whole lines, more displays, ground range, tiles, chips. An image STEM.png has
+/// STEM.class.png, .sediment.png, .instance.png, .region.png, STEM.json and STEM.txt (YOLO);
+/// further displays are STEM.r1.png with STEM.r1.txt and so on. The lines' labels have the numbers
+/// of the scene's output.class_names and sediment_names. Throws std::invalid_argument for tiles or
+/// chips larger than a line, and for labels that these do not name; std::system_error.
 ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
-                            const Simulator& simulator, std::span<const Waterfall> lines,
-                            const std::filesystem::path& folder);
+                            const RunOutputs& outputs, const std::filesystem::path& folder);
 
 }  // namespace ensonify::engine

@@ -21,7 +21,7 @@ SampleFolders::SampleFolders(fs::path dataset, std::size_t samples_per_tar)
     : dataset_(std::move(dataset)), samples_per_tar_(samples_per_tar) {}
 
 bool SampleFolders::finished(std::size_t number) const {
-  // A tar is there before its samples' folders go: in this order none is missed.
+  // A tar appears before its samples' folders are removed, so this order misses none.
   return fs::exists(sample(number)) ||
          (samples_per_tar_ > 0 && fs::exists(tar(number / samples_per_tar_)));
 }
@@ -50,13 +50,14 @@ std::optional<Claim> Claim::try_take(const fs::path& lock_file) {
                       lock_file.string()));
     Claim claim(lock_file, descriptor);
     if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-      const bool somebodys = errno == EWOULDBLOCK;
-      if (somebodys) ::close(std::exchange(claim.descriptor_, -1));  // the file is its owner's
-      if (somebodys) return std::nullopt;
+      const bool held_elsewhere = errno == EWOULDBLOCK;
+      // Closed here: the destructor would remove the holder's file.
+      if (held_elsewhere) ::close(std::exchange(claim.descriptor_, -1));
+      if (held_elsewhere) return std::nullopt;
       claim.exclusive_ = false;
       return claim;
     }
-    // Its owner may have gone, and the file with him, between our two calls.
+    // The former holder may have removed the file between open() and flock().
     struct stat ours {
     }, there{};
     if (::fstat(descriptor, &ours) == 0 && ::stat(lock_file.c_str(), &there) == 0 &&
@@ -73,7 +74,7 @@ Claim::Claim(Claim&& other) noexcept
 
 Claim::~Claim() {
   if (descriptor_ < 0) return;
-  ::unlink(file_.c_str());  // before it is let go, so that it is ours
+  ::unlink(file_.c_str());  // while it is still locked, so no other process holds it
   ::close(descriptor_);
 }
 

@@ -8,12 +8,12 @@
 
 namespace ensonify::engine {
 
-/// Where the samples of a dataset lie, and who is at them.
+/// The files of a dataset's samples.
 ///
-///     samples/000003          a finished sample, there at once and whole
-///     samples/.000003.0.tmp   one being made
-///     samples/.000003.lock    held (flock) by the process that makes it; one that was killed holds
-///     nothing tars/000001.tar         samples M to 2M-1, in place of their folders
+///     samples/000003          a finished sample; it appears complete, in one step
+///     samples/.000003.0.tmp   a sample in the making
+///     samples/.000003.lock    locked (flock) by the process that makes it, until it ends
+///     tars/000001.tar         samples M to 2M-1, instead of their folders (M: samples per tar)
 class SampleFolders {
  public:
   SampleFolders(std::filesystem::path dataset, std::size_t samples_per_tar);
@@ -24,8 +24,8 @@ class SampleFolders {
   const std::filesystem::path& dataset() const { return dataset_; }
 
   static std::string name_of(std::size_t sample);  ///< 000003
-  /// The name in a tar of a sample's file: `000003.scene.toml`, and of those in its folders
-  /// `000003-tiles-NAME_0000.png`, so that WebDataset takes each image with its labels as one
+  /// The name of a sample's file in a tar: `000003.scene.toml`; a file in a subfolder becomes
+  /// `000003-tiles-NAME_0000.png`, so that WebDataset reads each image and its labels as one
   /// record.
   static std::string name_in_tar(std::size_t sample, const std::string& file);
 
@@ -34,17 +34,17 @@ class SampleFolders {
   std::size_t samples_per_tar_;
 };
 
-/// The right to make something, such as a sample or a tar, as long as this lives. Where the file
-/// system knows no locks everybody has it: the bytes are the same, and one of two folders is thrown
-/// away.
+/// The exclusive right to make a sample or a tar, held during this object's life. On a file system
+/// without locks every process gets it: two may make the same bytes, and one result is discarded.
 class Claim {
  public:
-  /// None while another process, or another part of this one, has it. Throws std::system_error.
+  /// None while another Claim, of this or another process, holds it. Throws std::system_error if
+  /// the lock file cannot be made.
   static std::optional<Claim> try_take(const std::filesystem::path& lock_file);
   Claim(Claim&& other) noexcept;
   Claim& operator=(Claim&&) = delete;
-  ~Claim();                                      // takes the file away
-  bool exclusive() const { return exclusive_; }  ///< false where there are no locks
+  ~Claim();                                      ///< removes the lock file
+  bool exclusive() const { return exclusive_; }  ///< false on a file system without locks
 
  private:
   Claim(std::filesystem::path file, int descriptor)
@@ -54,7 +54,7 @@ class Claim {
   bool exclusive_ = true;
 };
 
-/// A folder in the making beside the place it is meant for, gone again unless it was put there.
+/// A temporary folder next to its final place. Removed on destruction unless put_in_place().
 class StagingFolder {
  public:
   explicit StagingFolder(const std::filesystem::path& place);
@@ -62,12 +62,12 @@ class StagingFolder {
   StagingFolder(const StagingFolder&) = delete;
   StagingFolder& operator=(const StagingFolder&) = delete;
   const std::filesystem::path& path() const { return folder_; }
-  /// Brings folders and names to the disk (the files are there) and puts it in place, unless there
-  /// is one already.
+  /// Writes folders and names to the disk (the files must already be there) and renames the folder
+  /// to its final place, unless that exists already.
   void put_in_place();
 
   static std::filesystem::path lock_of(const std::filesystem::path& place);
-  /// Removes what killed makers of this place left; only with an exclusive claim to it.
+  /// Removes temporary folders that killed processes left; requires an exclusive claim to `place`.
   static void clear(const std::filesystem::path& place);
 
  private:

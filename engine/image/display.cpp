@@ -12,21 +12,21 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t equalised_pixels = 500'000;  // more tell no more
+constexpr std::size_t equalised_pixels = 500'000;  // more would not change the histogram
 constexpr std::size_t depressions = 180;           // half degrees, from level to nadir
 
 std::size_t port_columns(const Sonar& sonar) {
   return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
 }
 
-/// From nadir outwards.
+/// The bin of a column; bins count from nadir outwards.
 std::size_t bin_of(std::size_t column, std::size_t ports) {
   return column < ports ? ports - 1 - column : column - ports;
 }
 
 }  // namespace
 
-/// A waterfall's levels, and what is evened out of them.
+/// The levels of a waterfall, normalised as the display asks.
 class Levels {
  public:
   Levels(const Renderer& renderer, const Waterfall& waterfall)
@@ -37,17 +37,17 @@ class Levels {
         columns_(waterfall.columns()) {
     if (renderer.display_.beam_normalisation) normalise_beams();
     if (renderer.display_.flat_field) flatten();
-    // What is evened out has a mean of 1.
+    // Normalised levels have a mean of 1; this brings their median to 1.
     if (!beam_.empty() || !column_.empty()) scale_ = 1.0 / renderer.median_share_;
   }
 
-  /// 1: mid-brightness.
+  /// The level of a pixel; 1 is mid-brightness.
   double at(std::size_t row, std::size_t column) const { return scale_ * evened(row, column); }
   bool seabed(std::size_t pixel) const {
     const auto region = static_cast<Region>(waterfall_.pixels.region[pixel]);
     return region == Region::seabed || region == Region::object;
   }
-  /// The column that shows so much range over ground; none where nothing is known of it.
+  /// The column of slant ranges for a column of ground ranges; `none` beyond the sonar's range.
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t over_ground(std::size_t row, std::size_t column) const {
     const double bin_m = waterfall_.sonar.bin_m();
@@ -66,7 +66,7 @@ class Levels {
     if (!column_.empty()) level *= column_[column];
     return level;
   }
-  /// Over the bed: where the first echo comes from, or what the ping's record says.
+  /// Altitude above the bed: from the ping's record, or else the slant range of the first echo.
   double height(std::size_t row) const {
     const PingRow& ping = waterfall_.pings[row];
     if (ping.altitude_m > 0.0) return ping.altitude_m;
@@ -80,7 +80,7 @@ class Levels {
         static_cast<std::size_t>(depression * 2.0 / std::numbers::pi * (depressions - 1));
     return (column < ports_ ? 0 : depressions) + cell;
   }
-  /// The inverse of each cell's mean; 1 where there is none.
+  /// The inverse of each cell's mean level; 1 for a cell without seabed.
   template <class Cell>
   std::vector<double> inverse_means(std::size_t cells, Cell&& cell) const {
     std::vector<double> sums(cells), counts(cells);
@@ -107,13 +107,13 @@ class Levels {
   const Waterfall& waterfall_;
   std::size_t bins_, ports_, columns_;
   double scale_ = 1.0;
-  std::vector<double> beam_;    // of a depression, port's then starboard's
-  std::vector<double> column_;  // of a column
+  std::vector<double> beam_;    // by depression, first port, then starboard
+  std::vector<double> column_;  // by column
 };
 
 namespace {
 
-/// Levels where there is seabed or an object, ascending; of some pixels if there are very many.
+/// Levels of the pixels with seabed or an object, ascending; of a subset if there are very many.
 std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& levels) {
   const std::size_t pixels = waterfall.rows() * waterfall.columns();
   const std::size_t step = 1 + pixels / equalised_pixels;
@@ -127,7 +127,7 @@ std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& level
   return values;
 }
 
-// The map of that name in matplotlib (van der Walt and Smith), as polynomials fitted to it.
+// Polynomials fitted to matplotlib's colour map viridis (van der Walt and Smith).
 std::array<double, 3> viridis(double t) {
   constexpr std::array<std::array<double, 3>, 7> terms{
       {{0.2777273272234177, 0.005407344544966578, 0.3340998053353061},
@@ -150,8 +150,8 @@ std::array<double, 3> colour_of(Palette palette, double brightness) {
   const double dark = 1.0 - brightness;
   switch (palette) {
     case Palette::grey: break;
-    case Palette::copper:  // from black through orange-brown to pale yellow: red comes first, blue
-                           // last
+    // From black through orange-brown to pale yellow: red rises first, blue last.
+    case Palette::copper:
       return {1.0 - dark * dark, 0.95 * std::pow(brightness, 1.3),
               0.72 * std::pow(brightness, 3.0)};
     case Palette::bronze:
@@ -171,7 +171,7 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
       median_share_(calibration.median_share) {
   if (calibration.level_bed.size() != columns_ ||
       (!calibration.automatic_gain.empty() && calibration.automatic_gain.size() != columns_))
-    throw std::invalid_argument("Renderer: a level bed of other columns than the sonar's");
+    throw std::invalid_argument("Renderer: the level bed's columns are not the sonar's");
   if (recorder_)
     for (std::uint32_t i = 0; recorder_->full_scale() <= 0xffff && i <= recorder_->full_scale();
          ++i)
@@ -194,9 +194,9 @@ Renderer::Renderer(const Sonar& sonar, const Display& display, const Calibration
     }
     if (median > 0.0) bed.push_back(level(column, median, sample));
   }
-  if (bed.empty()) throw std::invalid_argument("Renderer: no echo of a level bed");
+  if (bed.empty()) throw std::invalid_argument("Renderer: the level bed has no echo");
   std::ranges::nth_element(bed, bed.begin() + std::ssize(bed) / 2);
-  // A recorder that hears nothing of its bed shows full scale at mid-brightness.
+  // If the bed is below the recorder's smallest sample, full scale is shown at mid-brightness.
   const double median = bed[bed.size() / 2];
   scale_ = median > 0.0 ? 1.0 / median : 1.0 / *std::ranges::max_element(gains_);
 }
@@ -220,7 +220,8 @@ void Renderer::levels(const Waterfall& waterfall, std::size_t row, std::span<flo
 
 Picture Renderer::render(const Waterfall& waterfall, int bits) const {
   const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
-  if (columns != columns_) throw std::invalid_argument("Renderer: a waterfall of another sonar");
+  if (columns != columns_)
+    throw std::invalid_argument("Renderer: the waterfall is of another sonar");
   const Levels levels(*this, waterfall);
   const Display& display = display_;
   const std::vector<float> sorted = display.mapping == Mapping::equalised
@@ -228,7 +229,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
                                         : std::vector<float>();
   const double amplitude_gain = mid_amplitude * scatter::from_db(0.5 * display.gain_db);
   const double scale = amplitude_gain * amplitude_gain;
-  // Of a level, 0 to 1 and beyond.
+  // Brightness of a level: 0 to 1, not yet clamped.
   const auto brightness = [&](double level) {
     switch (display.mapping) {
       case Mapping::gamma: break;
@@ -248,7 +249,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
   const double full = bits == 16 ? 65535.0 : 255.0;
   const auto channels = static_cast<std::size_t>(picture.channels);
   const std::size_t pixel_bytes = channels * (bits == 16 ? 2 : 1);
-  std::vector<std::uint8_t> palette;  // a pixel's bytes for each brightness
+  std::vector<std::uint8_t> palette;  // the bytes of a pixel for each brightness
   for (double step = 0.0; step <= full; step += 1.0) {
     const std::array<double, 3> colour = colour_of(display.palette, step / full);
     for (std::size_t k = 0; k < channels; ++k) {

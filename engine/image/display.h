@@ -6,80 +6,52 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/image/display_options.h>
 #include <ensonify/engine/image/waterfall.h>
 
 namespace ensonify::engine {
 
 class Recorder;
 
-enum class Palette { grey, copper, bronze, paper, viridis };
-
-/// How amplitude becomes brightness.
-enum class Mapping { gamma, logarithmic, equalised };
-
-/// The layer that is shown.
-enum class DisplayedLayer { sample, intensity };
-
-/// How a waterfall becomes a picture: time-varied gain, what is evened out, then amplitude to
-/// brightness. The layers stay as they are. Unless something is evened out or equalised, a line's
-/// picture depends on the scene and on that line alone: it can be shown when it comes.
-struct Display {
-  DisplayedLayer of = DisplayedLayer::sample;
-  double spreading = 40.0;  ///< gain of spreading * log10(range) dB; 30 levels a bed of constant
-                            ///< strength under a line array, 50 one of Lambert's law
-  bool absorption = true;   ///< and of the two-way absorption
-  bool slant_range_correction =
-      false;                        ///< columns are even in range over ground, without the water
-  bool beam_normalisation = false;  ///< each side's mean level over depression is taken out
-  bool flat_field = false;          ///< the mean level of each column is
-  double gain_db = 0.0;  ///< added to the automatic gain, which puts the median of the scene's own
-                         ///< bed, were it level, at mid-brightness
-  Mapping mapping = Mapping::gamma;
-  double gamma = 0.7;      ///< brightness = amplitude^gamma
-  double range_db = 50.0;  ///< of a logarithmic mapping, from black to white
-  Palette palette = Palette::grey;
-};
-
-/// Pixels row by row from the top: grey, or red, green and blue; of 16 bits the higher byte comes
-/// first.
+/// Pixels row by row from the top: grey, or red, green and blue. With 16 bits, the high byte first.
 struct Picture {
   std::size_t width = 0;
   std::size_t height = 0;
   int channels = 1;
   std::vector<std::uint8_t> pixels;
-  int bits = 8;  ///< a channel, 8 or 16
+  int bits = 8;  ///< per channel, 8 or 16
 };
 
 /// What a display knows of a sonar before its first ping.
 struct Calibration {
   double absorption_db_per_m = 0.0;
-  const Recorder* recorder = nullptr;  ///< what samples stand for; none: the intensity is shown
-  /// Mean intensity, uPa^2, of the scene's bed in each of the waterfall's columns, were it level;
+  const Recorder* recorder = nullptr;  ///< made the samples; none: the intensity is shown
+  /// Mean intensity, uPa^2, of the scene's bed, if it were level, in each column of the waterfall;
   /// 0: no echo.
   std::vector<double> level_bed;
-  double median_share = 1.0;  ///< of a bed's intensity, median over mean: speckle's
-  /// What automatic gains multiply that bed's amplitude by in each column, behind the recorder's
-  /// own gain; empty: 1.
+  double median_share = 1.0;  ///< median over mean of a bed's intensity, due to speckle
+  /// Factors by which automatic gains multiply the level bed's amplitude in each column, after the
+  /// recorder's gain; empty: 1.
   std::vector<double> automatic_gain;
 };
 
-/// Where a display shows a bed whose level, in intensity, is the median of the scene's own: its
-/// brightness to the power 1 / gamma.
+/// A bed with the median level of the scene's level bed is shown at this amplitude, that is, with
+/// the brightness mid_amplitude^gamma.
 inline constexpr double mid_amplitude = 0.35;
 
-/// A sonar's display: from its lines to pixels.
+/// Turns the lines of one sonar into pixels.
 class Renderer {
  public:
-  /// The calibration's recorder must outlive it. Throws std::invalid_argument for a level bed
-  /// without an echo, or of other columns than the sonar has.
+  /// The calibration's recorder must outlive it. Throws std::invalid_argument if the level bed has
+  /// no echo, or if its number of columns is not the sonar's.
   Renderer(const Sonar& sonar, const Display& display, const Calibration& calibration);
 
-  /// The picture of a waterfall of that sonar, 8 or 16 bits a channel: newest ping on top, port
-  /// left, which is the seabed seen from above. Pings of which nothing was received stay black.
+  /// The picture of a waterfall of this sonar, 8 or 16 bits per channel: newest ping on top, port
+  /// left, that is, the seabed seen from above. Pings without data stay black.
   Picture render(const Waterfall& waterfall, int bits = 8) const;
 
-  /// The intensity after all gain, of a waterfall's row by column, over that of mid-brightness.
-  /// Without what is evened out.
+  /// The intensity of one row of a waterfall, by column, after all gain and relative to
+  /// mid-brightness. Without normalisations.
   void levels(const Waterfall& waterfall, std::size_t row, std::span<float> into) const;
 
  private:
@@ -91,17 +63,17 @@ class Renderer {
   Display display_;
   const Recorder* recorder_;
   std::size_t columns_, ports_;
-  std::vector<double> gains_;      // of a column
-  std::vector<float> amplitudes_;  // of a sample
+  std::vector<double> gains_;      // by column
+  std::vector<float> amplitudes_;  // by sample
   double median_share_;
-  double scale_ = 1.0;  // puts the level bed's median at 1
+  double scale_ = 1.0;  // scales the level bed's median to 1
 };
 
-/// The same in one go.
+/// Renderer's constructor and render() in one call.
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
                int bits = 8);
 
-/// Red, green and blue, each 0 to 1, of a brightness from 0 to 1.
+/// Red, green and blue, each 0 to 1, for a brightness from 0 to 1.
 std::array<double, 3> colour_of(Palette palette, double brightness);
 
 }  // namespace ensonify::engine

@@ -6,7 +6,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Behind number 0, which is no name.
+/// Finds a name; index 0 is not searched, because "none" is not a name.
 auto place_of(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin() + 1, names.end(), name);
 }

@@ -25,7 +25,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double degree = std::numbers::pi / 180.0;
-constexpr int samples = 3;  // a pixel has their square
+constexpr int samples = 3;  // a pixel has samples x samples rays
 
 double to_linear(double byte) { return std::pow(byte / 255.0, 2.2); }
 std::uint8_t to_byte(double linear) {
@@ -43,8 +43,8 @@ Array3d mix(const Array3d& from, const Array3d& to, double share) {
   return from + share * (to - from);
 }
 
-/// What a face is made of: first what is solid and shows its edges, from `torpedo` on what is laid
-/// over that.
+/// How a face is painted: first the solid faces, which show their edges; from `torpedo` on, the
+/// overlay.
 enum Finish : std::uint8_t {
   coarse_bed,
   exact_bed,
@@ -80,7 +80,7 @@ const Array3d edge_colour = rgb(14, 28, 46);
 const Array3d sky_top = rgb(6, 14, 30), sky_bottom = rgb(24, 52, 82);
 constexpr double edge_px = 1.0, line_px = 2.0;
 
-/// Triangles, each of one finish.
+/// Triangles, each with its finish.
 struct Model {
   std::vector<Eigen::Vector3f> positions;
   std::vector<refine::Face> faces;
@@ -156,7 +156,7 @@ void add_torpedo(Model& model, const Pose& pose, double length_m) {
   }
 }
 
-/// A line as a ribbon that faces the eye, equally wide in the picture all along.
+/// A line as a ribbon that faces the camera and has the same width in the picture everywhere.
 void add_line(Model& model, const Camera& camera, const std::vector<Vector3d>& points,
               Finish finish, double width_px = line_px) {
   std::uint32_t last = 0;
@@ -175,7 +175,7 @@ void add_line(Model& model, const Camera& camera, const std::vector<Vector3d>& p
   }
 }
 
-/// The rays of a fan's middle plane, and where they end: at the bed, or in the water.
+/// The rays of a fan's middle plane, and their ends: at the bed, or in the water at full range.
 struct Outline {
   Vector3d origin;
   std::vector<Vector3d> ends;
@@ -199,8 +199,8 @@ void add_sheet(Model& model, const Camera& camera, const Outline& outline, doubl
     if (i > 0) model.add({origin, end - 1, end}, sheet);
   }
   add_line(model, camera, {outline.origin, outline.ends.back()}, sheet_edge, 0.5 * line_px);
-  // Where it meets the bed, broken where it leaps over what lies in shadow; drawn a little nearer,
-  // so that the bed does not hide half of its width.
+  // The line where the sheet meets the bed, interrupted across shadows; drawn a little nearer to
+  // the camera, so that the bed does not hide half of its width.
   std::vector<Vector3d> foot;
   for (std::size_t i = 0; i <= outline.hits.size(); ++i) {
     const bool ends =
@@ -215,8 +215,8 @@ void add_sheet(Model& model, const Camera& camera, const Outline& outline, doubl
   }
 }
 
-/// From behind and starboard, as low as it can be while it stands above the bed, and the sonar and
-/// most of the bed under the fans can be seen.
+/// A camera behind the sonar and to starboard: the lowest one above the bed that sees the sonar and
+/// most of the bed under the fans.
 Camera choose_camera(const Intersector& tracer, const ViewSubject& subject,
                      const std::vector<Outline>& outlines, const Vector2d& size_px) {
   const Pose& pose = subject.track[subject.ping];
@@ -226,7 +226,7 @@ Camera choose_camera(const Intersector& tracer, const ViewSubject& subject,
       points.push_back(outline.ends[i]);
       if (outline.hits[i]) beds.push_back(outline.ends[i]);
     }
-  const double bearing = pose.heading_rad - 55.0 * degree;  // it looks there
+  const double bearing = pose.heading_rad - 55.0 * degree;  // of the view
   Camera camera;
   for (const double down : {22.0, 30.0, 40.0, 55.0, 75.0}) {
     const double level = std::cos(down * degree);
@@ -246,14 +246,14 @@ Camera choose_camera(const Intersector& tracer, const ViewSubject& subject,
   return camera;
 }
 
-/// 1, 2 or 5 times a power of ten, so that there are some five of them.
+/// A step of 1, 2 or 5 times a power of ten that divides `whole` into about five.
 double round_step(double whole) {
   const double power = std::pow(10.0, std::floor(std::log10(whole / 5.0)));
   const double rest = whole / 5.0 / power;
   return power * (rest < 1.5 ? 1.0 : rest < 3.5 ? 2.0 : rest < 7.5 ? 5.0 : 10.0);
 }
 
-/// Everything that is in the picture.
+/// The scene of the picture, and its colours.
 class Painter {
  public:
   Painter(const ViewSubject& subject, const Vector2d& size_px);
@@ -261,7 +261,7 @@ class Painter {
   void paint_row(std::size_t row, std::span<std::uint8_t> pixels) const;
 
  private:
-  /// A point of a face, and how it moves over the face as its pixel goes one to the right, or down.
+  /// A point on a face, and its movement on the face per pixel to the right and down.
   struct Spot {
     Vector3d point, normal, right, down;
     std::array<Vector3d, 3> corners;
@@ -304,14 +304,14 @@ Painter::Painter(const ViewSubject& subject, const Vector2d& size_px) : size_px_
   add_line(clear_, camera_, {here, places.end()}, track_ahead);
   if (below) add_line(clear_, camera_, {sonar_, sonar_ - below.t * Vector3d::UnitZ()}, plumb_line);
 
-  // Here, since what is laid over casts no shadow: it is not to the bed's scale.
+  // In the overlay, which casts no shadow, because the torpedo is not to scale.
   add_torpedo(clear_, pose, 0.1 * range_m_);
   clear_tracer_ = make_intersector("embree", clear_);
   place_light();
 }
 
-/// From the side and a little from behind the camera: the gentler the slopes, the lower, so that
-/// they show.
+/// Light from the side and a little from behind the camera: the gentler the bed's slopes, the lower
+/// the light, so that they show.
 void Painter::place_light() {
   double slopes = 0.0, area = 0.0;
   for (std::size_t f = 0; f < solid_.faces.size(); ++f) {
@@ -354,7 +354,7 @@ Painter::Spot Painter::spot(const Model& model, const Ray& ray, const Hit& hit) 
   return at;
 }
 
-/// How much of the sample an edge of its face covers; less and less as faces get as small as
+/// The share of the sample that an edge of its face covers; it fades out for faces as small as
 /// pixels.
 double Painter::edge_share(const Spot& at) const {
   double nearest_px = 1e9, smallest_px = 1e9;
@@ -371,7 +371,7 @@ double Painter::edge_share(const Spot& at) const {
          step_between(1.5, 8.0, smallest_px);
 }
 
-/// How much of the sample a ring of equal range covers.
+/// The share of the sample that a ring of equal range covers.
 double Painter::ring_share(const Spot& at) const {
   const Vector3d out = at.point - sonar_;
   const double range_m = out.norm();
@@ -380,7 +380,7 @@ double Painter::ring_share(const Spot& at) const {
   return range_m < 0.5 * ring_m_ ? 0.0 : std::clamp(1.0 - off_px, 0.0, 1.0);
 }
 
-/// Brightness by direction: 1 on a level bed.
+/// Direct light on a surface with this normal, relative to a level bed.
 double Painter::lit(const Vector3d& normal) const {
   return std::max(0.0, normal.dot(to_light_)) / to_light_.z();
 }
@@ -395,14 +395,14 @@ Array3d Painter::solid_colour(const Spot& at, Finish finish, bool in_shadow) con
   return mix(colour, edge_colour, 0.75 * edge_share(at));
 }
 
-/// Sheets and lines in front of what is solid, the nearest last.
+/// Blends sheets and lines over the solid faces.
 void Painter::lay_over(const std::vector<Ray>& rays, const std::vector<Hit>& solids,
                        std::vector<Array3d>& colours) const {
-  constexpr int most = 8;  // of layers; farther ones are hardly seen
+  constexpr int most = 8;  // layers; farther ones are hardly visible
   constexpr double beyond = 1.0 + 1e-5;
   struct Layer {
     Array3d colour = Array3d::Zero();
-    double clear = 1.0;  // what of the light behind comes through
+    double clear = 1.0;  // share of the light behind that passes
   };
   std::vector<Layer> layers(rays.size());
   std::vector<std::size_t> at(rays.size());
@@ -457,7 +457,7 @@ void Painter::paint_row(std::size_t row, std::span<std::uint8_t> pixels) const {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!hits[i]) continue;
     spots.push_back(spot(solid_, rays[i], hits[i]));
-    const double off_m = 1e-4 * hits[i].t;  // so that a face does not shadow itself
+    const double off_m = 1e-4 * hits[i].t;  // a face must not shadow itself
     to_light.push_back({spots.back().point + off_m * spots.back().normal, to_light_});
   }
   const std::vector<Hit> shadows = trace(*solid_tracer_, to_light);
@@ -488,9 +488,9 @@ void Painter::paint_row(std::size_t row, std::span<std::uint8_t> pixels) const {
 
 PingRendering shade(const ViewSubject& subject, const ViewOptions& options) {
   if (options.width_px == 0 || options.height_px == 0)
-    throw std::invalid_argument("shade: a picture without pixels");
+    throw std::invalid_argument("shade: the picture has no pixels");
   if (subject.fans.empty() || subject.ping >= subject.track.size())
-    throw std::invalid_argument("shade: no fans, or no such ping on the track");
+    throw std::invalid_argument("shade: no fans, or the ping is not on the track");
   const Painter painter(subject, Vector2d(static_cast<double>(options.width_px),
                                           static_cast<double>(options.height_px)));
   Picture picture{options.width_px, options.height_px, 3, {}};

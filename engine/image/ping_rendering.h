@@ -16,17 +16,17 @@ namespace ensonify::engine {
 /// One ping over a seafloor, all in the seafloor's local metres.
 struct ViewSubject {
   const Seafloor& seafloor;
-  const refine::ActiveMesh& mesh;  ///< of the seafloor, refined for the fans
+  const refine::ActiveMesh& mesh;  ///< the seafloor's, refined for the fans
   std::span<const RayFan> fans;
   std::span<const Pose> track;
-  std::size_t ping;  ///< among the track's
+  std::size_t ping;  ///< index into the track
 };
 
 struct ViewOptions {
   std::size_t width_px = 1600;
   std::size_t height_px = 1000;
   int threads = 1;
-  /// Told how many rows are done, from one thread at a time; what it throws ends the work.
+  /// Called with the number of finished rows, by one thread at a time; if it throws, the work ends.
   std::function<void(std::size_t done, std::size_t of)> progress;
 };
 
@@ -36,11 +36,11 @@ struct PingRendering {
 };
 
 /// A perspective picture of one ping (as fig. 5 of the paper), without vertical exaggeration: the
-/// active mesh with its edges, the exact faces and objects in colours of their own; each fan's
-/// middle plane as a sheet that ends where the bed ends it, with rings of equal range; the track;
-/// the sonar, enlarged, over a plumb line. The camera stands behind the sonar, to starboard and
-/// above, where all of the fans is in view. The same on any number of threads. Throws
-/// std::invalid_argument for a picture without pixels, no fans, or a ping that is not there, and
+/// active mesh with its edges, with separate colours for exact faces and objects; each fan's middle
+/// plane as a sheet that ends at the bed, with rings of equal range; the track; the sonar,
+/// enlarged, above a plumb line. The camera is behind the sonar, to starboard and above, and sees
+/// the whole fans. The picture does not depend on the number of threads. Throws
+/// std::invalid_argument for a picture without pixels, no fans, or a ping that does not exist, and
 /// what the tracer throws.
 PingRendering shade(const ViewSubject& subject, const ViewOptions& options);
 

@@ -9,8 +9,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// A picture of marks: what each pixel belongs to, 0 for nothing. Even numbers are bodies (twice
-/// the instance), odd ones shadows (and one more).
+/// A mark per pixel: 2 * instance for a body, 2 * instance + 1 for a shadow, 0 for neither.
 class Marks {
  public:
   explicit Marks(const Waterfall& image)
@@ -29,7 +28,7 @@ class Marks {
 
   int columns() const { return columns_; }
   int rows() const { return rows_; }
-  /// Into the layers, whose oldest ping comes first.
+  /// Index into the layers, whose first row is the oldest ping.
   std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(rows_ - 1 - row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
@@ -37,8 +36,9 @@ class Marks {
   std::uint64_t mark(int column, int row) const { return marks_[index(column, row)]; }
   bool is_new(int column, int row) const { return parts_[index(column, row)] == 0; }
 
-  /// Numbers the part around a pixel and adds it to an outline. The pixel is the part's first in
-  /// row order, so that its left upper corner lies on the outer border. Returns the part's area.
+  /// Numbers the part that contains a pixel and adds it to an outline. The pixel must be the part's
+  /// first in row order, so its upper left corner lies on the outer border. Returns the part's
+  /// area in pixels.
   std::size_t add_part(int column, int row, Outline& outline) {
     const std::uint64_t mine = mark(column, row);
     const std::uint32_t part = ++count_;
@@ -64,7 +64,7 @@ class Marks {
     return area;
   }
 
-  /// The runs of an outline's pixels, if its polygons enclose more than these.
+  /// Sets the run lengths of an outline if its polygons enclose more than its pixels (holes).
   void find_holes(std::uint64_t mine, Outline& outline) const {
     std::size_t enclosed = 0;
     for (const std::vector<Corner>& polygon : outline.polygons) enclosed += area_of(polygon);
@@ -106,9 +106,9 @@ class Marks {
     outline.high = {std::max(outline.high[0], c + 1), std::max(outline.high[1], r + 1)};
   }
 
-  /// Along the pixels' edges with the part on the right hand, from a left upper corner back to it.
-  /// Where the part meets itself in a corner it turns right, so that it keeps to pixels that share
-  /// an edge.
+  /// Walks along the pixels' edges with the part on the right, from an upper left corner back to
+  /// it. Where the part touches itself in a corner the walk turns right, so it stays on pixels that
+  /// share an edge.
   std::vector<Corner> border(int column, int row, std::uint32_t part) const {
     const auto inside = [&](int c, int r) {
       return c >= 0 && r >= 0 && c < columns_ && r < rows_ && parts_[index(c, r)] == part;
@@ -118,7 +118,7 @@ class Marks {
     std::vector<Corner> corners{start};
     do {
       at = {at[0] + way[0], at[1] + way[1]};
-      // The pixels ahead, to the left and to the right of the way.
+      // The pixels ahead, on the left (-1) and on the right (1).
       const auto ahead = [&](int side) {
         const int x2 = 2 * at[0] + way[0] - side * way[1], y2 = 2 * at[1] + way[1] + side * way[0];
         return inside((x2 - 1) / 2, (y2 - 1) / 2);
@@ -140,10 +140,10 @@ class Marks {
   std::uint32_t count_ = 0;
 };
 
-/// Sums over one object's pixels.
+/// One target while its parts are collected.
 struct Sums {
   Target target;
-  std::vector<std::size_t> body_parts, shadow_parts;  // areas, one a polygon
+  std::vector<std::size_t> body_parts, shadow_parts;  // areas, one per polygon
 };
 
 void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {
@@ -155,7 +155,7 @@ void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {
   outline.polygons = std::move(sorted);
 }
 
-/// Range, side, ping and contrast of a target whose outlines are known.
+/// Sets range, side, ping and contrast of a target that has its outlines.
 void measure(const Waterfall& image, const Marks& marks, Target& target) {
   constexpr int min_border_px = 8;
   const bool seen = target.body.area_px > 0;

@@ -9,39 +9,38 @@
 
 namespace ensonify::engine {
 
-/// A corner between pixels of the picture (display.h): columns from the left, rows from the top,
-/// which is the newest ping. Pixel (c, r) has the corners (c, r) and (c + 1, r + 1).
+/// A corner of pixels of the picture (display.h): [column from the left, row from the top]; the
+/// newest ping is on top. Pixel (c, r) has the corners (c, r) to (c + 1, r + 1).
 using Corner = std::array<int, 2>;
 
-/// Pixels of the picture that belong together.
+/// A set of pixels of the picture.
 struct Outline {
   std::size_t area_px = 0;
-  Corner low{}, high{};  ///< the box around them: pixels [low, high)
-  /// One polygon for each part that hangs together by its pixels' edges, the largest part first:
-  /// its outer border along the pixels' edges, clockwise as seen in the picture, corners alone, as
-  /// if it had no holes.
+  Corner low{}, high{};  ///< the bounding box: pixels [low, high)
+  /// One polygon per part, the largest part first; a part is connected over pixel edges. A polygon
+  /// is the part's outer border along pixel edges, clockwise in the picture, corners only, without
+  /// the part's holes.
   std::vector<std::vector<Corner>> polygons;
-  /// Where a part has holes, which the polygons cannot tell, all pixels of the picture: column by
-  /// column, each from the top, how many there are outside, inside, outside ... in turn (COCO's run
-  /// lengths). Else empty.
+  /// Only if a part has holes, which polygons cannot describe: COCO's run lengths over the whole
+  /// picture, column by column from the top: pixels outside, inside, outside, and so on.
   std::vector<std::size_t> runs;
 };
 
 /// What a picture shows of one object, or of one feature of the bed.
 struct Target {
   std::uint32_t instance = 0;
-  Outline body;            ///< where `region` is object or seabed, and `instance` this
-  Outline shadow;          ///< where `region` is shadow and `shadow_instance` this
-  double range_m = 0.0;    ///< mean slant range of its body, or without one of its shadow
-  Side side = Side::port;  ///< that most of it lies on
-  double ping = 0.0;       ///< its middle
-  /// Mean expected intensity of its body over that of the seabed near it, dB: the pixels of region
-  /// seabed without an instance in its box grown by its own size (8 pixels at least) to every side.
-  /// None without one or the other.
+  Outline body;            ///< pixels of region object or seabed with this `instance`
+  Outline shadow;          ///< pixels of region shadow with this `shadow_instance`
+  double range_m = 0.0;    ///< mean slant range of the body; without a body, of the shadow
+  Side side = Side::port;  ///< with most of its pixels
+  double ping = 0.0;       ///< mean ping of its pixels
+  /// Mean expected intensity of the body over that of the seabed near it, dB. The seabed near it:
+  /// pixels of region seabed without an instance, in the body's box grown by its own size (at least
+  /// 8 pixels) on every side. None if either is missing.
   std::optional<double> contrast_db;
 };
 
-/// Every object and feature of which a waterfall holds a pixel or a shadow's, by instance.
+/// All objects and features with a pixel, or a shadow pixel, in the waterfall, by instance.
 std::vector<Target> find_targets(const Waterfall& waterfall);
 
 }  // namespace ensonify::engine

@@ -10,7 +10,7 @@ namespace {
 constexpr Rgb white{255, 255, 255};
 constexpr Rgb no_data_colour{110, 110, 110}, water_colour{20, 60, 120},
     bed_shadow_colour{75, 40, 110}, thing_shadow_colour{170, 60, 230};
-/// Of classes, strong; of sediments, pale.
+/// Strong colours for classes, pale colours for sediments.
 constexpr std::array<Rgb, 10> class_colours{{{255, 60, 50},
                                              {255, 215, 0},
                                              {0, 225, 235},
@@ -28,7 +28,7 @@ constexpr std::array<Rgb, 6> sediment_colours{{{200, 180, 110},
                                                {110, 180, 190},
                                                {180, 130, 180}}};
 
-/// What a pixel is painted as; ordered as the legend is.
+/// How a pixel is painted, in the order of the legend.
 struct Paint {
   enum class Kind { untouched, class_name, sediment, thing_shadow, bed_shadow, water, no_data };
   Kind kind = Kind::untouched;
@@ -62,7 +62,8 @@ class Painter {
     return several_ ? Paint{sediment, layers_.sediment[i]} : Paint{};
   }
 
-  /// Which thing a pixel belongs to, its shadow apart; 0: none.
+  /// A number for the object or feature (odd) or the shadow (even) that a pixel belongs to; 0:
+  /// none.
   std::uint64_t thing(std::size_t i) const {
     if (is(i, Region::shadow)) return 2 * std::uint64_t{layers_.shadow_instance[i]};
     const bool lit = is(i, Region::seabed) || is(i, Region::object);
@@ -73,7 +74,7 @@ class Painter {
     const auto name = [&](std::span<const std::string> names) {
       return paint.number < names.size() ? names[paint.number] : std::to_string(paint.number);
     };
-    // The first class is the seabed's own as a rule, and has no colour.
+    // Class 1 is usually the seabed, which has no colour.
     switch (paint.kind) {
       case Paint::Kind::class_name:
         return {class_colours[(paint.number + class_colours.size() - 2) % class_colours.size()],
@@ -103,7 +104,7 @@ class Painter {
 
   const BinLayers& layers_;
   std::span<const std::string> classes_, materials_;
-  bool several_ = false;  // sediments of plain seabed
+  bool several_ = false;  // plain seabed has several sediments
 };
 
 }  // namespace
@@ -113,14 +114,14 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
                        std::span<const std::string> materials) {
   const std::size_t columns = waterfall.columns(), rows = waterfall.rows();
   if (picture.width != columns || picture.height != rows)
-    throw std::invalid_argument("lay_truth: the picture is not the waterfall's");
+    throw std::invalid_argument("lay_truth: the picture's size is not the waterfall's");
   const Painter painter(waterfall, classes, materials);
   const auto channels = static_cast<std::size_t>(picture.channels);
   TruthPicture truth{{columns, rows, 3, std::vector<std::uint8_t>(3 * columns * rows)}, {}};
   std::map<Paint, LegendEntry> legend;
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {
-      const std::size_t i = (rows - 1 - row) * columns + column;  // the layers' oldest comes first
+      const std::size_t i = (rows - 1 - row) * columns + column;  // layers begin with the oldest
       const std::uint8_t* from = &picture.pixels[channels * (row * columns + column)];
       std::uint8_t* to = &truth.picture.pixels[3 * (row * columns + column)];
       const Paint paint = painter.paint(i);
@@ -134,7 +135,7 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
       for (std::size_t k = 0; k < 3; ++k) {
         const int grey = from[channels == 3 ? k : 0];
         const int tint = paint.kind == Paint::Kind::untouched ? grey : legend[paint].colour[k];
-        // Tints lighten what is dark: a shadow or the water has no echo to be seen by.
+        // The tint is mixed in, not multiplied: shadows and water are dark and must show it too.
         to[k] = static_cast<std::uint8_t>(border ? (grey + 3 * tint) / 4 : (grey + tint) / 2);
       }
     }

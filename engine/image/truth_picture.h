@@ -10,28 +10,28 @@
 
 namespace ensonify::engine {
 
-/// What a colour of a truth picture stands for.
+/// The meaning of one colour of a truth picture.
 struct LegendEntry {
   Rgb colour;
   std::string name;
 };
 
-/// A picture with the truth laid over it.
+/// A picture with the truth overlaid.
 struct TruthPicture {
   Picture picture;                  ///< three channels
-  std::vector<LegendEntry> legend;  ///< of what is in it
+  std::vector<LegendEntry> legend;  ///< the colours that occur in it
 };
 
-/// The truth as tints over a waterfall's own picture (display.h), pixel for pixel: regions without
-/// an echo, shadows of things and of the bed; what has a class of its own in that class's colour;
-/// and plain seabed by its sediment, where there are several. Instances have borders of the full
-/// colour. Names as in Seafloor::classes and Seafloor::materials. Throws std::invalid_argument for
-/// a picture of another size.
+/// The truth as tints over the picture of a waterfall (display.h), pixel by pixel: regions without
+/// an echo; shadows of objects and of the bed; labelled objects and features in the colour of their
+/// class; plain seabed by its sediment if there are several. Instances have borders in the full
+/// colour. Names as in Seafloor::classes and Seafloor::materials. Throws std::invalid_argument if
+/// the picture's size is not the waterfall's.
 TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
                        std::span<const std::string> classes,
                        std::span<const std::string> materials);
 
-/// A truth picture with its legend below.
+/// A truth picture with its legend below it.
 Picture with_legend(const TruthPicture& truth);
 
 }  // namespace ensonify::engine

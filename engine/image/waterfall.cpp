@@ -11,16 +11,16 @@ Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count)
 }
 
 void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record) {
-  if (ping >= rows()) throw std::invalid_argument("Waterfall: a ping beyond the last row");
+  if (ping >= rows()) throw std::invalid_argument("Waterfall: the ping is beyond the last row");
   const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
   const std::ptrdiff_t starboard = sonar.sides == Sides::both ? bins : 0;
   for (const EchoLine& side : sides) {
     if (std::ranges::count(sides_of(sonar), side.side) == 0)
-      throw std::invalid_argument("Waterfall: an echo line of a side that the sonar has not");
+      throw std::invalid_argument("Waterfall: the sonar does not have the echo line's side");
     BinLayers::for_each([&](std::string_view, auto layer) {
       const auto& from = side.bins.*layer;
       if (std::ssize(from) != bins)
-        throw std::invalid_argument("Waterfall: an echo line whose bins are not the sonar's");
+        throw std::invalid_argument("Waterfall: the echo line's bins are not the sonar's");
       const auto row = (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(ping * columns());
       if (side.side == Side::port)
         std::reverse_copy(from.begin(), from.end(), row);

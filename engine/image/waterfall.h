@@ -9,22 +9,22 @@
 
 namespace ensonify::engine {
 
-/// What the pings file says of a ping, beside the image.
+/// One row of the pings file.
 struct PingRow {
-  Pose pose;                ///< of the vehicle
-  Pose reported;            ///< what it takes that for
-  double altitude_m = 0.0;  ///< over the bed straight below; NaN over a hole
+  Pose pose;                ///< the vehicle's true pose
+  Pose reported;            ///< the pose that its navigation reports
+  double altitude_m = 0.0;  ///< above the bed straight below; NaN over a hole
   int block = 0;
   int first_return_port = -1, first_return_starboard = -1;  ///< bins
   int starved_port = 0, starved_starboard = 0;
   Artefacts artefacts;
 };
 
-/// Stacked echo lines of one sonar: a row a ping, the oldest first; columns port far..near, then
-/// starboard near..far, of the sides it has.
+/// Stacked echo lines of one sonar: one row per ping, the oldest first; columns port far..near,
+/// then starboard near..far, of the sides that the sonar has.
 struct Waterfall {
   Sonar sonar;
-  BinLayers pixels;  ///< pings * columns() values a layer
+  BinLayers pixels;  ///< pings * columns() values per layer
   std::vector<PingRow> pings;
 
   Waterfall(const Sonar& its_sonar, std::size_t ping_count);
@@ -32,8 +32,9 @@ struct Waterfall {
   std::size_t columns() const {
     return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
   }
-  /// Puts the sides of a ping into their row, and what the record says of them from the lines.
-  /// Rows may be set from several threads at once.
+  /// Sets the row of a ping: pixels from the echo lines of its sides, the rest from `record`, of
+  /// which first returns, starved bins and artefacts are completed from the lines. Several threads
+  /// may set different rows at once.
   void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record);
 };
 

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/live/live_scene.h>
-#include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/session_keys.h>
 
 namespace ensonify::engine {
 namespace {
@@ -32,63 +29,64 @@ double number_in(const Json& value, std::string_view what, double low, double hi
 }
 
 bool truth_in(const Json& value, std::string_view what) {
-  if (!value.is_boolean()) throw std::invalid_argument(fmt::format("'{}' is true or false", what));
+  if (!value.is_boolean())
+    throw std::invalid_argument(
+        fmt::format("'{}' is {}, expected true or false", what, text_of(value)));
   return value.get<bool>();
 }
 
-SceneChange scene_change(const Json& keys, const LiveOptions& now, const Vehicle& vehicle) {
+SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicle& vehicle) {
   if (!keys.is_object() || keys.empty())
-    throw std::invalid_argument(R"('set' names no key, as {"set": {"track.altitude_m": 6}} does)");
-  SceneChange to{.overrides = now.overrides, .before = now.overrides.size(), .vehicle = vehicle};
-  std::vector<std::string> all = now.overrides;
+    throw std::invalid_argument(
+        R"('set' names no key, expected as in {"set": {"track.altitude_m": 6}})");
+  SceneChange to{.before = now, .vehicle = vehicle};
+  std::vector<KeyValue> all;
   bool display = false;
   for (const auto& [key, value] : keys.items()) {
-    const std::string line = fmt::format("{}={}", key, text_of(value));
-    all.push_back(line);
+    all.push_back({key, text_of(value)});
     const bool flies = key == altitude_key || key == speed_key;
-    if (!flies) to.overrides.push_back(line);  // the track stays where it is
+    if (!flies) to.keys.push_back(all.back());  // these two would move the track
     display = display || key.starts_with("display.");
     to.seabed = to.seabed || !(flies || key.starts_with("sonar.") || key.starts_with("display."));
   }
-  const Scene checked = read_scene(now.scene, all, now.data_folder);
+  const Scene checked = now.with(all);
   if (keys.contains(altitude_key)) to.vehicle.altitude_m = checked.track.altitude_m;
   if (keys.contains(speed_key)) to.vehicle.speed_mps = checked.track.speed_mps;
-  to.scene = as_watched(read_scene(now.scene, to.overrides, now.data_folder));
+  to.scene = as_watched(now.with(to.keys));
   if (!to.seabed)
-    for (const std::size_t i : changed_sonars(to.scene, std::span(to.overrides).subspan(to.before)))
+    for (const std::size_t i : changed_sonars(to.scene, to.keys))
       to.sonars.emplace_back(i, to.scene.sonars[i]);
   if (display) to.display = to.scene.display;
   return to;
 }
 
-AddedObject thing_of(const Json& object, const LiveOptions& now) {
+AddedObject added_object(const Json& object, const SessionScene& now) {
   if (!object.is_object() || object.empty())
-    throw std::invalid_argument(R"('add' is no object, as {"shape": "barrel", "ahead_m": 10} is)");
+    throw std::invalid_argument(
+        R"('add' is not an object, expected as in {"shape": "barrel", "ahead_m": 10})");
   double ahead_m = 10.0, starboard_m = 10.0;
-  std::string text = "version = 1\n[[objects]]\n";
+  std::vector<KeyValue> keys;
   for (const auto& [key, value] : object.items()) {
     if (key == "ahead_m")
       ahead_m = number_in(value, key, -10000, 10000);
     else if (key == "starboard_m")
       starboard_m = number_in(value, key, -10000, 10000);
     else
-      text += fmt::format("{}={}\n", key, text_of(value));
+      keys.push_back({key, text_of(value)});
   }
-  const std::filesystem::path folder = now.scene.parent_path();
-  const Scene scene =
-      parse_scene(text, "'add'", {}, {folder.empty() ? "." : folder, now.data_folder});
-  return {single_object(scene), ahead_m, starboard_m};
+  return {object_of(keys, "'add'", now.paths()), ahead_m, starboard_m};
 }
 
 }  // namespace
 
-LiveChange read_change(std::string_view text, const LiveOptions& now, const Vehicle& vehicle) {
+LiveChange read_change(std::string_view text, const SessionScene& now, const Vehicle& vehicle) {
   const Json request = Json::parse(text, nullptr, false);
   if (!request.is_object() || request.empty())
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");
   for (const auto& [key, value] : request.items())
     if (std::ranges::find(known_keys, key) == known_keys.end())
-      throw std::invalid_argument(fmt::format("nobody knows the key '{}'", key));
+      throw std::invalid_argument(
+          fmt::format("unknown key '{}', expected {}", key, fmt::join(known_keys, ", ")));
   LiveChange change;
   if (request.contains("hold")) change.hold = truth_in(request["hold"], "hold");
   if (request.contains("again")) change.again = truth_in(request["again"], "again");
@@ -97,7 +95,7 @@ LiveChange read_change(std::string_view text, const LiveOptions& now, const Vehi
     change.pings_per_s.emplace();
     if (!rate->is_null()) *change.pings_per_s = number_in(*rate, "pings_per_s", 0.0, 10000.0);
   }
-  if (request.contains("add")) change.add = thing_of(request["add"], now);
+  if (request.contains("add")) change.add = added_object(request["add"], now);
   if (request.contains("set")) change.set = scene_change(request["set"], now, vehicle);
   return change;
 }

@@ -7,45 +7,45 @@
 #include <utility>
 #include <vector>
 
-#include <ensonify/engine/live/session.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
 
 namespace ensonify::engine {
 
-/// What the vehicle is asked to fly at.
+/// The altitude and speed that the vehicle is to keep.
 struct Vehicle {
   double altitude_m = 0.0, speed_mps = 0.0;
 };
 
-/// An object to lie on the bed, as seen from the vehicle.
+/// An object to put on the bed; its position is relative to the vehicle.
 struct AddedObject {
   MovingObject object;
   double ahead_m, starboard_m;
 };
 
-/// A scene with other values.
+/// A scene with changed keys.
 struct SceneChange {
-  std::vector<std::string> overrides;  ///< all, the new ones last
-  std::size_t before = 0;              ///< how many of them there were
+  std::vector<KeyValue> keys;  ///< the changed ones, to be kept
+  SessionScene before;         ///< the session's scene without them
   Scene scene;
   Vehicle vehicle;
-  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< that are set anew, with their numbers
+  std::vector<std::pair<std::size_t, Sonar>> sonars;  ///< the changed ones, with their indices
   std::optional<Display> display;
-  bool seabed = false;  ///< whether the rest changes, too: it is to be made ready anew
+  bool seabed = false;  ///< other keys change too: the scene must be made ready again
 };
 
-/// What LiveSession::change() was asked for, found right.
+/// A valid request to LiveSession::change().
 struct LiveChange {
   std::optional<SceneChange> set;
   std::optional<bool> hold;
-  std::optional<std::optional<double>> pings_per_s;  ///< as LiveOptions has it
+  std::optional<std::optional<double>> pings_per_s;  ///< as in LiveOptions
   std::optional<AddedObject> add;
   bool clear = false, again = false;
 };
 
-/// Reads a change of a session that is as `now` says, flown as `vehicle` says. Throws as
+/// Reads a change request. `now` and `vehicle` are the session's present state. Throws as
 /// LiveSession::change().
-LiveChange read_change(std::string_view json, const LiveOptions& now, const Vehicle& vehicle);
+LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle);
 
 }  // namespace ensonify::engine

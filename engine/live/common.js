@@ -1,14 +1,14 @@
-// What the page's parts share.
+// Shared by the page's scripts.
 export const $ = id => document.getElementById(id);
 export const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 export const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 export const dark = matchMedia('(prefers-color-scheme: dark)');
 export const rgb = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
 
-// A sonar's columns to port: all before its first to starboard.
+// The number of a sonar's port columns, which come before the starboard ones.
 export const portsOf = sonar => sonar.sides === 'starboard' ? 0 : sonar.bins;
 
-// To as many pixels as it is shown with; whether it had others.
+// Sets a canvas's size to its displayed size in device pixels. Returns whether that changed it.
 export function fitCanvas(canvas) {
   const scale = devicePixelRatio || 1;
   const width = Math.max(1, Math.round(canvas.clientWidth * scale)), height = Math.max(1, Math.round(canvas.clientHeight * scale));

@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::size_t rays_shown = 28;  // a side
+constexpr std::size_t rays_shown = 28;  // per side
 
 class Writer {
  public:
@@ -46,7 +46,7 @@ class Writer {
   std::string bytes_;
 };
 
-/// Where some of a side's echoes come from, evenly over its bins.
+/// Adds the seabed points of some of the ping's echoes, evenly over the bins of each side.
 void put_ray_ends(const Waterfall& row, std::vector<Eigen::Vector3f>& ends) {
   const std::size_t columns = row.columns();
   const std::size_t step =

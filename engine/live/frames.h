@@ -14,12 +14,13 @@
 
 namespace ensonify::engine {
 
-/// What the page is sent: a row of frames, little-endian. Each begins with its kind and the bytes
-/// that follow, two uint32; setting, status and gap then hold JSON, the others what is said here.
+/// The page receives a sequence of little-endian frames. A frame begins with two uint32: its kind
+/// and the number of bytes that follow. The content of setting, status and gap is JSON; the others
+/// are described at the functions below.
 enum class FrameKind : std::uint32_t {
-  setting = 1,  ///< sonars, names, palettes: what the lines after it mean
+  setting = 1,  ///< sonars, names, palettes: needed to read the lines after it
   line = 2,     ///< one line of one sonar
-  status = 3,   ///< how it goes
+  status = 3,   ///< the session's progress
   mesh = 4,     ///< the active mesh near the sonar
   gap = 5,      ///< lines that this page has missed
   bed = 6       ///< the seafloor's heights from above, and the track
@@ -28,22 +29,23 @@ enum class FrameKind : std::uint32_t {
 Bytes json_frame(FrameKind kind, std::string_view json);
 Bytes gap_frame(std::uint64_t first, std::uint64_t count);
 
-/// A level over that of mid-brightness as it is sent: 0 for none, else 256 a decibel, 32768 for 0
-/// dB.
+/// An intensity relative to mid-brightness in a frame's units: 256 per dB, 32768 for 0 dB; 0: no
+/// echo.
 std::uint16_t level_number(float level);
 
-/// A line: uint64 its number; uint32 ping, sonar, columns, flags (bit 0: lost); float32 x, y,
-/// z (local metres), heading, pitch, roll (radians), altitude (NaN over a hole), time (s); int32
-/// first bin with an echo, port and starboard; then by column uint16 levels, uint8 brightness (as
-/// the run's picture has it, before its palette), uint8 region, uint8 class (255: that or beyond);
-/// a pad to 4 bytes; uint32 n and n places of 3 float32 that the rays of the ping ended at.
-/// `brightness` is a picture of the row in grey; `row` a waterfall of that row alone.
+/// A line: uint64 its number; uint32 ping, sonar, columns, flags (bit 0: lost); float32 x, y, z
+/// (local metres), heading, pitch, roll (radians), altitude (NaN over a hole), time (s); int32
+/// first bin with an echo, port and starboard; then arrays by column: uint16 levels, uint8
+/// brightness (as in the run's picture, before its palette), uint8 region, uint8 class (255: 255 or
+/// more); padding to 4 bytes; uint32 n and n points of 3 float32 where rays of the ping end.
+/// `row` is a waterfall with this row only, `brightness` its picture in grey.
 std::shared_ptr<LiveLine> make_line(const Waterfall& row, const Renderer& renderer,
                                     const Picture& brightness, std::uint64_t ping,
                                     std::size_t sonar, std::uint64_t number);
 
-/// Faces near a place: uint32 faces; float32 x, y, z (local metres), metres a step; then for each
-/// face nine int16 steps from there, corner by corner, and a uint16, 1 for exact faces.
+/// Faces near a point: uint32 number of faces; float32 x, y, z of the point (local metres), metres
+/// per step; nine int16 per face, its corners in steps from the point; then one uint16 per face, 1
+/// for exact faces.
 struct MeshPatch {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double step_m = 0.01;
@@ -52,8 +54,8 @@ struct MeshPatch {
 };
 Bytes mesh_frame(const MeshPatch& patch);
 
-/// Heights over an even grid: uint32 columns, rows; float32 west, south, east, north (of the outer
-/// points); the heights row by row from the south, NaN over holes; uint32 n and n places of 2
+/// Heights on a regular grid: uint32 columns, rows; float32 west, south, east, north (of the outer
+/// points); float32 heights row by row from the south, NaN over holes; uint32 n and n points of 2
 /// float32 along the track.
 struct BedMap {
   std::size_t columns = 0, rows = 0;

@@ -12,7 +12,7 @@ constexpr std::size_t max_bytes_at_once = 256 * 1024;
 }  // namespace
 
 void LineRing::push(std::shared_ptr<LiveLine> line) {
-  std::vector<std::shared_ptr<const LiveLine>> old;  // freed without the lock
+  std::vector<std::shared_ptr<const LiveLine>> old;  // freed after the lock is released
   {
     const std::lock_guard held(lock_);
     next_ = line->number + 1;
@@ -89,7 +89,7 @@ std::vector<Bytes> LineReader::next(std::chrono::milliseconds wait) {
     frames.push_back(gap_frame(next_, ring_.next_ - 1 - next_));
     next_ = ring_.next_ - 1;
   }
-  next_ = std::max(next_, first);  // at the beginning nothing is missed
+  next_ = std::max(next_, first);  // a new reader has missed nothing
   for (std::size_t bytes = 0; next_ < ring_.next_ && bytes < max_bytes_at_once; ++next_) {
     const LiveLine& line = *ring_.lines_[next_ - first];
     if (line.setting != setting_) frames.push_back(setting_ = line.setting);

@@ -13,10 +13,10 @@
 
 namespace ensonify::engine {
 
-/// Bytes that all pages share, a whole frame (frames.h).
+/// The bytes of one frame (frames.h), shared by all pages.
 using Bytes = std::shared_ptr<const std::string>;
 
-/// What is known of one bin, for who points at it.
+/// The truth of one bin, shown when a user points at it.
 struct BinTruth {
   float x_m = 0.0f, y_m = 0.0f, z_m = 0.0f;  ///< local metres
   float grazing_rad = 0.0f;
@@ -24,36 +24,36 @@ struct BinTruth {
   std::uint8_t region = 0;
 };
 
-/// One line of one sonar as it is published: nothing in it changes any more.
+/// One published line of one sonar, which does not change any more.
 struct LiveLine {
-  std::uint64_t number = 0;  ///< counts from 0, all sonars' lines
-  Bytes setting;             ///< the setting frame that it was made under
+  std::uint64_t number = 0;  ///< counts the lines of all sonars from 0
+  Bytes setting;             ///< the setting frame that was valid when it was made
   Bytes frame;
   float bin_m = 0.0f;
   std::vector<BinTruth> truth;                                         ///< by column
-  std::shared_ptr<const std::vector<std::string>> classes, materials;  ///< what its numbers mean
+  std::shared_ptr<const std::vector<std::string>> classes, materials;  ///< names of its numbers
   std::chrono::steady_clock::time_point published{};
 
   std::size_t bytes() const { return frame->size() + truth.size() * sizeof(BinTruth); }
 };
 
-/// What is sent beside the lines, of which only the newest counts.
+/// Kinds of frames of which a page needs only the newest one.
 enum class LatestFrame { bed, mesh, status };
 inline constexpr std::size_t news_kinds = 3;
 
-/// The newest lines, of which the oldest fall off where they take more memory than they may. One
-/// thread writes and never waits for a reader; any number read, each at its own pace.
+/// The newest lines; the oldest are dropped when they exceed the memory limit. One thread writes
+/// and never waits for a reader; any number of threads read, each at its own pace.
 class LineRing {
  public:
   explicit LineRing(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// The line of the next number. Gives it its time.
+  /// Publishes the next line and sets its time.
   void push(std::shared_ptr<LiveLine> line);
   void post(LatestFrame kind, Bytes frame);
-  void close();  ///< readers wait no more
+  void close();  ///< ends the waiting of all readers
   bool closed() const;
 
-  /// The line of that number; none if it is not there (any more).
+  /// The line with this number; null if it does not exist or was dropped.
   std::shared_ptr<const LiveLine> line(std::uint64_t number) const;
   std::uint64_t next_number() const;
 
@@ -68,16 +68,17 @@ class LineRing {
   bool closed_ = false;
 };
 
-/// One page's way through a ring: first all that is there, then what comes. Whoever has once been
-/// up to date and falls behind by more than so much time, or out of the ring, goes on with the
-/// newest line, and is told how many are missing.
+/// Reads a ring for one page: first all lines in the ring, then new ones. A reader that was once up
+/// to date and then falls behind by more than max_behind, or out of the ring, continues with the
+/// newest line, after a gap frame with the number of missed lines.
 class LineReader {
  public:
   static constexpr std::chrono::seconds max_behind{3};
 
   LineReader(LineRing& ring, bool with_mesh) : ring_(ring), with_mesh_(with_mesh) {}
 
-  /// The next frames, once there are some; nothing after that time, or when the ring is closed.
+  /// The next frames; waits for them at most `wait`. Empty after that time or if the ring is
+  /// closed.
   std::vector<Bytes> next(std::chrono::milliseconds wait);
 
  private:

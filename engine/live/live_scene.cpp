@@ -9,8 +9,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t map_points = 220;     // the longer side of the map
-constexpr std::size_t track_points = 1500;  // of the track on it
+constexpr std::size_t map_points = 220;     // along the longer side of the map
+constexpr std::size_t track_points = 1500;  // on the map, approximately
 
 Bytes from_above(const Simulator& simulator, std::span<const Pose> poses) {
   const refine::Bounds bounds = simulator.seafloor().bounds();
@@ -21,7 +21,7 @@ Bytes from_above(const Simulator& simulator, std::span<const Pose> poses) {
   map.rows = static_cast<std::size_t>(std::max(2.0f, std::round(size.y() / step) + 1));
   for (std::size_t row = 0; row < map.rows; ++row)
     for (std::size_t column = 0; column < map.columns; ++column) {
-      // A little inwards, so that the outermost points lie on the bed.
+      // Slightly inwards, so that the outermost points lie on the bed.
       const auto along = [](std::size_t i, std::size_t of) {
         return 0.001 + 0.998 * static_cast<double>(i) / static_cast<double>(of - 1);
       };
@@ -70,7 +70,7 @@ Pose LiveScene::pose_at(double along) const {
 }
 
 Scene as_watched(Scene scene) {
-  // A tree that stands costs a ping least; what is drawn has a mesh of its own.
+  // With a static tree a ping costs least; the drawn mesh is separate (mesh_preview.h).
   if (scene.run.surface == "auto") scene.run.surface = "static";
   return scene;
 }

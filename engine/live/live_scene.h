@@ -7,8 +7,7 @@
 
 namespace ensonify::engine {
 
-/// A scene made ready to be watched, and its frame of the seabed from above. A changed seabed
-/// replaces it.
+/// A scene made ready for the live view, with its bed frame. A change of the seabed replaces it.
 struct LiveScene {
   Scene scene;
   Simulator simulator;
@@ -17,13 +16,13 @@ struct LiveScene {
 
   LiveScene(const Scene& of, const Preparation& how);
 
-  /// Between pings; a tenth of a second where the track has one ping or no time.
+  /// The time between pings; 0.1 s if the track has one ping or no times.
   double interval_s() const;
-  /// Between two pings of the track, or at one of them exactly.
+  /// The pose at ping number `along` of the track; between two pings it is interpolated.
   Pose pose_at(double along) const;
 };
 
-/// A scene with the surface that is chosen to watch it, where it leaves that open.
+/// The scene with `run.surface` chosen for watching, if it is "auto".
 Scene as_watched(Scene scene);
 
 }  // namespace ensonify::engine

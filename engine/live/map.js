@@ -1,4 +1,4 @@
-// The seabed from above, and the echoes on it.
+// The map: the seabed from above, with the echoes on it.
 import {$, clamp, css, dark, fitCanvas, portsOf} from './common.js';
 
 export const map = {dirty: true};
@@ -49,7 +49,7 @@ function shadeBed() {
   map.shade = canvas;
 }
 
-// A line's echoes where they lie, on a level bed.
+// Draws a line's echoes at their positions, as if the bed were level.
 export function onMap(row, colours) {
   if (!map.pixels || row.gap || row.lost) return;
   const sonar = row.setting.sonars[row.sonar], ports = portsOf(sonar), height = row.altitude > 0 ? row.altitude : 0;
@@ -69,7 +69,7 @@ export function onMap(row, colours) {
   }
 }
 
-// With the vehicle where the row was made; only if it is new, or there is something else to show.
+// Draws the map with the vehicle at the row's position, unless neither the row nor the map is new.
 export function drawMap(row, isNew) {
   const canvas = $('map');
   if (!map.heights || !(map.dirty || isNew)) return;

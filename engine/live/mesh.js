@@ -1,4 +1,4 @@
-// The active mesh in three dimensions, with the sonar over it.
+// The active mesh in three dimensions, with the sonar above it.
 import {$, clamp, css, dark, fitCanvas, rgb} from './common.js';
 
 export const scene = {gl: null, faces: 0, turn: 0.8, lift: 0.55, far: 1, dirty: true};
@@ -104,7 +104,8 @@ function look(eye, target, aspect, near, far) {
   return product([f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, 2 * far * near / (near - far), 0], turn);
 }
 
-// About the sonar where the row was made, with the rows before it; only if it is new, or there is something else to show.
+// Draws the mesh around the sonar at the row's position, with the track of earlier rows, unless
+// neither the row nor the mesh is new. `counts` is the status frame's `mesh`.
 export function drawMesh(row, rows, isNew, counts) {
   const {gl} = scene;
   if (!gl) return;
@@ -112,7 +113,7 @@ export function drawMesh(row, rows, isNew, counts) {
   if (!scene.dirty && !isNew) return;
   scene.dirty = false;
   const canvas = $('mesh'), range = row.setting.sonars[row.sonar].range_m, height = row.altitude > 0 ? row.altitude : 5;
-  // All about the sonar; it looks along its track, from behind, to starboard and above.
+  // The origin is the sonar. The camera looks along the track from behind, to starboard and above.
   const round = row.heading + Math.PI + scene.turn * -1, away = scene.far * 1.75 * range;
   const eye = [Math.sin(round) * Math.cos(scene.lift) * away, Math.cos(round) * Math.cos(scene.lift) * away, Math.sin(scene.lift) * away - height];
   const camera = look(eye, [0, 0, -height], canvas.width / canvas.height, 0.02 * away, 4 * away);
@@ -155,7 +156,7 @@ export function drawMesh(row, rows, isNew, counts) {
     const a = rows[i - 1], b = rows[i];
     if (!a.gap && !b.gap) stroke([a.x - row.x, a.y - row.y, a.z - row.z], [b.x - row.x, b.y - row.y, b.z - row.z], 1, 1);
   }
-  // The sonar, a towfish drawn large, over its plumb line.
+  // The sonar, drawn as an enlarged towfish above a plumb line.
   const size = 0.05 * range, ahead = [Math.sin(row.heading), Math.cos(row.heading)], side = [ahead[1], -ahead[0]];
   const hull = (f, s, u) => [size * (f * ahead[0] + s * side[0]), size * (f * ahead[1] + s * side[1]), size * u];
   for (let k = 0; k < 12; ++k) {

@@ -8,7 +8,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t max_faces = 80'000;
-constexpr double steps = 32000.0;  // from the middle to where an int16 ends
+constexpr double steps = 32000.0;  // from the middle to the patch's edge; fits an int16
 
 }  // namespace
 
@@ -40,8 +40,8 @@ MeshPatch MeshPreview::look(std::span<const refine::FanVolume> volumes, double w
       if (leaves != exact || !fits) continue;
       const Eigen::Array3f low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
       const Eigen::Array3f high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
-      if (low.max(-high).max(0.0f).head<2>().matrix().norm() > within_m)
-        continue;  // the box around
+      // The horizontal distance of the face's bounding box from the apex.
+      if (low.max(-high).max(0.0f).head<2>().matrix().norm() > within_m) continue;
       for (const Eigen::Vector3f& corner : corners)
         for (int k = 0; k < 3; ++k)
           patch.corners.push_back(static_cast<std::int16_t>(std::lround(corner[k] / patch.step_m)));

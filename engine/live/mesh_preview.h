@@ -10,21 +10,21 @@
 
 namespace ensonify::engine {
 
-/// What the last refinement for a view did, and what there is after it.
+/// The operations of the last refinement, and the faces after it.
 struct MeshCounts {
   std::size_t splits = 0, collapses = 0;
   std::size_t active_faces = 0, exact_faces = 0;
 };
 
-/// An active mesh of its own for the eye, refined for the pings that are shown.
+/// A separate active mesh for display, refined for the pings that are shown.
 class MeshPreview {
  public:
-  /// Analyses the seafloor unless it has been. The seafloor must outlive it. Throws as
-  /// make_progressive_mesh().
+  /// Makes the progressive mesh if the seafloor has none. The seafloor must outlive this object.
+  /// Throws as make_progressive_mesh().
   explicit MeshPreview(const Seafloor& seafloor);
 
-  /// Refines for a ping's fans, and gives the faces within so far of their apex over ground, not
-  /// all of the exact ones where there are too many.
+  /// Refines for a ping's fans and returns the faces within this horizontal distance of the fans'
+  /// apex; at most 80,000, the coarse ones first.
   MeshPatch look(std::span<const refine::FanVolume> volumes, double within_m);
   const MeshCounts& counts() const { return counts_; }
 

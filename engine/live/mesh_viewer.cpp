@@ -53,7 +53,7 @@ void MeshViewer::work() {
         view.reset();
         shown = wanted.world;
         view = std::make_unique<MeshPreview>(shown->simulator.seafloor());
-        continue;  // what was wanted then is past
+        continue;  // that took long: the volumes are out of date
       }
       if (!view) continue;
       double range_m = 0.0;

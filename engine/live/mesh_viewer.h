@@ -14,18 +14,19 @@
 
 namespace ensonify::engine {
 
-/// The thread that refines a mesh for those who look, and posts it. It takes a quarter of a core at
-/// most.
+/// A thread that refines a mesh for the pages and posts it to the ring. It uses at most a quarter
+/// of a core.
 class MeshViewer {
  public:
-  /// Both are used from its thread; `trouble` is told why a mesh cannot be shown.
+  /// Both are used on the new thread; `trouble` is called with the reason if a mesh cannot be
+  /// shown.
   MeshViewer(LineRing& ring, std::function<void(const std::string& what)> trouble);
-  ~MeshViewer();  ///< ends it
+  ~MeshViewer();  ///< ends the thread
 
-  /// Shows what these see, unless something newer is asked for first.
+  /// Shows what these volumes see, unless a newer call replaces this one first.
   void show(std::shared_ptr<const LiveScene> world, std::vector<refine::FanVolume> volumes);
 
-  /// Of what was posted last; none: nothing was.
+  /// The counts of the mesh posted last; none before the first one.
   std::optional<MeshCounts> counts() const;
 
  private:

@@ -5,7 +5,7 @@
 
 namespace ensonify::engine {
 
-/// A file of the page as it lies beside this one, put into the program when it is built.
+/// A file of the page, from this folder, embedded into the program when it is built.
 struct PageFile {
   std::string_view path;  ///< "/page.css"
   std::string_view content;

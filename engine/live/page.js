@@ -1,4 +1,4 @@
-// The page of `ensonify live`: reads the frames that engine/live/frames.h describes, draws, and asks for changes.
+// The page of `ensonify live`: reads and draws the frames of engine/live/frames.h, requests changes.
 import {$, clamp, css, dark, fitCanvas, portsOf, rgb} from './common.js';
 import {drawMap, map, onMap, takeBed} from './map.js';
 import {drawMesh, scene, startMesh, takeMesh} from './mesh.js';
@@ -7,26 +7,26 @@ const token = document.querySelector('meta[name=token]').content;
 const ask = {headers: {'X-Ensonify-Token': token}};
 const fixed = (x, digits) => Number.isFinite(x) ? x.toFixed(digits) : '–';
 const mostRows = 6000, stripRows = 2048;
-// Written pixel by pixel: a canvas on the graphics card would have to be sent there again and again.
+// Canvases that are written pixel by pixel stay in memory, not on the graphics card.
 const inMemory = {alpha: false, willReadFrequently: true};
 const regions = ['no data', 'water column', 'seabed', 'object', 'shadow'];
 
 let setting = null, settingNumber = 0, status = null;
 let lastLine = -1, linesSeen = 0, missed = 0;
-const rows = new Map();  // by sonar: the rows there are, the oldest first
-let newestRow = null, newLine = false;  // since the side panels were drawn
+const rows = new Map();  // by sonar: its rows, the oldest first
+let newestRow = null, newLine = false;  // newLine: since the side panels were drawn
 const of = sonar => rows.get(sonar) ?? rows.set(sonar, {first: 0, list: []}).get(sonar);
 
-// ---- what comes in ----
+// ---- receiving frames ----
 
 async function listen() {
   for (;;) {
     try {
       const answer = await fetch('/lines?mesh=1', ask);
-      if (answer.status === 403) return say('this session has ended: load the page again');
+      if (answer.status === 403) return showState('this session has ended: load the page again');
       if (answer.ok) await take(answer.body.getReader());
-    } catch { /* the program has gone; it may come again */ }
-    say('no connection; trying again');
+    } catch { /* the program has ended; it may be started again */ }
+    showState('no connection; trying again');
     await new Promise(wake => setTimeout(wake, 1000));
   }
 }
@@ -69,7 +69,7 @@ function frame(kind, bytes) {
 function takeLine(bytes) {
   const view = new DataView(bytes);
   const number = Number(view.getBigUint64(0, true));
-  if (number <= lastLine) return;  // after a new connection they come again
+  if (number <= lastLine) return;  // a new connection repeats lines
   lastLine = number;
   ++linesSeen;
   const word = i => view.getUint32(i, true), real = i => view.getFloat32(i, true);
@@ -151,11 +151,11 @@ function put(input, value) {
 let troubleNumber = 0;
 function takeStatus(json) {
   status = json;
-  const doing = json.preparing ? 'making another seabed ready' : json.finished ? 'the track is done' : json.hold ? 'held' : 'pinging';
+  const doing = json.preparing ? 'preparing another seabed' : json.finished ? 'track done' : json.hold ? 'on hold' : 'pinging';
   const strong = document.createElement('b');
   strong.textContent = doing;
   $('state').replaceChildren(strong, ` · ping ${Math.min(Math.round(json.along), json.of)} of ${json.of}` + (missed ? ` · ${missed} lines missed` : ''));
-  $('hold').textContent = json.hold ? 'Go on' : 'Hold';
+  $('hold').textContent = json.hold ? 'Continue' : 'Hold';
   if (json.rate !== null && ![...$('pace').options].some(o => o.value === String(json.rate)))
     $('pace').append(new Option(`${json.rate} pings/s`, json.rate));
   put($('pace'), json.rate ?? '');
@@ -168,7 +168,7 @@ function takeStatus(json) {
   const mesh = json.mesh ?? {};
   const count = x => x === undefined ? '–' : x.toLocaleString('en');
   list($('statistics'), [
-    ['pings/s', fixed(json.pings_per_s, 1)], ['wanted', fixed(json.wanted_pings_per_s, 1)],
+    ['pings/s', fixed(json.pings_per_s, 1)], ['target', fixed(json.wanted_pings_per_s, 1)],
     ['faces', count(setting?.faces)], ['active', count(mesh.active_faces)], ['exact', count(mesh.exact_faces)],
     ['splits', count(mesh.splits)], ['collapses', count(mesh.collapses)], ['pages', json.pages]]);
   const stages = Object.entries(json.stages_ms), sum = stages.reduce((a, [, ms]) => a + ms, 0);
@@ -180,7 +180,7 @@ function takeStatus(json) {
       part.textContent = ms > 0.16 * sum ? `${name} ${ms.toFixed(1)} ms` : '';
       return part;
     }));
-    $('stages').title = `${sum.toFixed(2)} ms a ping`;
+    $('stages').title = `${sum.toFixed(2)} ms per ping`;
   }
 }
 
@@ -202,7 +202,7 @@ function list(dl, pairs) {
   }));
 }
 
-const say = text => { $('state').textContent = text; };
+const showState = text => { $('state').textContent = text; };
 const trouble = text => { $('trouble').textContent = text; };
 
 // ---- the waterfall ----
@@ -234,7 +234,7 @@ const picture = {
     const width = columnsNow();
     if (this.bins?.length !== width) this.bins = new Uint32Array(width);
   },
-  // Rows are made as wide as they are shown, so that to show them is to copy them.
+  // Rows are made with the displayed width, so that drawing them is only a copy.
   lay(width, layout) {
     if (this.layout !== layout) {
       this.layout = layout;
@@ -255,7 +255,7 @@ const columnsNow = () => {
 };
 
 function tint(colour, id, region) {
-  // Shadows and the water are darkened towards blue, what has a class is drawn towards a colour of its own.
+  // Mixes in a tint: for the water, for shadows, and for classes and objects.
   let r = colour & 255, g = colour >> 8 & 255, b = colour >> 16 & 255, to = null;
   if (region === 1) to = [18, 60, 110];
   else if (region === 4) to = [150, 60, 220];
@@ -269,7 +269,8 @@ function tint(colour, id, region) {
 const hues = [[240, 60, 50], [255, 214, 10], [0, 214, 226], [90, 220, 60], [255, 130, 20], [60, 130, 255], [230, 80, 190], [200, 230, 120]];
 const hue = id => hues[id % hues.length];
 
-// A row's column for a column of the picture: of another setting, or even over the ground. -1: none.
+// The row's column for a column of the picture; they differ if the row has another setting or the
+// picture is in ground range. -1: none.
 function sourceOf(row, column) {
   const now = setting.sonars[picture.sonar], then = row.setting.sonars[picture.sonar];
   const ports = portsOf(now);
@@ -322,7 +323,7 @@ function makeRow(row, index, {across, left, margin}) {
   picture.made[index % stripRows] = index + '/' + picture.version;
 }
 
-// Device pixels a column and a row; the column at the left edge.
+// Device pixels per column and per row, the column at the left edge, the margin in device pixels.
 function scales() {
   const canvas = $('picture'), fit = canvas.width / columnsNow();
   const across = picture.zoom > 0 ? picture.zoom : fit;
@@ -364,7 +365,7 @@ function drawPicture() {
   marks.dirty = true;
 }
 
-// ---- what is drawn over it: ranges, the cursor, the measure ----
+// ---- drawn over the waterfall: ranges, the cursor, the measurement ----
 
 const marks = {dirty: true, cursor: null, measure: null, measuring: false};
 
@@ -467,11 +468,11 @@ async function readCursor() {
   do {
     askAgain = false;
     const place = marks.cursor && placeAt(marks.cursor.x, marks.cursor.y);
-    if (!place) { list($('readout'), [['', 'Point at the picture for what lies there. Drag to scroll back, Ctrl and wheel to zoom.']]); continue; }
+    if (!place) { list($('readout'), [['', 'Point at the picture to see the truth there. Drag to scroll back; Ctrl and wheel to zoom.']]); continue; }
     const {side, slant, over} = rangesOf(place);
     const known = [['ping', place.row.ping], ['side', side], ['slant', `${slant.toFixed(2)} m`], ['ground', `${fixed(over, 2)} m`], ['altitude', `${fixed(place.row.altitude, 2)} m`]];
     let truth = null;
-    try { truth = await truthOf(place); } catch { /* it has gone */ }
+    try { truth = await truthOf(place); } catch { /* the program has ended */ }
     if (truth) {
       known.push(['region', truth.region]);
       if (truth.x_m !== undefined)
@@ -630,7 +631,7 @@ function pause(yes) {
   if (!yes) { picture.scroll = 0; picture.dirty = true; }
 }
 
-// ---- what is asked of the session ----
+// ---- requests to the session ----
 
 async function send(wish) {
   trouble('');
@@ -670,10 +671,10 @@ function bindControls() {
   });
 }
 
-// ---- all of it ----
+// ---- the drawing loop ----
 
-// The picture comes first: the side panels take their turns, and no more than a third of the time. What the graphics
-// card (or what stands for it) is still doing shows in how late the next frame comes.
+// The waterfall has priority: the side panels alternate and take at most a third of the time. The
+// time that the graphics card (or its software substitute) still needs delays the next frame.
 let sideDue = 0, turn = 0, sideBegun = 0;
 function draw(now) {
   requestAnimationFrame(draw);
@@ -703,6 +704,6 @@ readCursor();
 requestAnimationFrame(draw);
 listen();
 
-// For the browser's console, and for who drives this page.
+// For the browser's console and for tests.
 window.live = {picture, map, scene, rows, send, get status() { return status; }, get setting() { return setting; },
   get lines() { return linesSeen; }, get missed() { return missed; }, get newest() { return newestRow; }};

@@ -23,7 +23,7 @@
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/triangle_mesh.h>
 
-#include <httplib.h>  // last: resolv.h, which it takes in, makes a macro of a name that Eigen has
+#include <httplib.h>  // last: it includes resolv.h, which defines a macro with a name of Eigen's
 
 #endif
 
@@ -31,7 +31,7 @@ namespace ensonify::engine {
 
 bool is_loopback(const std::string& address) {
   if (address == "localhost" || address == "::1") return true;
-  // 127. and three numbers: nothing that a name server could be asked for.
+  // "127." and three numbers, so that it cannot be a name that a name server resolves.
   if (!address.starts_with("127.") || address.size() > 15) return false;
   int dots = 0, digits = 0;
   for (const char c : address) {
@@ -55,17 +55,17 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t max_request_bytes = 32 * 1024;  // line and headers; a body has its own limit
+constexpr std::size_t max_request_bytes = 32 * 1024;  // request line and headers, without the body
 constexpr std::size_t max_body_bytes = 16 * 1024;
 constexpr auto longest_request = 5s;
 constexpr auto longest_standstill = 10s;      // of a page that does not read
-constexpr auto slice = 100ms;                 // after which is looked whether the server ends
-constexpr int max_unsent_bytes = 512 * 1024;  // a page
+constexpr auto slice = 100ms;                 // between checks whether the server ends
+constexpr int max_unsent_bytes = 512 * 1024;  // per page
 constexpr int max_readers = 32;
-constexpr std::size_t max_connections = 64;  // at work at once; the others wait
+constexpr std::size_t max_connections = 64;  // served at once; the others wait
 constexpr std::string_view token_mark = "%TOKEN%";
 
-/// A socket that gives up on who sends too much, too slowly, or does not read.
+/// A socket that closes if the client sends too much or too slowly, or does not read.
 class GuardedStream final : public httplib::Stream {
  public:
   GuardedStream(socket_t socket, const std::atomic<bool>& stopping)
@@ -125,12 +125,10 @@ class GuardedStream final : public httplib::Stream {
   std::size_t at_ = 0, read_ = 0;
 };
 
-/// One request a connection, through such a stream.
+/// Serves one request per connection, through a GuardedStream.
 class GuardedServer final : public httplib::Server {
  public:
   explicit GuardedServer(const std::atomic<bool>& stopping) : stopping_(stopping) {}
-  /// Where it listens, which httplib tells only of a port of its choice.
-  using httplib::Server::svr_sock_;
 
  private:
   bool process_and_close_socket(socket_t socket) override {
@@ -138,7 +136,7 @@ class GuardedServer final : public httplib::Server {
     bool closed = false;
     const bool done = process_request(stream, true, closed, nullptr);
     ::shutdown(socket, SHUT_WR);
-    // What is still on its way would make the kernel drop the answer.
+    // Unread data would make the kernel drop the answer, so it is read first.
     std::array<char, 4096> rest;
     const Clock::time_point until = Clock::now() + 200ms;
     pollfd poll_for{socket, POLLIN, 0};
@@ -160,7 +158,7 @@ std::string random_token() {
   return token;
 }
 
-/// In the same time wherever they differ.
+/// Compares in constant time, so that the time does not reveal the token.
 bool same(const std::string& a, const std::string& b) {
   if (a.size() != b.size()) return false;
   unsigned char differs = 0;
@@ -174,7 +172,7 @@ bool is_number(std::string_view text) {
          std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Digits and what holds them together: no name that somebody could make point here.
+/// Whether a host is a numeric address. A name could be made to resolve to this machine.
 bool is_numeric_host(std::string_view host) {
   return host.find_first_not_of("0123456789abcdefABCDEF.:[]") == std::string_view::npos &&
          host.find_first_of(".:") != std::string_view::npos &&
@@ -197,8 +195,8 @@ struct LiveServer::Inner {
       : session(its_session), options(its_options), server(stopping) {
     if (!options.remote && !is_loopback(options.bind))
       throw std::invalid_argument(
-          fmt::format("--bind {}: others could reach this address, and nothing but the page's own "
-                      "token keeps them out; take 127.0.0.1, or say --remote",
+          fmt::format("--bind {}: other machines could reach this address, and only the page's "
+                      "token keeps them out; use 127.0.0.1, or allow it with --remote",
                       options.bind));
     server.new_task_queue = [] { return new httplib::ThreadPool(max_connections); };
     server.set_payload_max_length(max_body_bytes);
@@ -206,7 +204,7 @@ struct LiveServer::Inner {
     server.set_socket_options([](socket_t socket) {
       const int yes = 1;
       ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-      // Those that are accepted inherit it: what waits in the kernel is old by the time it is read.
+      // Accepted sockets inherit this limit: lines that wait longer in the kernel are out of date.
       ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &max_unsent_bytes, sizeof max_unsent_bytes);
     });
     server.set_default_headers(
@@ -246,7 +244,8 @@ struct LiveServer::Inner {
       port = server.bind_to_port(options.bind, options.port) ? options.port : -1;
     if (port < 0)
       throw std::runtime_error(
-          fmt::format("{} port {}: cannot listen there; another program may, take another --port",
+          fmt::format("{} port {}: cannot listen there, another program may use it; choose another "
+                      "--port",
                       options.bind, options.port));
     listener = std::thread([this] { server.listen_after_bind(); });
     while (!server.is_running()) std::this_thread::sleep_for(1ms);
@@ -270,14 +269,14 @@ struct LiveServer::Inner {
       const std::string site = request.get_header_value("Sec-Fetch-Site");
       if (site != "same-origin" && site != "none") return 403;
     }
-    const bool tells = request.path == "/lines" || request.path == "/truth";
+    const bool data = request.path == "/lines" || request.path == "/truth";
     const bool gets =
-        tells || std::ranges::find(page_files(), request.path, served_at) != page_files().end();
+        data || std::ranges::find(page_files(), request.path, served_at) != page_files().end();
     if (!gets && request.path != "/change") return 404;
     if (request.method != (gets ? "GET" : "POST")) return 405;
     if (request.method == "POST" && request.get_header_value_count("Origin") != 1) return 403;
-    if ((tells || !gets) && (request.get_header_value_count("X-Ensonify-Token") != 1 ||
-                             !same(request.get_header_value("X-Ensonify-Token"), token)))
+    if ((data || !gets) && (request.get_header_value_count("X-Ensonify-Token") != 1 ||
+                            !same(request.get_header_value("X-Ensonify-Token"), token)))
       return 403;
     return 0;
   }
@@ -295,7 +294,7 @@ struct LiveServer::Inner {
     if (++readers > max_readers) {
       --readers;
       response.status = 503;
-      response.set_content("there are as many pages as this server has room for\n", "text/plain");
+      response.set_content("too many pages are open; close one\n", "text/plain");
       return;
     }
     struct Page {
@@ -390,7 +389,7 @@ bool has_live_server() { return false; }
 
 LiveServer::LiveServer(LiveSession&, const ServerOptions&) {
   throw std::runtime_error(
-      "this build has no live view: install cpp-httplib (libcpp-httplib-dev) and build anew");
+      "this build has no live view: install cpp-httplib (libcpp-httplib-dev) and build again");
 }
 LiveServer::~LiveServer() = default;
 int LiveServer::port() const { return 0; }

@@ -21,7 +21,8 @@
 #include <ensonify/engine/live/live_scene.h>
 #include <ensonify/engine/live/mesh_viewer.h>
 #include <ensonify/engine/live/setting.h>
-#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/session_keys.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
 namespace ensonify::engine {
@@ -30,9 +31,8 @@ namespace {
 using namespace std::chrono_literals;
 using Json = nlohmann::ordered_json;
 
-constexpr double climb_mps = 1.0;  // at which another altitude is taken
-// Over the bed and below the surface, when it was changed.
-constexpr double min_clearance_m = 0.5;
+constexpr double climb_mps = 1.0;        // vertical speed of an altitude change
+constexpr double min_clearance_m = 0.5;  // above the bed and below the surface, off the track
 constexpr auto between_views = 300ms;
 constexpr auto between_status = 400ms;
 
@@ -40,7 +40,7 @@ std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// What the pages asked for, until the pinging thread takes it.
+/// Changes that pages requested and the pinging thread has not yet applied.
 struct PendingChanges {
   std::vector<std::pair<std::size_t, Sonar>> sonars;
   std::optional<Display> display;
@@ -53,9 +53,11 @@ struct PendingChanges {
 
 struct LiveSession::Inner {
   explicit Inner(LiveOptions its_options)
-      : options(std::move(its_options)), ring(options.ring_bytes), rate(options.pings_per_s) {
-    const Scene scene =
-        as_watched(read_scene(options.scene, options.overrides, options.data_folder));
+      : options(std::move(its_options)),
+        ring(options.ring_bytes),
+        source(SessionScene::of_file(options.scene, options.overrides, options.data_folder)),
+        rate(options.pings_per_s) {
+    const Scene scene = as_watched(source.with());
     const auto progress = options.progress;
     world = std::make_shared<LiveScene>(scene, Preparation{.progress =
                                                                [&](std::string_view stage) {
@@ -76,11 +78,11 @@ struct LiveSession::Inner {
     try {
       Clock::time_point due = Clock::now();
       while (!stopping) {
-        take_wishes();
+        apply_pending();
         if (held || along >= static_cast<double>(world->track.count())) {
           finished = along >= static_cast<double>(world->track.count());
           report_status(true);
-          std::unique_lock lock(wishes_lock);
+          std::unique_lock lock(pending_lock);
           woken.wait_for(lock, between_status, [&] { return bool(stopping) || changed; });
           changed = false;
           due = Clock::now();
@@ -91,29 +93,29 @@ struct LiveSession::Inner {
         report_status(false);
         const double wanted = wanted_rate();
         if (wanted <= 0.0) continue;
-        // On time again after a slow ping, but never in a hurry.
+        // After a slow ping it catches up, but by at most 50 ms.
         due = std::max(due + std::chrono::duration_cast<Clock::duration>(
                                  std::chrono::duration<double>(1.0 / wanted)),
                        Clock::now() - 50ms);
-        std::unique_lock lock(wishes_lock);
+        std::unique_lock lock(pending_lock);
         woken.wait_until(lock, due, [&] { return bool(stopping); });
       }
     } catch (...) {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       fault = std::current_exception();
       ring.close();
     }
   }
 
   double wanted_rate() {
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     return rate.value_or(1.0 / world->interval_s());
   }
 
   void ping() {
     Vehicle wanted;
     {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       wanted = vehicle;
     }
     const double per_ping = wanted.speed_mps / world->scene.track.speed_mps;
@@ -123,7 +125,7 @@ struct LiveSession::Inner {
     try {
       publish(hear(per_ping));
       out_of_water = false;
-    } catch (const std::invalid_argument& error) {  // a sonar was mounted where there is no water
+    } catch (const std::invalid_argument& error) {  // a sonar is mounted out of the water
       if (!std::exchange(out_of_water, true)) report_trouble(error.what());
     }
     along += per_ping;
@@ -139,7 +141,7 @@ struct LiveSession::Inner {
         on_track && climbed_m == 0.0 && along == static_cast<double>(nth) && nth == pings;
     if (as_planned) {
       const std::size_t block = world->track.block_of(nth);
-      if (nth == 0 || block != world->track.block_of(nth - 1)) simulator.reset();
+      if (nth == 0 || block != world->track.block_of(nth - 1)) SimulatorInternals::reset(simulator);
       return world->track.hear(simulator, nth);
     }
     on_track = false;
@@ -153,7 +155,7 @@ struct LiveSession::Inner {
     return {.record = {.pose = pose,
                        .reported = pose,
                        .altitude_m = simulator.altitude_m(pose.position)},
-            .lines = simulator.ping(pose, pings)};
+            .lines = simulator.ping_numbered(pose, pings)};
   }
 
   void publish(const TrackPings::RecordedPing& heard) {
@@ -173,19 +175,19 @@ struct LiveSession::Inner {
     }
     if (mesh_pages > 0 && Clock::now() >= view_due) {
       std::vector<refine::FanVolume> volumes;
-      for (const RayFan& fan : world->simulator.aim(heard.record.pose))
+      for (const RayFan& fan : SimulatorInternals::aim(world->simulator, heard.record.pose))
         volumes.push_back(view_volume(fan));
       viewer->show(world, std::move(volumes));
       view_due = Clock::now() + between_views;
     }
   }
 
-  void take_wishes() {
+  void apply_pending() {
     PendingChanges taken;
     std::vector<Sonar> as_set;
     {
-      const std::lock_guard lock(wishes_lock);
-      std::swap(taken, wishes);
+      const std::lock_guard lock(pending_lock);
+      std::swap(taken, pending);
       if (taken.world) as_set = current.sonars;
       changed = false;
     }
@@ -198,7 +200,7 @@ struct LiveSession::Inner {
       if (!at_begin) on_track = false;
       things.clear();
       last_stages = {};
-      // They may have been changed while it was made ready.
+      // The sonars may have changed while the new scene was made ready.
       for (std::size_t i = 0; i < as_set.size(); ++i) set_sonar(i, as_set[i]);
       ring.post(LatestFrame::bed, world->bed);
       new_setting = true;
@@ -213,7 +215,7 @@ struct LiveSession::Inner {
         world->simulator.remove(instance);
     for (AddedObject& thing : taken.things) {
       put(thing);
-      new_setting = true;  // classes and materials may be more
+      new_setting = true;  // it may add classes and materials
     }
     if (taken.again) {
       along = 0.0;
@@ -240,7 +242,7 @@ struct LiveSession::Inner {
                       pose.position.y() + cosine * thing.ahead_m - sine * thing.starboard_m, 0.0};
     const double depth_m = world->simulator.altitude_m(place.position);
     if (!std::isfinite(depth_m)) {
-      report_trouble("there is no seafloor where that object was to lie");
+      report_trouble("the object cannot be added: there is no seafloor at its position");
       return;
     }
     place.position.z() = -depth_m;
@@ -270,10 +272,10 @@ struct LiveSession::Inner {
     const double since_s = seconds_since(status_reported);
     if (now - status_reported < between_status) return;
     status_reported = now;
-    const StageTimes& all = world->simulator.times();
+    const StageTimes& all = SimulatorInternals::times(world->simulator);
     const double per_ping = pings_since > 0 ? 1000.0 / static_cast<double>(pings_since) : 0.0;
     const std::optional<MeshCounts> mesh = viewer->counts();
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     const double wanted = rate.value_or(1.0 / world->interval_s());
     Json json{{"along", along},
               {"of", world->track.count()},
@@ -303,40 +305,40 @@ struct LiveSession::Inner {
     ring.post(LatestFrame::status, json_frame(FrameKind::status, text_of(json)));
   }
 
-  // ---- whoever asks ----
+  // ---- any thread ----
 
   void report_trouble(const std::string& what) {
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     trouble = what;
     ++trouble_number;
   }
 
   void change(std::string_view json) {
     const std::lock_guard one_at_a_time(change_lock);
-    LiveOptions now;
+    std::optional<SessionScene> now;
     Vehicle flown;
     {
-      const std::lock_guard lock(wishes_lock);
-      now = options;
+      const std::lock_guard lock(pending_lock);
+      now = source;
       flown = vehicle;
     }
-    LiveChange asked = read_change(json, now, flown);
+    LiveChange asked = read_change(json, *now, flown);
     const bool seabed = asked.set && asked.set->seabed;
     if (seabed) claim_maker();
     {
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       if (asked.set) {
-        options.overrides = asked.set->overrides;
+        source.keep(asked.set->keys);
         current = asked.set->scene;
         vehicle = asked.set->vehicle;
-        for (auto& sonar : asked.set->sonars) wishes.sonars.push_back(std::move(sonar));
-        if (asked.set->display) wishes.display = asked.set->display;
+        for (auto& sonar : asked.set->sonars) pending.sonars.push_back(std::move(sonar));
+        if (asked.set->display) pending.display = asked.set->display;
       }
       if (asked.hold) held = *asked.hold;
       if (asked.pings_per_s) rate = *asked.pings_per_s;
-      if (asked.add) wishes.things.push_back(std::move(*asked.add));
-      wishes.clear = wishes.clear || asked.clear;
-      wishes.again = wishes.again || asked.again;
+      if (asked.add) pending.things.push_back(std::move(*asked.add));
+      pending.clear = pending.clear || asked.clear;
+      pending.again = pending.again || asked.again;
       changed = true;
       woken.notify_all();
     }
@@ -344,13 +346,13 @@ struct LiveSession::Inner {
   }
 
   void claim_maker() {
-    const std::lock_guard lock(wishes_lock);
+    const std::lock_guard lock(pending_lock);
     if (preparing)
-      throw std::invalid_argument("another seabed is being made ready; try again when it is there");
+      throw std::invalid_argument("another seabed is being made ready; try again after that");
     preparing = true;
   }
 
-  /// In the background, while the old one goes on.
+  /// Makes a changed scene ready in the background, while the old one continues.
   void make_world(const SceneChange& set) {
     if (maker.joinable()) maker.join();
     maker = std::thread([this, set] {
@@ -367,29 +369,27 @@ struct LiveSession::Inner {
       } catch (const std::exception& error) {
         report_trouble(error.what());
       }
-      const std::lock_guard lock(wishes_lock);
+      const std::lock_guard lock(pending_lock);
       preparing = false;
       if (made) {
-        wishes.world = std::move(made);
+        pending.world = std::move(made);
         changed = true;
         woken.notify_all();
-      } else {  // what cannot be made is not asked for again
-        std::erase_if(options.overrides, [&](const std::string& line) {
-          return std::find(set.overrides.begin() + std::ptrdiff_t(set.before), set.overrides.end(),
-                           line) != set.overrides.end();
-        });
+      } else {  // later changes must not repeat values that failed
+        source.take_back(set.keys, set.before);
       }
     });
   }
 
-  LiveOptions options;  // its overrides as they were changed: under wishes_lock
+  LiveOptions options;
   LineRing ring;
+  SessionScene source;  // with all changes so far: under pending_lock
   Scene current;
 
-  std::mutex change_lock;  // taken first
-  std::mutex wishes_lock;
+  std::mutex change_lock;  // locked before pending_lock
+  std::mutex pending_lock;
   std::condition_variable woken;
-  PendingChanges wishes;
+  PendingChanges pending;
   std::optional<double> rate;
   Vehicle vehicle;
   bool changed = false, preparing = false;
@@ -399,7 +399,7 @@ struct LiveSession::Inner {
   std::atomic<bool> held = false, stopping = false;
   std::atomic<int> pages = 0, mesh_pages = 0;
 
-  // the pinging thread's
+  // Used by the pinging thread only.
   std::shared_ptr<LiveScene> world;
   Display display;
   std::vector<Renderer> renderers;
@@ -413,7 +413,7 @@ struct LiveSession::Inner {
   StageTimes last_stages;
   Clock::time_point status_reported{}, view_due{};
 
-  std::optional<MeshViewer> viewer;  // while there are threads
+  std::optional<MeshViewer> viewer;  // from start() to stop()
   std::thread pinger, maker;
 };
 
@@ -429,7 +429,7 @@ void LiveSession::start() {
 
 void LiveSession::stop() {
   {
-    const std::lock_guard lock(inner_->wishes_lock);
+    const std::lock_guard lock(inner_->pending_lock);
     inner_->stopping = true;
   }
   inner_->woken.notify_all();
@@ -440,7 +440,7 @@ void LiveSession::stop() {
 }
 
 std::exception_ptr LiveSession::fault() const {
-  const std::lock_guard lock(inner_->wishes_lock);
+  const std::lock_guard lock(inner_->pending_lock);
   return inner_->fault;
 }
 
@@ -449,8 +449,7 @@ void LiveSession::change(std::string_view json) { inner_->change(json); }
 
 std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
   const auto line = inner_->ring.line(number);
-  if (!line || column >= line->truth.size())
-    throw std::out_of_range("that line is not kept any more");
+  if (!line || column >= line->truth.size()) throw std::out_of_range("this line is no longer kept");
   const BinTruth& bin = line->truth[column];
   const auto name = [](const auto& names, std::size_t i) {
     return i > 0 && i < names.size() ? Json(names[i]) : Json();

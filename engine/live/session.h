@@ -16,51 +16,51 @@
 
 namespace ensonify::engine {
 
-/// A scene and how it is to be shown.
+/// A scene and how to show it.
 struct LiveOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;  ///< as in read_scene()
   std::filesystem::path data_folder;
-  std::optional<double> pings_per_s;  ///< 0: as fast as they come; unset: the scene's own
-  bool hold = false;                  ///< until somebody says go
+  std::optional<double> pings_per_s;  ///< 0: as fast as possible; unset: the scene's rate
+  bool hold = false;                  ///< do not ping until a page ends the hold
   MemoryLimit memory = {};            ///< as in Preparation
-  std::size_t ring_bytes = std::size_t{192} << 20;  ///< for the lines that pages can go back to
-  /// Told what is being made ready; what it throws ends that.
+  std::size_t ring_bytes = std::size_t{192} << 20;  ///< for lines that pages can scroll back to
+  /// Called with the stage of the preparation; if it throws, the preparation ends.
   std::function<void(std::string_view stage)> progress;
 };
 
-/// A scene that pings along its track while others watch, its sonar, vehicle and seabed changed as
-/// it goes. One thread pings, one refines a mesh of its own for the view when somebody looks; they
-/// write what they have into a ring and wait for nobody. Nothing is written to a disk.
+/// A scene that pings along its track while pages watch and change its sonars, vehicle and seabed.
+/// One thread pings, another refines a separate mesh while a page shows it; both write to a ring
+/// and never wait for a reader. Nothing is written to disk.
 ///
-/// While nothing is changed its lines are those of a run of the scene, to the last bit.
+/// Until something is changed, its lines are bit by bit those of a run of the scene.
 class LiveSession {
  public:
   /// Makes the scene ready. Throws SceneError, refine::MeshError, std::invalid_argument.
   explicit LiveSession(LiveOptions options);
-  ~LiveSession();  ///< stops
+  ~LiveSession();  ///< calls stop()
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
 
-  void start();  ///< pings from now on, on threads of its own
+  void start();  ///< begins to ping, on its own threads
   void stop();   ///< closes the ring and ends the threads
-  /// What ended the pings, if anything did.
+  /// The exception that ended the pings, if any.
   std::exception_ptr fault() const;
 
   LineRing& ring();
 
-  /// Changes what a JSON object says: "set": {"a scene's key": value, ...}; "hold": whether it
-  /// stands still; "pings_per_s": 0 for as fast as they come, null for the scene's own; "again":
-  /// true, back to the track's beginning; "add": an object's keys, with "ahead_m" and "starboard_m"
-  /// from the vehicle; "clear": true, takes those out. Throws std::invalid_argument and SceneError,
-  /// before anything is changed.
+  /// Makes the changes of a JSON object. "set": {"a scene's key": value, ...}; "hold": true stops
+  /// the vehicle, false lets it continue; "pings_per_s": 0 for as fast as possible, null for the
+  /// scene's rate; "again": true returns to the track's beginning; "add": an object's keys, with
+  /// "ahead_m" and "starboard_m" relative to the vehicle; "clear": true removes added objects.
+  /// Throws std::invalid_argument or SceneError before anything is changed.
   void change(std::string_view json);
 
-  /// What is known of a column of a line, as JSON. Throws std::out_of_range where there is none
-  /// (any more).
+  /// The truth of a line's column, as JSON. Throws std::out_of_range if the line has no such column
+  /// or is no longer kept.
   std::string truth(std::uint64_t line, std::size_t column) const;
 
-  /// A page that shows the mesh, as long as it lives.
+  /// Counts an open page during its life; `mesh`: it shows the mesh.
   class Watch {
    public:
     explicit Watch(LiveSession& session, bool mesh);

@@ -46,7 +46,7 @@ Json to_json(const Sonar& sonar) {
 Display line_display(Display display) {
   display.beam_normalisation = display.flat_field = false;
   if (display.mapping == Mapping::equalised) display.mapping = Mapping::gamma;
-  display.palette = Palette::grey;  // the page has the palettes
+  display.palette = Palette::grey;  // the page applies the palette
   return display;
 }
 

@@ -8,11 +8,12 @@
 
 namespace ensonify::engine {
 
-/// What a line by itself can show of a scene's display.
+/// The scene's display without what needs more than one line (normalisations, equalisation), in
+/// grey.
 Display line_display(Display display);
 
-/// The frame that says what the lines after it mean: sonars, names, palettes, the display and the
-/// seabed.
+/// The frame that describes the lines after it: sonars, names, palettes, the display and the
+/// seabed. `name` is the scene's.
 Bytes setting_frame(const LiveScene& world, const Display& display, const std::string& name);
 
 }  // namespace ensonify::engine

@@ -19,7 +19,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// OpenEXR leaves a truncated file on a full disk; in memory it cannot.
+/// OpenEXR would leave a truncated file on a full disk, so it writes to memory.
 class MemoryStream final : public Imf::OStream {
  public:
   MemoryStream() : Imf::OStream("memory") {}
@@ -61,14 +61,14 @@ Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
 
 std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin) {
   if (waterfall.rows() == 0 || waterfall.columns() == 0)
-    throw std::invalid_argument("encode_exr: a waterfall without pixels");
+    throw std::invalid_argument("encode_exr: the waterfall has no pixels");
   Imf::Header header = make_header(waterfall, origin);
   Imf::FrameBuffer frame;
   BinLayers::for_each([&](std::string_view name, auto layer) {
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
-    // A frame buffer serves readers too, hence not const; an output file only reads it.
+    // FrameBuffer is also used for reading, so it takes non-const data; OutputFile only reads it.
     char* data = reinterpret_cast<char*>(const_cast<Value*>(values.data()));
     header.channels().insert(std::string(name), Imf::Channel(type));
     frame.insert(std::string(name),

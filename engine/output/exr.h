@@ -9,8 +9,8 @@
 namespace ensonify::engine {
 
 /// All layers of a waterfall as one OpenEXR image: FLOAT and UINT channels named as the layers,
-/// losslessly compressed, with the attributes of image_attributes. The same bytes at any thread
-/// count. Throws std::invalid_argument for a waterfall without pixels.
+/// compressed without loss, with the attributes of image_attributes(). The bytes do not depend on
+/// the number of threads. Throws std::invalid_argument if the waterfall has no pixels.
 std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin);
 
 }  // namespace ensonify::engine

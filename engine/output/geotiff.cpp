@@ -18,7 +18,7 @@ namespace ensonify::engine {
 
 std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::string& reference) {
   [[maybe_unused]] static const bool registered = (GDALRegister_GTiff(), true);
-  // GDAL's files in memory share one folder; this name is ours as long as the field is there.
+  // GDAL's memory files share one folder; the field's address makes this name unique.
   const std::string name = fmt::format("/vsimem/ensonify-{}.tif", fmt::ptr(&field));
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   const CPLConfigOptionSetter no_sidecars("GDAL_PAM_ENABLED", "NO", false);
@@ -29,7 +29,7 @@ std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::strin
     grid.reset();
     VSIUnlink(name.c_str());
     throw std::runtime_error(
-        fmt::format("cannot make a GeoTIFF of {} x {} cells ({}); is there memory for it?",
+        fmt::format("cannot make a GeoTIFF of {} x {} cells ({}); is there enough memory?",
                     field.columns, field.rows, CPLGetLastErrorMsg()));
   };
   check(grid != nullptr);
@@ -64,7 +64,7 @@ std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::strin
   grid.reset();
   vsi_l_offset size = 0;
   const std::unique_ptr<GByte, void (*)(void*)> bytes(
-      VSIGetMemFileBuffer(name.c_str(), &size, /* take it over: */ TRUE), VSIFree);
+      VSIGetMemFileBuffer(name.c_str(), &size, /* take ownership: */ TRUE), VSIFree);
   check(bytes != nullptr);
   const auto all = std::as_bytes(std::span(bytes.get(), static_cast<std::size_t>(size)));
   return {all.begin(), all.end()};

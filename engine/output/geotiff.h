@@ -8,10 +8,10 @@
 
 namespace ensonify::engine {
 
-/// A heightfield as a GeoTIFF from which read_survey makes the same: float heights in the survey's
-/// coordinates (with its world origin) at the pixels' centres, north up, holes as NaN NODATA, the
-/// coordinate reference system of that world as WKT (empty: none). Throws std::runtime_error if
-/// there is not enough memory, or if GeoTIFF cannot hold the reference system.
+/// A heightfield as a GeoTIFF that read_survey() reads back unchanged: float heights in world
+/// coordinates at the pixels' centres, north up, holes as NaN NODATA. `reference` is the world's
+/// coordinate reference system as WKT (empty: none). Throws std::runtime_error if memory is too
+/// small or a GeoTIFF cannot hold the reference system.
 std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::string& reference = {});
 
 }  // namespace ensonify::engine

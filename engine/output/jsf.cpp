@@ -17,14 +17,15 @@ T rounded(double value) {
   return static_cast<T>(std::llround(value));
 }
 
-/// Place, attitude, speed and time; offsets are those of the 240 B after the message's header.
+/// Position, attitude, speed and time. Offsets count from the end of the message header, within
+/// the sonar header of 240 B.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = message_header;
-  // Valid: place, speed, heading, pitch and roll, altitude, depth, sound speed; and the place is
-  // the sonar's own at the time of the ping ("interpolated"), not the ship's last.
+  // Validity bits: position, speed, heading, pitch and roll, altitude, depth, sound speed. The
+  // position is the sonar's own at the time of the ping ("interpolated"), not the ship's last fix.
   const bool over_bed = ping.altitude_m > 0.0;
   bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x622D | (over_bed ? 0x40 : 0)));
-  constexpr double units = 60.0 * 1e4 / degree;  // 1e-4 arc minutes a radian
+  constexpr double units = 60.0 * 1e4 / degree;  // units of 1e-4 arc minutes per radian
   bytes.put<std::int32_t>(h + 80, rounded<std::int32_t>(ping.place.longitude_rad * units));
   bytes.put<std::int32_t>(h + 84, rounded<std::int32_t>(ping.place.latitude_rad * units));
   bytes.put<std::int16_t>(h + 88, 2);
@@ -47,7 +48,7 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   bytes.put<std::int16_t>(h + 166, 3);  // time basis: UTC
   bytes.put<std::uint32_t>(h + 200, static_cast<std::uint32_t>(time.ms_of_day));
 
-  // The fix of the place, of the same time.
+  // The position fix has the same time.
   at = h + 186;
   for (const int value : {time.hour, time.minute, time.second}) {
     bytes.put<std::int16_t>(at, static_cast<std::int16_t>(value));
@@ -55,19 +56,19 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   }
   bytes.put<std::int16_t>(h + 196, static_cast<std::int16_t>(time.day_of_year));
   bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
-  // Speed: tenths of a knot, and the hundredths in separate bits.
+  // Speed: tenths of a knot in one field, the hundredths in another.
   constexpr double knot_mps = 1852.0 / 3600.0;
   const int hundredths_kn = rounded<int>(ping.speed_mps / knot_mps * 100.0);
   bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));
   bytes.put<std::uint16_t>(h + 20, static_cast<std::uint16_t>(hundredths_kn % 10));
 }
 
-/// 20 is a low frequency, 21 a high one, 22 a very high one; 40 is no sidescan sonar.
+/// JSF's numbers: 20 low frequency, 21 high, 22 very high; from 40 on it is not a sidescan sonar.
 std::uint8_t subsystem(int frequency_rank) {
   return static_cast<std::uint8_t>(20 + std::min(frequency_rank, 19));
 }
 
-/// Sixteen bits where they belong, four more in u16@16.
+/// Bits 16 to 19 of a value whose lower 16 bits have their own field; they share u16@16.
 std::uint16_t more_bits(std::uint32_t value, int shift) {
   return static_cast<std::uint16_t>((value >> 16 & 0xfu) << shift);
 }
@@ -86,7 +87,7 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
 
   put_navigation(bytes, ping);
   bytes.put<std::uint32_t>(h + 8, static_cast<std::uint32_t>(ping.number));
-  bytes.put<std::int16_t>(h + 28, 1);  // always
+  bytes.put<std::int16_t>(h + 28, 1);  // always 1
   bytes.put<std::int16_t>(h + 34, 0);  // envelope
   constexpr double ten_hz = 10.0;
   const auto low = rounded<std::uint32_t>(
@@ -106,8 +107,8 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
       h + 140, static_cast<std::uint16_t>(rounded<std::uint64_t>(1.0 / interval_s)));
   bytes.put<float>(h + 148, static_cast<float>(recording.sound_speed_mps));
   bytes.put<float>(h + 152, static_cast<float>(recording.frequency_hz));
-  bytes.put<std::int16_t>(h + 168, 0);   // samples stand for themselves
-  bytes.put<std::uint16_t>(h + 220, 1);  // the ping's first packet
+  bytes.put<std::int16_t>(h + 168, 0);   // weighting factor
+  bytes.put<std::uint16_t>(h + 220, 1);  // first packet of the ping
 
   const std::span<const std::uint16_t> samples = recording.side(ping.number, side);
   std::vector<std::uint16_t> near_to_far(samples.begin(), samples.end());

@@ -7,10 +7,10 @@
 
 namespace ensonify::engine {
 
-/// A recording as EdgeTech JSF (EdgeTech, description of the JSF file format, 990-0000048):
-/// message 80, a sonar's envelope, for each side of each ping that it has, near to far on both
-/// sides, as integers of weighting factor 0. The place is marked as the sonar's own ("position
-/// interpolated"). Sonars of a scene have subsystems 20, 21, ... from the lowest frequency on.
+/// A recording as EdgeTech JSF (EdgeTech, description of the JSF file format, 990-0000048): one
+/// message 80 (envelope data) per ping and side, near to far on both sides, as integers with
+/// weighting factor 0. The position is marked as the sonar's own ("position interpolated"). The
+/// sonars of a scene are subsystems 20, 21, ... in order of rising frequency.
 std::vector<std::byte> encode_jsf(const Recording& recording);
 
 }  // namespace ensonify::engine

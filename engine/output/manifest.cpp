@@ -95,7 +95,7 @@ std::string manifest_json(const Manifest& manifest) {
       {"files", files},
   };
   if (!manifest.verification.empty()) json["verification"] = manifest.verification;
-  // A byte that is no UTF-8 becomes U+FFFD; the hash is of the scene as it was.
+  // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -10,21 +10,21 @@
 
 namespace ensonify::engine {
 
-/// A file of a run's folder. The hash is XXH3 with 128 bits, as `xxhsum -H2` prints it.
+/// A file in a run's folder. The hash is XXH3 with 128 bits, as `xxhsum -H2` prints it.
 struct FileRecord {
   std::string name;
   std::uint64_t size_bytes = 0;
   std::string xxh128;
 };
 
-/// The content of a run's manifest.json; it does not depend on when or where the run was made.
+/// The content of a run's manifest.json. It does not depend on when or where the run was made.
 struct Manifest {
-  std::string scene_toml;  ///< every key, defaults filled in; reads back to the same scene
+  std::string scene_toml;  ///< all keys, defaults included; reads back as the same scene
   std::uint64_t seed = 0;
   std::string surface, intersector, code_path;
-  std::vector<std::string> classes, materials;        ///< by their numbers in the layers
+  std::vector<std::string> classes, materials;        ///< index = number in the layers
   std::map<std::string, std::uint64_t> counts;        ///< pings, rays, hits, starved bins, …
-  std::map<std::string, std::uint64_t> verification;  ///< of the pings verified; empty: none were
+  std::map<std::string, std::uint64_t> verification;  ///< of the verified pings; empty: left out
   std::vector<std::string> warnings;
   std::vector<FileRecord> files;
 };
@@ -32,15 +32,15 @@ struct Manifest {
 /// The hash of bytes, 32 hexadecimal digits.
 std::string xxh128(std::span<const std::byte> bytes);
 std::string xxh128(std::string_view text);
-/// The hash of a file's content, or of no bytes if it cannot be read.
+/// The hash of a file's content; of an empty content if the file cannot be read.
 std::string xxh128_of_file(const std::filesystem::path& file);
 
-/// Versions of the libraries that can change a byte of a result or of its file, as JSON.
+/// Versions of the libraries that can affect the bytes of a result, as JSON.
 std::string library_versions();
-/// This program's version, such as "1.2.3".
+/// This program's version, as "1.2.3".
 std::string_view program_version();
 
-/// The manifest as JSON, program and library versions added.
+/// The manifest as JSON, with the versions of the program and its libraries.
 std::string manifest_json(const Manifest& manifest);
 
 }  // namespace ensonify::engine

@@ -32,7 +32,8 @@ std::vector<Mask> encode_masks(const Waterfall& waterfall, std::span<const std::
   const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
   const auto number = [](std::uint32_t label) {
     if (label >= ignored_class)
-      throw std::invalid_argument("encode_masks: a label above 254, which 8 bits do not hold");
+      throw std::invalid_argument(
+          "encode_masks: a class or sediment above 254 does not fit 8 bits");
     return static_cast<std::uint16_t>(label);
   };
   std::vector<std::uint16_t> classes(rows * columns), sediments(classes), instances(classes),

@@ -15,14 +15,14 @@ namespace ensonify::engine {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
-              "NumPy's '<' types are copied as they are");
+              "values are copied unchanged into NumPy's little-endian types");
 
 void append(std::vector<std::byte>& bytes, std::span<const std::byte> more) {
   bytes.insert(bytes.end(), more.begin(), more.end());
 }
 
-/// NPY version 1.0: magic, length, a Python dictionary padded so that the data begin at a multiple
-/// of 64.
+/// NPY version 1.0: magic, header length, a Python dictionary padded so that the data begin at a
+/// multiple of 64 bytes.
 std::vector<std::byte> npy(std::string_view type, std::string_view shape,
                            std::span<const std::byte> data) {
   std::string header =
@@ -41,13 +41,13 @@ std::vector<std::byte> npy(std::string_view type, std::string_view shape,
   return bytes;
 }
 
-/// A ZIP archive in memory with nothing of time or owner in it.
+/// A ZIP archive in memory, without times or owners.
 class Zip {
  public:
   Zip() : archive_(archive_write_new(), archive_write_free) {
     if (!archive_) throw std::bad_alloc();
     check(archive_write_set_format_zip(archive_.get()));
-    // Speckle hardly shrinks: level 6 takes three times as long for a fiftieth less.
+    // Speckle hardly compresses: level 6 takes three times as long and saves 2 %.
     check(archive_write_set_options(archive_.get(),
                                     "zip:compression=deflate,zip:compression-level=1"));
     check(archive_write_set_bytes_per_block(archive_.get(), 0));
@@ -79,7 +79,7 @@ class Zip {
       append(*static_cast<std::vector<std::byte>*>(bytes),
              {static_cast<const std::byte*>(data), size});
       return static_cast<la_ssize_t>(size);
-    } catch (const std::bad_alloc&) {  // must not pass through C
+    } catch (const std::bad_alloc&) {  // an exception must not pass through C code
       return -1;
     }
   }
@@ -92,7 +92,7 @@ class Zip {
         fmt::format("cannot make a NumPy archive: {}", reason ? reason : "no memory left"));
   }
 
-  std::vector<std::byte> bytes_;  // before archive_, which may still write when it goes
+  std::vector<std::byte> bytes_;  // before archive_, whose destructor may still write
   std::unique_ptr<archive, decltype(&archive_write_free)> archive_;
 };
 
@@ -111,7 +111,7 @@ std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin&
   nlohmann::ordered_json attributes;
   for (const auto& [name, value] : image_attributes(waterfall, origin))
     std::visit([&, &key = name](const auto& v) { attributes[key] = v; }, value);
-  // In ASCII, so that a NumPy string (UTF-32) is one number a character.
+  // ASCII, so that one byte becomes one character of a NumPy string (UTF-32).
   const std::string text =
       attributes.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
   const std::u32string characters(text.begin(), text.end());

@@ -10,7 +10,7 @@
 namespace ensonify::engine {
 
 /// All layers of a waterfall as a NumPy archive: float32 and uint32 arrays of shape (pings,
-/// columns), named as the layers, and `attributes`, the image_attributes as a JSON string.
+/// columns), named as the layers, and `attributes`, image_attributes() as a JSON string.
 std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin& origin);
 
 /// A NumPy array file of float64, shape (rows, columns), C order. Throws std::invalid_argument

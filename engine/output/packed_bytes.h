@@ -12,15 +12,14 @@
 
 namespace ensonify::engine {
 
-static_assert(std::endian::native == std::endian::little,
-              "numbers are copied in the machine's byte order");
+static_assert(std::endian::native == std::endian::little, "values are copied unchanged");
 
-/// Bytes of a little-endian packed format, set by offset; the others are 0.
+/// Writes a packed little-endian format by offset. Bytes that are not written are 0.
 class PackedBytes {
  public:
   explicit PackedBytes(std::vector<std::byte>& bytes) : bytes_(bytes) {}
 
-  /// Begins a header or packet of that many bytes; offsets are relative to it.
+  /// Begins a header or packet of `size` bytes; offsets count from its start.
   void begin(std::size_t size) {
     start_ = bytes_.size();
     bytes_.resize(start_ + size);
@@ -29,7 +28,7 @@ class PackedBytes {
   void put(std::size_t offset, T value) {
     std::memcpy(bytes_.data() + start_ + offset, &value, sizeof value);
   }
-  /// Cut so that the field ends with a zero, where C programs stop to read.
+  /// Writes a text, cut so that the field of `width` bytes ends with a zero byte for C programs.
   void text(std::size_t offset, std::size_t width, std::string_view value) {
     std::memcpy(bytes_.data() + start_ + offset, value.data(), std::min(value.size(), width - 1));
   }
@@ -42,7 +41,7 @@ class PackedBytes {
   std::size_t start_ = 0;
 };
 
-/// Date and time, UTC.
+/// A time as a calendar date and time of day, UTC.
 struct CalendarTime {
   int year = 1970, month = 1, day = 1, day_of_year = 1, hour = 0, minute = 0, second = 0, ms = 0;
   std::int64_t ms_of_day = 0;

@@ -11,7 +11,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// libpng's own, with the room it writes into.
+/// libpng's structures, and what it writes.
 struct Writer {
   png_structp png = nullptr;
   png_infop info = nullptr;
@@ -31,12 +31,12 @@ void append(png_structp png, png_bytep data, png_size_t size) {
   try {
     const auto* bytes = reinterpret_cast<const std::byte*>(data);
     writer.bytes.insert(writer.bytes.end(), bytes, bytes + size);
-  } catch (const std::bad_alloc&) {  // must not pass through C
+  } catch (const std::bad_alloc&) {  // an exception must not pass through C code
     writer.full = true;
   }
 }
 
-/// False for an error; nothing here has a destructor, since libpng jumps.
+/// Returns false on an error. No local may have a destructor here: libpng leaves by longjmp.
 bool write(Writer& writer, const Picture& picture) {
   if (setjmp(png_jmpbuf(writer.png))) return false;
   png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(picture.width),
@@ -59,7 +59,7 @@ std::vector<std::byte> encode_png(const Picture& picture) {
       picture.pixels.size() != picture.width * picture.height *
                                    static_cast<std::size_t>(picture.channels) *
                                    static_cast<std::size_t>(picture.bits / 8))
-    throw std::invalid_argument("encode_png: the number of pixels does not fit the picture's size");
+    throw std::invalid_argument("encode_png: the pixels do not fit the picture's size");
   Writer writer;
   writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
   if (writer.png) writer.info = png_create_info_struct(writer.png);
@@ -72,7 +72,7 @@ std::vector<std::byte> encode_png(const Picture& picture) {
 
 std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels) {
   if (pixels.empty() || width == 0 || pixels.size() % width != 0)
-    throw std::invalid_argument("encode_png16: pixels that do not fit the width");
+    throw std::invalid_argument("encode_png16: the pixels do not fit the width");
   Picture picture{width, pixels.size() / width, 1, {}, 16};
   picture.pixels.reserve(2 * pixels.size());
   for (const std::uint16_t pixel : pixels) {

@@ -9,11 +9,11 @@
 
 namespace ensonify::engine {
 
-/// A grey or RGB PNG of 8 or 16 bits, independent of when or where it is made. Throws
-/// std::invalid_argument for a picture without pixels, or if they do not fit its size.
+/// A grey or RGB PNG with 8 or 16 bits per channel, without time or host. Throws
+/// std::invalid_argument if the picture is empty or its pixels do not fit its size.
 std::vector<std::byte> encode_png(const Picture& picture);
 
-/// Numbers row by row from the top as a grey PNG of 16 bits. Throws as above.
+/// Numbers, row by row from the top, as a grey PNG with 16 bits. Throws as encode_png().
 std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels);
 
 }  // namespace ensonify::engine

@@ -18,10 +18,10 @@ constexpr double pi = std::numbers::pi;
 // In the open North Sea, away from real surveys.
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01
-constexpr double counts_from_1970_s = 1e8;         // a track does not take three years
-constexpr int max_bits = 15;                       // some readers take signed numbers
+constexpr double counts_from_1970_s = 1e8;         // three years: no track is as long
+constexpr int max_bits = 15;                       // some readers use signed 16-bit numbers
 
-/// The recorder's samples, of more bits than readers take without the last of them.
+/// The recorder's samples, without the lowest bits beyond max_bits.
 std::vector<std::uint16_t> recorded_samples(const Waterfall& waterfall) {
   const int too_many_bits = std::max(0, waterfall.sonar.receiver.bits - max_bits);
   std::vector<std::uint16_t> samples(waterfall.pixels.sample.size());
@@ -36,7 +36,7 @@ PlaceOnEarth place_of(const Eigen::Vector3d& position, const RecordingFrame& fra
   return place_of_tangent(position.head<2>(), frame.origin.value_or(usual_origin));
 }
 
-/// Columns of both sides, also for a sonar with one side.
+/// The samples with columns for both sides; zeros for a side that the sonar does not have.
 std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
                                            std::vector<std::uint16_t> samples) {
   if (waterfall.sonar.sides == Sides::both) return samples;
@@ -48,7 +48,7 @@ std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
   return both;
 }
 
-/// Between pings about one: the shorter of the times to its neighbours, as a track may pause
+/// The interval at ping i: the shorter of the times to its neighbours, because a track may pause
 /// between its legs.
 double interval_s(std::span<const PingRow> pings, std::size_t i) {
   if (pings.size() < 2) return 0.0;
@@ -94,8 +94,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       .frequency_hz = sonar.frequency_hz,
       .bandwidth_hz = sonar.pulse.bandwidth_hz,
       .range_m = sonar.range_m,
-      // Of a uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound,
-      // table 3.2).
+      // Uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
       .beamwidth_rad = 0.886 * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
       .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
       .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,
@@ -113,7 +112,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
-    // Before the first ping that was recorded, none can be recorded again.
+    // A ping can only repeat one that was recorded before.
     if (ping.artefacts.has(Artefact::lost) ||
         (ping.artefacts.has(Artefact::repeated) && recording.pings.empty()))
       continue;

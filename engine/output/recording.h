@@ -15,42 +15,42 @@
 
 namespace ensonify::engine {
 
-/// What a recording needs of its scene: where and when its local metres and seconds are, the water,
+/// What a recording needs from its scene: the position and time of the local origin, the water,
 /// the bed and the other sonars.
 struct RecordingFrame {
-  std::optional<GeographicPlace> origin;  ///< of the seabed's middle
+  std::optional<GeographicPlace> origin;  ///< the seabed's middle
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
-  int utm_zone = 0;        ///< of that world; 0: unknown
+  int utm_zone = 0;        ///< of the world coordinates; 0: unknown
   std::string start_time;  ///< as in OutputOptions
   double sound_speed_mps = 1500.0;
-  /// Height of a local position over the bed below it; NaN over a hole.
+  /// Height of a local position above the bed; NaN over a hole.
   std::function<double(const Eigen::Vector3d& position)> altitude_m;
-  int frequency_rank = 0;  ///< of the sonar among those of the scene; 0: the lowest frequency
+  int frequency_rank = 0;  ///< of this sonar among the scene's sonars; 0: the lowest frequency
 };
 
-/// A ping of a recording. Position, attitude and speed are those of the sonar: of its mounting on
-/// the vehicle, at the vehicle's reported pose. The altitude is the true one.
+/// Navigation of one recorded ping. Position, attitude and speed are those of the sonar: the
+/// vehicle's reported pose plus the sonar's mounting. The altitude is the true one.
 struct NavPing {
   std::size_t number = 0;  ///< of the scene's ping; a lost ping leaves a gap
   std::int64_t unix_ms = 0;
-  double interval_s = 0.0;  ///< between pings
+  double interval_s = 0.0;  ///< to the nearer neighbouring ping
   GeographicPlace place;
   double heading_rad = 0.0;  ///< from true north, 0 to 2 pi
   double pitch_rad = 0.0, roll_rad = 0.0;
   double depth_m = 0.0;     ///< below the sea surface
-  double altitude_m = 0.0;  ///< over the bed; 0 over a hole
+  double altitude_m = 0.0;  ///< above the bed; 0 over a hole
   double speed_mps = 0.0;
 };
 
-/// A waterfall as the sonar's own program would have recorded it.
+/// A waterfall as a real sonar's software would have recorded it.
 struct Recording {
   std::string name;  ///< of the sonar
   double frequency_hz = 0.0, bandwidth_hz = 0.0;
   double range_m = 0.0;
   double beamwidth_rad = 0.0;  ///< horizontal, -3 dB
   double vertical_beamwidth_rad = 0.0;
-  std::array<double, 2> tilt_rad{};  ///< of each Side
-  /// The received level that reaches full scale in the nearest and the farthest bin, dB re 1 uPa.
+  std::array<double, 2> tilt_rad{};  ///< by Side
+  /// The received level at full scale in the nearest and in the farthest bin, dB re 1 uPa.
   double near_full_scale_db = 0.0, far_full_scale_db = 0.0;
   int frequency_rank = 0;  ///< as in RecordingFrame
   double sound_speed_mps = 1500.0;
@@ -60,17 +60,18 @@ struct Recording {
   /// 2 * bins for each ping of the scene: port far..near, starboard near..far; at most 32767.
   std::vector<std::uint16_t> samples;
 
-  /// The samples of one side of the ping of that number.
+  /// The samples of one side of ping `number`.
   std::span<const std::uint16_t> side(std::size_t number, Side which) const;
 };
 
-/// Unix seconds of `2025-06-01T12:00:00Z`; none for anything else.
+/// Unix seconds of a time written as `2025-06-01T12:00:00Z`; none for any other form.
 std::optional<std::int64_t> unix_time(std::string_view text);
 
-/// A recording of a waterfall. Without an origin it is placed by the frame's UTM zone, else in the
-/// North Sea; without a start time it begins on 2000-01-01, or at the time of its track, if that
-/// counts its seconds from 1970. A side that the sonar does not have is 0. Lost pings are left out.
-/// Throws std::invalid_argument in a build without GeographicLib.
+/// A recording of a waterfall. Without an origin, positions follow the frame's UTM zone; without a
+/// zone either, they lie in the North Sea. Without a start time it begins on 2000-01-01, or at the
+/// track's first time if the track counts seconds from 1970. A side that the sonar does not have
+/// is silent. Lost pings are left out. Throws std::invalid_argument in a build without
+/// GeographicLib.
 Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
                          const RecordingFrame& frame);
 

@@ -14,7 +14,7 @@ namespace ensonify::engine {
 struct TarFile::Open {
   std::filesystem::path path;
   refine::NewFile file;
-  std::exception_ptr refused;  // by the disk, which must not pass through C
+  std::exception_ptr refused;  // the disk's error; an exception must not pass through C code
   bool abandoned = false;
   std::unique_ptr<archive, decltype(&archive_write_free)> tar{archive_write_new(),
                                                               archive_write_free};
@@ -25,7 +25,7 @@ struct TarFile::Open {
     check(archive_write_set_bytes_per_block(tar.get(), 10240));
     check(archive_write_open(tar.get(), this, nullptr, write, nullptr));
   }
-  // Closing writes the end, which an unfinished file must not get.
+  // Freeing the archive writes the end mark, which an unfinished file must not get.
   ~Open() { abandoned = true; }
 
   static la_ssize_t write(archive*, void* self, const void* data, std::size_t size) {
@@ -36,7 +36,7 @@ struct TarFile::Open {
     } catch (...) {
       open.refused = std::current_exception();
     }
-    // If this returned an error, libarchive would not free its memory; check() reports the error.
+    // If libarchive saw the error it would leak its memory; check() reports ours instead.
     return static_cast<la_ssize_t>(size);
   }
   void check(int result) const {

@@ -10,14 +10,14 @@
 
 namespace ensonify::engine {
 
-/// Writes a tar (ustar) without times or owners. The file appears when it is finished.
+/// Writes a tar (ustar) without times or owners. The file appears under its name on finish().
 class TarFile {
  public:
   explicit TarFile(const std::filesystem::path& file);
   ~TarFile();
   TarFile(const TarFile&) = delete;
   TarFile& operator=(const TarFile&) = delete;
-  /// Throws std::system_error if writing fails, std::runtime_error for a name that tar cannot
+  /// Throws std::system_error if the disk refuses, std::runtime_error for a name that tar cannot
   /// hold.
   void add(const std::string& name, std::span<const std::byte> content);
   void finish();
@@ -27,8 +27,8 @@ class TarFile {
   std::unique_ptr<Open> open_;
 };
 
-/// Calls f for each member, in order. Throws std::runtime_error, naming the file, for one that is
-/// damaged.
+/// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file
+/// is damaged.
 void read_tar(
     const std::filesystem::path& file,
     const std::function<void(const std::string& name, std::vector<std::byte> content)>& f);

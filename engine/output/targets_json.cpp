@@ -14,7 +14,8 @@ constexpr double degrees_per_radian = 180.0 / std::numbers::pi;
 
 Json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json outline_json(const Outline& outline, const Waterfall& picture) {
+/// `rows` and `columns` are those of the picture.
+Json outline_json(const Outline& outline, std::size_t rows, std::size_t columns) {
   if (outline.area_px == 0) return nullptr;
   Json polygons = Json::array();
   for (const std::vector<Corner>& polygon : outline.polygons) {
@@ -29,8 +30,7 @@ Json outline_json(const Outline& outline, const Waterfall& picture) {
                  outline.high[1] - outline.low[1]}},
                {"area_px", outline.area_px},
                {"polygons", polygons}};
-  if (!outline.runs.empty())
-    json["rle"] = {{"size", {picture.rows(), picture.columns()}}, {"counts", outline.runs}};
+  if (!outline.runs.empty()) json["rle"] = {{"size", {rows, columns}}, {"counts", outline.runs}};
   return json;
 }
 
@@ -40,61 +40,76 @@ double turned_deg(double rad) {
   return degrees < 0.0 ? degrees + 360.0 : degrees;
 }
 
-/// What is known of the thing itself: an object, or behind those a feature of the bed.
-Json thing_json(const Target& target, const Pose& pose, const Seafloor& seafloor,
-                std::span<const ObjectView> views) {
-  const auto named = [&](const Label& label, const Eigen::Vector3d& middle_m,
-                         const Eigen::Vector3d& size_m) {
-    return Json{{"instance", target.instance},
-                {"class", seafloor.classes.at(label.class_id)},
-                {"material", seafloor.materials.at(label.sediment)},
-                {"middle_m", vector_json(middle_m)},
-                {"size_m", vector_json(size_m)}};
-  };
-  const std::size_t number = target.instance - 1;
-  if (number >= seafloor.objects.size()) {
-    const FeatureRecord& feature = seafloor.features.at(number - seafloor.objects.size());
-    Json json = named(feature.label, feature.middle_m, feature.size_m);
-    json["layer"] = feature.layer;
-    return json;
+/// `rows` and `columns` are those of the picture.
+Json target_json(const TargetRecord& record, std::size_t rows, std::size_t columns) {
+  const Target& target = record.target;
+  Json json = {{"instance", target.instance},
+               {"class", record.class_name},
+               {"material", record.material},
+               {"middle_m", vector_json(record.middle_m)},
+               {"size_m", vector_json(record.size_m)}};
+  if (record.object) {
+    const TargetRecord::Object& object = *record.object;
+    json["table"] = object.table;
+    json["heading_deg"] = turned_deg(object.heading_rad);
+    json["scale"] = object.scale;
+    json["buried"] = object.buried;
+    json["aspect_deg"] = turned_deg(object.aspect_rad);
+    json["visible_fraction"] = object.visible_share ? Json(*object.visible_share) : Json(nullptr);
+  } else {
+    json["layer"] = record.layer;
   }
-  const ObjectRecord& object = seafloor.objects[number];
-  const double sight_rad =
-      pose.heading_rad + (target.side == Side::port ? -0.5 : 0.5) * std::numbers::pi;
-  Json json = named(object.label, object.middle_m, object.size_m);
-  json["table"] = object.table;
-  json["heading_deg"] = turned_deg(object.heading_rad);
-  json["scale"] = object.scale;
-  json["buried"] = object.buried;
-  json["aspect_deg"] = turned_deg(sight_rad - object.heading_rad);
-  const bool viewed = number < views.size() && views[number].alone > 0;
-  json["visible_fraction"] = viewed ? Json(views[number].share()) : Json(nullptr);
+  json["range_m"] = target.range_m;
+  json["side"] = target.side == Side::port ? "port" : "starboard";
+  json["ping"] = target.ping;
+  json["contrast_db"] = target.contrast_db ? Json(*target.contrast_db) : Json(nullptr);
+  json["body"] = outline_json(target.body, rows, columns);
+  json["shadow"] = outline_json(target.shadow, rows, columns);
   return json;
+}
+
+std::string text_of(const Json& json) {
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
 
-std::string targets_json(std::span<const Target> targets, const Waterfall& waterfall,
-                         const Seafloor& seafloor, std::span<const ObjectView> views) {
+std::string targets_json(std::span<const TargetRecord> targets, const Waterfall& waterfall,
+                         const Seafloor& seafloor) {
   Json list = Json::array();
-  for (const Target& target : targets) {
-    const Pose& pose = waterfall.pings.at(static_cast<std::size_t>(target.ping)).pose;
-    Json& json = list.emplace_back(thing_json(target, pose, seafloor, views));
-    json["range_m"] = target.range_m;
-    json["side"] = target.side == Side::port ? "port" : "starboard";
-    json["ping"] = target.ping;
-    json["contrast_db"] = target.contrast_db ? Json(*target.contrast_db) : Json(nullptr);
-    json["body"] = outline_json(target.body, waterfall);
-    json["shadow"] = outline_json(target.shadow, waterfall);
+  for (const TargetRecord& record : targets)
+    list.push_back(target_json(record, waterfall.rows(), waterfall.columns()));
+  return text_of({{"picture",
+                   {{"columns", waterfall.columns()},
+                    {"rows", waterfall.rows()},
+                    {"row_order", "newest_first"}}},
+                  {"objects", seafloor.objects.size()},
+                  {"features", seafloor.features.size()},
+                  {"targets", list}});
+}
+
+std::string labels_json(const ImageLabels& labels) {
+  Json targets = Json::array();
+  for (const TargetLabel& label : labels.targets) {
+    Json& json = targets.emplace_back(target_json(label.record, labels.rows, labels.columns));
+    json["shown_fraction"] = label.shown_fraction;
+    json["truncated"] = label.shown_fraction < 1.0;
+    json["ignored"] = label.ignored;
+    json["category_id"] = label.category_id;
   }
-  const Json json = {{"picture",
-                      {{"columns", waterfall.columns()},
-                       {"rows", waterfall.rows()},
-                       {"row_order", "newest_first"}}},
-                     {"objects", seafloor.objects.size()},
-                     {"features", seafloor.features.size()},
-                     {"targets", list}};
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text_of({{"image", labels.image},
+                  {"pictures", labels.pictures},
+                  {"kind", labels.kind},
+                  {"geometry", labels.geometry},
+                  {"sonar", labels.sonar},
+                  {"width", labels.columns},
+                  {"height", labels.rows},
+                  {"of_line", {labels.column, labels.row, labels.columns, labels.rows}},
+                  {"pixel_across_m", labels.pixel_across_m},
+                  {"pixel_along_m", labels.pixel_along_m},
+                  {"split", labels.split},
+                  {"classes", labels.classes},
+                  {"targets", targets}});
 }
 
 }  // namespace ensonify::engine

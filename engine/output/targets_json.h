@@ -1,23 +1,49 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
+#include <vector>
 
-#include <ensonify/engine/image/truth.h>
+#include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/echo/object_visibility.h>
 
 namespace ensonify::engine {
 
-/// What a waterfall's image shows of the seafloor's objects and features, as JSON: each
-/// target's labels, place and size; an object's heading (degrees), burial and visible share (none
-/// if visibility was not counted), a feature's layer; its range, side, ping and aspect (the
-/// direction of sight less the heading, degrees clockwise); box [column, row, columns, rows], area
-/// and polygons [column, row, ...] of its body and of its shadow in pixels of NAME.png, and where
-/// these have holes all their pixels as `rle`, COCO's run lengths; contrast in dB. Targets that are
-/// not visible are left out.
-std::string targets_json(std::span<const Target> targets, const Waterfall& waterfall,
-                         const Seafloor& seafloor, std::span<const ObjectView> views = {});
+/// What the picture of a waterfall shows of the seafloor's objects and features, as JSON. For each
+/// target: its labels, place and size; for an object its heading (degrees), burial and visible
+/// share (null where it was not counted), for a feature its layer; range, side, ping and, for an
+/// object, the aspect (the direction of sight less the heading, degrees clockwise); contrast in dB;
+/// box [column, row, columns, rows], area and polygons [column, row, ...] of its body and of its
+/// shadow in pixels of NAME.png, and where these have holes all their pixels as `rle`, COCO's run
+/// lengths. A body or shadow without a pixel is null.
+std::string targets_json(std::span<const TargetRecord> targets, const Waterfall& waterfall,
+                         const Seafloor& seafloor);
+
+/// A target as the labels of one image of a dataset have it.
+struct TargetLabel {
+  TargetRecord record;          ///< of the whole line, with the outlines of this image
+  double shown_fraction = 1.0;  ///< of its area in the whole line
+  bool ignored = false;         ///< it shows too little to be a label
+  std::size_t category_id = 0;
+};
+
+/// The labels of one image of a dataset: a whole line or a part of it.
+struct ImageLabels {
+  std::string image;                  ///< name of its files, without extension
+  std::vector<std::string> pictures;  ///< names of its pictures' files
+  std::string kind;                   ///< line, tile, chip or background
+  std::string geometry;               ///< slant or ground
+  std::string sonar;
+  std::size_t column = 0, row = 0, columns = 0, rows = 0;  ///< of the line: what it shows
+  double pixel_across_m = 0.0, pixel_along_m = 0.0;
+  std::string split;
+  std::vector<std::string> classes;  ///< that its class mask holds
+  std::vector<TargetLabel> targets;
+};
+
+/// The same as JSON.
+std::string labels_json(const ImageLabels& labels);
 
 }  // namespace ensonify::engine

@@ -17,7 +17,7 @@ constexpr std::size_t file_header = 1024, channel_info = 128, ping_header = 256,
 
 float as_float(double value) { return static_cast<float>(value); }
 
-/// As near as a field of 16 bits comes to it.
+/// Rounded and clamped to a field of 16 bits.
 std::uint16_t as_word(double value) {
   return static_cast<std::uint16_t>(
       std::lround(std::clamp(value, 0.0, double(std::numeric_limits<std::uint16_t>::max()))));
@@ -31,7 +31,7 @@ void add_file_header(PackedBytes& bytes, const Recording& recording) {
   bytes.text(10, 8, ENSONIFY_VERSION);
   bytes.text(18, 16, recording.name);
   bytes.text(36, 64, "ensonify " ENSONIFY_VERSION "; place and attitude are the sonar's own");
-  bytes.put<std::uint16_t>(34, 0);  // sonar type: none of the list
+  bytes.put<std::uint16_t>(34, 0);  // sonar type: not in the list
   bytes.text(100, 64, recording.name + ".xtf");
   bytes.put<std::uint16_t>(164, 3);  // positions are latitudes and longitudes
   bytes.put<std::uint16_t>(166, 2);  // sonar channels
@@ -63,7 +63,7 @@ void put_time(PackedBytes& bytes, std::int64_t unix_ms) {
   bytes.put<std::uint32_t>(224, static_cast<std::uint32_t>(time.ms_of_day));
 }
 
-/// Degrees of heading. North is 360: some readers take an attitude of zeros for none.
+/// Heading in degrees. North is 360, because some readers take an attitude of zeros as missing.
 float heading_deg(double heading_rad) {
   const float degrees = as_float(heading_rad / degree);
   return degrees == 0.0f ? 360.0f : degrees;

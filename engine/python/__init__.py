@@ -7,13 +7,13 @@
 attributes, and a `Simulator` pings from any pose. `layers` lists what is known of each sample.
 """
 
-from ._ensonify import (EchoLine, Image, MeshError, Pose, SceneError, Simulator, __version__, images,
-                        layers)
+from ._ensonify import (EchoLine, Error, Image, MemoryError, MeshError, Pose, SceneError, Simulator,
+                        __version__, images, layers)
 
-__all__ = ["EchoLine", "Image", "MeshError", "Pose", "SceneError", "Simulator", "images", "layers",
-           "simulate"]
+__all__ = ["EchoLine", "Error", "Image", "MemoryError", "MeshError", "Pose", "SceneError", "Simulator",
+           "images", "layers", "simulate"]
 
-for _public in (EchoLine, Image, MeshError, Pose, SceneError, Simulator, images):
+for _public in (EchoLine, Error, Image, MemoryError, MeshError, Pose, SceneError, Simulator, images):
     _public.__module__ = __name__
 
 
@@ -26,7 +26,7 @@ def simulate(scene, *, sonar=None, layer="intensity", keys=None, data="", cache=
     layer: which of `layers`; or a list of them, or "all", for a dict of arrays, by name, which share
     the image's memory. keys: changes, as {"track.altitude_m": 4}. data: the folder of `data:` paths
     (default: ENSONIFY_DATA). cache: the folder for analysed seafloors (default: ~/.cache/ensonify).
-    threads: 0 for as many as the machine has. progress(stage, done, of) is called now and then.
+    threads: 0 for one per core. progress(stage, done, of) is called now and then.
 
     Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,
     KeyError for an unknown sonar or layer, ValueError for a wrong number of threads, TypeError for a

@@ -1,11 +1,12 @@
+import builtins
 from os import PathLike
 from typing import Any, Callable, Literal, Mapping, Sequence, overload
 
 from numpy import float32, float64, uint32
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["EchoLine", "Image", "MeshError", "Pose", "SceneError", "Simulator", "images", "layers",
-           "simulate"]
+__all__ = ["EchoLine", "Error", "Image", "MemoryError", "MeshError", "Pose", "SceneError", "Simulator",
+           "images", "layers", "simulate"]
 
 _Array = NDArray[float32] | NDArray[uint32]
 _Path = str | PathLike[str]
@@ -16,8 +17,10 @@ _Progress = Callable[[str, int, int], object] | None
 __version__: str
 layers: list[str]
 
-class SceneError(ValueError): ...
-class MeshError(ValueError): ...
+class Error(Exception): ...
+class SceneError(Error, ValueError): ...
+class MeshError(Error, ValueError): ...
+class MemoryError(Error, builtins.MemoryError): ...
 
 class Pose:
     t_s: float

@@ -84,44 +84,40 @@ std::string toml_of(const py::handle& value, const std::string& path) {
       path, type_name(value), value.is_none() ? "; leave the key out for its default" : ""));
 }
 
-/// Where a scene comes from, so that it can be read again with other values.
-struct SceneSource {
-  py::object given;  // a path or a mapping
-  std::vector<std::string> overrides;
-  fs::path data;
-
-  Scene read(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all = overrides;
-    all.insert(all.end(), more.begin(), more.end());
-    const fs::path data_folder = data.empty() ? environment_data() : data;
-    if (!py::hasattr(given, "keys")) {
-      if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
-        throw py::type_error(
-            fmt::format("the scene is a {}, expected a scene file's path or a dict of its keys",
-                        type_name(given)));
-      return read_scene(given.cast<fs::path>(), all, data_folder);
-    }
-    std::string text = given.contains("version") ? "" : "version = 1\n";
-    for (const auto& [key, value] : dict_of(given, "the scene")) {
-      const auto name = py::str(key).cast<std::string>();
-      text += fmt::format("{} = {}\n", toml_string(name), toml_of(value, name));
-    }
-    return parse_scene(text, "the scene", all, {.scene_folder = ".", .data_folder = data_folder});
-  }
-
-  static fs::path environment_data() {
-    const char* folder = std::getenv("ENSONIFY_DATA");
-    return folder ? folder : "";
-  }
-};
-
-std::vector<std::string> overrides_of(const py::handle& keys) {
-  std::vector<std::string> all;
-  for (const auto& [key, value] : dict_of(keys, "keys")) {
-    const auto name = py::str(key).cast<std::string>();
-    all.push_back(fmt::format("{}={}", name, toml_of(value, name)));
+/// The keys of a mapping with their values as TOML. `name` stands for it in messages.
+std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name) {
+  std::vector<KeyValue> all;
+  for (const auto& [key, value] : dict_of(keys, name)) {
+    auto text = py::str(key).cast<std::string>();
+    std::string toml = toml_of(value, text);
+    all.push_back({std::move(text), std::move(toml)});
   }
   return all;
+}
+
+fs::path data_folder_of(const fs::path& data) {
+  if (!data.empty()) return data;
+  const char* folder = std::getenv("ENSONIFY_DATA");
+  return folder ? folder : "";
+}
+
+/// The scene that a path or a mapping gives, with keys changed.
+SessionScene scene_of(const py::object& given, const py::object& keys, const fs::path& data) {
+  const fs::path data_folder = data_folder_of(data);
+  std::vector<std::string> overrides;
+  for (const auto& [key, value] : key_values(keys, "keys"))
+    overrides.push_back(fmt::format("{}={}", key, value));
+  if (py::hasattr(given, "keys")) {
+    std::string text = given.contains("version") ? "" : "version = 1\n";
+    for (const auto& [key, value] : key_values(given, "the scene"))
+      text += fmt::format("{} = {}\n", toml_string(key), value);
+    return SessionScene(std::move(text), "the scene", std::move(overrides),
+                        {.scene_folder = ".", .data_folder = data_folder});
+  }
+  if (!py::isinstance<py::str>(given) && !py::hasattr(given, "__fspath__"))
+    throw py::type_error(fmt::format(
+        "the scene is a {}, expected a scene file's path or a dict of its keys", type_name(given)));
+  return SessionScene::of_file(given.cast<fs::path>(), std::move(overrides), data_folder);
 }
 
 /// An array over a layer of what `owner` owns.
@@ -164,7 +160,7 @@ py::array layer_of_line(const py::object& self, const std::string& name) {
   return layer_of(self, name, bins, {static_cast<py::ssize_t>(bins.range_m.size())});
 }
 
-/// All pings of a sonar, with what the files of a run say beside the layers.
+/// All pings of a sonar, with what the files of a run have in addition to the layers.
 struct Image {
   Waterfall waterfall;
   std::vector<Attribute> attributes;
@@ -271,10 +267,10 @@ fs::path cache_of(const std::optional<fs::path>& cache) { return cache ? *cache 
 /// lock.
 class Session {
  public:
-  Session(py::object scene, const py::object& keys, const fs::path& data,
+  Session(const py::object& scene, const py::object& keys, const fs::path& data,
           const std::optional<fs::path>& cache, int threads)
-      : source_{std::move(scene), overrides_of(keys), data} {
-    const Scene read = source_.read();
+      : source_(scene_of(scene, keys, data)) {
+    const Scene read = source_.with();
     materials_ = read.materials;
     const py::gil_scoped_release unlocked;
     simulator_ = std::make_unique<Simulator>(
@@ -295,9 +291,9 @@ class Session {
   std::vector<Line> ping(const Pose& pose, std::optional<std::uint64_t> number) {
     return alone([&](Simulator& simulator) {
       if (number)
-        simulator.ping(pose, *number);
+        simulator.ping_numbered(pose, *number);
       else
-        simulator.ping(pose.t_s, pose);
+        simulator.ping(pose);
       std::vector<EchoLine> lines = simulator.take_lines();
       std::vector<Line> owned;
       auto next = lines.begin();
@@ -309,22 +305,8 @@ class Session {
   }
 
   void set(const py::object& keys) {
-    const std::vector<std::string> more = overrides_of(keys);
-    for (const std::string& text : more)
-      if (!text.starts_with("sonar."))
-        throw py::value_error(
-            fmt::format("'{}' cannot be set while the scene runs, expected a "
-                        "sonar's key, as sonar.NAME.range_m",
-                        text.substr(0, text.find('='))));
-    alone([&](Simulator& simulator) {
-      const Scene changed = [&] {
-        const py::gil_scoped_acquire locked;
-        return source_.read(more);
-      }();
-      for (const std::size_t i : changed_sonars(changed, more))
-        simulator.set_sonar(i, changed.sonars[i]);
-      source_.overrides.insert(source_.overrides.end(), more.begin(), more.end());
-    });
+    const std::vector<KeyValue> changes = key_values(keys, "keys");
+    alone([&](Simulator& simulator) { set_sonars(simulator, source_, changes); });
   }
 
   std::vector<std::string> warnings() {
@@ -355,25 +337,22 @@ class Session {
   }
 
   std::uint32_t add(const py::object& keys, const Pose& pose) {
-    const SceneSource holder{
-        py::dict(py::arg("objects") = py::make_tuple(dict_of(keys, "the object"))),
-        {},
-        source_.data};
-    MovingObject object = single_object(holder.read());
+    MovingObject object =
+        object_of(key_values(keys, "the object"), "the object", {".", source_.paths().data_folder});
     return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
   }
 
  private:
-  SceneSource source_;
+  SessionScene source_;              // under mutex_, once there is a simulator
   std::vector<Material> materials_;  // the scene's own
   std::unique_ptr<Simulator> simulator_;
   std::mutex mutex_;
 };
 
 /// A whole scene: an image of each sonar, by name, in the scene's order.
-py::dict images(py::object given, const py::object& keys, const fs::path& data,
+py::dict images(const py::object& given, const py::object& keys, const fs::path& data,
                 const std::optional<fs::path>& cache, int threads, const py::object& progress) {
-  const Scene scene = SceneSource{std::move(given), overrides_of(keys), data}.read();
+  const Scene scene = scene_of(given, keys, data).with();
   std::vector<std::unique_ptr<Image>> made;
   {
     const py::gil_scoped_release unlocked;
@@ -393,8 +372,8 @@ py::dict images(py::object given, const py::object& keys, const fs::path& data,
     for (std::size_t i = 0; i < pings.images.size(); ++i) {
       Waterfall& waterfall = pings.images[i];
       std::vector<Attribute> attributes = image_attributes(waterfall, origin);
-      std::string targets =
-          targets_json(find_targets(waterfall), waterfall, seafloor, pings.object_visibility[i]);
+      std::string targets = targets_json(
+          target_records(waterfall, seafloor, pings.object_visibility[i]), waterfall, seafloor);
       made.push_back(std::make_unique<Image>(std::move(waterfall), std::move(attributes),
                                              std::move(targets), seafloor.classes,
                                              seafloor.materials));
@@ -420,7 +399,9 @@ The world is in local metres: x east, y north, z up, and the sea surface is z = 
 is z_m=-12. Heading turns clockwise from north, then pitch lifts the nose, then roll lowers the
 starboard side; all in degrees. velocity_mps is the velocity (east, north, up) in m/s, and
 rates_degps the rates of (roll, pitch, heading) in degrees per second; an echo is received on the
-move. Every argument is also an attribute that can be set. Poses compare by value, and pickle.)")
+move. From north-east-down (NED) coordinates: x_m = east, y_m = north, z_m = -down, velocity_mps =
+(v_east, v_north, -v_down); roll, pitch, heading and their rates are the same. Every argument is
+also an attribute that can be set. Poses compare by value, and pickle.)")
       .def(py::init(&make_pose), py::arg("x_m"), py::arg("y_m"), py::arg("z_m"), py::kw_only(),
            py::arg("t_s") = 0.0, py::arg("roll_deg") = 0.0, py::arg("pitch_deg") = 0.0,
            py::arg("heading_deg") = 0.0, py::arg("velocity_mps") = Triple{},
@@ -526,7 +507,7 @@ Boxes and outlines are in pixels of the picture, whose row 0 is the newest ping:
 pings - 1 - r here.)")
       .def_property_readonly(
           "attributes", &attributes_of,
-          R"(What a run's files say beside the layers, a dict: frequency_hz, range_m,
+          R"(What a run's files have in addition to the layers, a dict: frequency_hz, range_m,
 bins, world_origin_x_m (and _y_m, _z_m), scene_hash, units_LAYER for each layer ...)")
       .def_property_readonly(
           "classes", [](const Image& self) { return self.classes; },
@@ -558,13 +539,13 @@ A scene made ready, to be pinged from any pose.
 scene: a scene file's path, or a dict of the same keys. keys: changes to it, as
 {"sea.temperature_c": 4}. data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the
 folder for analysed seafloors (default: ~/.cache/ensonify). threads: how many make the scene ready
-(0: as many as the machine has).
+(0: one per core).
 
 Any thread may call it; one is inside at a time, and others wait. The interpreter is free
 meanwhile. Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or
 its files, ValueError for a wrong number of threads, TypeError for a value that no scene holds.)")
-      .def(py::init<py::object, const py::object&, const fs::path&, const std::optional<fs::path>&,
-                    int>(),
+      .def(py::init<const py::object&, const py::object&, const fs::path&,
+                    const std::optional<fs::path>&, int>(),
            py::arg("scene"), py::kw_only(), py::arg("keys") = py::none(), py::arg("data") = "",
            py::arg("cache") = py::none(), py::arg("threads") = 0)
       .def("ping", &Session::ping, py::arg("pose"), py::arg("number") = py::none(),
@@ -574,8 +555,8 @@ its files, ValueError for a wrong number of threads, TypeError for a value that 
 One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
-then of the next. `number` tells pings apart in their random numbers: the same number gives the same
-ping again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
+then of the next. `number` selects the random numbers: the same number and pose give the same ping
+again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
 finite, or that puts a sonar above the sea surface (z_m >= 0) or below the bed.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
@@ -657,15 +638,29 @@ leaves the seafloor or the water.)")
           "What should be known of the scene: repairs of meshes, models outside their range.");
 }
 
+/// The exceptions. Those of C++ that have no class here become an Error.
+void add_exceptions(py::module_& module) {
+  const auto doc = [](auto& exception, const char* text) { exception.doc() = text; };
+  auto& base = py::register_exception<Error>(module, "Error", PyExc_Exception);
+  doc(base, "The base of the exceptions of this module.");
+  const auto and_base = [&](PyObject* other) {
+    return py::make_tuple(py::handle(base), py::handle(other));
+  };
+  doc(py::register_exception<SceneError>(module, "SceneError", and_base(PyExc_ValueError)),
+      "Something is wrong with a scene or a file it names.");
+  doc(py::register_exception<refine::MeshError>(module, "MeshError", and_base(PyExc_ValueError)),
+      "Something is wrong with a mesh.");
+  doc(py::register_exception<engine::MemoryError>(module, "MemoryError",
+                                                  and_base(PyExc_MemoryError)),
+      "A scene does not fit into memory: what needs how much, the limit and the cure.");
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_ensonify, module) {
   py::options options;
   options.disable_function_signatures();  // the docstrings have Python's own
-  py::register_exception<SceneError>(module, "SceneError", PyExc_ValueError).doc() =
-      "Something is wrong with a scene or a file it names.";
-  py::register_exception<refine::MeshError>(module, "MeshError", PyExc_ValueError).doc() =
-      "Something is wrong with a mesh.";
+  add_exceptions(module);
   module.attr("layers") = layer_names();
   module.attr("__version__") = program_version();
   add_pose(module);
@@ -681,7 +676,7 @@ Every ping of a scene: a dict of an Image of each sonar, by name, in the scene's
 
 scene: a scene file's path, or a dict of the same keys. keys: changes, as {"track.altitude_m": 4}.
 data: the folder of `data:` paths (default: ENSONIFY_DATA). cache: the folder for analysed seafloors
-(default: ~/.cache/ensonify). threads: 0 for as many as the machine has. progress(stage, done, of) is
+(default: ~/.cache/ensonify). threads: 0 for one per core. progress(stage, done, of) is
 called now and then, and what it raises ends the work, as does Ctrl-C.
 
 Raises SceneError or MeshError (both ValueErrors) for what is wrong with the scene or its files,

@@ -10,6 +10,7 @@
 #include <ensonify/engine/scene/seabed_check.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
 namespace {

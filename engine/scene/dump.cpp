@@ -3,6 +3,7 @@
 #include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {
 namespace {

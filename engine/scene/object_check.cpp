@@ -1,5 +1,7 @@
 #include <ensonify/engine/scene/object_check.h>
 
+#include <ensonify/engine/seafloor/objects/shapes.h>
+
 #include <fmt/format.h>
 
 namespace ensonify::engine {

@@ -577,10 +577,14 @@ DatasetOptions parse_dataset_options(std::string_view text, std::string_view nam
   return Reader(std::string(name)).read_dataset(text);
 }
 
+ScenePaths scene_paths(const fs::path& file, const fs::path& data_folder) {
+  return {file.has_parent_path() ? file.parent_path() : fs::path("."), data_folder};
+}
+
 Scene read_scene(const fs::path& file, std::span<const std::string> overrides,
                  const fs::path& data_folder) {
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  return parse_scene(read_scene_text(file), file.string(), overrides, {folder, data_folder});
+  return parse_scene(read_scene_text(file), file.string(), overrides,
+                     scene_paths(file, data_folder));
 }
 
 }  // namespace ensonify::engine

@@ -20,6 +20,9 @@ struct ScenePaths {
   std::filesystem::path data_folder;  ///< empty: none is known
 };
 
+/// Those of a scene's file.
+ScenePaths scene_paths(const std::filesystem::path& file, const std::filesystem::path& data_folder);
+
 /// Reads a scene file, then applies `key=value` overrides: the key's whole name with dots, a value
 /// as in TOML (a bare word is a string). An override can change a sonar of the scene, not add one.
 /// Every fault throws SceneError with `file:line:column: what is wrong, what was expected`, for an

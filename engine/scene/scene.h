@@ -4,31 +4,30 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/display_options.h>
 #include <ensonify/engine/input_file.h>
 #include <ensonify/engine/seafloor/material.h>
-#include <ensonify/engine/seafloor/objects/set_down.h>
-#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
-#include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/reception/artefacts.h>
-#include <ensonify/engine/sonar/reception/other_paths.h>
-#include <ensonify/engine/sonar/vehicle/motion.h>
+#include <ensonify/engine/sonar/reception/other_paths_options.h>
+#include <ensonify/engine/sonar/vehicle/motion_options.h>
 #include <ensonify/engine/sonar/vehicle/navigation.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
-#include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/trace/intersector_options.h>
+#include <ensonify/engine/trace/refraction/refraction_mode.h>
+#include <ensonify/refine/error.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
 
 /// An error in a scene: `file:line:column: what is wrong, what was expected, what to do`.
-struct SceneError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct SceneError : Error {
+  using Error::Error;
 };
 
 /// The sea: its temperature and salinity, or a cast or plain numbers if given.

@@ -8,6 +8,7 @@
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
 #include <ensonify/refine/triangle_mesh.h>
+#include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
 namespace {

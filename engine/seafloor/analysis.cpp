@@ -36,7 +36,7 @@ Eigen::Vector3d vector_of(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
-/// What is kept of a seafloor beside its faces and their labels' numbers.
+/// The JSON text that the file keeps in addition to the faces and their label numbers.
 std::string about(const Seafloor& seafloor) {
   Json labels = Json::array();
   for (const Label& label : seafloor.labels) labels.push_back(to_json(label));
@@ -70,7 +70,8 @@ std::string about(const Seafloor& seafloor) {
       .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// The same, back. Throws Json::exception, or std::out_of_range for what does not fit together.
+/// Reads that text. Throws Json::exception, or std::out_of_range for numbers that contradict one
+/// another.
 void take(std::string_view text, Seafloor& seafloor) {
   const Json json = Json::parse(text);
   json.at("vertices").get_to(seafloor.vertices);
@@ -125,8 +126,7 @@ Seafloor open_analysed(const std::filesystem::path& file) {
     take(mesh->about(), seafloor);
   } catch (const std::exception&) {
     throw refine::MeshError(fmt::format(
-        "{}: a progressive mesh, but not one that says what its faces are; make it by `ensonify "
-        "analyse`",
+        "{}: a progressive mesh without labels for its faces; make it with `ensonify analyse`",
         file.string()));
   }
   return seafloor;
@@ -135,7 +135,7 @@ Seafloor open_analysed(const std::filesystem::path& file) {
 Seafloor open_analysed(const std::filesystem::path& file, const std::string& key) {
   Seafloor seafloor = open_analysed(file);
   if (seafloor.progressive->key() != key)
-    throw refine::MeshError(fmt::format("{}: made from another seafloor", file.string()));
+    throw refine::MeshError(fmt::format("{}: was made from another seafloor", file.string()));
   return seafloor;
 }
 

@@ -12,10 +12,10 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double faces_a_cell = 2.0;
-constexpr double max_cells_a_face = 8.0;  // on average: long faces want larger cells
+constexpr double faces_per_cell = 2.0;
+constexpr double max_cells_per_face = 8.0;  // on average: long faces need larger cells
 
-/// The topmost of the faces there, so far.
+/// The highest of the faces seen so far above or below one place.
 class Topmost {
  public:
   Topmost(refine::Triangles triangles, double x_m, double y_m)
@@ -56,16 +56,16 @@ BedGrid::BedGrid(const Seafloor& seafloor)
   lowest_ = box.lowest.head<2>().cast<double>();
   const Eigen::Vector2d extent = box.highest.head<2>().cast<double>() - lowest_;
   const auto faces = static_cast<double>(bed_.faces.size());
-  cell_m_ = std::max({std::sqrt(extent.prod() * faces_a_cell / faces),
-                      extent.maxCoeff() * faces_a_cell / faces, 1e-6});
-  for (double entries = 2.0 * max_cells_a_face * faces; entries > max_cells_a_face * faces;) {
+  cell_m_ = std::max({std::sqrt(extent.prod() * faces_per_cell / faces),
+                      extent.maxCoeff() * faces_per_cell / faces, 1e-6});
+  for (double entries = 2.0 * max_cells_per_face * faces; entries > max_cells_per_face * faces;) {
     cells_ = (extent / cell_m_).array().floor().cast<std::int64_t>() + 1;
     entries = 0.0;
     for (std::uint32_t face = 0; face < bed_.faces.size(); ++face) {
       const auto [low, high] = cells_of(face);
       entries += (high - low + 1).cast<double>().prod();
     }
-    if (entries > max_cells_a_face * faces) cell_m_ *= 2.0;
+    if (entries > max_cells_per_face * faces) cell_m_ *= 2.0;
   }
 
   first_.assign(static_cast<std::size_t>(cells_.prod()) + 1, 0);
@@ -116,7 +116,7 @@ PlumbLine::PlumbLine(const Seafloor& seafloor)
       footprint_(*mesh_) {}
 
 double PlumbLine::height_m(double x_m, double y_m) {
-  // A fan that has closed to a line: its slack is more than the bits of the place.
+  // A fan of zero width: its slack is larger than the rounding of the place.
   const refine::FanVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
                                .array_axis = Eigen::Vector3d::UnitX(),
                                .middle = -Eigen::Vector3d::UnitZ(),

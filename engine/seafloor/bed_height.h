@@ -13,28 +13,28 @@
 
 namespace ensonify::engine {
 
-/// How high the bed is at a place: the topmost bed face there, local metres, objects left out; NaN
-/// over a hole and off the seafloor. The answer depends on the mesh alone, whatever traces the
-/// pings, and is the same to the bit from either of the two.
+// Both classes give the height of the bed at a place: of the topmost bed face there, in local
+// metres, without objects; NaN over a hole and outside the seafloor. The height depends on the mesh
+// alone, not on the intersector, and both classes return the same bits.
 
-/// By a grid over the bed's faces as seen from above. Any number of threads may ask.
+/// Finds the face with a grid over the bed's faces, seen from above. Thread-safe.
 class BedGrid {
  public:
-  static constexpr double bytes_per_face = 24.0;  ///< that it takes of memory at least
-  /// Of a seafloor with a mesh, which must outlive this.
+  static constexpr double bytes_per_face = 24.0;  ///< memory that it needs, at least
+  /// The seafloor must have a mesh and outlive this object.
   explicit BedGrid(const Seafloor& seafloor);
 
   double height_m(double x_m, double y_m) const;
 
-  /// The places of the bed's vertices that lie within a box as seen from above, each once.
+  /// The positions of the bed's vertices inside a box seen from above, each vertex once.
   std::vector<Eigen::Vector3f> vertices_within(const refine::Bounds& box) const;
-  /// The box around the bed.
+  /// The bed's bounding box.
   refine::Bounds bounds() const { return refine::bounds(bed_); }
 
  private:
   using Cells = Eigen::Array<std::int64_t, 2, 1>;
   Cells cell_of(const Eigen::Vector2d& place) const;
-  /// The first and the last column and row that the face's outline can meet.
+  /// The lowest and the highest column and row that the face can touch.
   std::array<Cells, 2> cells_of(std::uint32_t face) const;
   /// Calls f(cell) for each of these cells.
   template <class F>
@@ -44,14 +44,15 @@ class BedGrid {
   Eigen::Vector2d lowest_;
   double cell_m_ = 1.0;
   Cells cells_ = Cells::Zero();
-  std::vector<std::uint64_t> first_;  // of a cell's faces; one more at the end
+  std::vector<std::uint64_t> first_;  // index of a cell's first face in faces_; one more at the end
   std::vector<std::uint32_t> faces_;
 };
 
-/// By the faces of a progressive mesh that a plumb line can touch. One thread at a time.
+/// Finds the face among those of a progressive mesh that a vertical line can touch. One thread at a
+/// time.
 class PlumbLine {
  public:
-  /// Of a seafloor with a progressive mesh, which this keeps.
+  /// The seafloor must have a progressive mesh, which this object shares.
   explicit PlumbLine(const Seafloor& seafloor);
 
   double height_m(double x_m, double y_m);

@@ -7,8 +7,8 @@
 
 namespace ensonify::engine {
 
-/// What faces are: a seafloor's, and beside it those of bodies that move, whose faces are all
-/// called by the seafloor's number of faces plus their body's number. A view; both must outlive it.
+/// Labels of a seafloor's faces and of bodies that move. All faces of moving body b have the face
+/// number Seafloor::faces + b. A view: the seafloor and the moving labels must outlive it.
 class FaceLabels {
  public:
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)
@@ -29,8 +29,8 @@ class FaceLabels {
 
  private:
   const Seafloor* seafloor_;
-  const std::vector<Label>* moving_;  // by body
-  std::uint32_t first_labelled_;      // those before have label 0
+  const std::vector<Label>* moving_;  // one per body
+  std::uint32_t first_labelled_;      // faces before this one have label 0
 };
 
 }  // namespace ensonify::engine

@@ -75,15 +75,14 @@ Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed) {
   return field;
 }
 
-/// Throws if a generated bed rises out of the water.
+/// Throws if a generated bed rises above the sea surface.
 void refuse_land(const Heightfield& field, double depth_m) {
   const double highest = *std::max_element(field.z_m.begin(), field.z_m.end());
   if (!(highest <= 0.0))
-    throw std::invalid_argument(
-        fmt::format("seafloor: the bed rises {:.3g} m above the sea surface, its mean depth being "
-                    "{} m; make it "
-                    "deeper, the relief lower, or the extent smaller",
-                    highest, depth_m));
+    throw std::invalid_argument(fmt::format(
+        "seafloor: the bed rises {:.3g} m above the sea surface at a mean depth of {} m; make it "
+        "deeper, the relief lower, or the extent smaller",
+        highest, depth_m));
 }
 
 Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
@@ -107,7 +106,7 @@ Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
 
 double points_of(const Heightfield& grid) { return static_cast<double>(grid.columns) * grid.rows; }
 
-/// A bed's grid without heights, by its options or the header of its file.
+/// The grid of the bed without heights, from the options or from the header of the survey file.
 Heightfield expected_grid(const SeafloorOptions& options) {
   if (options.kind == SeafloorKind::fractal) return fractal_grid(options);
   Heightfield grid = read_survey_header(options.survey.path);
@@ -124,7 +123,8 @@ Heightfield expected_grid(const SeafloorOptions& options) {
   return grid;
 }
 
-/// Bytes that are there at one time while a bed's heights are made, of those the heights 8 a point.
+/// Bytes allocated at the same time while the heights of a bed are made, 8 per point for the
+/// heights included.
 double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   const double points = points_of(grid);
   double bytes = 8.0 * points;
@@ -136,15 +136,16 @@ double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   } else if (options.detail.cell_m > 0.0 && options.detail.height_at_1m_m != 0.0) {
     at_once(spectral_field_bytes(grid, 0.0));
   }
-  // The bed before all layers and where one lies; of roughness also its relief and what it marks.
+  // 16: the bed before all layers, and where a layer lies; 28: the relief of a roughness layer and
+  // its marks in addition.
   if (!options.seabed.empty()) at_once(16.0 * points);
   for (const auto& layer : options.seabed.roughness)
     at_once(28.0 * points + spectral_field_bytes(grid, fractal_period_m(grid, layer.relief.hurst)));
   return bytes;
 }
 
-/// Bytes that come beside the heights of a bed: the mesh while the heights are still there, then
-/// what is built over it without them.
+/// Bytes needed in addition to the heights of a bed: for the mesh while the heights still exist,
+/// then for what is built over the mesh after the heights are freed.
 double mesh_bytes(double points, double faces, double bytes_per_face) {
   const double mesh = (0.5 * sizeof(Eigen::Vector3f) + sizeof(refine::Face)) * faces;
   return mesh + std::max(sizeof(std::uint32_t) * points, bytes_per_face * faces - 8.0 * points);
@@ -164,7 +165,8 @@ std::string description_of(const Heightfield& grid, const MemoryPlan& plan) {
                             : "");
 }
 
-/// Refuses what does not fit before it is made, as far as options and header tell.
+/// Throws MemoryError before anything is made, if the options and the header show that it cannot
+/// fit.
 void require_heights(const SeafloorOptions& options, const MemoryPlan& plan) {
   const Heightfield grid = expected_grid(options);
   const double points = points_of(grid);
@@ -176,7 +178,7 @@ void require_heights(const SeafloorOptions& options, const MemoryPlan& plan) {
   plan.limit.require(bytes + plan.more_bytes, description_of(grid, plan), cure_of(options));
 }
 
-/// The same of a mesh over heights that are there.
+/// Throws MemoryError if the mesh over these heights cannot fit.
 void require_mesh(const SeafloorOptions& options, const Heightfield& field,
                   const MemoryPlan& plan) {
   double faces = 0.0;
@@ -187,7 +189,7 @@ void require_mesh(const SeafloorOptions& options, const Heightfield& field,
                      description_of(field, plan), cure_of(options));
 }
 
-/// A bed's heights, and the map of what lies there.
+/// The heights of a bed, and the map of its sediments.
 struct Ground {
   Heightfield field;
   SeabedMap map;
@@ -199,7 +201,7 @@ bool is_mesh(const SeafloorOptions& options) {
 
 Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
   if (is_mesh(options))
-    throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it as .ply");
+    throw std::invalid_argument("seafloor: a mesh has no grid of heights; write it to a .ply file");
   const bool fractal = options.kind == SeafloorKind::fractal;
   Ground ground;
   ground.field = fractal ? make_fractal(options, seed) : make_survey(options, seed);
@@ -208,18 +210,18 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
   return ground;
 }
 
-constexpr double repair_bytes_a_face = 75.0;  // beside the mesh that was read
+constexpr double repair_bytes_per_face = 75.0;  // in addition to the mesh that was read
 
 refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloor,
                                const MemoryPlan& plan) {
-  const std::string cure = "take a coarser mesh, or a part of it";
-  std::error_code unreadable;  // read_mesh() says so
+  const std::string cure = "use a coarser mesh, or a part of it";
+  std::error_code unreadable;  // read_mesh() reports it
   if (const auto bytes = std::filesystem::file_size(options.mesh.path, unreadable); !unreadable)
     plan.limit.require(static_cast<double>(bytes) + plan.more_bytes,
                        options.mesh.path.string() + " and what is read of it", cure);
   const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
   const auto faces = static_cast<double>(read.faces.size());
-  plan.limit.require(std::max(repair_bytes_a_face, plan.bytes_per_face) * faces + plan.more_bytes,
+  plan.limit.require(std::max(repair_bytes_per_face, plan.bytes_per_face) * faces + plan.more_bytes,
                      fmt::format("the repair of the {:.0f} faces of {} and what is built over them",
                                  faces, options.mesh.path.string()),
                      cure);
@@ -231,8 +233,8 @@ refine::TriangleMesh make_mesh(const SeafloorOptions& options, Seafloor& seafloo
   mesh.world_origin.z() = options.water_level_m;
   if (refine::bounds(mesh).lowest.z() >= 0.0f)
     throw refine::MeshError(fmt::format(
-        "{}: the whole mesh lies above the sea surface, the water level being {:.2f} m; set "
-        "water_level_m, or turn depths that count downwards into heights",
+        "{}: the whole mesh lies above the sea surface at the water level of {:.2f} m; set "
+        "water_level_m, or change the sign of depths that count downwards",
         options.mesh.path.string(), options.water_level_m));
   return std::move(mesh);
 }
@@ -269,8 +271,8 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
   if (tables.empty()) return;
   if (const std::size_t count = count_of(tables); count + seafloor.labels.size() > max_labels)
     throw std::invalid_argument(
-        fmt::format("{} objects are more than the {} labels that are left; take fewer", count,
-                    max_labels - seafloor.labels.size()));
+        fmt::format("{} objects are more than the {} labels that are left; use fewer objects",
+                    count, max_labels - seafloor.labels.size()));
   PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials);
   for (const auto& [file, report] : placed.repairs) report_repairs(report, file, seafloor);
   seafloor.warnings.insert(seafloor.warnings.end(), placed.warnings.begin(), placed.warnings.end());
@@ -281,8 +283,8 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
   }
   if (static_cast<double>(faces) > max_faces)
     throw refine::MeshError(fmt::format(
-        "with its {} objects the seafloor has more than 2^31 faces; take coarser meshes "
-        "or a coarser bed",
+        "with its {} objects the seafloor has more than 2^31 faces; use coarser meshes or a "
+        "coarser bed",
         placed.objects.size()));
   seafloor.mesh.faces.reserve(faces);
   seafloor.mesh.positions.reserve(vertices);
@@ -308,7 +310,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   if (options.kind == SeafloorKind::progressive) {
     if (!objects.empty())
       throw std::invalid_argument(
-          "seafloor: a progressive mesh takes no further objects; put them into the scene that is "
+          "seafloor: no objects can be added to a progressive mesh; add them to the scene that is "
           "analysed");
     return open_analysed(options.progressive.path);
   }

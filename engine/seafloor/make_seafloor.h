@@ -12,32 +12,32 @@
 
 namespace ensonify::engine {
 
-/// What a seafloor's maker may take of memory, and what will be made of its mesh.
+/// The memory limit of make_seafloor(), and the memory that later stages need.
 ///
-/// All estimates here and where this is filled in count what is certainly allocated at one time, so
-/// that nothing is refused that fits: of a survey, whose holes make no faces, the heights before it
-/// is read and the faces once they are known; of random layers what each of them takes.
+/// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
+/// that no seafloor that fits is refused. For a survey the heights are counted before it is read
+/// and the faces once they are known, since holes make no faces; for random layers, what each of
+/// them needs.
 struct MemoryPlan {
   MemoryLimit limit;
-  double bytes_per_face = 0.0;  ///< of what is built over the mesh: a tree, or the analysis
-  double more_bytes = 0.0;      ///< of what is there at the same time, as a run's images
+  double bytes_per_face = 0.0;  ///< for what is built over the mesh: a tree, or the analysis
+  double more_bytes = 0.0;      ///< for what is allocated at the same time, such as a run's images
 };
 
-/// Reads the header of a survey grid, and no more. Throws as make_seafloor() does where that is
-/// enough to refuse it.
+/// Reads only the header of a survey grid. Throws what make_seafloor() would throw for that header.
 void check_header(const SeafloorOptions& options);
 
-/// The heights that options describe. Throws std::invalid_argument for options that make no bed
-/// below the sea surface, or are a mesh's, which has no grid of heights; refine::MeshError for a
-/// survey that makes none, and what its parts throw; MemoryError, before memory is allocated, for
-/// heights that do not fit.
+/// The heights that the options describe. Throws std::invalid_argument if the options make no bed
+/// below the sea surface or name a mesh, which has no grid of heights; refine::MeshError if the
+/// survey makes no such bed; MemoryError, before it allocates, if the heights do not fit; and what
+/// the layers throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              const MemoryPlan& plan = {});
 
-/// The bed (of any kind) as a mesh, with objects set down on it; `materials` are the scene's own.
-/// Throws as make_heightfield does, and refine::MeshError for a mesh that cannot be read or an
-/// object without a bed below, and std::invalid_argument for objects over a progressive mesh, which
-/// has its own.
+/// The bed (of any kind) as a mesh, with objects set down on it; `materials` are those that the
+/// scene defines. Throws what make_heightfield throws; refine::MeshError for a mesh that cannot be
+/// read or an object without a bed below it; std::invalid_argument for objects on a progressive
+/// mesh, which already contains its objects.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects = {},
                        std::span<const Material> materials = {}, const MemoryPlan& plan = {});

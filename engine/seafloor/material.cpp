@@ -16,8 +16,9 @@ using scatter::Sediment, scatter::Solid;
 
 constexpr std::string_view solid = "solid", lambert = "lambert";
 
-/// What covers a bed, by Lambert's law. Dense Posidonia: -23 dB, nearly alike at all angles and
-/// frequencies (Lyons and Pouliquen 1998), which this is at 23 degrees. Shells: a typical value.
+/// What covers a bed, by Lambert's law. Dense Posidonia has -23 dB, nearly the same at all angles
+/// and frequencies (Lyons and Pouliquen 1998); this value gives -23 dB at 23 degrees. Shells: a
+/// typical value.
 struct Cover {
   std::string_view name;
   double mu_db;

@@ -14,9 +14,9 @@ std::uint16_t Seafloor::tag_of(std::uint32_t face) const {
   if (progressive->tag_count() == 0) return 0;
   const std::uint16_t tag = progressive->tag(face);
   if (tag < labels.size()) return tag;
-  throw refine::MeshError(
-      fmt::format("the progressive mesh gives face {} the label {}, of {}; analyse it again", face,
-                  tag, labels.size()));
+  throw refine::MeshError(fmt::format(
+      "the progressive mesh gives face {} the label {}, but has only {} labels; analyse it again",
+      face, tag, labels.size()));
 }
 
 }  // namespace ensonify::engine

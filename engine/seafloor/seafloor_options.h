@@ -26,15 +26,15 @@ struct SeafloorOptions {
   InputFile survey;
   SurveyDetail detail;
   // fractal, survey
-  SeabedOptions seabed;  ///< the map and the layers of relief on that
+  SeabedOptions seabed;  ///< the map of the sediments and the relief layers
   // progressive
-  InputFile progressive;  ///< what `ensonify analyse` wrote: bed, objects and labels
+  InputFile progressive;  ///< a file that `ensonify analyse` wrote: bed, objects and labels
   // mesh
   InputFile mesh;
-  double weld_tolerance_m = 0.0;  ///< the mesh's vertices this close become one
+  double weld_tolerance_m = 0.0;  ///< vertices of the mesh this close are merged
   // survey, mesh
-  double water_level_m = 0.0;            ///< height of the sea surface in the file's own heights
-  std::string material = "medium sand";  ///< see material.h
+  double water_level_m = 0.0;            ///< height of the sea surface in the file's vertical datum
+  std::string material = "medium sand";  ///< a name for material_named() of material.h
 };
 
 }  // namespace ensonify::engine

@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// Gives memory that begins with a cache line, so that no vector register's load straddles two.
+/// Allocates memory at the start of a cache line, so that no vector load crosses two lines.
 template <class T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -27,8 +27,7 @@ struct CacheLineAllocator {
 template <class T>
 using CacheLines = std::vector<T, CacheLineAllocator<T>>;
 
-/// Floats in the widest vector register of any target: arrays have room for one more behind their
-/// end.
+/// Floats in the widest vector register of any target. Arrays have padding of this size.
 inline constexpr std::size_t widest_vector = 64;
 
 }  // namespace ensonify::engine

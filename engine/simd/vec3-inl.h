@@ -1,5 +1,5 @@
-// Vectors of three in vector registers: included by kernels that are compiled once for each of
-// Highway's targets. No inline function of the rest of the program in here.
+// Three-vectors in vector registers. Kernels include it; they are compiled once per Highway target.
+// It must not use inline functions of the rest of the program.
 
 #if defined(ENSONIFY_VEC3) == defined(HWY_TARGET_TOGGLE)
 #ifdef ENSONIFY_VEC3
@@ -31,7 +31,7 @@ constexpr I di;
 constexpr HalfF df;
 constexpr std::int64_t lanes = HWY_MAX_BYTES < 8 ? 1 : hn::MaxLanes(d);
 
-// a b + c, rounded once.
+// a b + c with one rounding.
 template <class Tag, class Vector>
 HWY_INLINE Vector fma(Tag tag, Vector a, Vector b, Vector c) {
 #if HWY_TARGET == HWY_SCALAR
@@ -43,7 +43,7 @@ HWY_INLINE Vector fma(Tag tag, Vector a, Vector b, Vector c) {
 }
 HWY_INLINE V fma(V a, V b, V c) { return fma(d, a, b, c); }
 
-// Of each mask, the numbers of the lanes that it has, side by side.
+// For each mask, the numbers of its lanes, packed.
 template <class Number, std::size_t of_lanes>
 struct LanesOfMask {
   Number lanes[std::size_t{1} << of_lanes][of_lanes] = {};
@@ -56,9 +56,9 @@ struct LanesOfMask {
 template <class Number, std::size_t of_lanes>
 constexpr LanesOfMask<Number, of_lanes> lanes_of_mask;
 
-// Stores the lanes of the mask side by side; what lies behind them, up to a register's width, is
-// overwritten. Not by the instruction that compresses into memory, for which some machines take
-// hundreds of cycles, nor by Highway's tables, which it may copy to the stack for each use.
+// Stores the lanes of the mask packed; overwrites what follows, up to one vector. It avoids the
+// instruction that compresses into memory, which takes hundreds of cycles on some machines, and
+// Highway's tables, which may be copied to the stack for each use.
 template <class Tag, class Vector, class Mask>
 HWY_INLINE void store_some(Tag tag, Vector values, Mask mask, hn::TFromD<Tag>* to) {
 #if HWY_TARGET == HWY_SCALAR
@@ -87,7 +87,7 @@ HWY_INLINE V3 operator-(V3 a, V3 b) {
 }
 HWY_INLINE V3 operator*(V s, V3 a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
 HWY_INLINE V dot(V3 a, V3 b) { return fma(a.x, b.x, fma(a.y, b.y, hn::Mul(a.z, b.z))); }
-// Without fused operations: the cross product of swapped vectors is the same but for its sign.
+// Without fused operations, so that swapping the vectors changes only the sign.
 HWY_INLINE V3 cross(V3 a, V3 b) {
   return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
           hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),

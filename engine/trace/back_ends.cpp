@@ -1,5 +1,5 @@
-// The two tables of kinds: what intersects rays and faces, and which faces there are. A row more is
-// all that a new back-end needs to be listed, tested and timed.
+// The two tables of kinds: intersectors and face sources. One more row is all that a new back-end
+// needs to be listed, tested and timed.
 
 #include <array>
 #include <stdexcept>
@@ -26,11 +26,11 @@ constexpr std::array intersectors{
                     .make = &make_embree,
                     .bytes_per_face = 70.0},
     IntersectorKind{.name = "embree-single",
-                    .help = "the same, ray by ray: what packets bring",
+                    .help = "the same, ray by ray: shows the gain of packets",
                     .make = &make_embree_single,
                     .bytes_per_face = 70.0},
     IntersectorKind{.name = "fan_scan",
-                    .help = "scan conversion of a fan, no tree: fans only, for few faces",
+                    .help = "scan conversion of a fan, no tree; fans only, for few faces",
                     .make = &make_fan_scan,
                     .takes_lists = false,
                     .precision = Precision::in_double,
@@ -41,16 +41,16 @@ constexpr std::array intersectors{
                     .precision = Precision::exact,
                     .bytes_per_face = 160.0},
     IntersectorKind{.name = "brute_force",
-                    .help = "the same test of every face for every ray: slow",
+                    .help = "the same test for every face and every ray: slow",
                     .make = &make_brute_force,
                     .precision = Precision::exact},
 };
 
 constexpr std::array surfaces{
     FaceSourceKind{"static", "all faces, built once", false, &make_static_faces},
-    FaceSourceKind{"refined", "the exact faces of a mesh that is refined at each ping", true,
+    FaceSourceKind{"refined", "the exact faces of a mesh that is refined for each ping", true,
                    &make_refined_faces},
-    FaceSourceKind{"footprint", "the same faces by a query at each ping", true,
+    FaceSourceKind{"footprint", "the same faces, found by a query for each ping", true,
                    &make_footprint_faces},
 };
 

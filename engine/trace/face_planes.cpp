@@ -1,4 +1,4 @@
-// Compiled once for each of Highway's targets, as fan_kernel.cpp is.
+// Compiled once per Highway target, as scan_kernel.cpp is.
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/face_planes.cpp"
@@ -47,7 +47,7 @@ void find_face_planes_here(const FacePlanes& planes, std::int64_t count) {
 
 }  // namespace
 
-// What is exported must not be unnamed.
+// HWY_EXPORT needs functions outside the unnamed namespace.
 void find_face_planes_on(const FacePlanes& planes, std::int64_t count) {
   find_face_planes_here(planes, count);
 }

@@ -15,37 +15,38 @@
 
 namespace ensonify::engine {
 
-/// Which triangles are there for a ping, whatever intersects them. Faces keep their numbers in the
-/// seafloor's mesh, and their corners' order. One thread at a time.
+/// Provides the triangles for a ping, for any intersector. Faces keep their numbers in the
+/// seafloor's mesh, and the order of their corners. One thread at a time.
 class FaceSource {
  public:
   virtual ~FaceSource() = default;
-  /// The intersector over the faces that these fans can touch; good until the next call.
+  /// The intersector over the faces that these fans can touch; valid until the next call.
   virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
-  /// The fans of a ping to come: what they need is made ready while what is there is used, if there
-  /// is a spare thread. Whether what is there does for them, too, so that a later ping may be
-  /// named.
+  /// Announces the fans of a later ping: what they need is prepared on a spare thread, if there is
+  /// one, while the current faces are in use. Returns whether the current faces are enough for
+  /// them too; then a still later ping may be announced.
   virtual bool expect(std::span<const RayFan>, refine::SpareThreads&) { return true; }
-  /// What that intersector was built over: Hit::index counts in it.
+  /// The triangles that the intersector was built over; Hit::index counts in them.
   virtual refine::Triangles triangles() const = 0;
-  /// Another number whenever those are others.
+  /// A number that changes whenever triangles() changes.
   virtual std::uint64_t version() const = 0;
-  /// Forgets what earlier pings left.
+  /// Forgets all state of earlier pings.
   virtual void reset() {}
 };
 
-/// What the workers' surfaces are made from and share.
+/// What the workers' face sources share.
 struct FaceSourceParts {
-  refine::Triangles all;                                       ///< of the seafloor, for `static`
-  std::shared_ptr<const Intersector> whole;                    ///< over them
-  std::shared_ptr<const refine::ProgressiveMesh> progressive;  ///< for the others
-  std::string intersector;                                     ///< which they build
+  refine::Triangles all;                     ///< of the seafloor, for `static`
+  std::shared_ptr<const Intersector> whole;  ///< over all triangles
+  /// For the other kinds.
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;
+  std::string intersector;  ///< the back-end that they build
   IntersectorOptions options;
-  int tree_pings = 1;  ///< for how many pings to come a tree is meant to do
+  int tree_pings = 1;  ///< how many pings each tree should serve
 };
 
-/// A kind of surface: its name for `--surface`, one line of help, which part it needs, and how to
-/// make one worker's.
+/// A kind of face source: its name for `--surface`, one line of help, which part it needs, and how
+/// to make one worker's instance.
 struct FaceSourceKind {
   std::string_view name;
   std::string_view help;
@@ -58,8 +59,8 @@ std::vector<std::string_view> face_source_names();
 /// The kind of that name. Throws std::invalid_argument, listing the names there are.
 const FaceSourceKind& face_source_kind(std::string_view name);
 
-/// The bytes for each face, in addition to the mesh, that making its parts takes at the peak: the
-/// analysis, or the tree of an intersector over all faces. A lower bound, for many faces.
+/// Peak memory, in bytes per face and in addition to the mesh, for making its parts: the analysis,
+/// or an intersector's tree over all faces. A lower bound for large meshes.
 double build_bytes_per_face(const FaceSourceKind& surface, const IntersectorKind& intersector);
 
 }  // namespace ensonify::engine

@@ -1,5 +1,5 @@
-// A face in the frame of a fan, in vector registers: included by kernels that are compiled once for
-// each of Highway's targets. No inline function of the rest of the program in here.
+// A face in the frame of a fan, in vector registers. Kernels include it; they are compiled once per
+// Highway target. It must not use inline functions of the rest of the program.
 
 #if defined(ENSONIFY_FAN_FRAME) == defined(HWY_TARGET_TOGGLE)
 #ifdef ENSONIFY_FAN_FRAME
@@ -42,7 +42,7 @@ HWY_INLINE M before(V3 a, V3 b) {
   const M at_y = hn::Or(hn::Lt(a.y, b.y), hn::And(hn::Eq(a.y, b.y), at_z));
   return hn::Or(hn::Lt(a.x, b.x), hn::And(hn::Eq(a.x, b.x), at_y));
 }
-/// Turns faces until the corner that is lowest in (x, y, z) is first, and tells which that was.
+/// Rotates faces until the corner that is lowest in (x, y, z) is first; returns which that was.
 HWY_INLINE V put_in_order(Corners& face) {
   const auto [first, second, third] = face;
   const M by_second = before(second, first);
@@ -54,8 +54,8 @@ HWY_INLINE V put_in_order(Corners& face) {
   return hn::IfThenElse(by_third, hn::Set(d, 2.0), turn);
 }
 
-/// A face's plane: its unit normal, and its distance from the origin along it. One computation for
-/// all who ask, whatever they know of the face.
+/// A face's plane: its unit normal, and its distance from the origin along it. All callers share
+/// this one computation, so that their bits are equal.
 struct FacePlane {
   V3 normal;
   V distance;
@@ -64,7 +64,8 @@ HWY_INLINE FacePlane face_plane(V3 normal, V distance) {
   const V inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(dot(normal, normal)));
   return {inverse * normal, hn::Mul(inverse, distance)};
 }
-/// Its normal along the direction of a fan's plane at elevation 0; along the pole it is its z.
+/// The normal's component along the direction of a fan's plane at elevation 0; along the pole it is
+/// its z.
 HWY_INLINE V level_of(const FacePlane& face, V sin_azimuth, V cos_azimuth) {
   return fma(face.normal.x, sin_azimuth, hn::Mul(face.normal.y, cos_azimuth));
 }

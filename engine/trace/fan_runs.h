@@ -12,26 +12,26 @@
 
 namespace ensonify::engine {
 
-/// What the rays of a fan hit, run by run: neighbouring rays of a plane whose nearest face is one.
-/// Runs come plane by plane, and within a plane in the order of rays; those that miss, or are
-/// outside the beam, are in none.
+/// What the rays of a fan hit, as runs: neighbouring rays of a plane with the same nearest face.
+/// Runs are in order of planes, and within a plane in order of rays. Rays that miss, or are outside
+/// the beam, belong to no run.
 ///
-/// A run's face is told by its plane, as the fan's plane cuts it: a ray of elevation e meets it at
-/// the range distance / (level cos e + pole sin e), and its grazing angle's sine is -(level cos e +
+/// A run gives its face's plane as the fan's plane cuts it: a ray of elevation e meets it at the
+/// range distance / (level cos e + pole sin e). The sine of its grazing angle is -(level cos e +
 /// pole sin e) if the face's front is hit, for which distance is negative.
 class FanRuns {
  public:
   CacheLines<std::uint32_t> begin, end;   ///< elevations [begin, end)
   CacheLines<std::uint32_t> index, face;  ///< as in Hit
-  CacheLines<double> level,
-      pole;  ///< of the face's unit normal: along the direction of the fan's plane
-             ///< at elevation 0, and along the pole
+  /// Components of the face's unit normal: along the direction of the fan's plane at elevation 0,
+  /// and along the pole.
+  CacheLines<double> level, pole;
   CacheLines<double> distance;     ///< of the face's plane from the fan's origin, along the normal
-  std::vector<std::size_t> first;  ///< of each plane, and their end; the rows are longer
+  std::vector<std::size_t> first;  ///< by plane, then the end; the rows above are longer
 
-  /// Makes room for as many as a grid may have, and forgets what there was.
+  /// Makes room for the most runs that a grid may have, and removes all runs.
   void start(const FanGrid& grid);
-  /// Those of hits by ray number, over these triangles.
+  /// The runs of `hits` (by ray number) over these triangles.
   void take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits);
 
   std::size_t size() const { return first.back(); }

@@ -24,7 +24,7 @@ void check_ray(const Ray& ray) {
 
 void check_fan(const RayFan& fan, std::span<const Hit> hits) {
   if (hits.size() != fan.grid->rays())
-    throw std::invalid_argument("a fan's hits need one place for every ray of its grid");
+    throw std::invalid_argument("`hits` must have one element for every ray of the fan's grid");
   check_fan(fan);
 }
 
@@ -42,7 +42,7 @@ void check_frame(const RayFan& fan) {
 }
 
 void check_grid(const FanGrid& grid) {
-  bool within = true;  // no ray is looked at one by one: a sine beyond 1 is as far as it goes
+  bool within = true;  // single rays are not checked
   for (const FanGrid::Plane& plane : grid.planes)
     within &= std::abs(plane.sin_azimuth) <= 1.0 && std::abs(plane.cos_azimuth) <= 1.0;
   for (std::size_t i = 0; i < grid.elevation_rad.size(); ++i)
@@ -55,12 +55,13 @@ void check_vertices(refine::Triangles triangles, double largest_m) {
   for (std::size_t i = 0; i < triangles.faces.size(); ++i)
     for (const std::uint32_t corner : triangles.faces[i]) {
       if (corner >= triangles.positions.size())
-        throw refine::MeshError(fmt::format("face {} has a vertex {}, of {}; repair the mesh", i,
-                                            corner, triangles.positions.size()));
+        throw refine::MeshError(
+            fmt::format("face {} has vertex {}, but the mesh has {} vertices; repair the mesh", i,
+                        corner, triangles.positions.size()));
       if (!(triangles.positions[corner].array().abs() <= bound).all())
         throw refine::MeshError(fmt::format(
-            "vertex {} is not finite, or beyond {:g} m; repair the mesh before tracing it", corner,
-            largest_m));
+            "vertex {} is not finite or is beyond {:g} m; repair the mesh before tracing it",
+            corner, largest_m));
     }
 }
 

@@ -7,67 +7,53 @@
 #include <vector>
 
 #include <ensonify/engine/trace/fan_runs.h>
+#include <ensonify/engine/trace/intersector_options.h>
 #include <ensonify/engine/trace/ray.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-/// How a back-end is made. What a back-end has no use for, it ignores.
-struct IntersectorOptions {
-  /// Whether rays that meet an edge or a corner are held there at some cost in speed (Embree's
-  /// robust mode); the exact back-ends always hold them.
-  bool robust = true;
-  /// The trees are for one ping each, of one thread: built fast rather than traced fast.
-  bool for_one_ping = false;
-  /// What the last bits of a back-end in float may depend on, the name of an instruction set (see
-  /// instruction_sets in embree.h); empty: the best that all machines of the last ten years have.
-  std::string instruction_set;
-
-  IntersectorOptions of_one_ping() const {
-    IntersectorOptions same = *this;
-    same.for_one_ping = true;
-    return same;
-  }
-};
-
-/// No component of a ray or a vertex may be larger. (Embree's own bound is a little wider.)
+/// The largest allowed component of a ray or a vertex. (Embree's own limit is a little higher.)
 inline constexpr double largest_component = 1e18;
 
-/// Finds nearest hits over the triangles it was given. Queries are const and may run on any number
-/// of threads at once, but not while it is built.
+/// Finds nearest hits over the triangles it was built with. Queries are const and may run on any
+/// number of threads at once, but not during build().
 ///
-/// The contract, the same for every back-end (tests/contract): both sides of a face are hit; a hit
-/// has t_min <= t <= t_max; of several at one distance the face with the lowest number wins, and of
-/// several with that number the first; a degenerate face is never hit; an empty mesh is missed;
-/// hits call faces by the triangles' numbers, and tell their places among them. A hit depends on
-/// the ray and on the faces that the ray meets: not on other faces, on the faces' order, or on how
-/// vertices are numbered. (Embree's may in rare cases, see embree.h.) Non-finite or huge (above
-/// 1e18) rays, zero directions and negative t_min throw std::invalid_argument.
+/// The contract, the same for every back-end (tests/contract):
+/// - Both sides of a face are hit.
+/// - A hit has t_min <= t <= t_max.
+/// - Of several faces at one distance the lowest number wins, then the first in order.
+/// - A degenerate face is never hit; in an empty mesh all rays miss.
+/// - Hit::face is the face's number, Hit::index its index among the triangles.
+/// - A hit depends on the ray and on the faces that the ray meets: not on other faces, on the order
+///   of faces, or on how vertices are numbered. (Embree's may in rare cases, see embree.h.)
+/// - Rays that are not finite or huge (above 1e18), zero directions and negative t_min throw
+///   std::invalid_argument.
 class Intersector {
  public:
   virtual ~Intersector() = default;
 
-  /// Takes these triangles, which must outlive the queries and not change, instead of those it had.
-  /// Throws refine::MeshError for a face whose vertex is not there, not finite, or beyond what the
-  /// back-end can hold (1e18 m, embree 1e9 m), std::bad_alloc or std::runtime_error where memory or
-  /// a library refuses; it is empty then, and may be built again.
+  /// Replaces the triangles. They must outlive the queries and not change. Throws
+  /// refine::MeshError for a face whose vertex does not exist, is not finite, or is beyond the
+  /// back-end's limit (1e18 m, embree 1e9 m); std::bad_alloc or std::runtime_error if memory or a
+  /// library fails. After an exception it is empty and may be built again.
   virtual void build(refine::Triangles triangles) = 0;
 
-  /// What its last bits depend on, beside its libraries: an instruction set ("avx2", or "avx2 fast"
-  /// if not robust), or "portable".
+  /// What its last bits depend on in addition to its libraries: an instruction set ("avx2", or
+  /// "avx2 fast" if not robust), or "portable".
   virtual std::string_view code_path() const = 0;
 
   /// hits[fan.ray number], a miss for rays outside the beam. hits.size() == planes * elevations.
   virtual void intersect(const RayFan& fan, std::span<Hit> hits) const = 0;
-  /// The same run by run, where a back-end knows runs before it knows hits; false if it does not:
-  /// they are to be taken from hits.
+  /// The same as runs, for back-ends that know runs before hits. Returns false if the back-end does
+  /// not; then the runs come from the hits.
   virtual bool list_runs(const RayFan&, FanRuns&) const { return false; }
   /// hits[i] belongs to rays[i].
   virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
 };
 
-/// What an intersector computes with. It says how far off a sound answer may be.
+/// What an intersector computes with, and so how far off a sound answer may be.
 enum class Precision {
   exact,      ///< the reference's own test: the same bits
   in_double,  ///< rounding of double, and of edges that pass within it
@@ -79,25 +65,24 @@ struct IntersectorKind {
   std::string_view name;
   std::string_view help;
   std::unique_ptr<Intersector> (*make)(const IntersectorOptions& options);
-  bool takes_lists = true;  ///< of rays; else it answers fans alone
+  bool takes_lists = true;  ///< lists of rays; otherwise only fans
   Precision precision = Precision::in_float;
-  /// Memory that a build over many faces takes at its peak, in addition to the mesh; at least.
-  /// Measured over 2.4 million faces and rounded down; 0: not measured.
+  /// Peak memory of build() per face of a large mesh, in addition to the mesh. A lower bound,
+  /// measured over 2.4 million faces and rounded down; 0: not measured.
   double bytes_per_face = 0.0;
 };
 std::span<const IntersectorKind> intersector_kinds();
 
-/// The kind of that name. Throws std::invalid_argument, listing the names there are.
+/// The kind of that name. Throws std::invalid_argument, listing the known names.
 const IntersectorKind& intersector_kind(std::string_view name);
 
-/// The back-end of that name over triangles. Throws std::invalid_argument, listing the names there
-/// are, and what build() throws.
+/// The back-end of that name over triangles. Throws as intersector_kind and build() do.
 std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
                                               const IntersectorOptions& options = {});
 
-/// The guards of the contract, for back-ends to call. check_fan also wants the fan's frame to be
-/// unit vectors and its grid's sines and cosines within 1, so that no ray need be looked at by
-/// itself (a grid once is enough); check_vertices looks at the vertices that faces use.
+/// Checks of the contract's preconditions, for back-ends to call. check_fan also requires unit
+/// vectors in the fan's frame and sines and cosines within 1 in its grid, so that no ray needs a
+/// check of its own (a grid is checked once); check_vertices reads the vertices that faces use.
 void check_ray(const Ray& ray);
 void check_frame(const RayFan& fan);
 void check_grid(const FanGrid& grid);

@@ -4,7 +4,7 @@
 
 namespace ensonify::engine {
 
-/// What back-ends have in common that trace a fan's rays one by one.
+/// Base of back-ends that trace a fan's rays one by one.
 class RayByRay : public Intersector {
  public:
   void intersect(const RayFan& fan, std::span<Hit> hits) const final {

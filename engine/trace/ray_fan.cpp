@@ -11,19 +11,21 @@ namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
 constexpr double share_to_range = 0.65;  // of the elevations: even in range over a flat bed
-constexpr double share_rising = 0.15;  // even in range up to so much farther, for a bed that rises
+// Even in range from there up to `rising` times as far, for a bed that rises.
+constexpr double share_rising = 0.15;
 constexpr double rising = 4.0;
-// Planes outside the main lobe at mid-sector only serve the sector's ends, where a plane's rays are
-// closer to broadside: they may stand farther and farther apart. At 1.5 the sum over planes stays
-// within 0.01 dB of the beam's integral up to 50 degrees from mid-sector.
+// Planes outside the main lobe at mid-sector are needed only at the sector's ends, where a plane's
+// rays are closer to broadside: their spacing may grow. At 1.5 the sum over planes is within
+// 0.01 dB of the beam's integral up to 50 degrees from mid-sector.
 constexpr double plane_growth = 1.5;
 
-/// Slant range over height at which a ray of that depression meets a flat bed; past nadir, 1.
+/// Slant range over height at which a ray of depression `depression_rad` meets a flat bed; past
+/// nadir, 1.
 double flat_range_over_height(double depression_rad) {
   return 1.0 / std::sin(std::clamp(depression_rad, 1e-9, right_angle));
 }
 
-/// The factor by which `count` widths must grow, the first being 1, to make up a sum.
+/// The factor of growth with which `count` widths, the first being 1, have the sum `sum`.
 double growth_for(int count, double sum) {
   const auto made = [&](double growth) {
     double total = 0.0;
@@ -74,11 +76,12 @@ FanGrid::FanGrid(const FanLayout& layout)
     throw std::invalid_argument(
         "FanLayout: the main lobe and the truncation angle must be positive");
   if (layout.planes < 2 || layout.planes % 2 != 0 || layout.elevations < 2)
-    throw std::invalid_argument("FanLayout: an even number of planes and two elevations at least");
+    throw std::invalid_argument(
+        "FanLayout: needs an even number of planes and at least two elevations");
 
   planes = lay_planes(layout, std::asin(std::min(1.0, sin_truncation / std::cos(half_sector))));
 
-  // The mixture's distribution over elevation, which is in range too, nearest first.
+  // The mixture's distribution over elevation; slant range grows with elevation.
   const double lean = layout.lean_rad;
   const double nearest = flat_range_over_height(layout.sector_high_rad + lean);
   const double end = flat_range_over_height(layout.sector_low_rad + lean);

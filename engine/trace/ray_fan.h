@@ -10,32 +10,35 @@
 
 namespace ensonify::engine {
 
-/// What a fan's grid of rays is laid out for. Angles of the sector are depressions: 0 is level, 90
-/// degrees straight down, more looks past nadir to the other side.
+/// What a fan's grid of rays is laid out from. Angles of the sector are depressions: 0 is level, 90
+/// degrees straight down; more looks past nadir to the other side.
 struct FanLayout {
-  double sector_low_rad = 0.0;      ///< the smallest depression (above the horizontal if negative)
-  double sector_high_rad = 0.0;     ///< the largest
-  double truncation_rad = 0.0;      ///< psi_t: rays farther from the broadside plane are left out
-  double main_lobe_rad = 0.0;       ///< from the beam's axis to its first null, far off
-  double main_beam_rad = 0.0;       ///< to where it ends at the nearest range; less: the same
-  int planes = 8;                   ///< planes across it
-  int elevations = 2048;            ///< rays a plane
+  double sector_low_rad = 0.0;   ///< the smallest depression (above the horizontal if negative)
+  double sector_high_rad = 0.0;  ///< the largest
+  double truncation_rad = 0.0;   ///< psi_t: rays farther from the broadside plane are skipped
+  double main_lobe_rad = 0.0;    ///< from the beam's axis to its first null, far off
+  /// To the main beam's end at the nearest range; if smaller, main_lobe_rad is used.
+  double main_beam_rad = 0.0;
+  int planes = 8;                   ///< planes across the main beam
+  int elevations = 2048;            ///< rays per plane
   double range_over_height = 10.0;  ///< where the part that is uniform in range ends
-  double lean_rad = 0.0;  ///< how much lower than level its depressions are, for laying the rays
+  /// How much roll lowers this side: added to the depressions when rays are laid out.
+  double lean_rad = 0.0;
 };
 
 /// The rays of a fan in its own frame, the same for every ping. Each plane contains the pole and is
 /// turned about it by an azimuth; within a plane rays differ by elevation, counted from the middle
-/// of the sector. A ray's sine from broadside is cos(elevation) sin(azimuth).
+/// of the sector. The sine of a ray's angle from broadside is cos(elevation) sin(azimuth).
 ///
-/// Planes stand evenly across a main beam that is no wider than its main lobe. In the near field,
-/// where it is, they stand farther and farther apart from the axis outwards, so that as many cover
-/// it: the wider the beam, the nearer the bed, and the less it changes over an angle. Beyond the
-/// main beam they stand farther apart yet.
+/// Planes have even spacing across a main beam that is no wider than its main lobe. In the near
+/// field the beam is wider; there the spacing grows outwards from the axis, so that the same number
+/// of planes covers it: the wider the beam, the nearer the bed, and the less the bed changes over
+/// an angle. Beyond the main beam the spacing grows further.
 ///
 /// Elevations are at equal steps of a mixture's distribution: 65 % even in slant range over a flat
-/// bed, so that every bin is fed; 15 % even in range beyond, for where the bed rises; 20 % even in
-/// angle, for walls, hulls and nadir. The first and the last ray lie on the sector's ends.
+/// bed, so that every bin gets rays; 15 % even in range beyond that, in case the bed rises; 20 %
+/// even in angle, for walls, hulls and nadir. The first and the last ray are at the ends of the
+/// sector.
 struct FanGrid {
   explicit FanGrid(const FanLayout& layout);
 
@@ -56,18 +59,18 @@ struct FanGrid {
   }
 };
 
-/// How far the rays of a fan may leave their straight lines, each in its launch's vertical plane:
-/// none by default. Seen from the origin, a ray's points lie within turn_rad of its launch
-/// direction, at most `widening` times as level (in cosine of the angle from the level), and at
-/// most `lengthening` times as far as its t.
+/// The limits of how far a fan's rays may bend from straight lines, each in the vertical plane of
+/// its launch; no bend by default. Seen from the origin, a ray's points lie within turn_rad of its
+/// launch direction; the cosine of their angle from the level is at most `widening` times the
+/// launch direction's; they are at most `lengthening` times as far as their t.
 struct FanBend {
   double turn_rad = 0.0;
   double widening = 1.0;
   double lengthening = 1.0;
 };
 
-/// The ray bundle of one side of one ping: a grid of rays, placed. Ray (plane, elevation) is number
-/// plane * elevations() + elevation.
+/// The ray bundle of one side of one ping: a grid of rays at a place. Ray (plane, elevation) has
+/// number plane * elevations() + elevation.
 struct RayFan {
   std::shared_ptr<const FanGrid> grid;
   Eigen::Vector3d origin;      ///< local metres

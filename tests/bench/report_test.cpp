@@ -1,4 +1,4 @@
-// What the benchmark says of its measurements, whatever they were.
+// The benchmark's reports of any measurements.
 
 #include "report.h"
 
@@ -63,7 +63,8 @@ std::size_t count(std::string_view text, std::string_view what) {
 
 }  // namespace
 
-TEST_CASE("Every line of the CSV has the header's columns, and a run's stand in the right ones") {
+TEST_CASE(
+    "Every line of the CSV has the header's columns, and a run's values are in the right ones") {
   std::istringstream lines(csv(some_results()));
   std::vector<std::vector<std::string>> rows;
   for (std::string line; std::getline(lines, line);) {
@@ -87,7 +88,8 @@ TEST_CASE("Every line of the CSV has the header's columns, and a run's stand in 
   CHECK(value(3, "wall_s") == "10.00");
 }
 
-TEST_CASE("The table and the page show whatever was measured, and the page's elements end") {
+TEST_CASE(
+    "The table and the page show everything that was measured, and the page closes its elements") {
   const Results results = some_results();
   const std::string page = html(to_json(results)), text = table(results);
   for (const char* name :
@@ -101,8 +103,7 @@ TEST_CASE("The table and the page show whatever was measured, and the page's ele
           count(page, "</" + element + ">"));
 }
 
-TEST_CASE(
-    "A speedup that fell by more than both reports' noise is told, of cells, runs and datasets") {
+TEST_CASE("A speedup that fell by more than the noise is reported for cells, runs and datasets") {
   const nlohmann::ordered_json before = to_json(some_results());
   Results slower = some_results();
   slower.cells[0].speedup = {2.9, 2.8, 3.0};
@@ -115,13 +116,13 @@ TEST_CASE(
     CHECK(change.fell() == (change.name == "dataset/targets/2"));
   }
   for (const Change& change : compare(before, before)) CHECK_FALSE(change.fell());
-  // One from before there were such rows.
+  // A report from before these rows existed.
   nlohmann::ordered_json old = before;
   old.erase("runs");
   CHECK(compare(old, before).size() == 1);
 }
 
-TEST_CASE("An empty turn takes time, and less than one in which something is done") {
+TEST_CASE("An empty turn takes time, and less than a turn with work") {
   Results results = some_results();
   CHECK(results.harness->ping_us > 0.0);
   volatile double sink = 0.0;
@@ -135,7 +136,7 @@ TEST_CASE("An empty turn takes time, and less than one in which something is don
   CHECK(too_much.fastest_ping_us == Approx(2.0 * results.harness->ping_us));
 }
 
-TEST_CASE("A stop watch's laps add up to the time between its first and its last look") {
+TEST_CASE("A stop watch's laps add up to the time between its start and its last lap") {
   const engine::Clock::time_point before = engine::Clock::now();
   engine::StopWatch watch;
   const engine::Clock::time_point begun = engine::Clock::now();
@@ -150,7 +151,7 @@ TEST_CASE("A stop watch's laps add up to the time between its first and its last
   CHECK(sum_s >= std::chrono::duration<double>(last - begun).count() - 1e-9);
 }
 
-TEST_CASE("The recipe that is timed is the one among the scenes") {
+TEST_CASE("The timed recipe is the one in scenes/") {
   std::ifstream file(tests::source_folder() / "scenes" / "target_recognition.toml");
   std::ostringstream text;
   text << file.rdbuf();

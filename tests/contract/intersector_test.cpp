@@ -1,4 +1,4 @@
-// What every intersector promises, whatever is inside it.
+// The contract of every intersector.
 
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ refine::TriangleMesh one_face() {
   return {.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, .faces = {{0, 1, 2}}};
 }
 
-/// A fan of one ray, which begins where the other's t_min is.
+/// A fan of one ray, which begins at the given ray's t_min.
 RayFan fan_of(const Ray& ray) {
   static const auto one_ray = [] {
     FanGrid grid(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
@@ -60,7 +60,7 @@ RayFan fan_of(const Ray& ray) {
           (ray.t_max - ray.t_min) * ray.direction.stableNorm()};
 }
 
-/// A back-end that takes fans only is asked a fan of one ray.
+/// Traces one ray; as a fan of one ray if the back-end takes only fans.
 Hit shoot(const Intersector& tracer, const Ray& ray) {
   Hit hit;
   try {
@@ -74,8 +74,8 @@ Hit shoot(const Intersector& tracer, const Ray& ray) {
   return hit;
 }
 
-/// Those that promise that no ray slips through, and those that say of the faces around an edge or
-/// a corner that exactly one is hit, whichever others are there.
+/// Whether a back-end promises that no ray slips through, and that around an edge or a corner
+/// exactly one face is hit.
 bool holds_everything(std::string_view kind) {
   return kind == "pluecker" || kind == "brute_force" || kind == "fan_scan";
 }
@@ -108,25 +108,25 @@ TEST_CASE("a face is hit from both sides, at the right distance and place") {
       CHECK(hit.u == Approx(0.25));
       CHECK(hit.v == Approx(0.5));
     }
-    CHECK(!shoot(tracer, {{0.6, 0.6, 2.0}, {0, 0, -1}}));  // beside it
+    CHECK(!shoot(tracer, {{0.6, 0.6, 2.0}, {0, 0, -1}}));  // misses the face
     CHECK(!shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, 1}}));   // behind the origin
   });
 }
 
-TEST_CASE("distance counts in lengths of the direction, and ends where the ray does") {
+TEST_CASE("distance is in units of the direction's length, within the ray's ends") {
   const refine::TriangleMesh mesh = one_face();
   for_every_intersector(mesh, [](const Intersector& tracer) {
     CHECK(shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -4}}).t == Approx(0.5));
     CHECK(!shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -1}, 0.0, 1.9}));
     CHECK(!shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -1}, 2.1, 9.0}));
     CHECK(shoot(tracer, {{0.2, 0.2, 2.0}, {0, 0, -1}, 1.9, 2.1}));
-    CHECK(shoot(tracer, {{0.25, 0.25, 2.0}, {0, 0, -1}, 2.0, 2.5}));  // both ends belong to it
+    CHECK(shoot(tracer, {{0.25, 0.25, 2.0}, {0, 0, -1}, 2.0, 2.5}));  // both ends are included
     CHECK(shoot(tracer, {{0.25, 0.25, 2.0}, {0, 0, -1}, 1.5, 2.0}));
     CHECK(shoot(tracer, {{0.25, 0.25, 2.0}, {0, 0, -1}, 2.0, 2.0}));
   });
 }
 
-TEST_CASE("a ray that starts on a face hits it at once, or what comes after its t_min") {
+TEST_CASE("a ray that starts on a face hits it at t = 0, or what comes after its t_min") {
   refine::TriangleMesh mesh = one_face();
   for (const Eigen::Vector3f& p : one_face().positions)
     mesh.positions.push_back(p - Eigen::Vector3f(0, 0, 3));
@@ -146,26 +146,26 @@ TEST_CASE("a ray that starts on a face hits it at once, or what comes after its 
   });
 }
 
-TEST_CASE("a ray within a face's plane never hits it") {
+TEST_CASE("a ray in a face's plane never hits it") {
   const refine::TriangleMesh mesh = one_face();
   for_every_intersector(mesh, [](const Intersector& tracer) {
     //   c
-    //   |.\          along edges, through corners and the middle, from beside it and from on it
+    //   |.\          along edges, through corners and the middle, starting outside it and on it
     //   | .\ .
     // o-a--b->
     for (const Vector3d& origin : {Vector3d(-1, 0, 0), Vector3d(0, 0, 0), Vector3d(0.25, 0.25, 0)})
       for (const Vector3d& direction :
            {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(1, 0.25, 0), Vector3d(-1, 1, 0)})
         CHECK(!shoot(tracer, {origin, direction}));
-    CHECK(!shoot(tracer, {{-1, 0.25, 1e-3}, {1, 0, 0}}));  // just above it
+    CHECK(!shoot(tracer, {{-1, 0.25, 1e-3}, {1, 0, 0}}));  // just above the plane
   });
 }
 
-TEST_CASE("a lone face is hit up to its edges, and nowhere beyond them") {
+TEST_CASE("a single face is hit up to its edges and not beyond them") {
   const refine::TriangleMesh mesh = one_face();
   for_every_intersector(mesh, [](const Intersector& tracer) {
     //   c
-    //   |.\ .       a little to this side of an edge or a corner, and to that
+    //   |.\ .       slightly to either side of an edge or a corner
     //   | .\ .
     //   a-----b
     constexpr double little = 1e-5;
@@ -180,7 +180,7 @@ TEST_CASE("a lone face is hit up to its edges, and nowhere beyond them") {
         CHECK(hit.u == Approx((edge + inwards).x()).margin(1e-6));
         CHECK(hit.v == Approx((edge + inwards).y()).margin(1e-6));
         CHECK(!shoot(tracer, {edge - inwards + above, down}));
-        const Hit on_it = shoot(tracer, {edge + above, down});  // the tie rule's own affair
+        const Hit on_it = shoot(tracer, {edge + above, down});  // decided by the tie rule
         if (on_it) CHECK(on_it.t == Approx(2.0));
       }
   });
@@ -188,7 +188,7 @@ TEST_CASE("a lone face is hit up to its edges, and nowhere beyond them") {
 
 TEST_CASE("around a corner and along the edges that meet there a ray hits one face") {
   //   3---2---1
-  //   | \ | / |     eight faces about 0; the ray goes down through 0, through an edge's middle, or
+  //   | \ | / |     eight faces around 0; the ray goes down through 0, through an edge's middle, or
   //   4---0---8     along an edge's line on its way to one of them
   //   | / | \ |
   //   5---6---7
@@ -225,7 +225,7 @@ TEST_CASE("around a corner and along the edges that meet there a ray hits one fa
   }
 }
 
-TEST_CASE("of faces in one place the lowest is hit, whichever way round they are") {
+TEST_CASE("of faces at one place the lowest is hit, in any orientation") {
   refine::TriangleMesh mesh = one_face();
   for (float z : {-1.0f, 1.0f})
     for (const Eigen::Vector3f& p : one_face().positions)
@@ -253,9 +253,9 @@ TEST_CASE("of several faces the nearest is hit") {
   });
 }
 
-TEST_CASE("neither the faces' order nor the vertices' changes a hit, to the bit") {
-  // Steep relief seen from low above, so that many rays pass a ridge or an edge; every third face
-  // is there twice, and some faces lie within others.
+TEST_CASE("the order of faces and vertices does not change a hit, to the bit") {
+  // Steep relief seen from a low height, so that many rays pass a ridge or an edge; every third
+  // face is there twice, and some faces lie within others.
   refine::TriangleMesh mesh = tests::open_grid(40, 40, 0.5, 1.0, 11);
   const std::size_t plain = mesh.faces.size();
   for (std::size_t i = 0; i < plain; i += 3)
@@ -320,7 +320,7 @@ TEST_CASE("neither the faces' order nor the vertices' changes a hit, to the bit"
   }
 }
 
-TEST_CASE("an empty mesh is missed, and so is a face without area") {
+TEST_CASE("rays miss an empty mesh and a face without area") {
   const refine::TriangleMesh empty;
   for_every_intersector(empty, [](const Intersector& tracer) {
     CHECK(!shoot(tracer, {{0, 0, 1}, {0, 0, -1}}));
@@ -348,7 +348,7 @@ TEST_CASE("rays and vertices that are not finite, or huge, are refused") {
                     std::invalid_argument);
     CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 0}}), std::invalid_argument);
     CHECK_THROWS_AS(shoot(tracer, {{0, 0, 0}, {0, 0, 1}, 1.0, 0.5}), std::invalid_argument);
-    CHECK(!shoot(tracer, {{0.2, 0.2, 1}, {0, 0, 1e-40}}));  // denormal, and harmless
+    CHECK(!shoot(tracer, {{0.2, 0.2, 1}, {0, 0, 1e-40}}));  // denormal, and allowed
     CHECK(!shoot(tracer, {{0.2, 0.2, 1}, {0, 0, 5e-324}}));
     CHECK(!shoot(tracer, {{1e18, -1e18, 1e18}, {1e18, 0, 0}}));
     CHECK(shoot(tracer, {{0.25, 0.25, 1}, {0, -1e-310, -1}}));
@@ -363,7 +363,7 @@ TEST_CASE("rays and vertices that are not finite, or huge, are refused") {
     }
 }
 
-TEST_CASE("denormal corners make a face like any other, or one too small to be met") {
+TEST_CASE("a face with denormal corners is like any other, or too small to be hit") {
   constexpr float tiny = std::numeric_limits<float>::denorm_min();
   const refine::TriangleMesh mesh{
       .positions = {{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}, {4, tiny, 0}},
@@ -375,7 +375,8 @@ TEST_CASE("denormal corners make a face like any other, or one too small to be m
   });
 }
 
-TEST_CASE("an intersector takes other triangles, more or fewer, and forgets those it had") {
+TEST_CASE(
+    "an intersector can be built again with more or fewer triangles, and forgets the old ones") {
   const refine::TriangleMesh one = one_face(), empty;
   refine::TriangleMesh two = one_face();
   for (Eigen::Vector3f& p : two.positions) p.x() += 5.0f;
@@ -402,7 +403,7 @@ TEST_CASE("an intersector takes other triangles, more or fewer, and forgets thos
 
 namespace {
 
-/// A ball of 8 n^2 faces: an octahedron's sides cut into n^2 each, blown up.
+/// A ball of 8 n^2 faces: an octahedron's sides divided into n^2 each, projected to a sphere.
 refine::TriangleMesh ball(int n, const Vector3d& middle, double radius_m) {
   refine::TriangleMesh mesh;
   std::map<std::array<int, 3>, std::uint32_t> numbers;
@@ -440,10 +441,11 @@ Vector3d point_of(const refine::Triangles& mesh, std::uint32_t face, Aim aim) {
 }  // namespace
 
 //      .--.
-//   --x----x->      from outside in and out again, and nothing after that
+//   --x----x->      from outside in and out again, then nothing
 //    ( o----x->     from inside out once
 //      `--'
-TEST_CASE("a ball of 1e5 faces far from the origin is closed to all rays, but for Embree's leaks") {
+TEST_CASE(
+    "a sphere of 1e5 faces far from the origin is closed to all rays, except Embree's leaks") {
   const Vector3d middle(148376, 1234, -223423);
   constexpr double radius_m = 100.0;
   const refine::TriangleMesh mesh = ball(112, middle, radius_m);
@@ -481,7 +483,7 @@ TEST_CASE("a ball of 1e5 faces far from the origin is closed to all rays, but fo
   }
 }
 
-TEST_CASE("a fan's answers are those of its rays one by one, and misses outside the beam") {
+TEST_CASE("a fan's answers are those of its single rays, and misses outside the beam") {
   const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = 0.1,
                                                               .sector_high_rad = 1.4,
                                                               .truncation_rad = 0.02,
@@ -509,12 +511,12 @@ TEST_CASE("a fan's answers are those of its rays one by one, and misses outside 
         if (hit) REQUIRE(hit.t == Approx(alone.t).epsilon(1e-6));
       }
     CHECK(met > 500);
-    CHECK(met + beyond < grid->rays());  // some end before the ball does
+    CHECK(met + beyond < grid->rays());  // some end before the sphere
     CHECK(beyond > 0);
   });
 }
 
-TEST_CASE("an unknown intersector is refused with the names there are") {
+TEST_CASE("an unknown intersector is refused with the known names") {
   const refine::TriangleMesh mesh = one_face();
   CHECK_THROWS_WITH(make_intersector("embre", mesh),
                     Catch::Contains("embree") && Catch::Contains("pluecker, brute_force"));
@@ -527,7 +529,7 @@ struct Agreement {
   double largest_relative = 0.0;
 };
 
-/// Is the ray within a millionth of its range of one of the face's edges?
+/// Whether the ray passes an edge of the face within a millionth of its range.
 bool at_an_edge(const refine::TriangleMesh& mesh, const Ray& ray, const Hit& hit) {
   const refine::Triangles triangles = mesh;
   const Vector3d p = ray.origin + hit.t * ray.direction;
@@ -560,7 +562,7 @@ void compare(const refine::TriangleMesh& mesh, const RayFan& fan, std::span<cons
   }
 }
 
-/// Fans of pings of a scene, embree against pluecker; the pings turn and roll, and move on.
+/// Compares embree with pluecker on fans of a scene's pings, which turn, roll and advance.
 Agreement compare_over(const Scene& scene, int pings) {
   const Seafloor bed = make_seafloor(scene.seafloor, scene.seed);
   const Sonar& sonar = scene.sonars.front();
@@ -598,7 +600,7 @@ Scene ripples_scene() { return read_scene(tests::source_folder() / "scenes/rippl
 
 }  // namespace
 
-TEST_CASE("embree hits what pluecker hits: 1e5 rays of the ripples scene, leaks along edges apart",
+TEST_CASE("embree hits what pluecker hits: 1e5 rays of the ripples scene, except leaks along edges",
           "[slow]") {
   const Agreement count = compare_over(ripples_scene(), 4);
   INFO(count.rays << " rays, " << count.hits << " hits, " << count.other_face

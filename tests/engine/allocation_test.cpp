@@ -10,6 +10,7 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
@@ -85,10 +86,10 @@ TEST_CASE("a steady ping allocates nothing") {
   }
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
-  for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
-  simulator.reset();
+  for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping_numbered(poses[i], i);
+  SimulatorInternals::reset(simulator);
   const std::size_t before = allocations;
-  for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping(poses[i], i);
+  for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping_numbered(poses[i], i);
   CHECK(allocations == before);
   CHECK(before > 0);  // the count counts
 }
@@ -106,10 +107,10 @@ TEST_CASE(
   // In each round the two sets of faces have changed places: twice to warm up.
   for (int round = 0; round < 3; ++round) {
     before = allocations;
-    simulator.reset();
+    SimulatorInternals::reset(simulator);
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      simulator.expect(std::span(poses).subspan(i + 1), spare.threads);
-      simulator.ping(poses[i], i);
+      SimulatorInternals::expect(simulator, std::span(poses).subspan(i + 1), spare.threads);
+      simulator.ping_numbered(poses[i], i);
       spare.settle();
     }
   }
@@ -131,11 +132,11 @@ TEST_CASE("a steady ping of an object that moves allocates nothing, and what wen
       Pose beside = poses[i];
       beside.position += Eigen::Vector3d(10.0, 0.0, -4.0);
       simulator.move(instance, beside);
-      simulator.ping(poses[i], i);
+      simulator.ping_numbered(poses[i], i);
     }
   };
   build_track();
-  simulator.reset();
+  SimulatorInternals::reset(simulator);
   const std::size_t before = allocations;
   build_track();
   CHECK(allocations == before);
@@ -145,7 +146,7 @@ TEST_CASE("a steady ping of an object that moves allocates nothing, and what wen
     if (round == 1) alive_before = alive;
     const std::uint32_t other = simulator.add({.mesh = plate}, poses.front());
     REQUIRE(other == instance + 1);
-    if (round % 100 == 0) simulator.ping(poses.front(), 0);
+    if (round % 100 == 0) simulator.ping_numbered(poses.front(), 0);
     simulator.remove(other);
   }
   CHECK(alive == alive_before);
@@ -155,7 +156,7 @@ TEST_CASE("a steady refinement allocates nothing, nor does a steady query") {
   Simulator simulator(small_scene());
   std::vector<std::array<refine::FanVolume, 2>> pings;
   for (const Pose& pose : simulator.track()) {
-    const std::span<const RayFan> fans = simulator.aim(pose);
+    const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
     pings.push_back({view_volume(fans[0]), view_volume(fans[1])});
   }
   const auto progressive = make_progressive_mesh(simulator.seafloor().mesh);

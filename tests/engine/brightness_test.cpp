@@ -6,6 +6,7 @@
 
 #include "support/catch.h"
 
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
 

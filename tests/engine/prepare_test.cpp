@@ -191,9 +191,9 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   fs::resize_file(cache / "huge.mesh", std::uintmax_t{17} << 30);
   fs::last_write_time(cache / "huge.mesh",
                       fs::file_time_type::clock::now() + std::chrono::hours(2));
-  const PreparedSeafloor prepared = prepare_seafloor(small_scene(), {.cache = cache});
-  CHECK(prepared.warnings.empty());
-  CHECK(fs::exists(prepared.cache_file));
+  const auto prepared = prepare_seafloor(small_scene(), {.cache = cache});
+  CHECK(prepared->warnings.empty());
+  CHECK(fs::exists(prepared->cache_file));
   CHECK(!fs::exists(cache / "huge.mesh"));
 }
 
@@ -202,22 +202,23 @@ TEST_CASE("surface auto is refined, unless the run is too short for the analysis
   scene.run.surface = "auto";
   scene.seafloor.cell_m = 0.1;  // 360,000 faces
   scene.track.pings = 100;
-  PreparedSeafloor prepared = prepare_seafloor(scene, {});
-  CHECK(prepared.surface == "refined");
-  CHECK(prepared.seafloor.progressive);
-  CHECK(prepared.seafloor.mesh.faces.empty());
-  CHECK(prepared.why == "100 pings are enough to pay for the analysis of 360000 faces");
+  auto prepared = prepare_seafloor(scene, {});
+  CHECK(prepared->surface == "refined");
+  CHECK(prepared->seafloor.progressive);
+  CHECK(prepared->seafloor.mesh.faces.empty());
+  CHECK(prepared->why == "100 pings are enough to pay for the analysis of 360000 faces");
   scene.track.pings = 3;
   prepared = prepare_seafloor(scene, {});
-  CHECK(prepared.surface == "static");
-  CHECK(!prepared.seafloor.progressive);
-  CHECK(prepared.seafloor.mesh.faces.size() == 360000);
-  CHECK(prepared.why == "3 pings are too few to pay for the analysis of 360000 faces");
+  CHECK(prepared->surface == "static");
+  CHECK(!prepared->seafloor.progressive);
+  CHECK(prepared->seafloor.mesh.faces.size() == 360000);
+  CHECK(prepared->why == "3 pings are too few to pay for the analysis of 360000 faces");
   scene.run.surface = "footprint";
   prepared = prepare_seafloor(scene, {});
-  CHECK(prepared.surface == "footprint");
-  CHECK(prepared.why.empty());
-  CHECK(prepared.seafloor.progressive);
+  CHECK(prepare_seafloor(scene, {.seafloor = prepared}) == prepared);
+  CHECK(prepared->surface == "footprint");
+  CHECK(prepared->why.empty());
+  CHECK(prepared->seafloor.progressive);
 }
 
 TEST_CASE("a scene may name an analysed seafloor, which has its bed, objects and labels") {

@@ -1,6 +1,7 @@
 // A whole ping, whatever stands behind it.
 
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 
 #include <algorithm>
 #include <cmath>
@@ -58,8 +59,8 @@ std::vector<double> everything(const Scene& scene) {
   const std::vector<Pose> poses = simulator.track();
   std::vector<double> all;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (i % 10 == 0) simulator.reset();
-    for (const EchoLine& line : simulator.ping(poses[i], i))
+    if (i % 10 == 0) SimulatorInternals::reset(simulator);
+    for (const EchoLine& line : simulator.ping_numbered(poses[i], i))
       BinLayers::for_each([&](std::string_view, auto layer) {
         all.insert(all.end(), (line.bins.*layer).begin(), (line.bins.*layer).end());
       });
@@ -98,10 +99,10 @@ TEST_CASE("a sonar of one side hears the same as that side of one with two, to t
     Simulator starboard(scene);
     const std::vector<Pose> track = two.track();
     for (std::size_t ping = 0; ping < track.size(); ping += 3) {
-      const std::span<const EchoLine> whole = two.ping(track[ping], ping);
+      const std::span<const EchoLine> whole = two.ping_numbered(track[ping], ping);
       REQUIRE(whole.size() == 2);
       for (Simulator* half : {&port, &starboard}) {
-        const std::span<const EchoLine> lines = half->ping(track[ping], ping);
+        const std::span<const EchoLine> lines = half->ping_numbered(track[ping], ping);
         REQUIRE(lines.size() == 1);
         const EchoLine& expected = whole[half == &port ? 0 : 1];
         REQUIRE(lines[0].side == expected.side);
@@ -120,7 +121,8 @@ TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan do
   Scene scene = busy_scene(folder);
   Simulator simulator(scene);
   // South of the box, heading north to it.
-  const std::span<const EchoLine> lines = simulator.ping({.position = {12.0, -12.0, -14.0}}, 0);
+  const std::span<const EchoLine> lines =
+      simulator.ping_numbered({.position = {12.0, -12.0, -14.0}}, 0);
   REQUIRE(lines.size() == 5);
   const auto sees_box = [&](const EchoLine& line) {
     return std::ranges::count(line.bins.instance, 1u) > 0;
@@ -153,7 +155,7 @@ TEST_CASE("a million rays of each scene hit the same on every surface, to the bi
     std::size_t rays = 0, ties = 0, hit_or_miss = 0, others = 0;
     std::vector<Hit> expected, found;
     for (std::size_t ping = 0; rays < 1000000; ping = (ping + 7) % track.size()) {
-      const std::span<const RayFan> fans = simulator.aim(track[ping]);
+      const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, track[ping]);
       for (FaceSource* surface : {refined.get(), footprint.get()}) {
         const Intersector& exact = surface->prepare(fans);
         for (const RayFan& fan : fans) {
@@ -187,7 +189,7 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
   Simulator simulator(scene);
   Pose pose;
   pose.position = {0.0, 3.0, -10.0};
-  const EchoLine& starboard = simulator.ping(pose, 0)[1];
+  const EchoLine& starboard = simulator.ping_numbered(pose, 0)[1];
   bool object = false, shadow = false, port_object = false;
   for (std::size_t i = 0; i < starboard.bins.region.size(); ++i) {
     const BinLayers& bins = starboard.bins;
@@ -203,7 +205,7 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
     shadow = shadow || (bins.region[i] == static_cast<std::uint32_t>(Region::shadow) &&
                         bins.shadow_instance[i] == 1);
   }
-  for (const std::uint32_t instance : simulator.ping(pose, 0)[0].bins.instance)
+  for (const std::uint32_t instance : simulator.ping_numbered(pose, 0)[0].bins.instance)
     port_object = port_object || instance != 0;
   CHECK(object);
   CHECK(shadow);
@@ -269,7 +271,7 @@ TEST_CASE("a scene gives the same ranges at the origin, in UTM and ten thousand 
     CHECK(simulator.seafloor().mesh.world_origin == origin);
     const auto tracer = make_intersector("embree", simulator.seafloor().mesh);
     std::vector<Hit> hits;
-    for (const RayFan& fan : simulator.aim(simulator.track()[7])) {
+    for (const RayFan& fan : SimulatorInternals::aim(simulator, simulator.track()[7])) {
       std::vector<Hit> of_fan(fan.grid->rays());
       tracer->intersect(fan, of_fan);
       hits.insert(hits.end(), of_fan.begin(), of_fan.end());
@@ -309,7 +311,7 @@ TEST_CASE("Refraction in water of one speed changes nothing, and times alone shi
     Simulator simulator(scene);
     const Pose pose = simulator.track().front();
     REQUIRE(pose.position.z() < -8.1);
-    return simulator.ping(pose, 0).front().first_return;
+    return simulator.ping_numbered(pose, 0).front().first_return;
   };
   const double depth_m = -Simulator(scene).seafloor().mesh.positions.front().z();
   const double mean = depth_m / (8.05 / 1530 + (depth_m - 8.05) / 1470);
@@ -354,8 +356,8 @@ TEST_CASE("However far from the seafloor's middle, Embree hits what the referenc
       scene.run.intersector = intersector;
       Simulator simulator(scene, {.seafloor = prepared});
       for (int ping = 0; ping < 3; ++ping)
-        hits.push_back(
-            simulator.hits({.position = away + Eigen::Vector3d(0.37 * ping, 0.11 * ping, -8.0)}));
+        hits.push_back(SimulatorInternals::hits(
+            simulator, {.position = away + Eigen::Vector3d(0.37 * ping, 0.11 * ping, -8.0)}));
     }
     std::size_t rays = 0, others = 0, apart = 0;
     for (std::size_t ping = 0; ping < 3; ++ping)

@@ -12,11 +12,11 @@
 
 #include "support/manifold.h"
 
-// What the fuzz targets share. A target throws away what is refused as documented; whatever else
-// happens (another exception, a sanitizer's report, a broken promise) is a finding.
+// Shared by the fuzz targets. A target ignores the documented exceptions; everything else (another
+// exception, a sanitizer's report, a broken promise) is a finding.
 namespace ensonify::tests {
 
-/// Ends the program, so that the fuzzer keeps the input.
+/// Aborts the program if `kept` is false, so that the fuzzer keeps the input.
 inline void promise(bool kept, std::string_view what) {
   if (kept) return;
   std::fprintf(stderr, "broken promise: %.*s\n", static_cast<int>(what.size()), what.data());
@@ -34,7 +34,7 @@ inline void check_mesh(const refine::TriangleMesh& mesh) {
     promise(position.allFinite(), "positions are finite");
   for (const refine::Face& face : mesh.faces)
     for (const std::uint32_t vertex : face)
-      promise(vertex < mesh.positions.size(), "faces name vertices that are there");
+      promise(vertex < mesh.positions.size(), "faces use existing vertices");
 }
 
 inline void check_repair(const refine::TriangleMesh& mesh, double weld_tolerance_m) {
@@ -48,10 +48,10 @@ inline void check_repair(const refine::TriangleMesh& mesh, double weld_tolerance
   const refine::RepairedMesh again = refine::repair(repaired.mesh, weld_tolerance_m);
   promise(again.report.total() == 0 && again.mesh.faces == repaired.mesh.faces &&
               again.mesh.positions == repaired.mesh.positions,
-          "what is repaired is in order");
+          "a repaired mesh needs no repair");
 }
 
-/// One input of a mesh reader's target.
+/// Runs one input of a mesh reader's target.
 inline int fuzz_mesh(const std::uint8_t* data, std::size_t size, refine::MeshFormat format) {
   refine::TriangleMesh mesh;
   try {

@@ -10,7 +10,7 @@
 
 using namespace ensonify;
 
-// A survey's grid, in any format that is taken, through a file, to triangles.
+// A survey grid in any supported format: written to a file, read and tessellated.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const tests::TemporaryFolder folder;
   static const std::filesystem::path file = folder / "grid.asc";

@@ -20,14 +20,15 @@ using tests::ProgressiveFile;
 
 namespace {
 
-/// One change of a file: in which section (behind the last: in the header), where, and what to.
+/// One change of a file: the section (after the last one: the header), the offset and the new
+/// value.
 struct Edit {
   std::uint8_t section, kind;
   std::uint16_t place;
   std::uint32_t value;
 };
 
-/// A file in memory under a name.
+/// A file in memory that has a name.
 class MemoryFile {
  public:
   MemoryFile() : number_(memfd_create("fuzz", 0)) {}
@@ -81,7 +82,7 @@ void apply(const Edit& edit, ProgressiveFile& file) {
 
 }  // namespace
 
-// The first byte names a sound file; the others change it, and its checksums with it.
+// The first byte selects a valid file; the others change it and correct its checksums.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::vector<ProgressiveFile> files = make_files();
   static const MemoryFile memory;

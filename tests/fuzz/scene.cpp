@@ -11,12 +11,12 @@
 
 using namespace ensonify;
 
-// A scene's text; what stands behind a zero byte is an override. What is read says the same when it
-// is written and read again.
+// The text of a scene; each text after a zero byte is an override. A scene that was read, written
+// and read again must be the same.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::filesystem::path folder = [] {
     static const tests::TemporaryFolder own;
-    tests::write_text(own / "file", "");  // for keys that name one
+    tests::write_text(own / "file", "");  // for keys that name a file
     return own.path();
   }();
   std::string_view scene = tests::text(data, size);

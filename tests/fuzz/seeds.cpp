@@ -1,4 +1,4 @@
-// Writes the inputs from which the fuzz targets start: seeds FOLDER makes FOLDER/TARGET/NUMBER.
+// Writes the first inputs of the fuzz targets: `seeds FOLDER` makes FOLDER/TARGET/NUMBER.
 
 #include <filesystem>
 #include <map>
@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
 
   for (const char file : {'\0', '\1', '\2'})
     for (const char section :
-         {'\1', '\3', '\4', '\5', '\7', '\xc0'})  // one change each, of no effect
+         {'\1', '\3', '\4', '\5', '\7', '\xc0'})  // one change each, without effect
       seeds.add("progressive_mesh",
                 std::string{file, section, '\2', '\0', '\0', '\x80', '\0', '\0', '\0'});
 

@@ -1,4 +1,4 @@
-"""A headless Chromium, driven by WebDriver, and the program beside it. Standard library alone."""
+"""A headless Chromium driven over WebDriver, and the program `ensonify live`. Uses only the standard library."""
 
 import base64
 import json
@@ -16,7 +16,7 @@ PROGRAM = os.environ.get("ENSONIFY_PROGRAM", "build/bin/ensonify")
 
 
 class Live:
-    """`ensonify live` over a scene, at any free port."""
+    """`ensonify live` with a scene, at any free port."""
 
     def __init__(self, scene, *arguments):
         self.process = subprocess.Popen([PROGRAM, "live", scene, "--port", "0", "--quiet", *arguments],
@@ -33,7 +33,7 @@ class Live:
         self.stop()
 
     def stop(self):
-        """Ends it as Ctrl-C does; its exit code and how long that took."""
+        """Ends the program as Ctrl-C does. Returns its exit code and the seconds that took."""
         begin = time.monotonic()
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
@@ -46,7 +46,7 @@ class Live:
 
 
 class Browser:
-    """One window. Look at `missing()` first."""
+    """One browser window. Check `missing()` first."""
 
     @staticmethod
     def missing():
@@ -92,7 +92,7 @@ class Browser:
         return self._post("/goog/cdp/execute", {"cmd": command, "params": parameters})
 
     def size(self, width, height):
-        """Of the page itself, whatever the window has about it."""
+        """Sets the size of the page, without the window's frame."""
         self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height,
                       deviceScaleFactor=1, mobile=False)
 
@@ -104,11 +104,11 @@ class Browser:
         self._post("/url", {"url": address})
 
     def run(self, script, *arguments):
-        """A function's body in the page; its value."""
+        """Runs a function body in the page and returns its value."""
         return self._post("/execute/sync", {"script": script, "args": list(arguments)})
 
     def wait(self, script, seconds=60):
-        """Until an expression in the page is true; its value."""
+        """Waits until an expression in the page is true and returns its value."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             value = self.run("return " + script)
@@ -139,7 +139,7 @@ class Browser:
                  element, value, event)
 
     def complaints(self):
-        """What the browser's console holds of warnings and errors."""
+        """The warnings and errors of the browser's console."""
         return [entry["message"] for entry in self._post("/se/log", {"type": "browser"})
                 if entry["level"] in ("SEVERE", "WARNING") and "GPU stall" not in entry["message"]]
 
@@ -149,7 +149,7 @@ class Browser:
 
 
 def read_png(data):
-    """Width, height, channels and the bytes, of a PNG of 8 bits that is not interlaced."""
+    """Width, height, channels and pixel bytes of a PNG with 8 bits, not interlaced."""
     at, packed = 8, b""
     while at < len(data):
         size, kind = struct.unpack(">I4s", data[at:at + 8])

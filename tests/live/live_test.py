@@ -1,4 +1,4 @@
-"""The live view from outside: its picture and controls in a real browser, and those who mean it harm."""
+"""The live view from outside: its picture and controls in a real browser, and hostile requests."""
 
 import http.client
 import json
@@ -66,8 +66,8 @@ class Scene:
 
 
 def pixels(left, width, height):
-    """An expression in the page: what these of the picture's newest pixels show, four values each. Of a
-    copy: a canvas that is read again and again changes how it is drawn, and Chromium says so in the log."""
+    """A JavaScript expression for the newest pixels of the picture, four values each. It reads a copy: Chromium draws
+    a canvas that is read often in another way, and logs a warning."""
     return ("(() => { const c = document.getElementById('picture');"
             "const copy = Object.assign(document.createElement('canvas'), {width: c.width, height: c.height})"
             ".getContext('2d', {willReadFrequently: true}); copy.drawImage(c, 0, 0);"
@@ -76,7 +76,7 @@ def pixels(left, width, height):
 
 @unittest.skipIf(Browser.missing(), f"not installed: {', '.join(Browser.missing())}")
 class InABrowser(unittest.TestCase):
-    def test_the_picture_grows_and_is_that_of_the_run_pixel_for_pixel(self):
+    def test_the_picture_grows_and_equals_the_run_s_picture_pixel_by_pixel(self):
         for palette in ("grey", "copper"):
             with Scene(palette) as scene:
                 width, height, channels, expected = scene.picture()
@@ -115,7 +115,7 @@ class InABrowser(unittest.TestCase):
             browser.click("labels")
             browser.click("plain")
             browser.wait(f"Math.abs({mean} - {before}) < 8")
-            # The waterfall's own hands.
+            # The waterfall's mouse and buttons.
             browser.click("pause")
             scroll = browser.run("return live.picture.scroll")
             browser.wait(f"live.picture.scroll > {scroll} + 5")
@@ -129,7 +129,7 @@ class InABrowser(unittest.TestCase):
             browser.mouse("mouseWheel", left + 300, top + 200, deltaX=0, deltaY=-120, modifiers=2)
             browser.wait("live.picture.zoom > 0")
             browser.click("fit")
-            # The cursor's truth: to port, then the measure.
+            # The truth under the cursor on the port side, then the measurement.
             browser.mouse("mouseMoved", left + 0.15 * wide, top + 30)
             readout = "document.getElementById('readout').textContent"
             browser.wait(f"/region ?seabed/.test({readout}) && {readout}")
@@ -141,7 +141,7 @@ class InABrowser(unittest.TestCase):
             browser.click("pause")
             browser.click("measure")
             browser.click("pause")
-            # What all pages see.
+            # Changes that all pages see.
             browser.choose("[data-key='track.altitude_m']", 8)
             browser.wait("live.newest.altitude > 7.5")
             browser.choose("[data-sonar='range_m']", 36)
@@ -164,7 +164,7 @@ class InABrowser(unittest.TestCase):
             self.assertEqual(browser.run("return live.scene.gl && live.scene.gl.getError()"), 0)
             self.assertEqual(browser.run("return document.getElementById('trouble').textContent"), "")
             self.assertEqual(browser.complaints(), [])
-            # What is wrong is told, and nothing is changed.
+            # A wrong value is reported, and nothing is changed.
             browser.choose("[data-sonar='range_m']", 0.001)
             browser.wait("document.getElementById('trouble').textContent.includes('range_m')")
 
@@ -184,7 +184,7 @@ def request(port, method="GET", path="/", host=None, **headers):
 
 
 def raw(port, data, wait=8.0):
-    """What comes back for these bytes: the status, or 0 for a connection that is closed without one."""
+    """Sends bytes; returns the status of the answer, or 0 if the connection is closed without one."""
     with socket.create_connection(("127.0.0.1", port), timeout=wait) as to:
         try:
             to.sendall(data)
@@ -198,7 +198,7 @@ def raw(port, data, wait=8.0):
 
 
 class Frames:
-    """A page that reads: the lines' numbers, in a thread."""
+    """A page that reads frames in a thread and keeps the lines' ping numbers."""
 
     def __init__(self, port, token):
         self.answer = request(port, path="/lines", X_Ensonify_Token=token)
@@ -221,7 +221,7 @@ class Frames:
             pass
 
 
-class ByStrangers(unittest.TestCase):
+class OverHttp(unittest.TestCase):
     def setUp(self):
         self.scene = Scene(pings=100000, speed_mps=0.002)
         self.live = Live(self.scene.file, "--pings-per-s", "50")
@@ -243,7 +243,7 @@ class ByStrangers(unittest.TestCase):
             return {**{k: v for k, v in change.items() if k != name}, **instead}
 
         asked = [
-            # another Host, as a name that was made to point here has
+            # another Host: a foreign name that resolves to this machine
             *[("GET", path, dict(host=host, **own)) for path in ("/", "/lines") for host in
               ("evil.example", f"evil.example:{port}", "127.0.0.1", f"127.0.0.1:{port + 1}", f"127.0.0.1.evil.example:{port}", "")],
             ("POST", "/change", dict(change, host=f"evil.example:{port}", Origin=f"http://evil.example:{port}")),
@@ -293,14 +293,14 @@ class ByStrangers(unittest.TestCase):
                      b"CONNECT evil.example:443 HTTP/1.1\r\nHost: %s\r\n\r\n" % ours.encode()):
             with self.subTest(data=data[:60]):
                 self.assertIn(raw(port, data), (0, *range(400, 432)))
-        # Nothing of that got through, and the page's own requests do.
+        # None of these had an effect, and the page's own requests still work.
         frames = Frames(port, token)
         time.sleep(1.0)
         self.assertFalse(frames.status["hold"])
         self.assertGreater(len(frames.pings), 20)
         self.assertEqual(request(port, "POST", "/change", **change).status, 200)
 
-    def test_every_answer_has_its_guards(self):
+    def test_every_answer_has_the_security_headers(self):
         for path in ("/", "/page.js", "/map.js", "/page.css", "/nothing"):
             headers = request(self.live.port, path=path).headers
             self.assertEqual(headers["X-Content-Type-Options"], "nosniff")
@@ -308,7 +308,7 @@ class ByStrangers(unittest.TestCase):
             self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
             self.assertIn("script-src 'self'", headers["Content-Security-Policy"])
 
-    def test_ten_pages_and_slow_ones_leave_the_pings_alone(self):
+    def test_ten_pages_and_slow_ones_do_not_slow_the_pings(self):
         def pings_per_s(page, seconds):
             time.sleep(0.6)
             begin, first = time.monotonic(), len(page.pings)
@@ -347,7 +347,7 @@ class ByStrangers(unittest.TestCase):
         for one in stalled:
             one.close()
 
-    def test_who_falls_behind_goes_on_with_the_newest_and_is_told(self):
+    def test_a_page_that_falls_behind_continues_with_the_newest_line_after_a_gap(self):
         with Scene(pings=100000, speed_mps=0.002, bins=2000) as scene, \
                 Live(scene.file, "--pings-per-s", "40", "--hold") as live:
             token = re.search(r'content="([0-9a-f]{64})"', request(live.port).read().decode())[1]
@@ -359,7 +359,7 @@ class ByStrangers(unittest.TestCase):
             go = dict(Content_Type="application/json", Origin=f"http://127.0.0.1:{live.port}",
                       X_Ensonify_Token=token, body='{"hold": false}')
             self.assertEqual(request(live.port, "POST", "/change", **go).status, 200)
-            time.sleep(8.0)  # longer than it may be behind, shorter than it may stand still
+            time.sleep(8.0)  # longer than max_behind (3 s), shorter than longest_standstill (10 s)
             reader = Frames.__new__(Frames)
             reader.answer = http.client.HTTPResponse(slow)
             reader.answer.begin()
@@ -377,7 +377,7 @@ class ByStrangers(unittest.TestCase):
 
 
 class OnTheCommandLine(unittest.TestCase):
-    def test_an_address_that_others_can_reach_is_refused_unless_it_is_wanted(self):
+    def test_an_address_that_other_machines_can_reach_is_refused_without_remote(self):
         with Scene() as scene:
             for address in ("0.0.0.0", "192.168.1.5", "::", "127.0.0.1.evil.example"):
                 done = subprocess.run([PROGRAM, "live", scene.file, "--port", "0", "--bind", address],
@@ -400,7 +400,7 @@ class OnTheCommandLine(unittest.TestCase):
                 self.assertFalse([f for f in opened if f.startswith("/") and not f.startswith(("/dev/", "/proc/", "/sys/"))])
             self.assertEqual([f.name for f in folder.iterdir()], ["tiny.toml"])
 
-    def test_a_port_that_is_taken_is_said(self):
+    def test_a_taken_port_is_reported(self):
         with Scene() as scene, Live(scene.file) as live:
             done = subprocess.run([PROGRAM, "live", scene.file, "--port", str(live.port)], capture_output=True, text=True, timeout=60)
             self.assertEqual(done.returncode, 1)

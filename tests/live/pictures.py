@@ -1,4 +1,4 @@
-"""Draws the pictures of scenes/live.md anew: python3 pictures.py FOLDER. ./dev live-pictures calls it."""
+"""Draws the pictures of scenes/live.md: python3 pictures.py FOLDER. Called by ./dev live-pictures."""
 
 import base64
 import pathlib

@@ -1,4 +1,4 @@
-// Asks the documentation's back-end for what the reference finds.
+// Compares the documentation's back-end with the reference.
 
 #include <cmath>
 #include <cstdio>

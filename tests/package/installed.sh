@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The README's first program and the documented back-end: short, and built against what is installed, as a
-# stranger would.
+# The README's first program and the documented back-end are short, and they build against the
+# installed libraries.
 set -euo pipefail
 source_folder=$1 build_folder=$2 compiler=$3
 work=$(mktemp -d)
@@ -16,6 +16,9 @@ awk -v language=cpp -v word=RayByRay -f "$source_folder/tests/package/blocks.awk
   "$source_folder/engine/README.md" >"$work/back_end.cpp"
 lines=$(grep -c . "$work/back_end.cpp")
 ((lines > 0 && lines <= 40)) || { echo "the back-end has $lines lines, expected 1 to 40"; exit 1; }
+(cd "$work/prefix/include" && find ensonify -name '*.h' | sort | sed 's/.*/#include <&>/') >"$work/all_headers.cpp"
+headers=$(wc -l <"$work/all_headers.cpp")
+((headers > 0 && headers <= 60)) || { echo "$headers headers are installed, expected 1 to 60"; exit 1; }
 cmake -S "$work" -B "$work/build" -G Ninja -D CMAKE_PREFIX_PATH="$work/prefix" \
   -D CMAKE_CXX_COMPILER="$compiler" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
 cmake --build "$work/build" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }

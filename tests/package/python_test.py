@@ -95,12 +95,12 @@ class Images(unittest.TestCase):
         image = ensonify.simulate(scene, keys={"track.pings": 3, "sonar.left-right.sides": "port"})
         self.assertEqual(image.shape, (3, 100))
 
-    def test_progress_is_told(self):
-        told = []
-        ensonify.simulate(scene, progress=lambda *what: told.append(what))
-        self.assertEqual(told[-1], ("pings", 9, 9))
+    def test_progress_is_reported(self):
+        progress = []
+        ensonify.simulate(scene, progress=lambda *what: progress.append(what))
+        self.assertEqual(progress[-1], ("pings", 9, 9))
 
-    def test_what_is_wrong_is_said(self):
+    def test_faults_are_reported(self):
         with self.assertRaisesRegex(ensonify.SceneError, "pingz.*did you mean 'pings'"):
             ensonify.simulate({**scene, "track": {"pingz": 1}})
         with self.assertRaisesRegex(ensonify.SceneError, "No such file"):
@@ -137,7 +137,7 @@ class Images(unittest.TestCase):
                     made(scene, threads=threads)
         numpy.testing.assert_array_equal(ensonify.simulate(scene, threads=2), ensonify.simulate(scene, threads=0))
 
-    def test_of_several_sonars_all_images_come_by_name(self):
+    def test_with_several_sonars_images_are_found_by_name(self):
         both = ensonify.simulate(two_sonars())
         self.assertEqual(list(both), ["zeta", "alpha"])
         self.assertEqual([image.shape for image in both.values()], [(9, 200), (9, 100)])
@@ -148,7 +148,7 @@ class Images(unittest.TestCase):
                          {"zeta": ["range_m", "region"], "alpha": ["range_m", "region"]})
         self.assertEqual(sorted(ensonify.simulate(scene, layer="all")), sorted(ensonify.layers))
 
-    def test_an_image_has_what_the_files_of_a_run_say(self):
+    def test_an_image_has_the_data_of_a_run_s_files(self):
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             path = toml_of(folder / "scene.toml")
@@ -227,7 +227,7 @@ class Poses(unittest.TestCase):
         self.assertAlmostEqual(pose.heading_deg, 10)
         self.assertEqual(pose.velocity_mps, (0.0, 2.0, 0.1))
         numpy.testing.assert_allclose(pose.rates_degps, (1, 2, 3))
-        # Heading 90 is east: then the starboard side looks south, whatever degrees are inside.
+        # Heading 90 is east: then the starboard side looks south.
         pose = ensonify.Pose(0, 0, -12)
         pose.heading_deg = 90
         line = ensonify.Simulator(scene).ping(pose)[1]
@@ -237,7 +237,7 @@ class Poses(unittest.TestCase):
             setattr(pose, name, value)
             numpy.testing.assert_allclose(getattr(pose, name), value)
 
-    def test_the_text_of_a_pose_makes_it_again(self):
+    def test_the_repr_of_a_pose_evaluates_to_it(self):
         self.assertEqual(repr(self.pose), "Pose(1, 2.5, -12, t_s=0.1, roll_deg=-3, pitch_deg=4, heading_deg=10, "
                                           "velocity_mps=(0, 2, 0.1), rates_degps=(1, 2, 3))")
         self.assertEqual(repr(ensonify.Pose(0, 0, -1)), "Pose(0, 0, -1)")
@@ -274,14 +274,14 @@ class Documentation(unittest.TestCase):
                 if not isinstance(value, property):
                     self.assertEqual(list(inspect.signature(value).parameters)[0], "self", f"{name}.{member}")
         self.assertEqual(str(inspect.signature(ensonify.Simulator.ping)), "(self, pose, number=None)")
-        for text, item in (("degrees", ensonify.Pose), ("north", ensonify.Pose), ("z_m=-12", ensonify.Pose),
+        for text, item in (("degrees", ensonify.Pose), ("north", ensonify.Pose), ("NED", ensonify.Pose), ("z_m=-12", ensonify.Pose),
                            ("ValueError", ensonify.Simulator.ping), (r"\(pings, samples\)", ensonify.simulate),
                            (r"\(bins,\)", ensonify.EchoLine), ("newest", ensonify.Image.targets)):
             self.assertRegex(inspect.getdoc(item), text)
 
     def test_the_version_is_the_programs(self):
-        told = subprocess.run([os.environ["ENSONIFY_PROGRAM"], "--version"], check=True, capture_output=True, text=True)
-        self.assertEqual(told.stdout.splitlines()[0], f"ensonify {ensonify.__version__}")
+        printed = subprocess.run([os.environ["ENSONIFY_PROGRAM"], "--version"], check=True, capture_output=True, text=True)
+        self.assertEqual(printed.stdout.splitlines()[0], f"ensonify {ensonify.__version__}")
         self.assertRegex(ensonify.__version__, r"^\d+\.\d+\.\d+$")
 
     program = """
@@ -303,7 +303,7 @@ version: str = ensonify.__version__
 """
 
     @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
-    def test_the_stub_holds_to_mypy_strict_and_to_the_module(self):
+    def test_the_stub_passes_mypy_strict_and_fits_the_module(self):
         package = pathlib.Path(ensonify.__file__).parent
         with tempfile.TemporaryDirectory() as folder:
             program = pathlib.Path(folder) / "program.py"
@@ -316,7 +316,7 @@ version: str = ensonify.__version__
             self.assertEqual(strict.returncode, 0, strict.stdout + strict.stderr)
             program.write_text(self.program + 'wrong: int = pose.heading_deg\nensonify.Pose("east", 0, 0)\n')
             self.assertIn("Found 2 errors", checked("mypy", "--strict", "program.py").stdout)
-            # What pybind11 makes differs from a class of Python's in its metaclass and its own __init__.
+            # A pybind11 class differs from a Python class in its metaclass and its __init__.
             allowed = pathlib.Path(folder) / "allowed"
             allowed.write_text("ensonify\\.(EchoLine|Image|Pose|Simulator)\nensonify\\.(EchoLine|Image)\\.__init__\n")
             module = checked("mypy.stubtest", "ensonify", "--ignore-missing-stub", "--allowlist", str(allowed))
@@ -347,7 +347,7 @@ class Sessions(unittest.TestCase):
         self.assertFalse(numpy.array_equal(first, simulator.ping(self.pose)[0]["intensity"]))
         numpy.testing.assert_array_equal(first, simulator.ping(self.pose, 0)[0]["intensity"])
 
-    def test_objects_come_move_and_go(self):
+    def test_objects_are_added_moved_and_removed(self):
         simulator = ensonify.Simulator(scene)
         empty = simulator.ping(self.pose, 0)[1]["intensity_mean"]
         cylinder = simulator.add({"shape": "cylinder", "material": "wood"}, ensonify.Pose(5, 0, -17))
@@ -373,6 +373,18 @@ class Sessions(unittest.TestCase):
         with self.assertRaises(ensonify.SceneError):
             simulator.set({"sonar.left-right.range_m": -1})
 
+    def test_changes_of_several_threads_all_stay(self):
+        simulator = ensonify.Simulator(two_sonars())
+        threads = [threading.Thread(target=lambda n=name, b=bins: [simulator.set({f"sonar.{n}.bins": b + i})
+                                                                   for i in range(20)])
+                   for name, bins in (("zeta", 30), ("alpha", 60))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        simulator.set({"sonar.alpha.range_m": 9})  # sets the sonar by all that was changed
+        self.assertEqual([len(line["range_m"]) for line in simulator.ping(self.pose)], [49, 49, 79, 79])
+
     def test_bad_calls_raise(self):
         simulator = ensonify.Simulator(scene)
         with self.assertRaisesRegex(ValueError, "finite"):
@@ -392,7 +404,22 @@ class Sessions(unittest.TestCase):
         with self.assertRaises(TypeError):
             simulator.ping(1)
 
-    def test_threads_hear_the_same_as_one(self):
+    def test_all_exceptions_of_the_module_have_one_base(self):
+        for one, builtin in ((ensonify.SceneError, ValueError), (ensonify.MeshError, ValueError),
+                             (ensonify.MemoryError, MemoryError)):
+            self.assertTrue(issubclass(one, ensonify.Error) and issubclass(one, builtin), one)
+        with self.assertRaises(ensonify.Error):
+            ensonify.Simulator({"track": {"pingz": 1}})
+        program = ("import ensonify, resource\n"
+                   "resource.setrlimit(resource.RLIMIT_AS, (3 << 30, resource.RLIM_INFINITY))\n"
+                   "try:\n"
+                   "    ensonify.Simulator({'seafloor': {'extent_east_m': 4900, 'extent_north_m': 4900, 'cell_m': 0.5}})\n"
+                   "except ensonify.MemoryError as error:\n"
+                   "    print(error)\n")
+        result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        self.assertIn("need about", result.stdout, result.stderr)
+
+    def test_several_threads_get_the_same_lines_as_one(self):
         def session():
             simulator = ensonify.Simulator(scene)
             return numpy.array([simulator.ping(self.pose)[0]["intensity"] for _ in range(5)])

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The clients of `ensonify stream` in engine/README.md, in Python and in C++, as they stand there.
+# Runs the two clients of `ensonify stream` in engine/README.md, in Python and in C++.
 set -euo pipefail
 source_folder=$1 build_folder=$2 compiler=$3
 work=$(mktemp -d)

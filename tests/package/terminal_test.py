@@ -33,7 +33,7 @@ block_pings = 20
 
 
 def shown(arguments, columns, stream, folder):
-    """What a terminal of so many columns gets on one of the program's streams."""
+    """The exit code, and what a terminal with `columns` columns gets on one of the program's streams."""
     ours, its = pty.openpty()
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     process = subprocess.Popen([program, *arguments], cwd=folder, env={**os.environ, "TERM": "xterm"},

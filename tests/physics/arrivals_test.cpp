@@ -1,4 +1,4 @@
-// What comes back beside the direct echo: when, and how loud.
+// Times and levels of the sound that is received in addition to the direct echo.
 
 #include <algorithm>
 #include <array>
@@ -23,19 +23,19 @@ namespace {
 
 constexpr double altitude_m = 10.0, depth_m = 14.0;
 const Eigen::Vector3d array{0.0, 0.0, -depth_m};
-const PingContext hearing{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
+const PingContext context{.ping = 3, .array = {array, {0, 1, 0}}, .altitude_m = altitude_m};
 
-Sonar open_sonar() {  // hears alike in all vertical directions
+Sonar open_sonar() {  // has the same gain in all vertical directions
   Sonar sonar = quiet_sonar();
   sonar.focused = true;
   sonar.vertical.beamwidth_rad = 0.0;
   return sonar;
 }
 
-/// The mean intensity of a ping with these arrivals over a bed that answers where `direct` says.
+/// The mean intensity of a ping with these other paths, over a bed with the direct echo `direct`.
 struct Circumstances {
   Side side = Side::starboard;
-  ArrayFrame ear = hearing.array;
+  ArrayFrame array_frame = context.array;
   ArtefactOptions artefacts = {};
   std::optional<scatter::Sediment> bed = {};
 };
@@ -52,8 +52,8 @@ std::vector<double> received(const Sonar& sonar, const OtherPathsOptions& arriva
   std::fill(line.bins.intensity_mean.begin(), line.bins.intensity_mean.end(), 0.0f);
   std::copy(direct.begin(), direct.end(), line.bins.intensity_mean.begin());
   SignalChain::Memory memory;
-  PingContext now = hearing;
-  now.array = under.ear;
+  PingContext now = context;
+  now.array = under.array_frame;
   chain.receive(now, std::span(&line, 1), memory);
   return {line.bins.intensity.begin(), line.bins.intensity.end()};
 }
@@ -67,7 +67,8 @@ TEST_CASE("the surface's return comes from the sonar's depth, and its level from
   const auto first = std::ranges::find_if(surface, [](double i) { return i > 0.0; });
   CHECK(double(first - surface.begin()) == Approx(depth_m / sonar.bin_m()).margin(1.0));
 
-  // Far off both halves of the surface show; a line array's area is r phi c tau / 2 / cos(grazing).
+  // Far away both halves of the surface contribute; a line array's area is r phi c tau / 2 /
+  // cos(grazing).
   const SeaState windy{.wind_mps = 8.0};
   surface = received(sonar, {.surface = true}, {}, windy);
   for (const double r : {30.0, 50.0, 70.0}) {
@@ -84,7 +85,7 @@ TEST_CASE("the surface's return comes from the sonar's depth, and its level from
   }
 }
 
-TEST_CASE("the surface's return wanders with the waves, within their height") {
+TEST_CASE("the range of the surface's return varies with the waves, within their height") {
   Sonar sonar = open_sonar();
   sonar.bins = 7500;
   const SeaState sea{.wind_mps = 8.0};  // rms 0.25 * 0.21 * 64 / 9.81 = 0.34 m
@@ -95,7 +96,7 @@ TEST_CASE("the surface's return wanders with the waves, within their height") {
   double sum = 0.0, squares = 0.0;
   constexpr int pings = 2000;
   for (int ping = 0; ping < pings; ++ping) {
-    PingContext now = hearing;
+    PingContext now = context;
     now.t_s = 0.37 * ping;
     chain.receive(now, std::span(&line, 1), memory);
     const auto first = std::ranges::find_if(line.bins.intensity, [](float i) { return i > 0.0f; });
@@ -107,14 +108,14 @@ TEST_CASE("the surface's return wanders with the waves, within their height") {
   CHECK(std::sqrt(squares / pings - std::pow(sum / pings, 2)) == Approx(0.342).epsilon(0.15));
 }
 
-TEST_CASE(
-    "volume reverberation has the level of the sonar equation, of the water there is at a range") {
+TEST_CASE("volume reverberation has the level of the sonar equation for the water at each range") {
   const Sonar sonar = open_sonar();
   const std::vector<double> volume = received(sonar, {.volume = true});
   for (const double r : {2.0, 9.5, 12.0, 20.0, 40.0, 74.0}) {
     const auto bin = static_cast<std::size_t>(r / sonar.bin_m());
     const double at = (static_cast<double>(bin) + 0.5) * sonar.bin_m();
-    // Of sinc^4 two thirds of lambda / L, around as far as there is neither surface nor bed.
+    // The width of sinc^4 is two thirds of lambda / L, over all depressions between surface and
+    // bed.
     const double angle = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
     const double around =
         2.0 * (std::asin(std::min(depth_m / at, 1.0)) + std::asin(std::min(altitude_m / at, 1.0)));
@@ -128,8 +129,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "a sonar that rolls hears what one hears whose sides are mounted lower and higher by as much") {
+TEST_CASE("a sonar that rolls receives the same as one whose sides are mounted lower and higher") {
   const double roll_rad = 0.3;  // starboard down
   Sonar upright = quiet_sonar(), mounted = upright;
   mounted.vertical.starboard_mount_rad = roll_rad;
@@ -149,15 +149,16 @@ TEST_CASE(
        {Case{"surface", {.surface = true}}, Case{"volume", {.volume = true}},
         Case{"multiples", {.multiples = true}}, Case{"wake", {}, wake}, Case{"fish", {}, fish}})
     for (const Side side : {Side::port, Side::starboard}) {
-      const auto hear = [&](const Sonar& sonar, const ArrayFrame& ear) {
+      const auto receive = [&](const Sonar& sonar, const ArrayFrame& array_frame) {
         const bool bed = what.arrivals.multiples;
         return received(sonar, what.arrivals, bed ? direct : std::vector<float>{}, {},
-                        {.side = side, .ear = ear, .artefacts = what.artefacts});
+                        {.side = side, .array_frame = array_frame, .artefacts = what.artefacts});
       };
-      const std::vector<double> by_roll = hear(upright, rolled), by_mount = hear(mounted, level);
+      const std::vector<double> by_roll = receive(upright, rolled),
+                                by_mount = receive(mounted, level);
       CAPTURE(what.name, static_cast<int>(side));
       double changed = 0.0;
-      const std::vector<double> unrolled = hear(upright, level);
+      const std::vector<double> unrolled = receive(upright, level);
       for (std::size_t n = 0; n < by_roll.size(); ++n) {
         REQUIRE(by_roll[n] == Approx(by_mount[n]).epsilon(2e-3).margin(1e-30));
         if (unrolled[n] > 0.0)
@@ -168,35 +169,35 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("in open water, nearer than surface and bed, reverberation does not mind a roll") {
+TEST_CASE("in open water, nearer than surface and bed, roll does not change the reverberation") {
   const Sonar sonar = quiet_sonar();
   for (const double roll_rad : {-0.7, 0.2, 1.4}) {
-    const ArrayFrame ear{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
+    const ArrayFrame array_frame{array, {0, 1, 0}, {-std::sin(roll_rad), 0.0, -std::cos(roll_rad)}};
     const std::vector<double> level = received(sonar, {.volume = true});
-    const std::vector<double> rolled = received(sonar, {.volume = true}, {}, {}, {.ear = ear});
+    const std::vector<double> rolled =
+        received(sonar, {.volume = true}, {}, {}, {.array_frame = array_frame});
     for (std::size_t n = 0; (n + 1) * sonar.bin_m() < altitude_m; ++n)
       REQUIRE(rolled[n] == Approx(level[n]).epsilon(1e-9));
   }
 }
 
-TEST_CASE(
-    "a pitched array meets the surface, as the bed, at its distance over the pitch's cosine") {
+TEST_CASE("a pitched array sees the surface, like the bed, at its distance over cos(pitch)") {
   const Sonar sonar = open_sonar();
   for (const double pitch_rad : {-0.35, 0.2}) {
     const Eigen::Vector3d ahead{0.0, std::cos(pitch_rad), std::sin(pitch_rad)};
-    const ArrayFrame ear{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
+    const ArrayFrame array_frame{array, ahead, {0.0, std::sin(pitch_rad), -std::cos(pitch_rad)}};
     const std::vector<double> surface =
-        received(sonar, {.surface = true}, {}, {.wind_mps = 0.0}, {.ear = ear});
+        received(sonar, {.surface = true}, {}, {.wind_mps = 0.0}, {.array_frame = array_frame});
     const auto first = std::ranges::find_if(surface, [](double i) { return i > 0.0; });
     CHECK(double(first - surface.begin()) ==
           Approx(depth_m / std::cos(pitch_rad) / sonar.bin_m()).margin(1.0));
   }
 }
 
-TEST_CASE("multiples come when the images say, from below and from the side") {
+TEST_CASE("multiples have the ranges of image sources, from below and from the side") {
   Sonar sonar = open_sonar();
   sonar.bins = 3000;
-  // A place of the bed that answers: straight below, and 20 m to the side.
+  // One place of the bed has an echo: straight below, or 20 m to the side.
   for (const double over_m : {0.5, 20.0}) {
     const double r = std::hypot(over_m, altitude_m);
     std::vector<float> direct(3000, 0.0f);
@@ -205,7 +206,7 @@ TEST_CASE("multiples come when the images say, from below and from the side") {
     std::vector<double> all =
         received(sonar, {.multiples = true, .bottom_loss_db = 0.0}, direct, {.wind_mps = 0.0});
     for (std::size_t i = lit - 2; i <= lit + 2; ++i) all[i] -= 1e9;
-    // Mirror the place at the surface, and that image at the bed.
+    // The place is mirrored at the surface, and that image at the bed.
     const double by_surface = std::hypot(over_m, altitude_m + 2.0 * depth_m);
     const double by_bed = std::hypot(over_m, 3.0 * altitude_m + 2.0 * depth_m);
     std::vector<bool> explained(all.size());
@@ -238,14 +239,14 @@ TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
     const auto bin = static_cast<std::ptrdiff_t>(range_m / sonar.bin_m());
     return std::accumulate(with.begin() + bin - 20, with.begin() + bin + 21, 0.0);
   };
-  // Two ways round of r^2 r'^2 instead of r^4, and absorption over the longer leg.
+  // Two directions, each with r^2 r'^2 instead of r^4, and absorption over the longer leg.
   const double expected =
       9e9 * 2.0 * std::pow(r / back_m, 2) * scatter::from_db(-0.03 * (back_m - r));
   CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.05));
 }
 
-TEST_CASE("each meeting of a multiple with the surface loses what the wind's bubbles take") {
-  // APL-UW TR 9407: 15 dB a meeting at 400 kHz, 30 degrees, 10 m/s.
+TEST_CASE("a multiple loses the bubble loss of the wind at each reflection by the surface") {
+  // APL-UW TR 9407: 15 dB per reflection at 400 kHz, 30 degrees, 10 m/s.
   CHECK(scatter::bubble_loss_db({.wind_mps = 10.0, .frequency_hz = 400e3},
                                 std::numbers::pi / 6.0) == Approx(15.2).margin(0.1));
   Sonar sonar = open_sonar();
@@ -283,7 +284,7 @@ TEST_CASE("each meeting of a multiple with the surface loses what the wind's bub
   }
 }
 
-TEST_CASE("a multiple by the bed loses what the sediment does not reflect at that angle") {
+TEST_CASE("a multiple by the bed loses the sediment's reflection loss at that angle") {
   Sonar sonar = open_sonar();
   sonar.bins = 3000;
   const SeaState calm{.wind_mps = 0.0};
@@ -311,37 +312,37 @@ TEST_CASE("a multiple by the bed loses what the sediment does not reflect at tha
   }
 }
 
-TEST_CASE("the transmitted pulse blinds the first samples and no more") {
+TEST_CASE("transmit leakage blinds the first samples and no others") {
   const Sonar sonar;
   const SignalChain chain(sonar, {.arrivals = {.burst_m = 0.4}});
   EchoLine line = level_line(sonar, Side::port, array, altitude_m);
   SignalChain::Memory memory;
-  chain.receive(hearing, std::span(&line, 1), memory);
+  chain.receive(context, std::span(&line, 1), memory);
   CHECK(line.artefacts.has(Artefact::transmit_burst));
   const std::uint32_t full = chain.recorder().full_scale();
   for (std::size_t i = 0; i < 8; ++i) CHECK(line.bins.sample[i] == full);  // 0.4 m
   for (std::size_t i = 30; i < 190; ++i) CHECK(line.bins.sample[i] < full / 10);
 }
 
-TEST_CASE("what leaks from one side to the other is so far below it") {
+TEST_CASE("cross-talk from one side to the other has its level") {
   Sonar sonar = quiet_sonar();
   const SignalChain chain(sonar, {.speckle = false, .arrivals = {.crosstalk_db = -30.0}});
   EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
                       level_line(sonar, Side::starboard, array, altitude_m)};
   std::fill(lines[1].bins.intensity_mean.begin(), lines[1].bins.intensity_mean.end(), 0.0f);
   SignalChain::Memory memory;
-  chain.receive(hearing, lines, memory);
+  chain.receive(context, lines, memory);
   CHECK(lines[1].artefacts.has(Artefact::crosstalk));
   CHECK(lines[1].bins.intensity[600] == Approx(1e-3 * lines[0].bins.intensity[600]));
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
 }
 
-TEST_CASE("a wall's foot has the echo of the bed that it mirrors, there and back") {
+TEST_CASE("a wall's foot has the echo of the bed that it mirrors, in both directions") {
   const Sonar sonar = open_sonar();
   const SignalChain with(
       sonar, {.speckle = false, .arrivals = {.double_bounce = true, .wall_loss_db = 0.0}});
   EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-  // A wall whose top is heard from 25 m and whose foot from 26 m, with its shadow behind.
+  // A wall whose top is at a range of 25 m and whose foot is at 26 m, with its shadow behind.
   const std::size_t top = 500, foot = 519;
   for (std::size_t i = top; i <= foot; ++i) line.bins.instance[i] = 1;
   for (std::size_t i = foot + 1; i < foot + 60; ++i) {
@@ -349,9 +350,8 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, there and back
     line.bins.intensity_mean[i] = 0.0f;
   }
   SignalChain::Memory memory;
-  with.receive(hearing, std::span(&line, 1), memory);
-  // The wall is 1 m / sin g tall; its image reaches as far before it over the ground as light at
-  // that angle.
+  with.receive(context, std::span(&line, 1), memory);
+  // The wall is 1 m / sin g high; it mirrors the ground in front of it over its height / tan g.
   const double r = (foot + 0.5) * sonar.bin_m(), sine = altitude_m / r;
   const double shape_height_m = 20 * sonar.bin_m() / sine;
   const double ground_m = shape_height_m * std::sqrt(1.0 - sine * sine) / sine;

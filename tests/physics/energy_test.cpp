@@ -6,6 +6,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
@@ -23,9 +24,10 @@ Seafloor rough_bed(double height_at_1m_m) {
   return make_seafloor(options, 3);
 }
 
-/// The same energy without bins: every ray's own, by the trapezoid rule along each plane.
-double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& beam,
-                      const ReceiverMotion& listens, std::span<const Hit> hits,
+/// The same energy without bins: the sum of the rays' energies, by the trapezoid rule along each
+/// plane.
+double energy_of_rays(const RayFan& fan, const RayLayout& layout, const Beam& beam,
+                      const ReceiverMotion& receiver_motion, std::span<const Hit> hits,
                       const Seafloor& bed) {
   const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
   const refine::Triangles mesh = bed.mesh;
@@ -43,8 +45,8 @@ double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& 
       double step = 0.0;
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
-      sum += beam.two_way(Side::starboard, aperture.samples_of(k), fan.grid->cos_elevation[j],
-                          fan.ray(k, j).direction, hit.t, listens) *
+      sum += beam.two_way(Side::starboard, layout.samples_of(k), fan.grid->cos_elevation[j],
+                          fan.ray(k, j).direction, hit.t, receiver_motion) *
              lambert.sigma_over_sine(sine) / (hit.t * hit.t) * step;
     }
   return sum;
@@ -53,23 +55,23 @@ double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& 
 }  // namespace
 
 TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
-  const Pose still{.position = {0.0, 0.0, -12.0}, .roll_rad = 0.05, .heading_rad = 1.0};
-  Pose moving = still;
+  const Pose fixed{.position = {0.0, 0.0, -12.0}, .roll_rad = 0.05, .heading_rad = 1.0};
+  Pose moving = fixed;
   moving.velocity_mps = {0.5, 2.0, 0.1};
   moving.roll_rate_radps = 0.05;
   moving.heading_rate_radps = 0.03;
-  Sonar two_arrays;  // with their near fields and the vertical pattern
+  Sonar two_arrays;  // with near fields and a vertical pattern
   two_arrays.receive_array_length_m = 0.3;
   for (const Sonar& of : {plain_sonar(), two_arrays})
-    for (const Pose& pose : {still, moving})
+    for (const Pose& pose : {fixed, moving})
       for (const double height_at_1m_m : {0.02, 0.1, 0.4}) {
         CAPTURE(of.focused, pose.velocity_mps.norm(), height_at_1m_m);
         Sonar sonar = of;
         sonar.source_level_db = 0.0;
         const Seafloor bed = rough_bed(height_at_1m_m);
         const Medium medium{1500.0, 0.0};
-        const RayLayout aperture = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
-        const RayFan fan = place_fan(aperture, pose, Side::starboard, 80.0);
+        const RayLayout layout = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
+        const RayFan fan = place_fan(layout, pose, Side::starboard, 80.0);
         std::vector<Hit> hits(fan.grid->rays());
         make_intersector("embree", bed.mesh)->intersect(fan, hits);
 
@@ -80,20 +82,21 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         EchoLine line;
         line.side = Side::starboard;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
-        const ReceiverMotion listens = reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        const ReceiverMotion receiver_motion =
+            reception(pose, line.side, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
-        former.form(fan, aperture, listens, bed.mesh, runs, line);
+        former.form(fan, layout, receiver_motion, bed.mesh, runs, line);
         const std::vector<float>& mean = line.bins.intensity_mean;
         const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
         const double in_bins =
             std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
         CHECK(in_bins ==
-              Approx(energy_of_rays(fan, aperture, beam, listens, hits, bed)).epsilon(1e-3));
+              Approx(energy_of_rays(fan, layout, beam, receiver_motion, hits, bed)).epsilon(1e-3));
       }
 }
 
-TEST_CASE("an echo has the same bytes on every kind of vector register, and on plain numbers") {
+TEST_CASE("an echo has the same bytes on every kind of vector register, and on scalars") {
   const Seafloor bed = rough_bed(0.1);
   const Pose pose{.position = {0.0, 0.0, -12.0},
                   .roll_rad = 0.05,

@@ -4,6 +4,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
@@ -17,7 +18,8 @@ namespace {
 constexpr double altitude_m = 10.0;
 const Pose above_bed{.position = {0.0, 0.0, -10.0}};
 
-// The sonar equation for a flat bed under a line array, dB: 2/3 lambda/L wide along the track.
+// The sonar equation for a flat bed under a line array, dB; the beam is 2/3 lambda/L wide along the
+// track.
 double closed_form_db(const Sonar& sonar, const Medium& medium, double r,
                       const scatter::Backscatter& bed = scatter::Lambert(-27.0)) {
   const double grazing = std::asin(altitude_m / r);
@@ -72,10 +74,10 @@ TEST_CASE("a flat bed's level follows the sonar equation whatever the pulse and 
     }
 }
 
-TEST_CASE("a flat bed shows twice the vertical pattern that was measured, each side its own") {
+TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each side its own") {
   const Medium medium{1500.0, 0.0};
   Sonar sonar = plain_sonar();
-  // A dark band at 30 degrees; at its corners a bin holds the levels of either side.
+  // A dark band at 30 degrees; a bin at its edge contains levels of both sides of the edge.
   const std::vector<double> corners = {0.35, 0.52, 0.7};
   sonar.vertical.measured = {
       std::vector<VerticalLevel>{{0.0, -3.0}, {0.35, -1.0}, {0.52, -9.0}, {0.7, 0.0}, {1.5, -14.0}},
@@ -95,10 +97,10 @@ TEST_CASE("a flat bed shows twice the vertical pattern that was measured, each s
     }
 }
 
-TEST_CASE("a flat bed's picture has no ring, and no stripe where the fan's layout changes") {
+TEST_CASE("a flat bed's image has no ring, and no stripe where the fan's layout changes") {
   Sonar sonar;  // with its near field and its vertical pattern
   std::vector<float> before;
-  // Layouts change at altitudes of 2^(n / 4): one of them, 8, lies between the second and the
+  // Layouts change at altitudes of 2^(n / 4); one of these, 8, lies between the second and the
   // third.
   for (const double height_m : {7.9998, 7.9999, 8.0001, 8.0002, 9.5135, 9.5139}) {
     const auto line =
@@ -118,7 +120,7 @@ TEST_CASE("a flat bed's picture has no ring, and no stripe where the fan's layou
   }
 }
 
-TEST_CASE("a flat bed of many facets has even columns, whatever altitude") {
+TEST_CASE("a flat bed of many facets has uniform columns at every altitude") {
   for (const double height_m : {4.0, 11.0, 19.0}) {
     Scene scene;
     scene.seafloor.fractal.height_at_1m_m = 0.0;
@@ -134,7 +136,7 @@ TEST_CASE("a flat bed of many facets has even columns, whatever altitude") {
     std::vector<double> lowest(500, 1e9), highest(500, -1e9);
     for (std::uint64_t ping = 0; ping < 12; ++ping) {
       pose.position.y() = 0.133 * static_cast<double>(ping);
-      const EchoLine& line = simulator.ping(pose, ping)[1];
+      const EchoLine& line = simulator.ping_numbered(pose, ping)[1];
       for (std::size_t i = 0; i < 500; ++i) {
         const double level = scatter::to_db(std::max(line.bins.intensity_mean[i], 1e-30f));
         lowest[i] = std::min(lowest[i], level);
@@ -161,7 +163,7 @@ TEST_CASE(
   CHECK(simulator.warnings().empty());
   const Medium medium{1528.0, 0.03};
   const scatter::Bottom sand(scatter::sediment_named("medium sand"), 100e3, 1528.0);
-  for (const EchoLine& line : simulator.ping(above_bed, 0))
+  for (const EchoLine& line : simulator.ping_numbered(above_bed, 0))
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
       const double r = line.bins.range_m[i];
       if (r < 1.2 * altitude_m) continue;
@@ -217,7 +219,7 @@ TEST_CASE("port and starboard of a level sonar over a level bed are equal") {
             Approx(lines[1].bins.intensity_mean[i]).epsilon(1e-4).margin(1e-6));
 }
 
-TEST_CASE("the first return stands at the altitude, and the water before it is dark") {
+TEST_CASE("the first return lies at the altitude, and the water before it is dark") {
   const Sonar sonar = plain_sonar();
   const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m);
   for (const EchoLine& line : lines) {
@@ -257,9 +259,9 @@ TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, 
   }
 }
 
-TEST_CASE("a bed that rises to the side is even to the last bin: no hole, no rim") {
-  // Up to a quarter of the altitude (0.09) there are rays even in range; beyond, only those even in
-  // angle.
+TEST_CASE("a bed that rises to the side is uniform up to the last bin: no hole, no rim") {
+  // Up to a quarter of the altitude (0.09) there are rays spaced evenly in range; beyond, only
+  // rays spaced evenly in angle.
   for (const auto& [rise, largest_step_db] : {std::pair{0.05, 0.1}, {0.09, 0.1}, {0.12, 1.0}}) {
     CAPTURE(rise);
     Seafloor bed = level_bed(20.0, 100.0);
@@ -276,7 +278,7 @@ TEST_CASE("a bed that rises to the side is even to the last bin: no hole, no rim
   }
 }
 
-TEST_CASE("the picture's energy does not depend on which intersector found the hits") {
+TEST_CASE("the image's energy does not depend on which intersector found the hits") {
   Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0);
   add_box(bed, {20.0f, -5.0f, -20.0f}, {22.0f, 5.0f, -17.0f});

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double wavelength_m = 0.00375;
 
-/// One-way power of an array, element by element with each one's own distance: no approximation.
+/// One-way power of an array, summed over elements with their exact distances: no approximation.
 double one_way(double length_m, double along_m, double abeam_m) {
   constexpr int elements = 600;
   std::complex<double> sum = 0.0;
@@ -37,14 +37,14 @@ double two_way_width_rad(double length_m, double range_m) {
   return sum;
 }
 
-/// A small level plate abeam to starboard, 3 down to every 4 out.
+/// A small level plate abeam to starboard, 3 m down for every 4 m out.
 Seafloor plate(double range_m, double side_m) {
   Seafloor bed = level_bed(0.6 * range_m, 0.5 * side_m);
   for (Eigen::Vector3f& p : bed.mesh.positions) p.x() += static_cast<float>(0.8 * range_m);
   return bed;
 }
 
-/// Energy of the plate's echo from the sonar so far along the track.
+/// Energy of the plate's echo, with the sonar at a distance along the track.
 class PassingPlate {
  public:
   PassingPlate(const Sonar& sonar, double range_m, double side_m)
@@ -73,7 +73,7 @@ class PassingPlate {
   EchoLine line_;
 };
 
-/// -3 dB width of something even about 0, found in steps.
+/// -3 dB width of an even function, found in steps.
 template <class F>
 double width_m(F&& level, double step_m) {
   const double half = 0.5 * level(0.0);
@@ -110,7 +110,7 @@ TEST_CASE("in the near field a flat bed's level has the width of an unfocused ar
   }
 }
 
-TEST_CASE("a small target is as wide along the track as the beam at its range, near and far") {
+TEST_CASE("a small target has the width of the beam at its range along the track, near and far") {
   for (const bool focused : {false, true})
     for (const double range_m : {6.0, 15.0, 40.0, 120.0}) {
       Sonar sonar = plain_sonar();
@@ -128,7 +128,7 @@ TEST_CASE("a small target is as wide along the track as the beam at its range, n
       const double step_m = roughly_m / 20.0, side_m = roughly_m / 3.0;
       PassingPlate passing(sonar, range_m, side_m);
       const double expected_m = width_m(
-          [&](double along_m) {  // the plate's length seen through the pattern
+          [&](double along_m) {  // the pattern averaged over the plate's length
             double sum = 0.0;
             for (int i = 0; i < 20; ++i) {
               const double x_m = along_m + side_m * ((i + 0.5) / 20.0 - 0.5);
@@ -149,11 +149,11 @@ TEST_CASE("a small target is as wide along the track as the beam at its range, n
     }
 }
 
-TEST_CASE("a sonar that moves on hears less: the overlap of the beam with itself, turned") {
+TEST_CASE("a sonar that moves or turns receives less: the overlap of its two beams") {
   const Sonar sonar = plain_sonar();
   const double altitude_m = 10.0;
   Pose pose{.position = {0.0, 0.0, -10.0}};
-  const auto still = ping_once(sonar, level_bed(20.0), pose, altitude_m);
+  const auto fixed = ping_once(sonar, level_bed(20.0), pose, altitude_m);
   const auto overlap = [&](double turned_rad) {
     const auto beam = [&](double s) {
       const double a = std::numbers::pi * sonar.array_length_m * s / wavelength_m;
@@ -168,7 +168,7 @@ TEST_CASE("a sonar that moves on hears less: the overlap of the beam with itself
     const auto bin = static_cast<std::size_t>(at_range_m / sonar.bin_m());
     for (const std::size_t side : {std::size_t{0}, std::size_t{1}})
       CHECK(scatter::to_db(moving[side].bins.intensity_mean[bin] /
-                           still[side].bins.intensity_mean[bin]) == Approx(lost_db).margin(0.03));
+                           fixed[side].bins.intensity_mean[bin]) == Approx(lost_db).margin(0.03));
   };
   pose.velocity_mps = {0.0, 2.0, 0.0};
   for (const double r : {12.0, 30.0, 70.0})

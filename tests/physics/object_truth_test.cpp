@@ -12,6 +12,7 @@
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/trace/intersector.h>
 
@@ -35,7 +36,7 @@ Scene level_scene(std::vector<ObjectOptions> objects) {
   scene.track.speed_mps = 1.0;
   scene.track.ping_interval_s = ping_step_m;
   scene.track.altitude_m = altitude_m;
-  scene.run.surface = "static";  // the mesh is looked at
+  scene.run.surface = "static";  // the tests read the mesh
   scene.sonars[0].range_m = 32.0;
   scene.sonars[0].bins = 640;
   scene.sonars[0].elevations = 3000;
@@ -56,10 +57,10 @@ struct Image {
   Waterfall waterfall;
   explicit Image(const Scene& scene)
       : simulator(scene), waterfall(scene.sonars[0], static_cast<std::size_t>(scene.track.pings)) {
-    simulator.count_object_visibility();
+    SimulatorInternals::count_object_visibility(simulator);
     const std::vector<Pose> poses = simulator.track();
     for (std::size_t i = 0; i < poses.size(); ++i)
-      waterfall.set_row(i, simulator.ping(poses[i], i), {.pose = poses[i]});
+      waterfall.set_row(i, simulator.ping_numbered(poses[i], i), {.pose = poses[i]});
   }
 };
 
@@ -77,7 +78,7 @@ double distance_m(const Vector3d& p, const Vector3d& a, const Vector3d& b, const
                : std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
 }
 
-/// To the faces of one object.
+/// Distance to the faces of one object.
 double distance_m(const Vector3d& p, const Seafloor& seafloor, std::uint32_t instance) {
   const refine::Triangles all = seafloor.mesh;
   double least = std::numeric_limits<double>::infinity();
@@ -98,7 +99,8 @@ std::vector<ObjectOptions> four_things() {
   return objects;
 }
 
-/// Bins of a region and an instance in one side of one ping, nearest and farthest; none: {n, 0}.
+/// Nearest and farthest bin of a region and an instance in one side of one ping; {n, 0} if there is
+/// none.
 std::pair<std::size_t, std::size_t> run_of(const EchoLine& line, Region region,
                                            std::uint32_t instance) {
   std::size_t first = line.bins.region.size(), last = 0;
@@ -114,7 +116,7 @@ std::pair<std::size_t, std::size_t> run_of(const EchoLine& line, Region region,
 
 }  // namespace
 
-TEST_CASE("Every labelled pixel lies on its object, but for what else its bin saw") {
+TEST_CASE("Every labelled pixel lies on its object, within what else its bin contains") {
   Image image(level_scene(four_things()));
   const BinLayers& pixels = image.waterfall.pixels;
   std::map<std::uint32_t, int> seen;
@@ -123,8 +125,8 @@ TEST_CASE("Every labelled pixel lies on its object, but for what else its bin sa
     const Vector3d place(pixels.x_m[i], pixels.y_m[i], pixels.z_m[i]);
     const double off_m = distance_m(place, image.simulator.seafloor(), pixels.instance[i]);
     CAPTURE(pixels.instance[i], pixels.fraction[i], place.transpose());
-    // A bin and the beam's width are averaged over; the rest of the energy comes from the bed at
-    // the same range, two metres away at most.
+    // A place is averaged over a bin and the beam's width; the rest of the energy comes from
+    // the bed at the same range, at most two metres away.
     REQUIRE(off_m < 0.12 + 2.0 * (1.0 - pixels.fraction[i]));
     ++seen[pixels.instance[i]];
   }
@@ -142,7 +144,7 @@ TEST_CASE(
   const Scene scene = level_scene(objects);
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
-  const std::span<const EchoLine> lines = simulator.ping(poses[60], 60);
+  const std::span<const EchoLine> lines = simulator.ping_numbered(poses[60], 60);
   const double bin_m = scene.sonars[0].bin_m();
   const auto check_shadow = [&](const EchoLine& line, std::uint32_t instance, double from_m,
                                 double end_m) {
@@ -153,13 +155,13 @@ TEST_CASE(
     CHECK(std::abs(double(first) * bin_m - from_m) <= 2.5 * bin_m);
     CHECK(std::abs(double(last + 1) * bin_m - std::hypot(altitude_m, end_m)) <= 2.5 * bin_m);
   };
-  // The foot is last seen, under the round side. The line over the top touches a circle of radius r
-  // whose middle lies r over the bed at ground range x.
+  // The foot, under the round side, is seen last. The line over the top touches a circle of
+  // radius r whose middle lies r above the bed at ground range x.
   const double r = 0.5, x = 14.0;
   const double depression =
       std::atan2(altitude_m - r, x) - std::asin(r / std::hypot(x, altitude_m - r));
   check_shadow(lines[1], 1, std::hypot(altitude_m, x), altitude_m / std::tan(depression));
-  // X h / (h - t) of the far edge of the top, which itself is the last to be seen.
+  // X h / (h - t) for the far edge of the top, which is the last part that is seen.
   check_shadow(lines[0], 2, std::hypot(altitude_m - 1.5, 12.0 + 0.6),
                (12.0 + 0.6) * altitude_m / (altitude_m - 1.5));
 }
@@ -179,7 +181,7 @@ TEST_CASE("Static and refined surfaces give every object the same pixels") {
   CHECK(areas("refined") == of_static);
 }
 
-TEST_CASE("What is buried is not seen, and what is not is, each once") {
+TEST_CASE("Buried objects are not seen, and others are, each once") {
   std::vector<ObjectOptions> objects = four_things();
   for (const std::size_t buried : {1, 2}) objects[buried].burial = 1.0;
   objects.push_back(thing("boulder", 10.0, 3.0));
@@ -192,12 +194,12 @@ TEST_CASE("What is buried is not seen, and what is not is, each once") {
   CHECK(seen == std::vector<std::uint32_t>{1, 4, 5});
 }
 
-TEST_CASE("Half sunk in, an object's shadow is that of the half that stands out") {
+TEST_CASE("An object that is half sunk in has the shadow of the half above the bed") {
   std::vector<ObjectOptions> objects = {thing("box", 16.0, 0.0), thing("box", -16.0, 0.0)};
   for (ObjectOptions& box : objects) box.size.shape_height_m = 2.0;
   objects[1].burial = 0.5;
   Simulator simulator(level_scene(objects));
-  const std::span<const EchoLine> lines = simulator.ping(simulator.track()[60], 60);
+  const std::span<const EchoLine> lines = simulator.ping_numbered(simulator.track()[60], 60);
   const auto end_m = [&](std::size_t side, std::uint32_t instance) {
     const double slant_m = double(run_of(lines[side], Region::shadow, instance).second + 1) * 0.05;
     return std::sqrt(slant_m * slant_m - altitude_m * altitude_m);
@@ -206,7 +208,7 @@ TEST_CASE("Half sunk in, an object's shadow is that of the half that stands out"
   CHECK(end_m(0, 2) == Approx(16.5 * 8.0 / 7.0).margin(0.15));
 }
 
-TEST_CASE("A target's box lies where its object is, as large as object and beam") {
+TEST_CASE("A target's box lies at its object and has the size of object and beam") {
   Image image(level_scene(four_things()));
   const std::vector<Target> targets = find_targets(image.waterfall);
   REQUIRE(targets.size() == 4);
@@ -214,7 +216,7 @@ TEST_CASE("A target's box lies where its object is, as large as object and beam"
   for (const Target& target : targets) {
     CAPTURE(target.instance);
     const ObjectRecord& object = image.simulator.seafloor().objects[target.instance - 1];
-    // Pings count northwards from y = -6 m, and rows from the newest.
+    // Pings go north from y = -6 m; row 0 is the last ping.
     const double row = 119.0 - (object.middle_m.y() + 5.95) / ping_step_m;
     CHECK(0.5 * (target.body.low[1] + target.body.high[1] - 1) == Approx(row).margin(2.0));
     const double tall = target.body.high[1] - target.body.low[1];
@@ -230,7 +232,7 @@ TEST_CASE("A target's box lies where its object is, as large as object and beam"
   }
 }
 
-TEST_CASE("The reference tracer's line to a labelled pixel meets its object first") {
+TEST_CASE("The reference tracer's ray to a labelled pixel hits its object first") {
   Image image(level_scene(four_things()));
   const Seafloor& seafloor = image.simulator.seafloor();
   const auto reference = make_intersector("pluecker", seafloor.mesh);
@@ -246,17 +248,17 @@ TEST_CASE("The reference tracer's line to a labelled pixel meets its object firs
     Hit hit;
     reference->intersect({&ray, 1}, {&hit, 1});
     ++asked;
-    // The bin's own range, but for the beam's width over a surface that is not square to it, and
-    // for the tenth that the bed may have in it.
+    // The bin's range, except for the beam's width on an oblique surface and for up to a tenth
+    // of the energy, which may come from the bed.
     met += hit && seafloor.labels[seafloor.label_of(hit.face)].instance == pixels.instance[i] &&
            std::abs(hit.t - pixels.range_m[i]) < 0.2;
   }
   CAPTURE(asked, met);
   CHECK(asked > 50);
-  CHECK(met >= 0.9 * asked);  // a mean of places over an edge may lie beside it
+  CHECK(met >= 0.9 * asked);  // a mean of places around an edge may miss the object
 }
 
-TEST_CASE("The bed is in shadow where the reference's line to it is cut, and nowhere else") {
+TEST_CASE("The bed is in shadow where the reference's ray to it is blocked, and nowhere else") {
   Scene scene = level_scene(four_things());
   scene.track.pings = 60;
   Image image(scene);
@@ -269,7 +271,7 @@ TEST_CASE("The bed is in shadow where the reference's line to it is cut, and now
     const double range_m = pixels.range_m[i];
     if (range_m < altitude_m + 0.3 || pixels.instance[i] != 0) continue;
     const bool shadow = region == Region::shadow;
-    // Not the penumbra of a beam some decimetres wide.
+    // Excludes the penumbra of a beam that is some decimetres wide.
     if (shadow ? pixels.shadow_fraction[i] < 0.999f : pixels.shadow_fraction[i] > 0.001f) continue;
     const Vector3d from = image.waterfall.pings[i / columns].pose.position;
     const double ground_m = std::sqrt(range_m * range_m - altitude_m * altitude_m);
@@ -281,7 +283,7 @@ TEST_CASE("The bed is in shadow where the reference's line to it is cut, and now
     shadow ? ++dark : ++lit;
     wrongly_dark += shadow && !cut;
     wrongly_lit += !shadow && cut;
-    // Nothing is starved over a level bed, and what is would be no shadow.
+    // No bin is starved over a level bed; a starved bin would not be a shadow.
     REQUIRE((region == Region::shadow || region == Region::seabed));
   }
   CAPTURE(dark, wrongly_dark, lit, wrongly_lit);
@@ -291,7 +293,7 @@ TEST_CASE("The bed is in shadow where the reference's line to it is cut, and now
   CHECK(wrongly_lit <= lit / 2000);
 }
 
-TEST_CASE("The visible share is that of the object's own picture: half buried, hidden, whole") {
+TEST_CASE("The visible share is relative to the object alone: half buried, hidden, whole") {
   std::vector<ObjectOptions> objects = {thing("box", 16.0, 0.0), thing("box", -16.0, 0.0),
                                         thing("sphere", -19.0, 0.0), thing("cone", 24.0, 4.0)};
   for (const std::size_t tall : {0, 1}) objects[tall].size.shape_height_m = 2.0;
@@ -302,14 +304,15 @@ TEST_CASE("The visible share is that of the object's own picture: half buried, h
     Scene scene = level_scene(objects);
     scene.run.surface = surface;
     const Image image(scene);
-    const std::span<const ObjectView> views = image.simulator.object_visibility(0);
+    const std::span<const ObjectView> views =
+        SimulatorInternals::object_visibility(image.simulator, 0);
     REQUIRE(views.size() == 4);
     CAPTURE(surface);
     CHECK(views[1].share() == Approx(1.0).margin(0.01));
     CHECK(views[2].share() < 0.02);
     CHECK(views[3].share() == Approx(1.0).margin(0.01));
-    // From 15.5 m and 8 m up, of a cube's front and top: the line of sight sinks by 8 / 15.5 at the
-    // foot. Alone, the box reaches from a metre under the bed to a metre over it.
+    // The front and top of a cube seen from 15.5 m away and 8 m up: the line of sight falls by
+    // 8 / 15.5. The whole box reaches from a metre below the bed to a metre above it.
     const double foot = std::atan2(altitude_m + 1.0, 15.5), bed = std::atan2(altitude_m, 15.5),
                  back = std::atan2(altitude_m - 1.0, 16.5);
     CHECK(views[0].share() == Approx((bed - back) / (foot - back)).margin(0.02));
@@ -335,7 +338,7 @@ TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixel
   const Seafloor& seafloor = image.simulator.seafloor();
   std::map<std::string, int> of_class;
   for (std::size_t i = 0; i < seafloor.features.size(); ++i) {
-    CHECK(seafloor.features[i].label.instance == i + 2);  // behind the box
+    CHECK(seafloor.features[i].label.instance == i + 2);  // instance 1 is the box
     ++of_class[seafloor.classes[seafloor.features[i].label.class_id]];
   }
   CHECK(of_class["boulder"] > 10);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double range_m = 15.0;
 
-/// The echo of a plate a millimetre across, straight below the fan's middle at a range of 15 m.
+/// The echo of a plate of 1 mm in the middle of the fan at a range of 15 m.
 EchoLine echo_of_point(const Pulse& pulse) {
   Seafloor plate = level_bed(0.6 * range_m, 0.0005);
   for (Eigen::Vector3f& p : plate.mesh.positions) p.x() += static_cast<float>(0.8 * range_m);
@@ -24,7 +24,7 @@ EchoLine echo_of_point(const Pulse& pulse) {
   sonar.bins = 20000;  // of 1 mm
   sonar.planes = 512;
   sonar.elevations = 4096;
-  // Only where the plate is: a ray every 0.05 mm.
+  // Only towards the plate: a ray every 0.05 mm.
   const double depression_rad = std::asin(0.6);
   sonar.sector_low_rad = depression_rad - 0.005;
   sonar.sector_high_rad = depression_rad + 0.005;
@@ -54,7 +54,7 @@ double side_lobe_db(const std::vector<float>& intensity) {
 
 }  // namespace
 
-TEST_CASE("a point's echo is as wide in range as its pulse resolves, and has its side lobes") {
+TEST_CASE("a point's echo has the width of its pulse in range, and the pulse's side lobes") {
   const double bin_m = 0.001;
   Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = 30e3};
   const double cell_m = 0.5 * 1500.0 / sweep.bandwidth_hz;

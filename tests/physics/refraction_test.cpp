@@ -1,5 +1,5 @@
-// A layered sea: what a bent or a straight echo loses on its way, against the sonar equation of
-// single rays.
+// A layered sea: the losses of a refracted or a straight echo, against the sonar equation of single
+// rays.
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/eigenray.h>
@@ -23,7 +24,7 @@ namespace {
 
 constexpr double bed_m = 22.0;
 
-/// Water of two temperatures, one above 8 m and one below 12, and a cast through it.
+/// Water with one temperature above 8 m and another below 12 m, and a cast through it.
 struct Sea2 {
   double warm_c = 20.0, cold_c = 4.0;
 
@@ -69,14 +70,14 @@ std::vector<double> level_db(const Scene& scene, double depth_m) {
   Simulator simulator(scene);
   std::vector<double> all;
   for (const float intensity :
-       simulator.ping({.position = {0.0, 0.0, -depth_m}}, 0)[1].bins.intensity_mean)
+       simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1].bins.intensity_mean)
     all.push_back(scatter::to_db(std::max(double(intensity), 1e-30)));
   return all;
 }
 
 }  // namespace
 
-TEST_CASE("a level bed's bent echo has the sonar equation's level with the rays' own losses") {
+TEST_CASE("a level bed's refracted echo has the sonar equation's level with the rays' own losses") {
   // Without (c_bed / c_sonar)^2 the first two are 0.18 and 0.42 dB too strong, the third too weak.
   struct Case {
     double sonar_mps, bed_mps;
@@ -106,8 +107,9 @@ TEST_CASE("a level bed's bent echo has the sonar equation's level with the rays'
       const double along = ray.point().along, snell_s_per_m = along / sonar_mps;
       while (ray.path_to_range_m(range_m) > ray.path_to_edge_m()) ray.advance(ray.path_to_edge_m());
       ray.advance(ray.path_to_range_m(range_m));
-      // A line array's footprint: as broad as its beam at the launch angle makes it, and as long as
-      // the pulse is in range, where the two-way time grows by twice Snell's constant.
+      // A line array's footprint: its width is the beam's at the launch angle; its length
+      // follows from the pulse, since the two-way time grows with the ground range by twice
+      // Snell's constant.
       const double width_m =
           range_m * 2.0 / 3.0 * reference_mps / sonar.frequency_hz / sonar.array_length_m / along;
       const double cell_m = 0.5 * sonar.pulse.effective_length_s() / snell_s_per_m;
@@ -124,7 +126,7 @@ TEST_CASE("a level bed's bent echo has the sonar equation's level with the rays'
   }
 }
 
-TEST_CASE("absorption follows the cast's temperatures along the way") {
+TEST_CASE("absorption follows the cast's temperatures along the path") {
   // 400 kHz, 35 psu: Francois and Garrison's 94 dB/km at 4 degrees, 124 at 20.
   CHECK(scatter::absorption_db_per_m({.temperature_c = 4.0}, 20.0, 400e3) ==
         Approx(0.094).margin(5e-4));
@@ -145,7 +147,7 @@ TEST_CASE("absorption follows the cast's temperatures along the way") {
       const std::vector<double> lossless_db = level_db(scene, depth_m);
       const double reference_mps = profile.mean_speed_mps(0.0, bed_m);
       for (const double range_m : {20.0, 45.0, 70.0}) {
-        // By short steps along the ray, or the straight line, in water of known temperature.
+        // Summed in short steps along the ray, or the straight line, in water of known temperature.
         double expected_db = 0.0, t_s = 0.0;
         if (mode == RefractionMode::full) {
           scatter::SoundRay ray =
@@ -179,7 +181,7 @@ TEST_CASE("absorption follows the cast's temperatures along the way") {
     }
 }
 
-TEST_CASE("a cast of speeds that no sea water of the scene's salinity has is told of") {
+TEST_CASE("a cast with speeds impossible at the scene's salinity gives a warning") {
   const TemporaryFolder folder;
   std::ofstream(folder / "lake.csv") << "depth_m,soundspeed_mps\n0,1421\n30,1421\n";
   Scene scene = level_scene();

@@ -48,21 +48,21 @@ TEST_CASE("a wall's shadow begins behind its foot and ends at X h / (h - t)") {
   for (std::size_t i = first_dark + 2; i + 2 <= last_dark; ++i)
     REQUIRE(starboard.bins.intensity_mean[i] == 0.0f);
 
-  // The wall stands nearer than its foot, over the bed in front: bright, and layover.
+  // The wall is nearer than its foot, at the ranges of the bed in front: bright, and layover.
   const std::size_t top = bin_at(sonar, std::hypot(wall_m, height_m - shape_height_m)) + 2;
   CHECK(is(starboard, top, Region::object));
   CHECK(starboard.bins.layover[top] == 1);
   CHECK(starboard.bins.instance[top] == 7);
   CHECK(starboard.bins.intensity_mean[top] > 5.0f * starboard.bins.intensity_mean[top - 10]);
 
-  // Nothing of it on the other side.
+  // The other side sees nothing of it.
   for (std::size_t i = 0; i < lines[0].bins.region.size(); ++i) {
     REQUIRE(!is(lines[0], i, Region::shadow));
     REQUIRE(lines[0].bins.instance[i] == 0);
   }
 }
 
-TEST_CASE("under roll a side keeps its ranges and shadows, and the beam leans") {
+TEST_CASE("under roll a side keeps its ranges and shadows, and the beam is tilted") {
   Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0);
   add_box(bed, {30.0f, -20.0f, -20.0f}, {30.05f, 20.0f, -18.0f});
@@ -76,10 +76,11 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam leans") 
       std::size_t differ = 0;
       for (std::size_t i = bin_at(sonar, slant_m(3.0)); i < lines[side].bins.region.size(); ++i)
         differ += lines[side].bins.region[i] != level[side].bins.region[i];
-      // The sector is 10 degrees above to 90 below its own horizon: rolled up, its far end is as
-      // level.
+      // The sector reaches from 10 degrees above to 90 below the sonar's own horizon, so the
+      // far bed is covered at each of these rolls.
       CHECK(differ <= 4);
-      // What reaches past nadir meets the nearest bed; the side that is rolled up misses it.
+      // A side that reaches beyond nadir meets the nearest bed; the side that is rolled up misses
+      // it.
       const bool up = (side == 1) == (roll_rad < 0.0);
       const double nearest_m = up ? height_m / std::cos(roll_rad) : height_m;
       CHECK(lines[side].first_return * sonar.bin_m() ==
@@ -91,24 +92,24 @@ TEST_CASE("under roll a side keeps its ranges and shadows, and the beam leans") 
     CHECK(is(lines[1], bin_at(sonar, slant_m(30.05 * height_m / 8.0)) - 3, Region::shadow));
   }
 
-  // With a real vertical beam, axis 20 degrees down: rolled to starboard, its far range falls off
-  // the beam, and port's comes nearer to its axis.
+  // With a real vertical beam, its axis 20 degrees down: when rolled to starboard, the far range
+  // of starboard leaves the beam, and that of port comes nearer to the axis.
   const auto plain = ping_once({}, bed, above_bed, height_m);
   Pose rolled = above_bed;
   rolled.roll_rad = 0.15;
-  const auto leaning = ping_once({}, bed, rolled, height_m);
+  const auto tilted = ping_once({}, bed, rolled, height_m);
   const std::size_t far = bin_at(sonar, 60.0);
   const VerticalPattern beam;
   const double depression_rad = std::asin(height_m / 60.0);
-  for (const auto& [side, lean_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
+  for (const auto& [side, tilt_rad] : {std::pair{0u, -0.15}, std::pair{1u, 0.15}}) {
     const double change =
-        beam.power(depression_rad - lean_rad, Side(side)) / beam.power(depression_rad, Side(side));
-    CHECK(leaning[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
+        beam.power(depression_rad - tilt_rad, Side(side)) / beam.power(depression_rad, Side(side));
+    CHECK(tilted[side].bins.intensity_mean[far] / plain[side].bins.intensity_mean[far] ==
           Approx(change * change).epsilon(0.02));
   }
 }
 
-TEST_CASE("a pitched array looks aslant: its first return comes from h / cos(pitch)") {
+TEST_CASE("a pitched array looks obliquely: its first return comes from h / cos(pitch)") {
   const Sonar sonar = plain_sonar();
   const Seafloor bed = level_bed(20.0);
   for (const double pitch_rad : {-0.36, 0.2}) {
@@ -116,19 +117,20 @@ TEST_CASE("a pitched array looks aslant: its first return comes from h / cos(pit
     pitched.pitch_rad = pitch_rad;
     const auto lines = ping_once(sonar, bed, pitched, height_m);
     for (const EchoLine& line : lines) {
-      // The beam of 0.4 degrees to its first null either way is what the nearest bed is met with.
+      // The beam, 0.4 degrees to its first null on either side, meets the bed slightly nearer.
       const double null_rad = 0.0075;
       CHECK(line.first_return * sonar.bin_m() ==
             Approx(height_m / std::cos(std::abs(pitch_rad) - null_rad)).margin(2 * sonar.bin_m()));
       const std::size_t bin = bin_at(sonar, 30.0);
-      // It lies ahead of the sonar when the nose is up and behind when it is down: x along is 0.
+      // It lies ahead of the sonar when the nose is up and behind when it is down, in the array's
+      // broadside plane.
       const double down_m = height_m, forward_m = line.bins.y_m[bin];
       CHECK(std::abs(forward_m * std::cos(pitch_rad) - down_m * std::sin(pitch_rad)) < 0.05);
     }
   }
 }
 
-TEST_CASE("under pitch the first return and a wall's shadow lie in the array's slanted plane") {
+TEST_CASE("under pitch the first return and a wall's shadow lie in the array's inclined plane") {
   const Sonar sonar = plain_sonar();
   const double wall_m = 30.0, shape_height_m = 2.0, thick_m = 0.05;
   Seafloor bed = level_bed(20.0);
@@ -138,7 +140,7 @@ TEST_CASE("under pitch the first return and a wall's shadow lie in the array's s
     pose.pitch_rad = pitch_rad;
     const auto lines = ping_once(sonar, bed, pose, height_m);
     CAPTURE(pitch_rad);
-    // The nearest edge of the beam, which is asin(lambda / L) wide, reaches a little less far.
+    // The nearest edge of the beam, which is asin(lambda / L) wide, has a slightly shorter range.
     const double psi_rad = std::asin(0.00375 / sonar.array_length_m);
     for (const EchoLine& line : lines) {
       const double first_m = line.first_return * sonar.bin_m();
@@ -164,7 +166,7 @@ TEST_CASE("a wall higher than the sonar hides everything behind it") {
     REQUIRE(is(lines[1], i, Region::shadow));
 }
 
-TEST_CASE("a shadow that outlasts the range is a shadow, the water beyond the seafloor is not") {
+TEST_CASE("a shadow up to the last bin is a shadow, the water beyond the seafloor is not") {
   const Sonar sonar = plain_sonar();
   Seafloor bed = level_bed(20.0, 60.0);  // ends 60 m out
   const auto open = ping_once(sonar, bed, above_bed, height_m);
@@ -199,9 +201,9 @@ TEST_CASE("a hole in the bed is no data, not shadow") {
     REQUIRE(is(lines[1], i, Region::no_data));
 }
 
-TEST_CASE("the underside of something is neither an echo nor a shadow's cause") {
+TEST_CASE("the underside of a body makes neither an echo nor a shadow") {
   const Sonar sonar = plain_sonar();
-  Seafloor bed = level_bed(20.0, 30.0);  // ends 30 m out; a shelf hangs over what would follow
+  Seafloor bed = level_bed(20.0, 30.0);  // ends 30 m out; a shelf hangs beyond that
   const auto n = static_cast<std::uint32_t>(bed.mesh.positions.size());
   for (const Eigen::Vector3f& p : {Eigen::Vector3f{35, -200, -5}, Eigen::Vector3f{200, -200, -5},
                                    Eigen::Vector3f{200, 200, -5}, Eigen::Vector3f{35, 200, -5}})

@@ -1,4 +1,4 @@
-// The statistics of what is received: developed speckle, its correlations, and the noise.
+// The statistics of received echoes: fully developed speckle, its correlations, and the noise.
 
 #include <algorithm>
 #include <array>
@@ -41,9 +41,9 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   return sum / static_cast<double>(a.size()) / of_a.deviation / of_b.deviation;
 }
 
-/// A chain and its memory, heard at will.
-struct Ear {
-  explicit Ear(const Sonar& its_sonar, const ChainOptions& options = {})
+/// A signal chain and its memory.
+struct Receiver {
+  explicit Receiver(const Sonar& its_sonar, const ChainOptions& options = {})
       : sonar(its_sonar), chain(its_sonar, options) {}
 
   std::vector<double> intensity(EchoLine& line, const Eigen::Vector3d& array,
@@ -53,7 +53,7 @@ struct Ear {
     const auto first = static_cast<std::ptrdiff_t>(std::max(line.first_return, 0));
     return {line.bins.intensity.begin() + first, line.bins.intensity.end()};
   }
-  /// From the first return on, over a level bed 20 m down.
+  /// The intensities from the first return on, over a level bed at a depth of 20 m.
   std::vector<double> intensity(double north_m, Side side = Side::starboard,
                                 std::uint64_t ping = 0) {
     const Eigen::Vector3d array{0.0, north_m, -10.0};
@@ -66,13 +66,13 @@ struct Ear {
   SignalChain::Memory memory;
 };
 
-/// Of many pings that have nothing in common.
+/// The intensities of many uncorrelated pings.
 std::vector<double> independent_intensities(const Sonar& sonar, int pings = 150) {
-  Ear ear(sonar);
+  Receiver receiver(sonar);
   std::vector<double> all;
   for (int ping = 0; ping < pings; ++ping)
     for (const Side side : {Side::port, Side::starboard}) {
-      const std::vector<double> one = ear.intensity(10.0 * ping, side);
+      const std::vector<double> one = receiver.intensity(10.0 * ping, side);
       all.insert(all.end(), one.begin(), one.end());
     }
   return all;
@@ -87,13 +87,13 @@ double quantile(const std::vector<double>& sorted, double share) {
 TEST_CASE("speckle is fully developed: exponential intensity, Rayleigh amplitude") {
   std::vector<double> values = independent_intensities(quiet_sonar());  // 390,000
   const Moments intensity = moments(values);
-  CHECK(intensity.mean == Approx(1.0).epsilon(0.01));  // it takes and adds no energy
+  CHECK(intensity.mean == Approx(1.0).epsilon(0.01));  // it does not change the mean energy
   CHECK(intensity.deviation / intensity.mean == Approx(1.0).epsilon(0.015));
   std::vector<double> sorted = values;
   std::ranges::sort(sorted);
   for (const double share : {0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999})
     CHECK(quantile(sorted, share) == Approx(-std::log(1.0 - share)).epsilon(0.05));
-  double third = 0.0;  // of an exponential distribution, n!
+  double third = 0.0;  // moment n of an exponential distribution is n!
   for (const double v : values) third += v * v * v;
   CHECK(third / static_cast<double>(values.size()) == Approx(6.0).epsilon(0.06));
 
@@ -125,19 +125,19 @@ TEST_CASE("M looks have the intensity's contrast of M^-1/2, and the gamma's mome
 
 TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distributed amplitudes") {
   constexpr double nu = 2.0;
-  Ear ear(quiet_sonar());
+  Receiver receiver(quiet_sonar());
   std::mt19937_64 random(1);
   std::gamma_distribution<double> patch(nu, 1.0 / nu);
   std::vector<double> values;
   for (int ping = 0; ping < 250; ++ping) {
     const Eigen::Vector3d array{0.0, 10.0 * ping, -10.0};
-    EchoLine line = level_line(ear.sonar, Side::starboard, array, altitude_m);
+    EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
     double strength = 1.0;
     for (std::size_t i = 0; i < line.bins.intensity_mean.size(); ++i) {
       if (i % 10 == 0) strength = patch(random);  // half a metre
       line.bins.intensity_mean[i] *= static_cast<float>(strength);
     }
-    const std::vector<double> one = ear.intensity(line, array);
+    const std::vector<double> one = receiver.intensity(line, array);
     values.insert(values.end(), one.begin(), one.end());
   }
   const Moments intensity = moments(values);
@@ -152,7 +152,7 @@ TEST_CASE("a patchy bed, its strength a gamma distribution's, gives K-distribute
             .epsilon(0.01));
 }
 
-TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle and noise alike") {
+TEST_CASE("neighbouring bins have the pulse's autocorrelation, in speckle and in noise") {
   struct Case {
     PulseKind kind;
     PulseWindow window;
@@ -169,7 +169,7 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
     sonar.pulse.bandwidth_hz = one.bandwidth_hz;
     for (const bool noise : {false, true}) {
       sonar.receiver.noise = noise;
-      Ear ear(sonar);
+      Receiver receiver(sonar);
       std::array<double, 5> sums{};
       constexpr int pings = 100;
       for (int ping = 0; ping < pings; ++ping) {
@@ -177,17 +177,17 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
         if (noise) {
           EchoLine empty;
           empty.bins.assign(static_cast<std::size_t>(sonar.bins));
-          line = ear.intensity(empty, {0, 0, -10}, static_cast<std::uint64_t>(ping));
+          line = receiver.intensity(empty, {0, 0, -10}, static_cast<std::uint64_t>(ping));
         } else {
-          line = ear.intensity(10.0 * ping);
+          line = receiver.intensity(10.0 * ping);
         }
         for (std::size_t lag = 1; lag < sums.size(); ++lag)
           sums[lag] += correlation({line.begin(), line.end() - static_cast<std::ptrdiff_t>(lag)},
                                    {line.begin() + static_cast<std::ptrdiff_t>(lag), line.end()});
       }
       for (std::size_t lag = 1; lag < sums.size(); ++lag) {
-        // Of the convolution of the pulse with itself, on its own: a box's triangle, a sweep's sinc
-        // or, under a Hann window, the cosine transform of cos^4.
+        // The autocorrelation of the pulse, in closed form: a triangle for a box, a sinc
+        // for a sweep or, with a Hann window, the cosine transform of cos^4.
         const double x = static_cast<double>(lag) * 0.1 / 1500.0 * one.bandwidth_hz;
         double expected = std::max(0.0, 1.0 - x);
         if (one.kind == PulseKind::lfm) {
@@ -210,7 +210,8 @@ TEST_CASE("neighbouring bins are correlated as the pulse is with itself, speckle
 
 namespace {
 
-/// The two-way field of an array of point elements at y off its middle, by their exact distances.
+/// The two-way field of an array of point elements at a distance y from its middle, with exact
+/// distances.
 std::complex<double> two_way(const Sonar& sonar, double y_m, double range_m) {
   const double k = 2.0 * pi * sonar.frequency_hz / 1500.0;
   std::complex<double> sum = 0.0;
@@ -232,24 +233,24 @@ double along_track_correlation(const Sonar& sonar, double step_m, double range_m
     both += here * std::conj(two_way(sonar, y - step_m, range_m));
     one += std::norm(here);
   }
-  return std::norm(both) / (one * one);  // of intensities, |.|^2 of the amplitudes'
+  return std::norm(both) / (one * one);  // the intensities' correlation is |.|^2 of the amplitudes'
 }
 
 }  // namespace
 
-TEST_CASE("pings that overlap are correlated along the track as their beams are") {
+TEST_CASE("overlapping pings have the correlation of their beams along the track") {
   for (const bool focused : {true, false})
     for (const double range_m : {14.0, 40.0, 68.0}) {
       Sonar sonar = quiet_sonar();
       sonar.focused = focused;
-      Ear ear(sonar);
+      Receiver receiver(sonar);
       const auto middle = static_cast<std::size_t>(range_m / sonar.bin_m());
       for (const double step_m : {0.05, 0.1, 0.2, 0.3, 0.5}) {
         double sum = 0.0;
         constexpr int pairs = 60;
         for (int pair = 0; pair < pairs; ++pair) {
           const auto near = [&](double north_m) {
-            const std::vector<double> all = ear.intensity(north_m);
+            const std::vector<double> all = receiver.intensity(north_m);
             const std::size_t first = middle - all.size() % 1 - 200 - 50;
             const auto from = all.begin() + static_cast<std::ptrdiff_t>(first);
             return std::vector<double>(from, from + 100);
@@ -262,49 +263,51 @@ TEST_CASE("pings that overlap are correlated along the track as their beams are"
     }
 }
 
-TEST_CASE("a second pass hears the same on the same track, and nothing of it from elsewhere") {
-  Ear ear(quiet_sonar());
-  const std::vector<double> first = ear.intensity(3.0, Side::starboard, 1);
-  CHECK(ear.intensity(3.0, Side::starboard, 1000) == first);  // the ground's own, not the ping's
-  CHECK(std::abs(correlation(first, ear.intensity(4.5, Side::starboard, 2))) < 0.1);
+TEST_CASE(
+    "a second pass on the same track has the same speckle, on another track it is uncorrelated") {
+  Receiver receiver(quiet_sonar());
+  const std::vector<double> first = receiver.intensity(3.0, Side::starboard, 1);
+  CHECK(receiver.intensity(3.0, Side::starboard, 1000) ==
+        first);  // it belongs to the ground, not to the ping
+  CHECK(std::abs(correlation(first, receiver.intensity(4.5, Side::starboard, 2))) < 0.1);
 
-  // The same places from the other side, and by an array that heads 30 degrees otherwise.
+  // The same places from the other side, and with an array whose heading differs by 30 degrees.
   const Eigen::Vector3d array{0.0, 3.0, -10.0};
-  EchoLine line = level_line(ear.sonar, Side::starboard, array, altitude_m);
+  EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
   const Eigen::Vector3d opposite{2.0 * 40.0, 3.0, -10.0};
-  CHECK(std::abs(correlation(first, ear.intensity(line, opposite))) < 0.1);
-  ear.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
-                    std::span(&line, 1), ear.memory);
+  CHECK(std::abs(correlation(first, receiver.intensity(line, opposite))) < 0.1);
+  receiver.chain.receive({.array = {array, {0.5, std::sqrt(0.75), 0}}, .altitude_m = altitude_m},
+                         std::span(&line, 1), receiver.memory);
   const std::vector<double> turned(line.bins.intensity.begin() + line.first_return,
                                    line.bins.intensity.end());
   CHECK(std::abs(correlation(first, turned)) < 0.1);
 }
 
 TEST_CASE("a second pass at another altitude loses coherence as the grazing angle changes") {
-  // Of bins of length b over ground, |sinc(2 b (cos g' - cos g) / lambda)|^2 of the intensities (Li
-  // and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
-  Ear ear(quiet_sonar());
-  const double lambda_m = 1500.0 / ear.sonar.frequency_hz;
+  // For bins of length b on the ground the correlation of the intensities is |sinc(2 b (cos g' -
+  // cos g) / lambda)|^2 (Li and Goldstein, IEEE Trans. GRS 28, 88, 1990, for a box).
+  Receiver receiver(quiet_sonar());
+  const double lambda_m = 1500.0 / receiver.sonar.frequency_hz;
   for (const double higher_m : {0.2, 0.5, 1.0, 1.6}) {
     double sum = 0.0, expected = 0.0;
     constexpr int pairs = 80;
     for (int pair = 0; pair < pairs; ++pair) {
       const Eigen::Vector3d array{0.0, 7.3 * pair, -10.0};
       const Eigen::Vector3d above = array + higher_m * Eigen::Vector3d::UnitZ();
-      EchoLine line = level_line(ear.sonar, Side::starboard, array, altitude_m);
-      std::vector<double> first = ear.intensity(line, array);
+      EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+      std::vector<double> first = receiver.intensity(line, array);
       for (std::size_t i = 0; i < line.bins.range_m.size(); ++i)
         if (line.bins.intensity_mean[i] > 0.0f)
           line.bins.range_m[i] =
               static_cast<float>(std::hypot(line.bins.x_m[i], altitude_m + higher_m));
-      std::vector<double> second = ear.intensity(line, above);
+      std::vector<double> second = receiver.intensity(line, above);
       first = {first.begin() + 350, first.begin() + 450};  // about 30 m
       second = {second.begin() + 350, second.begin() + 450};
       sum += correlation(first, second);
     }
     const double over_m = std::sqrt(30.0 * 30.0 - 100.0);
     const double change = over_m / 30.0 - over_m / std::hypot(over_m, altitude_m + higher_m);
-    const double x = 2.0 * ear.sonar.bin_m() * change / lambda_m;
+    const double x = 2.0 * receiver.sonar.bin_m() * change / lambda_m;
     expected = std::pow(std::sin(pi * x) / (pi * x), 2);
     CAPTURE(higher_m, x);
     CHECK(sum / pairs == Approx(expected).margin(0.05));
@@ -315,10 +318,10 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
   for (const double frequency_hz : {30e3, 400e3, 900e3}) {
     Sonar sonar;
     sonar.frequency_hz = frequency_hz;
-    sonar.vertical.beamwidth_rad = 0.0;  // alike in all directions
+    sonar.vertical.beamwidth_rad = 0.0;  // the same in all directions
     ChainOptions options;
     options.sea.wind_mps = 7.0;
-    Ear ear(sonar, options);
+    Receiver receiver(sonar, options);
     // Directivity of a line array, 2 L / lambda (physics: 10 lg).
     const double gain_db = scatter::to_db(2.0 * sonar.array_length_m * frequency_hz / 1500.0);
     const double expected_db = scatter::ambient_noise_db(frequency_hz, 7.0, 0.5) +
@@ -329,7 +332,7 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
     const auto bins = static_cast<std::size_t>(sonar.bins);
     constexpr int pings = 200;
     for (std::uint64_t ping = 0; ping < pings; ++ping) {
-      ear.intensity(line, {0, 0, -10}, ping);
+      receiver.intensity(line, {0, 0, -10}, ping);
       for (std::size_t i = 0; i < bins; ++i) (i < bins / 2 ? near : far) += line.bins.intensity[i];
     }
     CAPTURE(frequency_hz);
@@ -337,23 +340,23 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
           Approx(expected_db).margin(0.05));
     CHECK(near / far == Approx(1.0).epsilon(0.015));
   }
-  // Thermal noise alone, in numbers of its own: -15 + 20 lg 400 dB in 1 Hz.
+  // Thermal noise alone: -15 + 20 lg 400 dB in 1 Hz.
   CHECK(scatter::thermal_noise_db(400e3) == Approx(37.04).margin(0.01));
 }
 
 TEST_CASE("the receiver's own noise adds to the sea's, and speckle = false gives their mean") {
   Sonar sonar;
-  Ear sea(sonar);
+  Receiver sea(sonar);
   sonar.receiver.self_noise_db = 20.0;
-  Ear own(sonar);
+  Receiver own(sonar);
   const double added = own.chain.noise(Side::port) - sea.chain.noise(Side::port);
   CHECK(added == Approx(100.0 * sonar.pulse.bandwidth_hz));
 
-  Ear still(sonar, {.speckle = false});
+  Receiver mean_only(sonar, {.speckle = false});
   EchoLine line = level_line(sonar, Side::port, {0, 0, -10}, altitude_m);
   for (float& mean : line.bins.intensity_mean) mean *= 1e7f;
-  still.intensity(line, {0, 0, -10});
+  mean_only.intensity(line, {0, 0, -10});
   for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
     REQUIRE(line.bins.intensity[i] ==
-            Approx(line.bins.intensity_mean[i] + still.chain.noise(Side::port)).epsilon(1e-4));
+            Approx(line.bins.intensity_mean[i] + mean_only.chain.noise(Side::port)).epsilon(1e-4));
 }

@@ -1,4 +1,4 @@
-// A solid's own echo against its closed form.
+// The echo of a solid against its closed form.
 
 #include <cmath>
 #include <numbers>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-/// The target strength of a body alone in the water, seen from a range of its middle.
+/// The target strength of a body alone in the water, at a range from its middle.
 double target_strength_db(const refine::TriangleMesh& mesh, const scatter::Solid& solid,
                           double range_m, double heading_rad) {
   Seafloor alone;
@@ -32,7 +32,8 @@ double target_strength_db(const refine::TriangleMesh& mesh, const scatter::Solid
   alone.bed_faces = 0;
   alone.labels = {{1, 1, 1}};
   Sonar sonar = plain_sonar();
-  sonar.array_length_m = 0.03;  // a beam as broad as the body shines, in planes as near as the lobe
+  sonar.array_length_m =
+      0.03;  // the beam is wider than the body, and planes are as close as the lobe needs
   sonar.planes = solid.lobe_width_rad < degree ? 1024 : 512;
   sonar.range_m = 20.0;
   sonar.bins = 400;
@@ -68,7 +69,8 @@ TEST_CASE("a sphere has the target strength a^2 / 4, however narrow its lobe, fr
     Material mirror{.name = "mirror", .model = "solid", .like = "steel"};
     mirror.lobe_width_rad = solid.lobe_width_rad;
     const refine::TriangleMesh mesh = mesh_of(ball, 1, {&mirror, 1});
-    // Seen from so near its nearest point is so much nearer, and the sphere so much flatter there.
+    // At a short range the nearest point is nearer than the middle, and the sphere is relatively
+    // flatter there.
     const double expected_db = scatter::to_db(
         solid.specular * std::pow(radius_m / 2.0 * (range_m - radius_m) / range_m, 2.0));
     for (const double heading_deg : {0.0, 11.0, 37.0}) {
@@ -76,14 +78,15 @@ TEST_CASE("a sphere has the target strength a^2 / 4, however narrow its lobe, fr
       CHECK(target_strength_db(mesh, solid, range_m, heading_deg * degree) ==
             Approx(expected_db).margin(0.5));
     }
-    // Facets that know of no lobe: 8 degrees.
+    // Facets that are not refined for the lobe: 8 degrees.
     const refine::TriangleMesh usual = mesh_of(ball, 1);
     if (lobe_deg <= 1.0)
       CHECK(std::abs(target_strength_db(usual, solid, range_m, 0.0) - expected_db) > 3.0);
   }
 }
 
-TEST_CASE("things shorter than the planes are apart are told of in one sentence, with its cure") {
+TEST_CASE(
+    "one warning names all things that are shorter than the distance of planes, with the cure") {
   Seafloor seafloor = level_bed(20.0, 100.0);
   seafloor.classes = {"none", "seabed", "mine", "boulder"};
   Sonar sonar;
@@ -97,7 +100,7 @@ TEST_CASE("things shorter than the planes are apart are told of in one sentence,
     seafloor.objects.back().label = {
         .class_id = 2, .instance = static_cast<std::uint16_t>(seafloor.objects.size())};
   };
-  // lambda / 4 L a metre of range: 9.4 cm at 50 m, near the sector's middle.
+  // lambda / 4 L per metre of range: 9.4 cm at 50 m, near the sector's middle.
   const double depression_rad = std::asin(10.0 / std::hypot(10.0, 49.0));
   const double off_rad = depression_rad - 0.5 * (sonar.sector_low_rad + sonar.sector_high_rad);
   const double apart_m =
@@ -112,7 +115,7 @@ TEST_CASE("things shorter than the planes are apart are told of in one sentence,
   CHECK(told()->starts_with("objects.0 (instance 3, mine) is 0.0"));
   CHECK(told()->find("range of 50 m") != std::string::npos);
   CHECK(told()->ends_with("set sonar.sidescan.planes = 10"));
-  // A layer of thousands: one sentence.
+  // Thousands of features still give one warning.
   for (int i = 0; i < 3000; ++i)
     seafloor.features.push_back({.layer = "boulders.0",
                                  .middle_m = {40.0, 0.01 * i, -20.0},

@@ -45,7 +45,7 @@ struct Built {
   ProgressiveMesh hierarchy;
 };
 
-/// Every kind of mesh of some hundred faces and the smallest ones, under good and random
+/// Meshes of every kind with some hundred faces, and the smallest meshes, with good and random
 /// hierarchies.
 const std::vector<Built>& small_meshes() {
   static const std::vector<Built> all = [] {
@@ -69,7 +69,7 @@ const std::vector<Built>& small_meshes() {
     for (auto& [name, mesh] : meshes) {
       out.push_back({name, mesh, build_by_edge_collapse(mesh)});
       ProgressiveMeshArrays other = ensonify::tests::random_hierarchy(mesh, 17);
-      // Spheres may be too large, and a child's may reach out of its parent's.
+      // Spheres may be too large, and a child's may extend beyond its parent's.
       Random random(18);
       for (Sphere& sphere : other.spheres)
         sphere.radius *= static_cast<float>(uniform(random, 1.0, 3.0));
@@ -106,7 +106,8 @@ std::set<std::uint32_t> split_numbers(const ActiveMesh& mesh) {
     if (node.left != none) out.insert(node.number);
   return out;
 }
-/// Those of `now` that are not in `before` and were not collapsed after `number`, itself left out.
+/// How many nodes of `now` other than `number` are not in `before` and not collapsed after
+/// `number`.
 std::size_t not_later(const ProgressiveMesh& mesh, const std::set<std::uint32_t>& before,
                       const std::set<std::uint32_t>& now, std::uint32_t number) {
   return static_cast<std::size_t>(std::ranges::count_if(now, [&](std::uint32_t n) {
@@ -114,7 +115,7 @@ std::size_t not_later(const ProgressiveMesh& mesh, const std::set<std::uint32_t>
   }));
 }
 
-/// Looking down from above, across the track, as a sonar does that goes along x.
+/// The volume of a sonar that moves along x: looks down, across the track.
 FanVolume sonar_volume(double x_m, double y_m, double height_m, double range_m) {
   return {.apex = {x_m, y_m, height_m},
           .array_axis = {1.0, 0.0, 0.0},
@@ -130,7 +131,7 @@ struct Ray {
   Eigen::Vector3d origin, direction;
 };
 struct Hit {
-  std::uint32_t face = none;  ///< in the source
+  std::uint32_t face = none;  ///< number in the source
   double t = std::numeric_limits<double>::infinity();
   bool operator==(const Hit&) const = default;
 };
@@ -148,7 +149,7 @@ double intersect(const Ray& ray, const Eigen::Vector3d& a, const Eigen::Vector3d
   return u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 ? t : miss;
 }
 
-/// The nearest within range of faces that are numbered; ties go to the lowest number.
+/// The nearest hit of numbered faces within range; in a tie the lowest number.
 template <class Number>
 Hit nearest(const Ray& ray, std::span<const Eigen::Vector3f> points, std::span<const Face> faces,
             double range_m, Number number) {
@@ -170,7 +171,7 @@ Hit nearest(const Ray& ray, const ExactFaces& exact, double range_m) {
                  [&](std::size_t f) { return exact.source_faces[f]; });
 }
 
-/// A fan that looks at some vertex of the mesh from nearby.
+/// A fan near the mesh, aimed at one of its vertices.
 FanVolume aimed_volume(const TriangleMesh& mesh, double size_m, Random& random) {
   FanVolume v = random_volume(random, size_m);
   const double distance = uniform(random, 0.02, 0.2) * size_m;
@@ -178,7 +179,7 @@ FanVolume aimed_volume(const TriangleMesh& mesh, double size_m, Random& random) 
   return v;
 }
 
-/// A ray of the fan; some on its very edges.
+/// A ray of the fan, sometimes on its edge.
 Ray random_ray(const FanVolume& v, Random& random) {
   const double edge = uniform(random);
   const double elevation = edge < 0.1 ? v.elevation_low_rad
@@ -197,8 +198,8 @@ Ray random_ray(const FanVolume& v, Random& random) {
 struct Agreement {
   std::size_t hits = 0, wrong = 0;
 };
-/// Random rays of random fans: the nearest of the exact faces against the nearest of all. From half
-/// of them on, the fan's range is just one hit's distance.
+/// Random rays of random fans: compares the nearest of the exact faces with the nearest of all.
+/// From the second half on, the fan's range is exactly one hit's distance.
 Agreement agreement(const TriangleMesh& source, const ProgressiveMesh& hierarchy, double size_m,
                     int volumes, int rays) {
   Random random(21);
@@ -238,7 +239,7 @@ TEST_CASE("an active mesh starts as the base mesh and keeps its laws through ran
     Random random(31);
     std::size_t earlier = 0;
     for (int step = 0; step < 2000; ++step) {
-      // Now rather finer, now rather coarser.
+      // Alternately finer and coarser.
       const bool finer = uniform(random) < (step / 200 % 2 == 0 ? 0.7 : 0.3);
       const auto from = finer ? splittable(mesh) : collapsible(mesh);
       if (from.empty()) continue;
@@ -321,7 +322,7 @@ TEST_CASE("a split and its collapse undo one another") {
       const std::uint32_t v = any_of(from, random);
       const auto before = intervals(mesh);
       mesh.vsplit(v);
-      if (mesh.vertex_count() != before.size() + 1) continue;  // others were forced
+      if (mesh.vertex_count() != before.size() + 1) continue;  // other splits were forced
       const auto split = intervals(mesh);
       REQUIRE(mesh.ecol(v));
       CHECK(intervals(mesh) == before);
@@ -353,7 +354,7 @@ TEST_CASE("refinement keeps all laws and has all that any of its volumes can tou
       const RefineStatistics s = mesh.refine(volumes);
       CHECK(mesh.vertex_count() == before + s.splits - s.collapses);
       REQUIRE(broken_invariants(mesh, volumes) == Lines{});
-      // Each sonar's own, too.
+      // The same for each sonar alone.
       const auto kept = mesh.exact_faces().source_faces;
       for (const FanVolume& v : volumes)
         for (const std::uint32_t f : footprint.query({&v, 1}).source_faces)
@@ -391,14 +392,14 @@ TEST_CASE("spheres around the vertices alone would lose hits") {
   }
 }
 
-TEST_CASE("coarse faces handed out too would change hits") {
+TEST_CASE("giving out coarse faces too would change hits") {
   std::size_t wrong = 0;
   for (const auto& [name, source, hierarchy] : small_meshes()) {
     if (hierarchy.mid.empty()) continue;
     Random random(61);
     ActiveMesh mesh(hierarchy);
     for (int i = 0; i < 1000; ++i) {
-      // A pencil through a coarse face, which mostly goes with that.
+      // A narrow fan through a coarse face, which mostly disappears then.
       FanVolume v = random_volume(random, 60.0);
       const ActiveMesh::ActiveFace& aim = mesh.faces()[random() % mesh.faces().size()];
       if (aim.slot == none) continue;
@@ -438,7 +439,7 @@ TEST_CASE("children of a forced split that are not tested again would be missing
       const ActiveMesh::Node& node = mesh.nodes()[at];
       return node.is_active() && !node.is_leaf() && view.touches(hierarchy.spheres[node.number]);
     };
-    // A refinement that goes on with the children of those splits only that it wanted itself.
+    // A refinement that continues only with the children of touched splits, not of forced ones.
     ActiveMesh mesh(hierarchy);
     std::vector<std::uint32_t> pending;
     for (std::uint32_t at = 0; at < mesh.nodes().size(); ++at) pending.push_back(at);
@@ -454,14 +455,14 @@ TEST_CASE("children of a forced split that are not tested again would be missing
   CHECK(broken > 0);
 }
 
-TEST_CASE("real meshes are refined by the same laws, and hit as they are whole") {
+TEST_CASE("real meshes keep the same laws, and rays hit them as the whole mesh") {
   const auto [file, size_m] =
       GENERATE(table<std::string, double>({{"mesh_underwater/skytteren_wreck.ply", 200.0},
                                            {"mesh_underwater/coral_mcap.ply", 0.5},
                                            {"bathymetry/ncei19_nantucket_a.obj", 1300.0}}));
   const auto path = ensonify::tests::data_file(file);
   if (!path) {
-    WARN("skipped: " << file << " is not there");
+    WARN("skipped: " << file << " is missing");
     return;
   }
   INFO(file);
@@ -483,7 +484,7 @@ TEST_CASE("real meshes are refined by the same laws, and hit as they are whole")
   CHECK(good.wrong == 0);
 }
 
-TEST_CASE("a thousand pings leave hardly more behind than the last one needs") {
+TEST_CASE("after a thousand pings the mesh has hardly more than the last ping needs") {
   const ProgressiveMesh hierarchy =
       build_by_edge_collapse(ensonify::tests::open_grid(180, 120, 0.3, 0.2, 7));
   ActiveMesh mesh(hierarchy), fresh(hierarchy);
@@ -504,7 +505,7 @@ TEST_CASE("a thousand pings leave hardly more behind than the last one needs") {
   CHECK(unblocking < splits / 100);
 }
 
-TEST_CASE("what was before a reset leaves no trace, and the same pings give the same") {
+TEST_CASE("a reset removes every trace, and the same pings give the same faces") {
   const ProgressiveMesh hierarchy =
       build_by_edge_collapse(ensonify::tests::open_grid(40, 40, 1.0, 1.0, 8));
   ActiveMesh one(hierarchy), other(hierarchy);
@@ -527,7 +528,7 @@ TEST_CASE("what was before a reset leaves no trace, and the same pings give the 
   }
 }
 
-TEST_CASE("a standing volume changes nothing the second time") {
+TEST_CASE("the same volume changes nothing the second time") {
   const ProgressiveMesh hierarchy =
       build_by_edge_collapse(ensonify::tests::open_grid(60, 60, 1.0, 1.0, 9));
   ActiveMesh mesh(hierarchy);
@@ -542,7 +543,7 @@ TEST_CASE("a standing volume changes nothing the second time") {
   }
 }
 
-TEST_CASE("what is no split and no collapse is refused") {
+TEST_CASE("invalid splits and collapses are refused") {
   const ProgressiveMesh hierarchy =
       build_by_edge_collapse(ensonify::tests::open_grid(5, 5, 1.0, 1.0, 1));
   ActiveMesh mesh(hierarchy);

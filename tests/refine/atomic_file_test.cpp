@@ -36,7 +36,7 @@ std::set<std::string> names(const fs::path& folder) {
   return found;
 }
 
-/// Writes where it cannot work, and checks what the error says.
+/// Writes where that must fail, and checks the error.
 void check_refused(const fs::path& file, std::errc reason) {
   INFO(file.string());
   try {
@@ -63,7 +63,7 @@ TEST_CASE("A file holds the bytes written, and a second write replaces them") {
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
 
-TEST_CASE("A file's mode is what the umask leaves of 0666") {
+TEST_CASE("A file's mode is 0666 minus the umask") {
   const TemporaryFolder folder;
   const mode_t before = umask(0);
   for (const mode_t mask : {0, 022, 027, 077}) {
@@ -77,7 +77,7 @@ TEST_CASE("A file's mode is what the umask leaves of 0666") {
   umask(before);
 }
 
-TEST_CASE("A file that cannot be written is refused with file and reason, nothing left behind") {
+TEST_CASE("A failed write names file and reason, and leaves nothing behind") {
   const TemporaryFolder folder;
   write_file(folder / "plain", "old");
   fs::create_directory(folder / "folder");
@@ -125,7 +125,7 @@ TEST_CASE("A write beyond the file-size limit leaves the old file and no tempora
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
 
-TEST_CASE("A temporary that a killed process left is neither used nor removed") {
+TEST_CASE("A killed process's temporary is neither used nor removed") {
   const TemporaryFolder folder;
   std::ofstream(folder / ".f.0.tmp") << "half";
   write_file(folder / "f", "whole");
@@ -134,7 +134,7 @@ TEST_CASE("A temporary that a killed process left is neither used nor removed") 
   CHECK(names(folder.path()) == std::set<std::string>{"f", ".f.0.tmp"});
 }
 
-TEST_CASE("A reader sees one writer's whole file while several write it") {
+TEST_CASE("While several write a file, a reader sees one writer's complete file") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   write_file(file, std::string(20'000, 'a'));

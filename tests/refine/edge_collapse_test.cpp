@@ -31,11 +31,11 @@ namespace {
 
 constexpr std::uint32_t none = ProgressiveMesh::none;
 
-/// Faces, corner by corner, in any names.
+/// Faces with any vertex numbers.
 using Faces = std::vector<Face>;
 
-/// Edges whose ends have no common neighbours but across their faces, and which are no chord of a
-/// border: what could be collapsed still.
+/// Edges whose ends have no common neighbours except across their faces, and which are not a chord
+/// between borders: edges that could still be collapsed.
 std::size_t collapsible(std::span<const Face> faces) {
   std::map<std::uint32_t, std::set<std::uint32_t>> ring;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> across;
@@ -57,8 +57,8 @@ std::size_t collapsible(std::span<const Face> faces) {
     std::set<std::uint32_t> common, expected = {corner};
     std::ranges::set_intersection(ring[a], ring[b], std::inserter(common, common.end()));
     if (!border) expected.insert(across[{b, a}]);
-    // A lone triangle, or one that hangs by an edge, would vanish with nothing to stand for it; and
-    // a tetrahedron would become two faces over one another.
+    // A lone triangle, or one connected by one edge, would vanish without a trace; a tetrahedron
+    // would become two coincident faces.
     const auto loose = [&](std::uint32_t c, std::uint32_t from, std::uint32_t to) {
       return !across.contains({c, to}) && !across.contains({from, c});
     };
@@ -70,7 +70,7 @@ std::size_t collapsible(std::span<const Face> faces) {
   return count;
 }
 
-/// The corners' stand-ins after the first `collapses` of all.
+/// The corners' representatives after the first `collapses` collapses.
 class Replay {
  public:
   explicit Replay(const ProgressiveMesh& mesh) : mesh_(mesh), stand_in_(mesh.leaves()) {
@@ -88,7 +88,7 @@ class Replay {
     std::fill(stand_in_.begin() + node.mid, stand_in_.begin() + node.hi, stand_in_[node.lo]);
     return node;
   }
-  /// Faces with three stand-ins, by those.
+  /// The faces with three distinct representatives.
   Faces faces() const {
     Faces out;
     for (std::size_t f = 0; f < mesh_.faces.size(); ++f)
@@ -133,7 +133,7 @@ void check_build(const TriangleMesh& source, std::size_t looks) {
     CHECK(manifold_fault(faces) == "");
     CHECK(topology(faces).euler() == before.euler());
   }
-  // What is left is the base mesh: nothing else vanished, and no more can.
+  // The base mesh is left: nothing else vanished, and nothing more can.
   CHECK(replay.faces().size() == mesh.base_faces().size());
   const Topology after = topology(replay.faces());
   CHECK(after.vertices + unused == mesh.roots.size());
@@ -150,19 +150,19 @@ TEST_CASE("collapses keep a manifold mesh's topology, down to a base that allows
   }
 }
 
-TEST_CASE("real meshes come down to a base of their own topology") {
+TEST_CASE("real meshes collapse to a base of the same topology") {
   const auto file = GENERATE(as<std::string>(), "mesh_underwater/skytteren_wreck.ply",
                              "mesh_underwater/large_rock.stl", "mesh_underwater/coral_mcap.ply");
   const auto path = ensonify::tests::data_file(file);
   if (!path) {
-    WARN("skipped: " << file << " is not there");
+    WARN("skipped: " << file << " is missing");
     return;
   }
   INFO(file);
   check_build(repair(read_mesh(*path)).mesh, 4);
 }
 
-TEST_CASE("each collapse takes away its node's own faces and no others") {
+TEST_CASE("each collapse removes its node's faces and no others") {
   for (const auto& [name, source] : ensonify::tests::manifold_meshes(false)) {
     INFO(name);
     const ProgressiveMesh mesh = build_by_edge_collapse(source);
@@ -191,7 +191,7 @@ TEST_CASE("the same mesh gives the same hierarchy") {
   CHECK(a.source_face == b.source_face);
 }
 
-TEST_CASE("a level bed's trees are even, although all its collapses cost the same") {
+TEST_CASE("a level bed's trees are balanced, although all its collapses cost the same") {
   const ProgressiveMesh mesh =
       build_by_edge_collapse(ensonify::tests::open_grid(65, 65, 1.0, 0.0, 1));
   double leaf_depths = 0.0;  // a leaf's depth is the number of nodes above it
@@ -199,7 +199,7 @@ TEST_CASE("a level bed's trees are even, although all its collapses cost the sam
   CHECK(leaf_depths / mesh.leaves() < std::log2(mesh.leaves()) + 2.0);
 }
 
-TEST_CASE("a vertex that no face uses is a root of its own") {
+TEST_CASE("a vertex that no face uses is a separate root") {
   TriangleMesh source = ensonify::tests::open_grid(5, 5, 1.0, 0.0, 1);
   const std::size_t roots = build_by_edge_collapse(source).roots.size();
   source.positions.insert(source.positions.begin() + 3, Eigen::Vector3f(1.0f, 2.0f, 3.0f));
@@ -209,19 +209,20 @@ TEST_CASE("a vertex that no face uses is a root of its own") {
   CHECK(build_by_edge_collapse({}).roots.empty());
 }
 
-TEST_CASE("what half-edges cannot hold is refused by name, and nothing is printed") {
+TEST_CASE(
+    "meshes that half-edges cannot hold are refused with the reason, and nothing is printed") {
   struct Case {
     Faces faces;
     const char* message;
   };
   const Faces tetrahedron = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  Faces two = tetrahedron;  // that meet in vertex 0
+  Faces two = tetrahedron;  // two that meet at vertex 0
   for (const Face& f : tetrahedron)
     two.push_back({f[0] ? f[0] + 3 : 0, f[1] ? f[1] + 3 : 0, f[2] ? f[2] + 3 : 0});
   Faces mingled;
   for (std::size_t i = 0; i < 4; ++i) mingled.insert(mingled.end(), {two[i], two[i + 4]});
   const std::vector<Case> cases = {
-      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which is not there"},
+      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which does not exist"},
       {{{0, 1, 1}}, "face 0 of the mesh has vertex 1 twice"},
       {{{0, 1, 2}, {0, 1, 3}},
        "face 1 of the mesh shares the edge of vertices 0 and 1 with face 0"},

@@ -33,18 +33,18 @@ FanVolume random_volume(Random& random, double from_origin_m = 100.0) {
           .range_m = std::pow(10.0, uniform(random, 0.0, 3.0))};
 }
 
-/// A ray of the fan: elevation e, turned by phi about the pole.
+/// A ray of the fan: elevation e, rotated by phi about the pole.
 Eigen::Vector3d ray(const FanVolume& v, double e, double phi) {
   return std::cos(e) * (std::cos(phi) * v.middle + std::sin(phi) * v.array_axis) +
          std::sin(e) * v.pole;
 }
 
-/// The widest turn at an elevation: there sin(truncation) = cos e sin phi, or all round.
+/// The largest rotation at an elevation: sin(truncation) = cos e sin phi, or a full turn.
 double widest_turn(const FanVolume& v, double e) {
   return std::asin(std::min(1.0, std::sin(v.truncation_rad) / std::cos(e)));
 }
 
-/// A point of the volume, on its edges as often as not.
+/// A point of the volume, often on its edges.
 Eigen::Vector3d point_inside(const FanVolume& v, Random& random) {
   const auto edge_or_between = [&](double low, double high) {
     const double x = uniform(random, -0.5, 1.5);
@@ -61,7 +61,7 @@ bool touches(const FanVolume& volume, const Eigen::Vector3d& centre, double radi
 
 }  // namespace
 
-TEST_CASE("a ball that reaches a point of a ray touches its view volume") {
+TEST_CASE("a sphere that reaches a point of a ray touches its view volume") {
   Random random(1);
   int missed = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -93,7 +93,7 @@ TEST_CASE("float rays at the edges of the fan do not leave its view volume") {
   CHECK(missed == 0);
 }
 
-TEST_CASE("a larger ball touches whatever a smaller one does") {
+TEST_CASE("a larger sphere touches all that a smaller one touches") {
   Random random(3);
   int shrunk = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -111,7 +111,7 @@ TEST_CASE("a larger ball touches whatever a smaller one does") {
   CHECK(shrunk == 0);
 }
 
-TEST_CASE("each surface of the view volume turns away a ball that ends a centimetre before it") {
+TEST_CASE("each surface of the view volume rejects a sphere that ends a centimetre before it") {
   Random random(4);
   std::array<int, 4> touched{}, reached{};
   for (int i = 0; i < 20000; ++i) {
@@ -155,7 +155,7 @@ TEST_CASE("each surface of the view volume turns away a ball that ends a centime
   }
 }
 
-TEST_CASE("few balls about a narrow fan are kept that do not reach it") {
+TEST_CASE("few spheres near a narrow fan are kept without reaching it") {
   Random random(5);
   const FanVolume v = {.array_axis = Eigen::Vector3d::UnitY(),
                        .middle = Eigen::Vector3d(0.6, 0.0, -0.8),
@@ -185,7 +185,7 @@ TEST_CASE("few balls about a narrow fan are kept that do not reach it") {
   CHECK(kept <= 1.1 * reach);
 }
 
-TEST_CASE("several view volumes are touched where any of them is, and none where there is none") {
+TEST_CASE("of several view volumes any may be touched, and without volumes nothing touches") {
   Random random(6);
   ViewTest test;
   CHECK_FALSE(test.touches({Eigen::Vector3f::Zero(), 1e6f}));
@@ -203,7 +203,7 @@ TEST_CASE("several view volumes are touched where any of them is, and none where
   }
 }
 
-TEST_CASE("what is no fan is refused") {
+TEST_CASE("invalid fans are refused") {
   const FanVolume good = {
       .truncation_rad = 0.1, .elevation_low_rad = -1.0, .elevation_high_rad = 1.0, .range_m = 10.0};
   const auto refuses = [&](auto change) {

@@ -29,7 +29,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-/// By the definition in view_volume.h.
+/// By the definition in fan_volume.h.
 bool inside(const FanVolume& v, const Eigen::Vector3d& point) {
   const Eigen::Vector3d p = point - v.apex;
   const double r = p.norm(), h = p.dot(v.pole);
@@ -44,7 +44,7 @@ std::set<std::uint32_t> query(Footprint& footprint, std::span<const FanVolume> v
   return {exact.source_faces.begin(), exact.source_faces.end()};
 }
 
-/// Faces with a random point inside the volume: they touch it.
+/// Faces with a random point inside the volume: these touch it.
 std::set<std::uint32_t> touched(const TriangleMesh& mesh, const FanVolume& volume, Random& random) {
   std::set<std::uint32_t> out;
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
@@ -65,7 +65,7 @@ std::set<std::uint32_t> touched(const TriangleMesh& mesh, const FanVolume& volum
 struct Count {
   std::size_t lost = 0, touched = 0, found = 0;
 };
-/// Touched faces that the footprint lost, over many volumes.
+/// Counts touched faces that the footprint lost, over many volumes.
 Count compare(const TriangleMesh& source, const ProgressiveMesh& mesh, double size_m, int volumes) {
   Random random(7);
   Footprint footprint(mesh);
@@ -93,7 +93,7 @@ TEST_CASE("the footprint has every face that touches the view volume") {
     CHECK(count.lost == 0);
     CHECK(count.found < 6 * count.touched);
 
-    // Spheres around the vertices alone lose faces.
+    // Spheres around only the vertices lose faces.
     CHECK(compare(source, over_vertices_only(mesh), 60.0, 20).lost > count.touched / 50);
   }
 }
@@ -105,7 +105,7 @@ TEST_CASE("the footprint has every face of real meshes that touches the view vol
                                            {"bathymetry/ncei19_nantucket_a.obj", 1300.0}}));
   const auto path = ensonify::tests::data_file(file);
   if (!path) {
-    WARN("skipped: " << file << " is not there");
+    WARN("skipped: " << file << " is missing");
     return;
   }
   INFO(file);
@@ -143,7 +143,7 @@ TEST_CASE(
         const Eigen::Vector3d o = v.apex - a, q = o.cross(ab);
         const double u = o.dot(n) / det, w = d.dot(q) / det, t = ac.dot(q) / det;
         if (u < 0.0 || w < 0.0 || u + w > 1.0 || t < 0.0) continue;
-        // The ray's end is the hit: the fan's range is just enough for it.
+        // The ray ends at the hit: the fan's range just reaches it.
         v.range_m = t;
         ++met;
         lost += !query(footprint, {&v, 1}).contains(f);
@@ -172,7 +172,7 @@ TEST_CASE("a footprint's faces are the source's, corner by corner") {
   }
 }
 
-TEST_CASE("a view of everything finds all faces, a view elsewhere none") {
+TEST_CASE("a volume around everything finds all faces, a volume elsewhere none") {
   for (const auto& [name, source] : ensonify::tests::manifold_meshes(false)) {
     INFO(name);
     const ProgressiveMesh mesh = build_by_edge_collapse(source);
@@ -194,7 +194,7 @@ TEST_CASE("a view of everything finds all faces, a view elsewhere none") {
   }
 }
 
-TEST_CASE("a query knows nothing of those before it, and of several volumes has each one's faces") {
+TEST_CASE("queries are independent, and a query of several volumes has the faces of each") {
   const TriangleMesh source = ensonify::tests::open_grid(60, 60, 1.0, 1.0, 6);
   const ProgressiveMesh mesh = build_by_edge_collapse(source);
   Footprint one(mesh);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t none = ProgressiveMesh::none;
 
-/// A half refined grid with a hierarchy of its own, which a test may spoil behind its back.
+/// A partly refined grid whose hierarchy a test may replace by a wrong one.
 struct Refined {
   ProgressiveMesh hierarchy =
       build_by_edge_collapse(ensonify::tests::open_grid(30, 30, 1.0, 0.5, 5));
@@ -40,7 +40,7 @@ struct Refined {
   }
   Refined(const Refined&) = delete;
 
-  /// Puts another hierarchy in the place of the one that was refined.
+  /// Replaces the refined hierarchy by a changed one.
   void spoil(const std::function<void(ProgressiveMeshArrays&)>& change) {
     ProgressiveMeshArrays arrays = ensonify::tests::arrays_of(hierarchy);
     change(arrays);
@@ -53,7 +53,7 @@ struct Refined {
       return node.is_active() && !node.is_leaf();
     });
   }
-  /// The slot of an active face, exact or coarse.
+  /// The progressive mesh's index of an active face, exact or coarse.
   std::uint32_t slot(bool exact) const {
     return std::ranges::find_if(mesh.faces(),
                                 [&](const ActiveMesh::ActiveFace& face) {
@@ -90,7 +90,7 @@ TEST_CASE("a touched vertex that was not split is noticed") {
 
 TEST_CASE("faces that are missing from the exact ones are noticed") {
   Refined r;
-  // Before its node was split, that is: the footprint then has them.
+  // After a reset their nodes are not split; the footprint still has them.
   r.mesh.reset();
   CHECK(r.says("the exact faces contain the footprint's"));
 }
@@ -135,7 +135,7 @@ TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed")
 
 TEST_CASE("a split that would force an earlier one is noticed") {
   Refined r;
-  // With all orders turned round, whatever a split forces comes too early.
+  // With all orders reversed, every node that a split forces was collapsed too early.
   r.spoil([](auto& mesh) {
     for (std::uint32_t& order : mesh.order)
       order = static_cast<std::uint32_t>(mesh.order.size()) - order;

@@ -42,7 +42,7 @@ Eigen::Vector3d world_corner(const TriangleMesh& mesh, std::size_t face, std::si
   return mesh.world_origin + mesh.positions.at(mesh.faces.at(face)[k]).cast<double>();
 }
 
-/// Bounds of what faces use, in world metres.
+/// Bounds of the vertices that faces use, in world metres.
 struct WorldBounds {
   Eigen::Vector3d low, high;
   explicit WorldBounds(const TriangleMesh& mesh) : low(world_corner(mesh, 0, 0)), high(low) {
@@ -54,7 +54,7 @@ struct WorldBounds {
   }
 };
 
-/// Whether everything can be relied upon that the header promises.
+/// Checks everything that mesh_reader.h promises.
 void check_sound(const TriangleMesh& mesh) {
   REQUIRE(!mesh.faces.empty());
   REQUIRE(mesh.world_origin.allFinite());
@@ -63,7 +63,7 @@ void check_sound(const TriangleMesh& mesh) {
     for (const std::uint32_t vertex : face) REQUIRE(vertex < mesh.positions.size());
 }
 
-/// Whether it was read; a MeshError is the only other way out.
+/// Returns whether it was read; the only other result allowed is a MeshError.
 bool reads_soundly(const std::string& bytes, MeshFormat format) {
   try {
     check_sound(parse_mesh(bytes, format, "m"));
@@ -73,7 +73,7 @@ bool reads_soundly(const std::string& bytes, MeshFormat format) {
   }
 }
 
-/// A small mesh of each format, each with single digits only, so that no number can be shortened.
+/// A small mesh of each format, with single digits only, so that no number can be shortened.
 std::vector<std::pair<MeshFormat, std::string>> small_meshes() {
   return {{Mesh::ply, text_ply},         {Mesh::ply, binary_ply()},
           {Mesh::ply, binary_ply(true)}, {Mesh::obj, "v 0 0 0\nv 2 0 0\nv 0 3 0\nf 1 2 3\n"},
@@ -113,7 +113,7 @@ TEST_CASE("A damaged mesh is refused with its file, the place and the cure") {
   for (const auto& [format, files] : count) CHECK(files >= 40);
 }
 
-TEST_CASE("A valid mesh is read right, however it is spelt") {
+TEST_CASE("A valid mesh is read correctly in any spelling") {
   std::map<MeshFormat, int> count;
   for (const TrickyMesh& tricky : tricky_meshes()) {
     ++count[tricky.format];
@@ -161,7 +161,7 @@ TEST_CASE("A message names the line, or the byte, of the fault") {
   expect(replaced(text_ply, "\n3 1 2 3", "\n\n3 1 2 7"), Mesh::ply,
          "17: a face names vertex 7, but there are 4");
   expect(replaced(text_ply, "float y", "flaot y"), Mesh::ply, "5: found \"flaot\"");
-  expect(replaced(text_ply, "vertex 4", "vertex 40"), Mesh::ply, "3: the header promises 40");
+  expect(replaced(text_ply, "vertex 4", "vertex 40"), Mesh::ply, "3: the header announces 40");
   const std::size_t body = binary_ply_header().size();
   expect(patched(binary_ply(), body + 16, raw(std::nanf(""))), Mesh::ply,
          fmt::format(" byte {}: a coordinate is nan", body + 16));
@@ -193,13 +193,13 @@ TEST_CASE("A polygon is fanned from its first corner, and faces keep the file's 
   CHECK(parse_mesh(obj, Mesh::obj, "m").faces == expected);
 }
 
-TEST_CASE("An STL's equal corners are one vertex, in the order in which they come") {
+TEST_CASE("An STL's equal corners are one vertex, in order of appearance") {
   for (const std::string& bytes : {text_stl(), binary_stl()}) {
     const TriangleMesh mesh = parse_mesh(bytes, Mesh::stl, "m");
     CHECK(mesh.faces == std::vector<Face>{{0, 1, 2}, {0, 2, 3}, {2, 1, 3}, {1, 0, 3}});
     CHECK(summarise(mesh).boundary_edges == 0);
   }
-  // As near as floats can be is not equal.
+  // Adjacent floats are not equal.
   std::string parted = binary_stl();
   parted.replace(84 + 12, 4, raw(std::nextafter(0.0f, 1.0f)));
   CHECK(parse_mesh(parted, Mesh::stl, "m").positions.size() == 5);
@@ -219,7 +219,7 @@ TEST_CASE("A mesh cut off anywhere is refused, unless only the last line's end i
   }
 }
 
-TEST_CASE("A mesh with anything changed is refused or sound") {
+TEST_CASE("A mesh with any change is refused or sound") {
   std::mt19937_64 random(7);
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   const std::vector<std::string> words{"nan", "-1", "1e99", "4294967296", "\n", " ", "#",    "\\\n",
@@ -249,7 +249,7 @@ TEST_CASE("A mesh with anything changed is refused or sound") {
   }
 }
 
-TEST_CASE("A large file that says little is refused within a second") {
+TEST_CASE("A large file without content is refused within a second") {
   const auto many = [](const std::string& text) {
     std::string all;
     while (all.size() < 1'000'000) all += text;
@@ -287,7 +287,7 @@ TEST_CASE("A large file that says little is refused within a second") {
 }
 
 TEST_CASE("The same scene at the origin, at UTM and at 1e7 m gives the same local mesh") {
-  // Its middle is at half a metre, and none of its numbers is a whole one in binary.
+  // The middle is at half a metre, and no coordinate is exact in binary.
   const std::vector<Eigen::Vector3d> scene{
       {0.1, 0.2, -20.3}, {0.9, 0.3, -19.9}, {0.7, 0.8, -20.1}, {0.3, 0.7, -20.7}};
   const auto text = [&](MeshFormat format, const Eigen::Vector3d& shift) {
@@ -324,7 +324,7 @@ TEST_CASE("The same scene at the origin, at UTM and at 1e7 m gives the same loca
   }
 }
 
-TEST_CASE("The world origin is the middle of what faces use, in whole metres") {
+TEST_CASE("The world origin is the middle of the vertices that faces use, in whole metres") {
   const std::string far_off =
       replaced(replaced(text_ply, "vertex 4", "vertex 5"), "0 0 5\n", "0 0 5\n1e18 -1e18 7\n");
   const TriangleMesh mesh = parse_mesh(far_off, Mesh::ply, "m");
@@ -333,13 +333,13 @@ TEST_CASE("The world origin is the middle of what faces use, in whole metres") {
   CHECK(mesh.positions[4].x() == 1e18f);
 }
 
-TEST_CASE("A decimal comma in the machine's settings changes nothing") {
+TEST_CASE("A locale with a decimal comma changes nothing") {
   const OtherSettings settings;
   const std::string bytes = replaced(text_off, "2 0 0", "2.5 0 0");
   CHECK(WorldBounds(parse_mesh(bytes, Mesh::off, "m")).high.x() == 2.5);
 }
 
-TEST_CASE("A file's name tells its format, in any case") {
+TEST_CASE("A file's extension decides its format, in any case") {
   CHECK(mesh_format("a.ply") == Mesh::ply);
   CHECK(mesh_format("dir.ply/a.OBJ") == Mesh::obj);
   CHECK(mesh_format("a.ply.Stl") == Mesh::stl);
@@ -349,7 +349,7 @@ TEST_CASE("A file's name tells its format, in any case") {
   CHECK_THROWS_AS(read_mesh("a.tif"), MeshError);
 }
 
-TEST_CASE("What is no file to read is refused without waiting for it") {
+TEST_CASE("A path that is not a regular file is refused without waiting") {
   const TemporaryFolder folder;
   REQUIRE(mkfifo((folder / "pipe.ply").c_str(), 0600) == 0);
   std::filesystem::create_directory(folder / "folder.obj");
@@ -361,7 +361,7 @@ TEST_CASE("What is no file to read is refused without waiting for it") {
   }
 }
 
-TEST_CASE("A mesh is written as a binary PLY of doubles to the byte") {
+TEST_CASE("A mesh is written as a binary PLY of doubles, with the expected bytes") {
   const TemporaryFolder folder;
   TriangleMesh mesh;
   mesh.positions = {
@@ -401,20 +401,20 @@ TEST_CASE("A mesh at UTM coordinates comes back the same within a tenth of a mil
     worst_m = std::max(worst_m, (is - was).cwiseAbs().maxCoeff());
   }
   CHECK(worst_m < 1e-4);
-  // Once about its own middle, a mesh is written and read without any change.
+  // Once its origin is at its middle, a mesh is written and read without any change.
   write_ply(folder / "b.ply", back);
   const TriangleMesh again = read_mesh(folder / "b.ply");
   CHECK(again.world_origin == back.world_origin);
   CHECK(again.positions == back.positions);
 }
 
-TEST_CASE("Real meshes have the counts and bounds that others found") {
+TEST_CASE("Real meshes have the counts and bounds that other programs found") {
   struct Known {
     const char* file;
     std::array<std::size_t, 4> counts;  ///< vertices, faces, boundary and non-manifold edges
     Eigen::Vector3d low, high;
   };
-  // All found with a few lines of another language; edges join places, as summarise has them.
+  // Found with short programs in another language; edges join places, as in summarise().
   const Known meshes[] = {
       {"mesh_underwater/skytteren_wreck.ply",
        {4404, 8358, 320, 34},

@@ -28,7 +28,7 @@ using ensonify::tests::manifold_fault;
 
 namespace {
 
-/// Edges of one face, by number: two vertices at one place are two.
+/// Counts edges with one face, by vertex number: two vertices at one place are different.
 std::size_t borders(const TriangleMesh& mesh) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> directed;
   for (const Face& face : mesh.faces)
@@ -56,7 +56,7 @@ double volume(const TriangleMesh& mesh) {
   return sum;
 }
 
-/// Repairs, and checks all that is promised of any mesh.
+/// Repairs, and checks everything that is promised for any mesh.
 RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_tolerance_m = 0.0) {
   const RepairedMesh repaired = repair(mesh, weld_tolerance_m);
   const RepairReport& report = repaired.report;
@@ -65,7 +65,7 @@ RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_tolerance_m = 
   CHECK(fault.empty());
   CHECK(repaired.mesh.world_origin == mesh.world_origin);
 
-  // Faces: those kept lie where they lay, in their order; no others are gone than those counted.
+  // Kept faces have the same places and order; only counted faces are dropped.
   REQUIRE(repaired.source_face.size() == repaired.mesh.faces.size());
   CHECK(std::ranges::is_sorted(repaired.source_face));
   CHECK(std::ranges::adjacent_find(repaired.source_face) == repaired.source_face.end());
@@ -84,19 +84,19 @@ RepairedMesh checked_repair(const TriangleMesh& mesh, double weld_tolerance_m = 
     turned += !straight;
   }
   CHECK(astray == 0);
-  if (weld_tolerance_m <= 0.0) {  // else corners can be near each other
+  if (weld_tolerance_m <= 0.0) {  // otherwise corners can be near each other
     CHECK(turned == report.flipped_faces);
     CHECK(repaired.mesh.positions.size() + report.welded_vertices + report.unreferenced_vertices ==
           mesh.positions.size() + report.split_vertices);
   }
 
-  // What came out is in order, however it is looked at.
+  // A second repair changes nothing.
   for (const double again_m : {weld_tolerance_m, -1.0}) {
     const RepairedMesh again = repair(repaired.mesh, again_m);
     CHECK(again.report.total() == 0);
     CHECK(equal(again.mesh, repaired.mesh));
   }
-  // Only what is counted has been changed.
+  // Only counted changes were made.
   if (report.total() == 0) CHECK(equal(repaired.mesh, mesh));
   return repaired;
 }
@@ -131,15 +131,15 @@ TriangleMesh tetrahedron(Eigen::Vector3f at = Eigen::Vector3f::Zero()) {
   return mesh;
 }
 
-/// A grid of quads in two triangles each, its last columns or rows joined to the first where
-/// wanted; `twisted` joins the last column to the first upside down.
+/// A grid of quads, two triangles each, with its last columns or rows optionally joined to the
+/// first; `twisted` joins the last column to the first upside down.
 TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows, bool round_columns = false,
                    bool round_rows = false, bool twisted = false) {
   TriangleMesh mesh;
   const std::uint32_t across = columns + !round_columns, up = rows + !round_rows;
   for (std::uint32_t row = 0; row < up; ++row)
     for (std::uint32_t column = 0; column < across; ++column) {
-      // No three in a line: everything bends a little.
+      // Slightly curved, so that no three vertices are on a line.
       const double x = column, y = row;
       mesh.positions.emplace_back(float(x + 0.01 * y * y), float(y + 0.013 * x * x),
                                   float(std::sin(1.7 * x) + std::cos(2.3 * y)));
@@ -162,7 +162,7 @@ TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows, bool round_columns
   return mesh;
 }
 
-/// A ball of `rings` x `columns` about a place; outwards.
+/// A sphere of `rings` x `columns` around a place, oriented outwards.
 TriangleMesh sphere(double radius_m, Eigen::Vector3d at = Eigen::Vector3d::Zero(),
                     std::uint32_t columns = 12, std::uint32_t rings = 7, double flat = 1.0) {
   TriangleMesh mesh;
@@ -205,7 +205,7 @@ void turn(TriangleMesh& mesh) {
   for (Face& face : mesh.faces) std::swap(face[1], face[2]);
 }
 
-/// Every corner its own vertex, as an STL has them.
+/// Every corner is a separate vertex, as in an STL.
 TriangleMesh apart(const TriangleMesh& mesh) {
   TriangleMesh soup;
   soup.world_origin = mesh.world_origin;
@@ -217,7 +217,7 @@ TriangleMesh apart(const TriangleMesh& mesh) {
   return soup;
 }
 
-/// `blades` triangles round one edge, like a paddle wheel; every second one turned.
+/// `blades` triangles around one edge, like a paddle wheel; every second one reversed.
 TriangleMesh paddle_wheel(int blades) {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {0, 0, 1}};
@@ -232,7 +232,7 @@ TriangleMesh paddle_wheel(int blades) {
 
 }  // namespace
 
-TEST_CASE("A mesh in order comes back as it was, byte for byte, and nothing is reported") {
+TEST_CASE("A mesh without faults comes back unchanged to the byte, and nothing is reported") {
   for (TriangleMesh mesh :
        {TriangleMesh{}, tetrahedron(), sheet(5, 4), sheet(9, 3, true), sheet(7, 5, true, true),
         sphere(2.0), sphere(1.0, {300.0, -200.0, 50.0})}) {
@@ -245,18 +245,18 @@ TEST_CASE("A mesh in order comes back as it was, byte for byte, and nothing is r
   }
 }
 
-TEST_CASE("A zero that is negative stays so") {
+TEST_CASE("A negative zero stays negative") {
   TriangleMesh mesh = tetrahedron();
   mesh.positions[0].x() = -0.0f;
   CHECK(equal(repair(mesh).mesh, mesh));
 }
 
-TEST_CASE("Vertices at one place become one, and bodies that only touch stay as they came") {
+TEST_CASE("Vertices at one place become one, and bodies that only touch stay unchanged") {
   CHECK(text(counts(apart(tetrahedron()))) == "8 welded ");
   CHECK(text(counts(apart(tetrahedron()), -1.0)) == "in order");
   CHECK(borders(repair(apart(sphere(1.0))).mesh) == 0);
 
-  TriangleMesh seam = sheet(1, 1);  // two triangles, the diagonal of either its own
+  TriangleMesh seam = sheet(1, 1);  // two triangles, each with its own diagonal
   seam.positions.push_back(seam.positions[0]);
   seam.positions.push_back(seam.positions[3]);
   seam.faces[1] = {4, 5, 2};
@@ -272,7 +272,7 @@ TEST_CASE("Vertices at one place become one, and bodies that only touch stay as 
   for (Eigen::Vector3f& p : mirrored.positions) p = {-p.x(), -p.y(), p.z()};
   append(edge, mirrored);
   CHECK(text(counts(edge)) == "in order");
-  // The same bodies with one corner, or edge, between them.
+  // The same bodies sharing one corner or one edge.
   corner.faces[4] = {1, 6, 5};
   corner.faces[5] = {1, 5, 7};
   corner.faces[7] = {6, 1, 7};
@@ -290,7 +290,7 @@ TEST_CASE("Welding joins what is within reach, and moves nothing farther") {
   CHECK(welded.mesh.positions.size() == sphere(1.0).positions.size());
   CHECK(welded.report.welded_vertices == soup.positions.size() - welded.mesh.positions.size());
 
-  // A chain 1 apart, reach 1: in pairs. Each tooth has its own faces, so that all are used.
+  // A chain of vertices 1 apart, tolerance 1: they join in pairs. Each is used by its own faces.
   TriangleMesh chain;
   for (std::uint32_t i = 0; i < 8; ++i) {
     chain.positions.emplace_back(float(i), 0.0f, 0.0f);
@@ -302,10 +302,10 @@ TEST_CASE("Welding joins what is within reach, and moves nothing farther") {
   std::set<float> left;
   for (const Face& face : pairs.mesh.faces) left.insert(pairs.mesh.positions[face[0]].x());
   CHECK(left == std::set<float>{0, 2, 4, 6});
-  CHECK(pairs.report.welded_vertices == 4);  // joined, or moved where fans part them again
+  CHECK(pairs.report.welded_vertices == 4);  // joined, or moved where fans separate them again
   CHECK(text(counts(chain, 0.999)) == "in order");
 
-  // Against all pairs, on places that lie on cell borders, far out, and about zero.
+  // Compared with a test of all pairs, at places on cell borders, far away, and near zero.
   std::uniform_int_distribution<int> steps(-6, 6);
   for (const double reach : {0.25, 0.5, 0.7, 3.0})
     for (const float far : {0.0f, 1000.0f, -4096.0f}) {
@@ -334,7 +334,7 @@ TEST_CASE("Welding joins what is within reach, and moves nothing farther") {
     }
 }
 
-TEST_CASE("Faces without area are dropped, needles with some are kept") {
+TEST_CASE("Faces without area are dropped, needles with area are kept") {
   TriangleMesh mesh = sheet(2, 2);
   const std::size_t faces = mesh.faces.size();
   mesh.positions.emplace_back(5.0f, 5.0f, 5.0f);
@@ -355,7 +355,7 @@ TEST_CASE("Faces without area are dropped, needles with some are kept") {
   CHECK(text(counts(needle)) == "in order");
   for (Eigen::Vector3f& p : needle.positions) p *= 1e-22f;
   CHECK(text(counts(needle)) == "in order");
-  // Two of its corners are one, seen from the third; whichever corner comes first.
+  // Relative to the third corner two corners are equal, in any order of corners.
   needle.positions = {{0, 0, 0}, {0, 1e-30f, 0}, {1e10f, 1e10f, 0}};
   for (const Face& face : {Face{0, 1, 2}, Face{1, 2, 0}, Face{2, 0, 1}, Face{0, 2, 1}}) {
     needle.faces = {face};
@@ -363,7 +363,7 @@ TEST_CASE("Faces without area are dropped, needles with some are kept") {
   }
 }
 
-TEST_CASE("A face that comes twice, either way round, is dropped once") {
+TEST_CASE("A duplicate face, in either orientation, is dropped once") {
   for (const Face& copy : {Face{0, 2, 1}, Face{2, 1, 0}, Face{0, 1, 2}, Face{1, 0, 2}}) {
     TriangleMesh mesh = tetrahedron();
     mesh.faces.push_back(copy);
@@ -372,7 +372,7 @@ TEST_CASE("A face that comes twice, either way round, is dropped once") {
     CHECK(text(repaired.report) == "2 duplicate ");
     CHECK(repaired.source_face == std::vector<std::uint32_t>{0, 1, 3, 4});
   }
-  TriangleMesh twice = apart(sphere(1.0));  // two coincident balls, one inside out
+  TriangleMesh twice = apart(sphere(1.0));  // two coincident spheres, one inside out
   TriangleMesh inside_out = sphere(1.0);
   turn(inside_out);
   append(twice, inside_out);
@@ -382,7 +382,7 @@ TEST_CASE("A face that comes twice, either way round, is dropped once") {
   CHECK(borders(once.mesh) == 0);
 }
 
-TEST_CASE("Flipped patches turn with the majority, a tie with the first face") {
+TEST_CASE("Flipped patches follow the majority, in a tie the first face") {
   TriangleMesh mesh = sheet(6, 5);
   std::mt19937 random(5);
   for (const std::size_t count : {1u, 7u, 29u}) {
@@ -404,7 +404,7 @@ TEST_CASE("Flipped patches turn with the majority, a tie with the first face") {
   CHECK(text(turned.report) == "1 flipped ");
 }
 
-TEST_CASE("Closed bodies are turned outwards, one by one") {
+TEST_CASE("Each closed body is oriented outwards") {
   TriangleMesh inverted = sphere(3.0, {1e4, -2e4, 500.0});
   const TriangleMesh right = inverted;
   turn(inverted);
@@ -419,18 +419,18 @@ TEST_CASE("Closed bodies are turned outwards, one by one") {
   CHECK(report.flipped_faces == inner.faces.size());
   CHECK(report.total() == inner.faces.size());
 
-  for (Face& face : inverted.faces)  // one face of it is right
+  for (Face& face : inverted.faces)  // one face has the right orientation
     if (face == inverted.faces[17]) std::swap(face[1], face[2]);
   CHECK(counts(inverted).flipped_faces == inverted.faces.size() - 1);
 
-  // Very flat ones, and a thousand kilometres off.
+  // Very flat bodies, a thousand kilometres away.
   for (TriangleMesh plate : {sphere(1000.0, Eigen::Vector3d::Zero(), 40, 21, 5e-8),
                              sphere(10.0, {1e6, 0.0, 0.0}, 20, 9, 5e-8)}) {
     CHECK(text(counts(plate)) == "in order");
     turn(plate);
     CHECK(counts(plate).flipped_faces == plate.faces.size());
   }
-  // A sheet and its back have no outside, whatever rounding says: the majority stays.
+  // A sheet and its back have no outside, independent of rounding: the majority decides.
   constexpr std::uint32_t side = 10;  // of vertices
   TriangleMesh purse = sheet(side - 1, side - 1);
   for (Eigen::Vector3f& p : purse.positions)
@@ -440,10 +440,10 @@ TEST_CASE("Closed bodies are turned outwards, one by one") {
     return v % side == 0 || v % side == side - 1 || v < side || v >= side * (side - 1);
   };
   const auto behind = [&](std::uint32_t v) { return on_rim(v) ? v : v + side * side; };
-  append(purse, front);  // its vertices; its faces anew, sewn on at the rim
+  append(purse, front);  // its vertices; its faces again, joined at the rim
   purse.faces = front.faces;
   for (const Face& f : front.faces)
-    if (std::ranges::all_of(f, on_rim))  // the sheet's own back: neither
+    if (std::ranges::all_of(f, on_rim))  // on the rim of both sheets
       std::erase(purse.faces, f);
     else
       purse.faces.push_back({behind(f[0]), behind(f[2]), behind(f[1])});
@@ -455,16 +455,17 @@ TEST_CASE("Closed bodies are turned outwards, one by one") {
   }
 }
 
-TEST_CASE("Edges of three, four and five faces are cut, and faces that belong together stay so") {
+TEST_CASE(
+    "Edges of three, four and five faces are cut, and faces that belong together stay together") {
   CHECK(text(counts(paddle_wheel(2))) == "in order");
-  // No two blades share more than the edge: each becomes its own.
+  // No two blades share more than the edge: each becomes a separate body.
   CHECK(text(counts(paddle_wheel(3))) == "1 non-manifold 4 split ");
   CHECK(text(counts(paddle_wheel(4))) == "1 non-manifold 6 split ");
   CHECK(text(counts(paddle_wheel(5))) == "1 non-manifold 8 split ");
   const RepairedMesh wheel = checked_repair(paddle_wheel(1000));
   CHECK(wheel.report.split_vertices == 2 * 999);
 
-  // A ball with a fin: the ball stays closed, and outwards.
+  // A sphere with a fin: the sphere stays closed and oriented outwards.
   TriangleMesh finned = sphere(1.0);
   const Face face = finned.faces[3];
   finned.positions.emplace_back(5.0f, 5.0f, 5.0f);
@@ -477,7 +478,7 @@ TEST_CASE("Edges of three, four and five faces are cut, and faces that belong to
   CHECK(counts(finned).flipped_faces == finned.faces.size() - 1);
   CHECK(counts(apart(finned)).non_manifold_edges == 1);
 
-  // Two balls that share an edge part there, and both are closed.
+  // Two bodies that share an edge are separated there, and both are closed.
   TriangleMesh bodies = tetrahedron();
   bodies.positions.emplace_back(-1.0f, 0.0f, 0.0f);
   bodies.positions.emplace_back(0.0f, -1.0f, 0.0f);
@@ -490,7 +491,7 @@ TEST_CASE("Edges of three, four and five faces are cut, and faces that belong to
   CHECK(borders(parted.mesh) == 0);
 }
 
-TEST_CASE("A vertex where fans meet becomes one a fan") {
+TEST_CASE("A vertex where fans meet becomes one vertex per fan") {
   TriangleMesh bow_tie;
   bow_tie.positions = {{0, 0, 0}, {1, 1, 0}, {1, -1, 0}, {-1, 1, 0}, {-1, -1, 0}};
   bow_tie.faces = {{0, 2, 1}, {0, 3, 4}};
@@ -511,18 +512,19 @@ TEST_CASE("A vertex where fans meet becomes one a fan") {
   append(cones, tetrahedron({9, 9, 9}));
   cones.faces.push_back({0, 11, 12});
   const RepairReport report = counts(cones);
-  CHECK(report.split_vertices == 2 + 2);  // and the edge 11, 12 has three faces: it parts at both
+  CHECK(report.split_vertices ==
+        2 + 2);  // and the edge 11, 12 has three faces: it is split at both
   CHECK(report.non_manifold_edges == 1);
 }
 
-TEST_CASE("Surfaces of one side are cut where they cannot agree") {
+TEST_CASE("One-sided surfaces are cut where orientations contradict") {
   for (const std::uint32_t columns : {5u, 6u, 20u}) {
     const RepairedMesh band = checked_repair(sheet(columns, 1, true, false, true));
     CHECK(band.report.unorientable_edges == 1);
     CHECK(band.report.split_vertices == 2);
     CHECK(borders(band.mesh) == 2 * columns + 2);
   }
-  // Wider: the cut leads across, and the band's rim and the cut's two sides are one border.
+  // Wider: the cut crosses the band, and its rim and the cut's two sides form one border.
   const RepairedMesh wide = checked_repair(sheet(40, 6, true, false, true));
   CHECK(wide.report.unorientable_edges >= 6);
   CHECK(wide.report.unorientable_edges <= 24);
@@ -555,7 +557,7 @@ TEST_CASE("Vertices that no face uses are dropped, alone or all") {
   CHECK(text(counts(mesh)) == "1 degenerate 6 unreferenced ");
 }
 
-TEST_CASE("Whatever triangles there are, they come out manifold, all in place and counted") {
+TEST_CASE("Any triangles come out manifold, in place and with all changes counted") {
   std::mt19937 random(2024);
   const auto below = [&](std::size_t n) {
     return static_cast<std::uint32_t>(std::uniform_int_distribution<std::size_t>(0, n - 1)(random));
@@ -564,7 +566,7 @@ TEST_CASE("Whatever triangles there are, they come out manifold, all in place an
   for (int round = 0; round < 3000; ++round) {
     TriangleMesh mesh;
     const std::size_t vertices = 3 + below(round % 3 == 0 ? 6 : 14), faces = 1 + below(40);
-    const std::uint32_t span = round % 2 ? 3 : 1000;  // few places, or nearly all different
+    const std::uint32_t span = round % 2 ? 3 : 1000;  // few places, or nearly all distinct
     for (std::size_t i = 0; i < vertices; ++i)
       mesh.positions.emplace_back(float(below(span)) - 1.0f, float(below(span)),
                                   float(below(span)));
@@ -584,8 +586,8 @@ TEST_CASE("Whatever triangles there are, they come out manifold, all in place an
   CHECK(seen.size() == 8);
 }
 
-TEST_CASE("Real meshes come out in order") {
-  // Edges of one face, and of three and more, by place and with all faces: as other programs count.
+TEST_CASE("Real meshes come out without faults") {
+  // Edges with one face, and with three or more, by place, with all faces: as other programs count.
   struct Edges {
     std::size_t single = 0, crowded = 0;
   };
@@ -622,7 +624,7 @@ TEST_CASE("Real meshes come out in order") {
               "1 degenerate 3 duplicate 16 non-manifold 28 split "}}) {
     const auto file = ensonify::tests::data_file(known.file);
     if (!file) {
-      WARN(known.file << " is not there; skipped");
+      WARN(known.file << " is missing; skipped");
       continue;
     }
     CAPTURE(known.file);
@@ -633,7 +635,7 @@ TEST_CASE("Real meshes come out in order") {
   }
 }
 
-TEST_CASE("Equal places far out are one, whatever the reach") {
+TEST_CASE("Equal places far away become one with any tolerance") {
   for (const float from : {1e3f, 1e8f, 1e12f, 4.9e15f, 8e15f, 3e16f, 9e17f}) {
     float far = from;
     for (int i = 0; i < 50; ++i) {
@@ -647,7 +649,7 @@ TEST_CASE("Equal places far out are one, whatever the reach") {
   }
 }
 
-TEST_CASE("Nonsense is refused") {
+TEST_CASE("Invalid arguments are refused") {
   TriangleMesh mesh = tetrahedron();
   CHECK_THROWS_AS(repair(mesh, std::nan("")), std::invalid_argument);
   CHECK_THROWS_AS(repair(mesh, std::numeric_limits<double>::infinity()), std::invalid_argument);

@@ -36,7 +36,7 @@ TEST_CASE("Every item is done once, by a worker that no other running call has")
   }
 }
 
-TEST_CASE("Items start in order, but for those already taken by other workers") {
+TEST_CASE("Items start in order, except those already taken by other workers") {
   constexpr int threads = 4;
   std::atomic<int> started = 0, early = 0;
   parallel_for(20'000, threads, [&](std::size_t item, int) {
@@ -53,7 +53,7 @@ TEST_CASE("Two threads really run at once") {
     while (arrived < 2 && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
   });
   if (std::thread::hardware_concurrency() < 2)
-    WARN("skipped: a machine of one core");
+    WARN("skipped: the machine has one core");
   else
     CHECK(std::chrono::steady_clock::now() < give_up);
 }
@@ -69,7 +69,7 @@ TEST_CASE("One thread is the calling thread, and goes through the items in order
   CHECK_FALSE(elsewhere);
 }
 
-TEST_CASE("The first exception comes out, and no new item is started after it") {
+TEST_CASE("The first exception is rethrown, and no new item starts after it") {
   std::atomic<int> started = 0;
   const auto fail_at_7 = [&](std::size_t item, int) {
     ++started;
@@ -99,7 +99,7 @@ TEST_CASE("A loop within a loop ends") {
   CHECK(done == 1000);
 }
 
-TEST_CASE("No items is nothing to do, and no threads is refused") {
+TEST_CASE("No items means no work, and no threads is refused") {
   parallel_for(0, 4, [](std::size_t, int) { FAIL("was called"); });
   CHECK_THROWS_AS(parallel_for(1, 0, [](std::size_t, int) {}), std::invalid_argument);
 }

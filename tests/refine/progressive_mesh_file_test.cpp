@@ -64,7 +64,7 @@ const TriangleMesh& grid() {
   }();
   return mesh;
 }
-/// Of some groups.
+/// A mesh with several groups.
 const TriangleMesh& large_grid() {
   static const TriangleMesh mesh = ensonify::tests::open_grid(110, 110, 0.3, 0.2, 6);
   return mesh;
@@ -92,7 +92,7 @@ void flip(const fs::path& file, std::size_t bit) {
   stream.put(byte);
 }
 
-/// What is said of a file when it is mapped and read whole; empty if nothing is.
+/// The error message for a file that is mapped and read completely; empty if it is valid.
 std::string complaint(const fs::path& file) {
   try {
     map_progressive_mesh(file).verify_all();
@@ -109,7 +109,7 @@ std::set<std::string> names(const fs::path& folder) {
   return found;
 }
 
-/// Runs work in another process and tells what it ends with.
+/// Runs work in another process and returns its exit status.
 template <class Work>
 int in_child(const Work& work) {
   const pid_t child = fork();
@@ -128,7 +128,8 @@ int in_child(const Work& work) {
 
 }  // namespace
 
-TEST_CASE("a progressive mesh comes back from its file to the bit, with all that was attached") {
+TEST_CASE(
+    "a progressive mesh comes back from its file to the bit, with all that was saved with it") {
   const TemporaryFolder folder;
   for (const auto& [name, source] : ensonify::tests::manifold_meshes()) {
     INFO(name);
@@ -146,7 +147,7 @@ TEST_CASE("a progressive mesh comes back from its file to the bit, with all that
     REQUIRE(back.tag_count() == tags.size());
     for (std::uint32_t f = 0; f < tags.size(); ++f) REQUIRE(back.tag(f) == tags[f]);
 
-    // A mapped one can be saved, and without extras there are none.
+    // A mapped mesh can be saved, and without extras none are saved.
     save(back, {}, folder / "again");
     const ProgressiveMesh again = map_progressive_mesh(folder / "again");
     again.verify_all();
@@ -159,7 +160,7 @@ TEST_CASE("a progressive mesh comes back from its file to the bit, with all that
   CHECK(map_progressive_mesh(folder / "nothing").leaves() == 0);
 }
 
-TEST_CASE("a file has 68 bytes a vertex and some pages, and the same mesh gives the same bytes") {
+TEST_CASE("a file has 68 bytes per vertex and some pages, and the same mesh gives the same bytes") {
   const TemporaryFolder folder;
   const ProgressiveMesh mesh = build_by_tiles(large_grid(), 2);
   save(mesh, {}, folder / "a");
@@ -191,12 +192,12 @@ TEST_CASE("a mapped mesh gives the same exact faces as the one in memory") {
   }
 }
 
-TEST_CASE("every truncation of a file is refused, and so is what follows its end") {
+TEST_CASE("every truncation of a file is refused, and so are bytes after its end") {
   const TemporaryFolder folder;
   save_with_extras(grid(), folder / "f");
   const std::size_t size = fs::file_size(folder / "f");
   put(folder / "longer", content(folder / "f") + '\0');
-  CHECK(complaint(folder / "longer").find("bytes where its header tells of") != std::string::npos);
+  CHECK(complaint(folder / "longer").find("bytes, but its header requires") != std::string::npos);
   std::size_t accepted = 0;
   for (std::size_t bytes = size; bytes-- > 0;) {
     REQUIRE(truncate((folder / "f").c_str(), static_cast<off_t>(bytes)) == 0);
@@ -205,7 +206,7 @@ TEST_CASE("every truncation of a file is refused, and so is what follows its end
   CHECK(accepted == 0);
 }
 
-TEST_CASE("any bit that changes is noticed, padding included") {
+TEST_CASE("any changed bit is noticed, padding included") {
   const TemporaryFolder folder;
   save_with_extras(grid(), folder / "f");
   REQUIRE(complaint(folder / "f").empty());
@@ -223,7 +224,7 @@ TEST_CASE("any bit that changes is noticed, padding included") {
   CHECK(complaint(folder / "f").empty());
 }
 
-TEST_CASE("a changed byte is noticed before it is used, and what met it goes on after a reset") {
+TEST_CASE("a changed byte is noticed before it is used, and the active mesh works after a reset") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   const ProgressiveMesh mesh = build_by_tiles(large_grid(), 2);
@@ -262,11 +263,11 @@ TEST_CASE("a changed byte is noticed before it is used, and what met it goes on 
         flip(file, bit);
         damaged.refine({&volume, 1});
         wrong += Exact(damaged.exact_faces()) != refined;
-      } catch (const DamagedFile&) {  // found by its constructor
+      } catch (const DamagedFile&) {  // thrown by its constructor
         flip(file, bit);
       }
       wrong += Exact(damaged_walk.query({&volume, 1})) != expected;
-    } catch (const DamagedFile&) {  // or even before
+    } catch (const DamagedFile&) {  // or before it
       flip(file, bit);
     }
   }
@@ -275,7 +276,7 @@ TEST_CASE("a changed byte is noticed before it is used, and what met it goes on 
   CHECK(untouched > 5);
 }
 
-TEST_CASE("what is not a progressive mesh's file is refused by what it is") {
+TEST_CASE("a file that is not a progressive mesh is refused with the reason") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   const auto says = [&](const std::string& what) {
@@ -285,9 +286,9 @@ TEST_CASE("what is not a progressive mesh's file is refused by what it is") {
   };
   says("cannot be opened: No such file");
   put(file, "");
-  says("not a progressive mesh's file");
+  says("not a progressive mesh file");
   put(file, "ply\nformat ascii 1.0\n");
-  says("not a progressive mesh's file");
+  says("not a progressive mesh file");
   fs::remove(file);
   REQUIRE(mkfifo(file.c_str(), 0600) == 0);
   says("not a regular file");
@@ -304,14 +305,13 @@ TEST_CASE("what is not a progressive mesh's file is refused by what it is") {
   other.put(ProgressiveFile::version, std::uint32_t{2});
   other.seal();
   put(file, other.bytes);
-  says("has version 2 of the format, and only 1 can be read");
+  says("has version 2 of the format, but only 1 can be read");
   other.put(ProgressiveFile::byte_order, std::uint32_t{0x04030201});
   put(file, other.bytes);
   says("from a machine of the other byte order");
 }
 
-TEST_CASE(
-    "headers and tables that no mesh has are refused, right checksums and huge sizes or not") {
+TEST_CASE("invalid headers and tables are refused, even with right checksums or huge sizes") {
   using File = ProgressiveFile;
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
@@ -320,7 +320,7 @@ TEST_CASE(
   {
     File same = good;
     same.seal();
-    REQUIRE(same.bytes == good.bytes);  // as the program seals
+    REQUIRE(same.bytes == good.bytes);  // the checksums are the program's
   }
   rusage before{};
   getrusage(RUSAGE_SELF, &before);
@@ -333,7 +333,7 @@ TEST_CASE(
     const std::string said = complaint(file);
     INFO(what);
     CHECK(said.find(file.string() + ": ") == 0);
-    CHECK(said.find("anew") != std::string::npos);
+    CHECK(said.find("again") != std::string::npos);
     ++cases;
   };
   for (const std::uint64_t value :
@@ -379,7 +379,7 @@ TEST_CASE(
   CHECK(after.ru_maxrss - before.ru_maxrss < 64 * 1024);
 }
 
-TEST_CASE("hierarchies that contradict themselves under right checksums harm nobody") {
+TEST_CASE("contradictory hierarchies with right checksums are refused without a crash") {
   using File = ProgressiveFile;
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
@@ -441,7 +441,7 @@ TEST_CASE("hierarchies that contradict themselves under right checksums harm nob
   CHECK(fine > 20);
 }
 
-TEST_CASE("threads that touch a mapped mesh first at once get what it holds") {
+TEST_CASE("threads that first use a mapped mesh at the same time get its content") {
   const TemporaryFolder folder;
   const TriangleMesh& source = large_grid();
   const ProgressiveMesh mesh = build_by_tiles(source, 2);
@@ -475,7 +475,7 @@ TEST_CASE("threads that touch a mapped mesh first at once get what it holds") {
   CHECK(wrong == 0);
 }
 
-TEST_CASE("a writer that is killed leaves a whole file, old or new") {
+TEST_CASE("a killed writer leaves a complete file, old or new") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   const ProgressiveMesh a = build_by_tiles(large_grid(), 1), b = build_by_tiles(grid(), 1);
@@ -503,7 +503,7 @@ TEST_CASE("a writer that is killed leaves a whole file, old or new") {
     CHECK((name == "f" || (name.starts_with(".f.") && name.ends_with(".tmp"))));
 }
 
-TEST_CASE("two processes that save one file both succeed, and readers see whole ones") {
+TEST_CASE("two processes that save one file both succeed, and readers see complete files") {
   const TemporaryFolder folder;
   const fs::path file = folder / "f";
   const ProgressiveMesh a = build_by_tiles(large_grid(), 1), b = build_by_tiles(grid(), 1);
@@ -536,7 +536,7 @@ TEST_CASE("two processes that save one file both succeed, and readers see whole 
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
 
-TEST_CASE("a mesh that cannot be saved says where and why, and leaves nothing") {
+TEST_CASE("a failed save names the place and reason, and leaves nothing") {
   const TemporaryFolder folder;
   const ProgressiveMesh mesh = build_by_tiles(grid(), 1);
   const auto fails_naming = [&](const fs::path& file) {
@@ -564,7 +564,7 @@ TEST_CASE("a mesh that cannot be saved says where and why, and leaves nothing") 
   CHECK(names(folder.path()) == std::set<std::string>{"read-only"});
 }
 
-TEST_CASE("what no file could hold is not saved") {
+TEST_CASE("what a file cannot hold is not saved") {
   const TemporaryFolder folder;
   const ProgressiveMeshArrays good = build_by_tiles(grid(), 1);
   const auto refused = [&](const auto& change) {

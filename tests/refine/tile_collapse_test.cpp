@@ -40,7 +40,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 using Lines = std::vector<std::string>;
 
-/// Large enough to be cut into tiles, of every kind; and the smallest there are.
+/// Meshes of every kind, large enough for several tiles, and the smallest possible ones.
 const std::vector<NamedMesh>& meshes() {
   static const std::vector<NamedMesh> all = [] {
     using namespace ensonify::tests;
@@ -51,8 +51,7 @@ const std::vector<NamedMesh>& meshes() {
     out.push_back({"wide overhang", shuffled(overhang(100, 100, 0.4, 23), 33)});
     out.push_back({"large torus", torus(200, 60, 15.0, 5.0)});
     out.push_back({"large ball", shuffled(ball(6, 15.0), 34)});
-    TriangleMesh scattered =
-        open_grid(80, 80, 0.5, 0.5, 24);  // an uneven one, with much that is small
+    TriangleMesh scattered = open_grid(80, 80, 0.5, 0.5, 24);  // uneven, with much small detail
     Random random(25);
     for (int i = 0; i < 60; ++i)
       join(scattered, i % 3 == 0 ? torus(12, 8, 1.0, 0.3) : ball(2, 0.7),
@@ -111,7 +110,7 @@ void check_refinement(const TriangleMesh& source, const ProgressiveMesh& hierarc
     mesh.refine(volumes);
     REQUIRE(broken_invariants(mesh, volumes) == Lines{});
   }
-  // In any order, finer and coarser.
+  // Finer and coarser, in random order.
   std::vector<std::uint32_t> inner;
   for (bool moved = true; moved;) {
     inner.clear();
@@ -140,18 +139,17 @@ void check_refinement(const TriangleMesh& source, const ProgressiveMesh& hierarc
 
 }  // namespace
 
-TEST_CASE(
-    "the base that tiles come down to has the mesh's own topology, and nothing in it can go") {
+TEST_CASE("the base mesh of tiles has the mesh's topology, and nothing in it can be collapsed") {
   for (const auto& [name, source] : meshes()) {
     INFO(name);
     const ProgressiveMesh mesh = build_by_tiles(source, 2);
     const std::vector<Face> base = base_of(mesh);
     CHECK(topology(base).kept() == topology(source.faces).kept());
     if (!base.empty()) CHECK(fault_of(base) == "");
-    std::set<std::set<std::uint32_t>> corners;  // no two faces lie over one another
+    std::set<std::set<std::uint32_t>> corners;  // no two faces coincide
     for (const Face& face : base) corners.emplace(face.begin(), face.end());
     CHECK(corners.size() == base.size());
-    // The reference builder finds nothing more to take away.
+    // The reference builder finds nothing more to collapse.
     TriangleMesh again{.faces = base};
     again.positions.resize(mesh.roots.size(), Eigen::Vector3f::Zero());
     CHECK(build_by_edge_collapse(again).mid.empty());
@@ -159,7 +157,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("what tiles leave of a bed lies on its outline") {
+TEST_CASE("the base vertices that tiles leave of a bed are on its outline") {
   const ProgressiveMesh mesh = build_by_tiles(ensonify::tests::open_grid(120, 90, 1.0, 0.5, 1), 1);
   for (std::size_t root = 0; root < mesh.roots.size(); ++root) {
     const Eigen::Vector3f& kept = mesh.points[mesh.end_of(root) - 1];
@@ -189,11 +187,11 @@ TEST_CASE("any number of threads builds the same bytes by tiles") {
 }
 
 TEST_CASE(
-    "trees of many tiles are as even as the reference builder's, and need no more forced splits") {
+    "trees of many tiles are as balanced as the reference builder's, and force no more splits") {
   const TriangleMesh source = ensonify::tests::open_grid(300, 300, 0.2, 0.1, 51);
   const auto measure = [&](const ProgressiveMesh& hierarchy) {
     struct {
-      double depth = 0.0;  // of a leaf, the mean
+      double depth = 0.0;  // mean depth of a leaf
       std::size_t splits = 0, forced = 0, blocked = 0;
     } out;
     ensonify::tests::for_each_node(hierarchy, [&](auto, auto lo, auto, auto hi, auto) {
@@ -224,13 +222,13 @@ TEST_CASE(
   CHECK(tiles.blocked < reference.blocked);
 }
 
-TEST_CASE("real meshes go through the tiles, the wreck on a bed too") {
+TEST_CASE("real meshes can be built by tiles, the wreck on a bed too") {
   const auto file = GENERATE(as<std::string>(), "mesh_underwater/skytteren_wreck.ply",
                              "mesh_underwater/coral_mcap.ply", "mesh_underwater/large_rock.stl",
                              "bathymetry/ncei19_nantucket_a.obj");
   const auto path = ensonify::tests::data_file(file);
   if (!path) {
-    WARN("skipped: " << file << " is not there");
+    WARN("skipped: " << file << " is missing");
     return;
   }
   INFO(file);
@@ -248,7 +246,7 @@ TEST_CASE("real meshes go through the tiles, the wreck on a bed too") {
   check_refinement(source, hierarchy, (box.highest - box.lowest).norm(), 4);
 }
 
-TEST_CASE("a vertex that very many faces share costs no more than the others") {
+TEST_CASE("a vertex shared by very many faces costs no more than others") {
   constexpr std::uint32_t n = 100'000;
   TriangleMesh source;
   source.positions.emplace_back(0.0f, 0.0f, 1.0f);
@@ -263,24 +261,24 @@ TEST_CASE("a vertex that very many faces share costs no more than the others") {
   CHECK(broken_invariants(mesh) == Lines{});
 }
 
-TEST_CASE("what is no manifold, oriented, finite mesh is refused by name before any tile is cut") {
+TEST_CASE("meshes that are not manifold, oriented and finite are refused with the reason") {
   struct Case {
     std::vector<Face> faces;
     const char* message;
   };
   const std::vector<Face> tetrahedron = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  std::vector<Face> two = tetrahedron;  // that meet in vertex 0
+  std::vector<Face> two = tetrahedron;  // two that meet at vertex 0
   for (const Face& f : tetrahedron)
     two.push_back({f[0] ? f[0] + 3 : 0, f[1] ? f[1] + 3 : 0, f[2] ? f[2] + 3 : 0});
   const std::vector<Case> cases = {
-      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which is not there"},
+      {{{0, 1, 2}, {0, 2, 10}}, "face 1 of the mesh names vertex 10, which does not exist"},
       {{{0, 1, 1}}, "face 0 of the mesh has vertex 1 twice"},
       {{{0, 1, 2}, {0, 1, 3}},
        "face 1 of the mesh shares the edge of vertices 0 and 1 with face 0"},
       {{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, "shares the edge of vertices"},
       {{{0, 1, 2}, {0, 3, 4}}, "of the mesh meets others at vertex 0"},
       {two, "of the mesh meets others at vertex 0"},
-      {{{0, 1, 9}}, "face 0 of the mesh names vertex 9, whose place is not finite"}};
+      {{{0, 1, 9}}, "face 0 of the mesh names vertex 9, whose position is not finite"}};
   for (const Case& c : cases) {
     TriangleMesh mesh{.faces = c.faces};
     for (int i = 0; i < 10; ++i) mesh.positions.push_back(Eigen::Vector3f::Random());

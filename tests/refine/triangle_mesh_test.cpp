@@ -12,9 +12,10 @@ TEST_CASE("An empty mesh has a summary of zeros") {
   CHECK(summary.non_manifold_edges == 0);
 }
 
-TEST_CASE("A closed surface has no boundary, and its bounds are in the world") {
+TEST_CASE("A closed surface has no boundary, and its bounds are in world coordinates") {
   TriangleMesh tetrahedron;
-  tetrahedron.positions = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, -4}, {9, 9, 9}};  // one astray
+  tetrahedron.positions = {
+      {0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, -4}, {9, 9, 9}};  // the last is unused
   tetrahedron.faces = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
   tetrahedron.world_origin = {148376.0, 6234000.0, 10.0};
   const MeshSummary summary = summarise(tetrahedron);
@@ -26,7 +27,7 @@ TEST_CASE("A closed surface has no boundary, and its bounds are in the world") {
   CHECK(summary.highest == Eigen::Vector3d(148378.0, 6234003.0, 10.0));
 }
 
-TEST_CASE("A sheet's boundary is its rim, whichever way its faces turn") {
+TEST_CASE("A sheet's boundary is its rim, for any orientation of its faces") {
   TriangleMesh sheet;
   constexpr std::uint32_t columns = 5, rows = 4;  // of vertices
   for (std::uint32_t row = 0; row < rows; ++row)

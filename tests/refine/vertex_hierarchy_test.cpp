@@ -46,7 +46,7 @@ std::vector<std::vector<std::uint32_t>> faces_at_leaves(const ProgressiveMesh& m
 }
 
 struct StarFit {
-  std::size_t outside = 0;  ///< corners of closed stars that their node's sphere leaves out
+  std::size_t outside = 0;  ///< corners of closed stars outside their node's sphere
   double loosest = 0.0;     ///< the largest radius over the distance of the farthest corner
 };
 StarFit star_fit(const ProgressiveMesh& mesh) {
@@ -91,7 +91,7 @@ TEST_CASE("inner nodes are numbered in preorder over nested ranges of leaves") {
   }
 }
 
-TEST_CASE("every source face is there once, with its own corners in its own order") {
+TEST_CASE("every source face is there once, with its corners in the source's order") {
   for (const auto& [name, source, mesh] : built()) {
     INFO(name);
     CHECK(mesh.faces.size() == mesh.source_face.size());
@@ -115,7 +115,7 @@ TEST_CASE("every source face is there once, with its own corners in its own orde
   }
 }
 
-TEST_CASE("an inner node's faces turn through left, right, cut and through right, left, cut") {
+TEST_CASE("an inner node's faces have the corners left, right, cut and right, left, cut") {
   for (const auto& [name, source, mesh] : built()) {
     INFO(name);
     std::size_t wrong = 0, empty = 0;
@@ -144,7 +144,7 @@ TEST_CASE("an inner node's faces turn through left, right, cut and through right
   }
 }
 
-TEST_CASE("every sphere holds all corners of the faces at its leaves, and little more") {
+TEST_CASE("every sphere encloses all corners of the faces at its leaves, closely") {
   for (const auto& [name, source, mesh] : built()) {
     INFO(name);
     const StarFit fit = star_fit(mesh);
@@ -157,14 +157,14 @@ TEST_CASE("every sphere holds all corners of the faces at its leaves, and little
   }
 }
 
-TEST_CASE("spheres hold their stars far from the origin too, where floats are coarse") {
+TEST_CASE("spheres enclose their stars also far from the origin, where floats are coarse") {
   TriangleMesh source = ensonify::tests::open_grid(20, 20, 0.05, 0.05, 4);
   for (Eigen::Vector3f& p : source.positions) p += Eigen::Vector3f(9000.0f, -7000.0f, -3000.0f);
   CHECK(star_fit(build_by_edge_collapse(source)).outside == 0);
 }
 
-TEST_CASE("two triangles and their collapses are laid out as worked by hand") {
-  // 3---2    First 1 goes into 2 and takes 0 1 2 away, then 0 into 3 and takes 0 2 3.
+TEST_CASE("two triangles and their collapses give the hierarchy computed by hand") {
+  // 3---2    First 1 collapses into 2, which removes 0 1 2, then 0 into 3, which removes 0 2 3.
   // | / |
   // 0---1
   TriangleMesh source;
@@ -191,7 +191,7 @@ TEST_CASE("two triangles and their collapses are laid out as worked by hand") {
   }
 }
 
-TEST_CASE("a mesh that nothing collapsed is its own base") {
+TEST_CASE("a mesh without collapses is its own base") {
   const TriangleMesh source = ensonify::tests::open_grid(4, 3, 1.0, 0.0, 1);
   const ProgressiveMesh mesh = lay_out(source, {});
   CHECK(mesh.roots.size() == source.positions.size());
@@ -200,7 +200,7 @@ TEST_CASE("a mesh that nothing collapsed is its own base") {
   CHECK(ProgressiveMesh(lay_out({}, {})).leaves() == 0);
 }
 
-TEST_CASE("a hierarchy may be as deep as it has vertices, to either side") {
+TEST_CASE("a hierarchy may be as deep as its number of vertices, on either side") {
   constexpr std::uint32_t n = 50'000;
   TriangleMesh source;
   for (std::uint32_t v = 0; v < n; ++v)
@@ -224,7 +224,7 @@ TEST_CASE("a hierarchy may be as deep as it has vertices, to either side") {
   }
 }
 
-TEST_CASE("collapses that cannot have been are refused") {
+TEST_CASE("impossible collapses are refused") {
   const TriangleMesh source = ensonify::tests::open_grid(3, 3, 1.0, 0.0, 1);
   using Collapses = std::vector<Collapse>;
   CHECK_THROWS_AS(lay_out(source, Collapses{{9, 0}}), std::invalid_argument);

@@ -16,7 +16,7 @@ TEST_CASE("Each source of noise has its level at 1 kHz, where the logarithm is z
   CHECK(thermal_noise_db(1e3) == Approx(-15.0));
 }
 
-TEST_CASE("Noise rises and falls with frequency as each source does") {
+TEST_CASE("Noise rises and falls with frequency as each source's formula") {
   const double decade = 10.0;
   CHECK(turbulence_noise_db(50.0 * decade) - turbulence_noise_db(50.0) == Approx(-30.0));
   CHECK(thermal_noise_db(1e5 * decade) - thermal_noise_db(1e5) == Approx(20.0));
@@ -26,7 +26,7 @@ TEST_CASE("Noise rises and falls with frequency as each source does") {
   CHECK(wind_noise_db(1e5 * decade, 5.0) - wind_noise_db(1e5, 5.0) == Approx(-20.0).margin(0.2));
 }
 
-TEST_CASE("Thermal noise is what Mellen's thermodynamics ask for, within 0.5 dB") {
+TEST_CASE("Thermal noise agrees with Mellen's thermodynamics within 0.5 dB") {
   constexpr double boltzmann = 1.380649e-23, temperature_k = 283.0, density = 1026.0, c = 1490.0;
   for (const double f : {50e3, 200e3, 900e3}) {
     const double pa2_per_hz =
@@ -37,7 +37,7 @@ TEST_CASE("Thermal noise is what Mellen's thermodynamics ask for, within 0.5 dB"
   }
 }
 
-TEST_CASE("The whole noise is above its loudest source and at most 6 dB, which is four of them") {
+TEST_CASE("The total noise is above its loudest source, by at most 6 dB (four equal sources)") {
   for (double f = 1.0; f < 1e6; f *= 1.5)
     for (const double wind : {0.0, 5.0, 20.0})
       for (const double shipping : {0.0, 1.0}) {
@@ -50,12 +50,12 @@ TEST_CASE("The whole noise is above its loudest source and at most 6 dB, which i
       }
 }
 
-TEST_CASE("Each source rules its own band") {
+TEST_CASE("Each source dominates its band") {
   CHECK(ambient_noise_db(2.0, 5.0, 0.5) == Approx(turbulence_noise_db(2.0)).margin(0.2));
   CHECK(ambient_noise_db(50.0, 0.0, 1.0) == Approx(shipping_noise_db(50.0, 1.0)).margin(0.2));
   CHECK(ambient_noise_db(5e3, 10.0, 0.5) == Approx(wind_noise_db(5e3, 10.0)).margin(0.2));
   CHECK(ambient_noise_db(600e3, 5.0, 0.5) == Approx(thermal_noise_db(600e3)).margin(0.2));
-  // Under 10 m/s, thermal noise takes over from the wind's between 100 and 300 kHz.
+  // At 10 m/s, thermal noise exceeds the wind's from between 100 and 300 kHz.
   CHECK(thermal_noise_db(100e3) < wind_noise_db(100e3, 10.0));
   CHECK(thermal_noise_db(300e3) > wind_noise_db(300e3, 10.0));
 }
@@ -69,7 +69,7 @@ TEST_CASE("More wind and more ships are louder, a calm sea is not silent") {
   CHECK(std::isfinite(ambient_noise_db(100e3, 0.0, 0.0)));
 }
 
-TEST_CASE("Noise of no sea is refused") {
+TEST_CASE("Invalid seas are refused") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double f : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()})
     CHECK_THROWS_AS(ambient_noise_db(f, 5.0, 0.5), std::invalid_argument);

@@ -32,7 +32,7 @@ Sediment soft_silt() {
 
 }  // namespace
 
-TEST_CASE("Lambert's law is mu at vertical and falls by 6.02 dB where the sine has halved") {
+TEST_CASE("Lambert's law is mu at vertical and falls by 6.02 dB where the sine is half") {
   const Lambert bed(-27.0);
   CHECK(to_db(bed.cross_section(pi / 2)) == Approx(-27.0));
   CHECK(to_db(bed.cross_section(pi / 6)) == Approx(-33.0206));
@@ -45,7 +45,7 @@ TEST_CASE("a bed that would scatter more than it receives is refused") {
   CHECK_NOTHROW(Lambert(-4.98));
 }
 
-TEST_CASE("the bottom is as strong as TR 9407, table 3, prints it") {
+TEST_CASE("the bottom's strength is that of TR 9407, table 3") {
   constexpr std::array<double, 15> angles = {1, 2, 3, 5, 7, 10, 20, 40, 60, 70, 80, 85, 88, 89, 90};
   struct Column {
     const char* name;
@@ -168,8 +168,8 @@ TEST_CASE("every named seabed scatters finitely and without a jump from 0 to 90 
                                   terms.large_roughness})
           REQUIRE((term >= 0.0 && std::isfinite(term)));
         const double here_db = strength_db(bed, angle);
-        // Where it is steep, halve the step towards the steeper half: a jump stays, a slope does
-        // not.
+        // Where it is steep, halve the step towards the steeper half: a jump stays large, a slope
+        // does not.
         double a = below, b = angle, a_db = below_db, b_db = here_db;
         while (b - a > 1e-7 && std::abs(b_db - a_db) > 0.1) {
           const double middle = 0.5 * (a + b), middle_db = strength_db(bed, middle);
@@ -189,7 +189,7 @@ TEST_CASE("every named seabed scatters finitely and without a jump from 0 to 90 
     }
 }
 
-TEST_CASE("any parameters in their ranges give a strength that is not negative") {
+TEST_CASE("any valid parameters give a cross-section that is not negative") {
   for (const double exponent : {2.05, 2.4, 3.0, 3.9, 3.99})
     for (const double strength : {0.0, 1e-6, 1.0})
       for (const double speed : {0.8, 1.0, 3.0})
@@ -221,7 +221,7 @@ TEST_CASE("an offset in decibels is added to the strength of every model") {
   }
 }
 
-TEST_CASE("slope that the mesh has leaves the average and the shadow, and nothing else") {
+TEST_CASE("slope that the mesh has is removed from averaging and shadowing, and nothing else") {
   const Sediment s = sediment_named("medium sand");
   const double k = wavenumber_per_cm(100e3, 1500.0);
   const Bottom flat(s, 100e3, 1500.0), half(s, 100e3, 1500.0, "tr9407", 0.5),
@@ -235,7 +235,7 @@ TEST_CASE("slope that the mesh has leaves the average and the shadow, and nothin
     CHECK(half.terms(grazing).composite ==
           Approx(composite_roughness(s, k, grazing, rms_slope(s, k) * std::sqrt(0.5))));
   }
-  // f_y at 100 kHz is next to 0: the large-roughness form still rules.
+  // f_y at 100 kHz is next to 0: the large-roughness form still dominates.
   CHECK(whole.terms(0.5).roughness == Approx(whole.terms(0.5).large_roughness).epsilon(0.01));
   CHECK_THROWS_AS(Bottom(s, 1e5, 1500.0, "tr9407", 1.01), std::invalid_argument);
   CHECK_THROWS_AS(Bottom(s, 1e5, 1500.0, "tr9407", std::nan("")), std::invalid_argument);
@@ -250,7 +250,7 @@ TEST_CASE("rock at 400 kHz is rock at 100 kHz, and sand is not") {
   CHECK(at("medium sand", 400e3) > at("medium sand", 100e3) + 1.0);
 }
 
-TEST_CASE("strengths at 400 kHz are what they were") {
+TEST_CASE("strengths at 400 kHz have not changed") {
   struct Golden {
     const char* name;
     const char* model;
@@ -283,7 +283,7 @@ TEST_CASE("a model is known by its name") {
 
 namespace {
 
-// Steep near vertical and rich at grazing, as real beds are.
+// Steep near vertical and strong at grazing, as real beds are.
 struct Steep final : Backscatter {
   double cross_section(double grazing_rad) const override {
     const double s = std::sin(grazing_rad), off = grazing_rad - pi / 2;

@@ -15,7 +15,7 @@ TEST_CASE("the relief below its cutoff has the slope variance of the model") {
       s.exponent = exponent;
       const double k = wavenumber_per_cm(frequency_hz, 1500.0);
       const double cutoff_per_cm = slope_cutoff_rad_per_m(s, k) / 100.0;
-      // Integral of K^2 W2(K) over the plane, by the middle of steps of ln K.
+      // Integral of K^2 W2(K) over the plane, by the midpoint rule over ln K.
       const double step = 0.01;
       double variance = 0.0;
       for (double ln = std::log(cutoff_per_cm) - 0.5 * step; ln > -120.0; ln -= step) {
@@ -27,7 +27,7 @@ TEST_CASE("the relief below its cutoff has the slope variance of the model") {
     }
 }
 
-TEST_CASE("a mesh holds the fraction of a relief's slope that its spacing lets it") {
+TEST_CASE("a mesh has the fraction of a relief's slope that its spacing allows") {
   const Sediment s = sediment_named("medium sand");
   const auto k = [](double frequency_hz) { return wavenumber_per_cm(frequency_hz, 1500.0); };
   CHECK(slope_cutoff_rad_per_m(s, k(30e3)) == Approx(12.0).margin(0.5));
@@ -38,7 +38,7 @@ TEST_CASE("a mesh holds the fraction of a relief's slope that its spacing lets i
   CHECK(resolved_slope_fraction(s, k(400e3), 0.25) == Approx(0.05).margin(0.005));
   CHECK(resolved_slope_fraction(s, k(400e3), 0.05) == Approx(0.15).margin(0.006));
   CHECK(resolved_slope_fraction(s, k(400e3), 0.01) == Approx(0.52).margin(0.006));
-  // What is below the mesh's own limit, found from the spectrum alone.
+  // The part below the mesh's limit, computed from the spectrum.
   const double fraction = resolved_slope_fraction(s, k(400e3), 0.05);
   const double limit = pi / 5.0;  // rad/cm
   const double held =
@@ -63,9 +63,9 @@ TEST_CASE("shadowing hides nothing when steep and everything at grazing") {
         Approx((1.0 - std::exp(-0.0251278)) / 0.0251278).epsilon(1e-6));
 }
 
-TEST_CASE("a slope average keeps constants, and is Gauss's and Hermite's for a square") {
+TEST_CASE("a slope average keeps constants, and is exact for a square") {
   CHECK(slope_average([](double) { return 3.0; }, 0.7, 0.1) == Approx(3.0).epsilon(2e-6));
-  // E[(g - x s)^2] with the weight e^(-x^2)/sqrt(pi), whose variance is 1/2.
+  // E[(g - x s)^2] with weight e^(-x^2)/sqrt(pi), whose variance is 1/2.
   CHECK(slope_average([](double g) { return g * g; }, 0.7, 0.1) ==
         Approx(0.49 + 0.5 * 0.01).epsilon(2e-6));
 }

@@ -31,7 +31,7 @@ const std::vector<SoundSpeedProfile>& profiles() {
 
 }  // namespace
 
-TEST_CASE("A direct ray comes where and when its arcs do, and no nearer one does") {
+TEST_CASE("A direct ray reaches the place and time of its arcs, and no other ray does") {
   for (const SoundSpeedProfile& profile : profiles())
     for (const double source_m : {2.5, 6.0, 8.3}) {
       DirectRays rays(profile, 14.0, 22.0);

@@ -39,7 +39,7 @@ SoundRay arc(const SoundSpeedProfile& profile, double source_m, double cotangent
 
 }  // namespace
 
-TEST_CASE("Between its exact ways a lattice stays within a hundredth of a millimetre of the arcs") {
+TEST_CASE("Between its exact rays a grid stays within a hundredth of a millimetre of the arcs") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit;
   for (const SoundSpeedProfile& profile : profiles())
@@ -49,7 +49,7 @@ TEST_CASE("Between its exact ways a lattice stays within a hundredth of a millim
       const double flattest = lattice.rays().flattest();
       REQUIRE(flattest > 4.0);
       for (int i = 0; i < 4000; ++i) {
-        // (Just before the flattest the exact ways err by a few hundredths themselves.)
+        // (Near the flattest ray the exact rays have errors of a few hundredths themselves.)
         const double cotangent = 0.95 * flattest * std::pow(unit(random), 1.5);
         const double depth_m = 9.0 + 13.0 * unit(random);
         const SoundRayPoint there = arc(profile, source_m, cotangent, depth_m).point();
@@ -70,7 +70,7 @@ TEST_CASE("Between its exact ways a lattice stays within a hundredth of a millim
     }
 }
 
-TEST_CASE("A lattice answers exactly where it has no cells, and nothing where no known ray comes") {
+TEST_CASE("A grid gives exact rays where it has no cells, and none where no known ray comes") {
   EigenrayGrid lattice(profiles()[0], 5.0, 22.0);
   lattice.start_at(4.99);
   DirectRays::Eigenray way, exact{.cotangent = 1.0};

@@ -12,7 +12,7 @@
 using namespace ensonify::scatter;
 using std::numbers::pi;
 
-TEST_CASE("at vertical the form is the Kirchhoff integral, whatever the exponent") {
+TEST_CASE("at vertical the formula is the Kirchhoff integral, for any exponent") {
   for (const double exponent : {2.2, 2.4, 2.8, 3.0, 3.25, 3.5, 3.9, 3.98})
     for (const double frequency_hz : {10e3, 30e3, 400e3}) {
       Sediment s = sediment_named("fine sand");
@@ -26,7 +26,7 @@ TEST_CASE("at vertical the form is the Kirchhoff integral, whatever the exponent
     }
 }
 
-TEST_CASE("from 50 degrees up the form stays within 1 dB of the Kirchhoff integral") {
+TEST_CASE("from 50 degrees up the formula stays within 1 dB of the Kirchhoff integral") {
   for (const char* name : {"coarse sand", "medium sand", "very fine sand", "clay"}) {
     const Sediment s = sediment_named(name);
     const double k = wavenumber_per_cm(30e3, 1528.0), a = s.alpha();
@@ -44,7 +44,7 @@ TEST_CASE("from 50 degrees up the form stays within 1 dB of the Kirchhoff integr
   }
 }
 
-TEST_CASE("the Kirchhoff approximation is not used below 40 degrees, nor where nothing is rough") {
+TEST_CASE("the Kirchhoff approximation is not used below 40 degrees, nor for a smooth bed") {
   Sediment s = sediment_named("medium sand");
   CHECK(kirchhoff(s, 1.2, 39.99 * pi / 180.0) == 0.0);
   CHECK(kirchhoff(s, 1.2, 40.0 * pi / 180.0) > 0.0);

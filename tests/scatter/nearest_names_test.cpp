@@ -8,25 +8,25 @@
 using ensonify::scatter::nearest_names;
 using Names = std::vector<std::string_view>;
 
-TEST_CASE("names that contain a word, or begin with it, are what was meant") {
+TEST_CASE("names that contain a word, or begin with it, are suggested") {
   const Names names{"fine sand",      "sandy silt",         "silt",
                     "Very_Fine-Sand", "sonar.NAME.range_m", "grain"};
   CHECK(nearest_names("sand", names, 1, 2) == Names{"fine sand", "Very_Fine-Sand"});
   CHECK(nearest_names("san", names, 1, 2) == Names{"sandy silt"});
   CHECK(nearest_names("FINE-sand", Names{"very fine sand"}, 1, 2) == Names{"very fine sand"});
   CHECK(nearest_names("range", names, 1, 2) == Names{"sonar.NAME.range_m"});
-  CHECK(nearest_names("and", names, 1, 0).empty());  // a part of words is no word
+  CHECK(nearest_names("and", names, 1, 0).empty());  // a part of a word does not count
   CHECK(nearest_names("m", names, 1, 0).empty());
   CHECK(nearest_names("word", Names(50, "a word"), 1, 2).size() == 12);
 }
 
-TEST_CASE("a name that is one edit away goes before those that contain the word") {
+TEST_CASE("a name that is one edit away is suggested before those that contain the word") {
   const Names names{"embree-single", "embree", "pluecker"};
   CHECK(nearest_names("embre", names, 1, 2) == Names{"embree"});
   CHECK(nearest_names("single", names, 1, 2) == Names{"embree-single"});
 }
 
-TEST_CASE("without such names the nearest by letters are, as far as they are near") {
+TEST_CASE("otherwise the nearest names by letters are suggested, if near enough") {
   const Names names{"silt", "salt", "steel", "seat"};
   CHECK(nearest_names("slit", names, 1, 2) == Names{"silt"});  // one swap
   CHECK(nearest_names("silk", names, 2, 2) == Names{"silt", "salt"});

@@ -10,7 +10,7 @@
 using namespace ensonify::scatter;
 using std::numbers::pi;
 
-TEST_CASE("medium sand reflects as the handbook's equations give") {
+TEST_CASE("medium sand reflects as in the handbook's equations") {
   const Sediment s = sediment_of_grain_size(1.5);
   CHECK(std::abs(reflection_coefficient(s, pi / 2.0)) == Approx(0.369775).margin(5e-7));
   const std::complex<double> R = reflection_coefficient(s, pi / 6.0);
@@ -32,7 +32,8 @@ TEST_CASE("no bed reflects more than arrives, and at grazing all of it returns i
     }
 }
 
-TEST_CASE("reflection has its limits: impedance at vertical, all below the critical angle, none") {
+TEST_CASE(
+    "reflection has its limits: impedance at vertical, total below the critical angle, none") {
   Sediment s{.density_ratio = 2.0, .sound_speed_ratio = 1.25};
   // Two media without loss: (Z2 - Z1) / (Z2 + Z1) at vertical.
   CHECK(reflection_coefficient(s, pi / 2.0).real() == Approx((2.5 - 1.0) / (2.5 + 1.0)));
@@ -40,7 +41,7 @@ TEST_CASE("reflection has its limits: impedance at vertical, all below the criti
   const double critical = std::acos(1.0 / 1.25);
   CHECK(reflection_loss_db(s, 0.999 * critical) == Approx(0.0).margin(1e-12));
   CHECK(reflection_loss_db(s, 1.001 * critical) > 0.1);
-  // Water itself.
+  // Water.
   const Sediment water{.density_ratio = 1.0, .sound_speed_ratio = 1.0};
   for (const double grazing : {0.0, 0.1, 1.0, pi / 2.0})
     CHECK(std::abs(reflection_coefficient(water, grazing)) < 1e-12);
@@ -50,7 +51,7 @@ TEST_CASE("reflection has its limits: impedance at vertical, all below the criti
   CHECK(std::abs(reflection_coefficient(slow, std::acos(std::sqrt(cos2)))) < 1e-12);
 }
 
-TEST_CASE("sediment volume goes as little loss does to none") {
+TEST_CASE("sediment volume is continuous as the loss goes to zero") {
   for (const char* name : {"medium sand", "clay"}) {
     Sediment none = sediment_named(name), little = none;
     none.loss = 0.0;

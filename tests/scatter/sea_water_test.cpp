@@ -24,7 +24,7 @@ double chen_millero_mps(double t68_c, double salinity_psu, double pressure_dbar)
       {.temperature_c = t68_c / 1.00024, .salinity_psu = salinity_psu}, pressure_dbar);
 }
 
-// UNESCO 44's table of sound speed: a row a pressure of 0, 1000 ... 10000 dbar, a column a
+// UNESCO 44's table of sound speed: one row per pressure of 0, 1000 ... 10000 dbar, one column per
 // temperature of 0, 10 ... 40 degrees (IPTS-68).
 struct UnescoTable {
   double salinity_psu;
@@ -67,7 +67,8 @@ const UnescoTable unesco_tables[] = {{25.0,
                                        {1605.2, 1641.8, 1670.6, 1694.0, 1712.2},
                                        {1623.2, 1659.0, 1687.2, 1710.1, 1727.8}}}};
 
-// UNESCO 44's table of depth: a row a latitude of 0, 30, 45, 60, 90 degrees, a column a pressure.
+// UNESCO 44's table of depth: one row per latitude of 0, 30, 45, 60, 90 degrees, one column per
+// pressure.
 constexpr double depth_latitudes_deg[] = {0.0, 30.0, 45.0, 60.0, 90.0};
 constexpr double depth_pressures_dbar[] = {500.0, 1000.0, 5000.0, 9000.0};
 constexpr double depths_m[5][4] = {{496.65, 992.12, 4915.04, 8771.07},
@@ -86,7 +87,7 @@ constexpr AbsorptionCase absorption_cases[] = {{100e3, 27.0, 35.0, 0.0, 8.1, 35.
 
 }  // namespace
 
-TEST_CASE("Mackenzie's own check value: 25 degrees, 35 psu, 1000 m") {
+TEST_CASE("Mackenzie's sound speed has its check value: 25 degrees, 35 psu, 1000 m") {
   CHECK(sound_speed_mps({.temperature_c = 25.0, .salinity_psu = 35.0}, 1000.0) ==
         Approx(1550.744).margin(0.0005));
 }
@@ -102,16 +103,16 @@ TEST_CASE("Chen and Millero's sound speed has UNESCO 44's check value and fits i
       }
 }
 
-TEST_CASE("Chen and Millero's formula is given the temperature scale of its coefficients") {
+TEST_CASE("Chen and Millero's formula uses the temperature scale of its coefficients") {
   // Pond and Pickard, Introductory Dynamical Oceanography (1986), at 20 degrees IPTS-68.
   CHECK(chen_millero_mps(20.0, 35.0, 5000.0) == Approx(1604.4763).margin(0.0001));
-  // On ITS-90 as many degrees are 4.8 mK more, and the table has 2.78 m/s a degree there.
+  // The same number on ITS-90 is 4.8 mK more, and the table has 2.78 m/s per degree there.
   CHECK(chen_millero_sound_speed_mps({.temperature_c = 20.0, .salinity_psu = 35.0}, 5000.0) -
             chen_millero_mps(20.0, 35.0, 5000.0) ==
         Approx(0.0048 * (1629.0 - 1573.4) / 20.0).epsilon(0.02));
 }
 
-TEST_CASE("Leroy's sound speed has its reference value and is the same north and south") {
+TEST_CASE("Leroy's sound speed has its reference value and is the same in both hemispheres") {
   const SeaWater water = {.temperature_c = 12.0, .salinity_psu = 35.0};
   CHECK(leroy_sound_speed_mps(water, 100.0, 45.0 * radian) == Approx(1498.469).margin(0.0005));
   CHECK(sound_speed_mps(water, 100.0) == Approx(1498.456).margin(0.0005));
@@ -124,7 +125,7 @@ TEST_CASE("Leroy's sound speed has its reference value and is the same north and
         Approx(0.54));
 }
 
-TEST_CASE("The sound speeds agree within 0.4 m/s in waters that there are") {
+TEST_CASE("The sound speeds agree within 0.4 m/s in real waters") {
   struct Place {
     double temperature_c, salinity_psu, depth_m, latitude_deg;
   };
@@ -139,7 +140,8 @@ TEST_CASE("The sound speeds agree within 0.4 m/s in waters that there are") {
     const SeaWater water = {.temperature_c = t, .salinity_psu = s};
     const double mackenzie = sound_speed_mps(water, d);
     CHECK(std::abs(leroy_sound_speed_mps(water, d, latitude * radian) - mackenzie) < 0.4);
-    // In the deep, Chen and Millero are known to be too fast: Millero and Li, JASA 95, 2757 (1994).
+    // In deep water, Chen and Millero are known to be too fast: Millero and Li, JASA 95, 2757
+    // (1994).
     const double beyond =
         chen_millero_sound_speed_mps(water, pressure_at_depth_dbar(d, latitude * radian)) -
         mackenzie;
@@ -148,7 +150,7 @@ TEST_CASE("The sound speeds agree within 0.4 m/s in waters that there are") {
   }
 }
 
-TEST_CASE("Leroy's sound speed is a second implementation's in warm, deep and salty water") {
+TEST_CASE("Leroy's sound speed agrees with a second implementation in warm, deep and salty water") {
   const auto mps = [](double t, double s, double d, double latitude_deg) {
     return leroy_sound_speed_mps({.temperature_c = t, .salinity_psu = s}, d, latitude_deg * radian);
   };
@@ -172,7 +174,7 @@ TEST_CASE("Sound is faster in warmer, saltier and deeper water by every formula"
   slopes([](const SeaWater& water, double d) { return leroy_sound_speed_mps(water, d, 0.7); });
 }
 
-TEST_CASE("Distilled water at the surface has the sound speed of its own measurements") {
+TEST_CASE("Distilled water at the surface has the measured sound speed") {
   // Del Grosso and Mader, JASA 52, 1442 (1972): 1482.34 m/s at 20 degrees.
   CHECK(chen_millero_mps(20.0, 0.0, 0.0) == Approx(1482.34).margin(0.05));
   CHECK(chen_millero_mps(0.0, 0.0, 0.0) == Approx(1402.388).margin(1e-9));
@@ -218,7 +220,7 @@ TEST_CASE("Absorption has its reference values by both formulas, and they agree 
   }
 }
 
-TEST_CASE("Francois and Garrison's own table of absorption, to its digits") {
+TEST_CASE("Absorption agrees with Francois and Garrison's table, to its digits") {
   struct Row {
     double temperature_c, salinity_psu, frequency_hz, db_per_km, rounding;
   };
@@ -236,7 +238,7 @@ TEST_CASE("Francois and Garrison's own table of absorption, to its digits") {
   }
 }
 
-TEST_CASE("Absorption is a second implementation's in deep and in warm water") {
+TEST_CASE("Absorption agrees with a second implementation in deep and in warm water") {
   for (const AbsorptionCase& c :
        {AbsorptionCase{1e6, 3.0, 34.7, 4000.0, 7.8, 376.735104, 360.757542},
         {30e3, 28.0, 36.0, 2000.0, 7.9, 3.066741210, 2.906987470},
@@ -249,7 +251,7 @@ TEST_CASE("Absorption is a second implementation's in deep and in warm water") {
   }
 }
 
-TEST_CASE("Depth lessens absorption by both formulas alike") {
+TEST_CASE("Depth reduces absorption equally in both formulas") {
   const SeaWater water = {.temperature_c = 4.0, .salinity_psu = 34.7, .ph = 8.0};
   for (const double f : {30e3, 100e3, 300e3, 1e6}) {
     CAPTURE(f);
@@ -274,7 +276,8 @@ TEST_CASE("Absorption grows with frequency, and fresh water absorbs less than th
   }
 }
 
-TEST_CASE("Without salt only the water's viscosity is left, as the square of the frequency") {
+TEST_CASE(
+    "Without salt absorption is that of viscosity, which grows as the square of the frequency") {
   for (const auto absorption : {absorption_db_per_m, ainslie_mccolm_absorption_db_per_m}) {
     const SeaWater fresh = {.temperature_c = 15.0, .salinity_psu = 0.0};
     const double at_1_khz = absorption(fresh, 0.0, 1e3);
@@ -301,7 +304,7 @@ TEST_CASE("Acidity matters at low frequency only, where an alkaline sea absorbs 
   }
 }
 
-TEST_CASE("Water that is no sea's is refused with the range in the message") {
+TEST_CASE("Water that no sea has is refused with the range in the message") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double inf = std::numeric_limits<double>::infinity();
   for (const double t : {-5.0, 51.0, nan, inf, -inf}) {
@@ -335,11 +338,11 @@ TEST_CASE("Water that is no sea's is refused with the range in the message") {
   }
 }
 
-TEST_CASE("A cast's own pressure, temperature and salinity give the sound speed that it logged") {
+TEST_CASE("A cast's own pressure, temperature and salinity give the sound speed that it recorded") {
   const auto file =
       ensonify::tests::data_file("soundspeed/castaway__11E101663_20120821_122817.csv");
   if (!file) {
-    WARN("skipped: the Castaway cast is not among the data");
+    WARN("skipped: the Castaway cast is missing");
     return;
   }
   std::ifstream stream(*file);
@@ -359,8 +362,7 @@ TEST_CASE("A cast's own pressure, temperature and salinity give the sound speed 
   CHECK(rows == 75);
 }
 
-TEST_CASE(
-    "A sound speed tells the temperature that it was computed from, or the nearest of the fit") {
+TEST_CASE("A sound speed gives back its temperature, or the nearest one in the formula's range") {
   for (const double salinity_psu : {25.0, 35.0, 40.0})
     for (const double depth_m : {0.0, 20.0, 4000.0}) {
       for (const double temperature_c : {-1.9, 4.0, 13.7, 29.9}) {

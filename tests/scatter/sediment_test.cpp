@@ -69,8 +69,7 @@ TEST_CASE("the regressions over grain size round to the rows of TR 9407, table 2
   }
 }
 
-TEST_CASE(
-    "a sediment's name is found however it is spelled, and its row's other names are it too") {
+TEST_CASE("a sediment's name is found in any spelling, and so are the other names of its row") {
   CHECK(sediment_named("medium sand").strength_cm4 ==
         sediment_of_grain_size(1.5).strength_cm4);  // not the table's rounded 0.004446
   for (const char* spelling : {"Medium Sand", "medium_sand", " MEDIUM-sand ", "medium  sand"})
@@ -89,7 +88,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("an unknown sediment is answered with the nearest names") {
+TEST_CASE("an unknown sediment is refused with the nearest names") {
   CHECK(contains(refusal_of_name("medum sand"), "'medium sand'"));
   CHECK(contains(refusal_of_name("GRAVLE"), "'gravel'"));
   CHECK(contains(refusal_of_name(""), "nearest"));

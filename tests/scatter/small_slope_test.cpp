@@ -21,7 +21,7 @@ TEST_CASE("the relief integral has its closed forms at alpha 1/2 and 1") {
   }
 }
 
-TEST_CASE("the relief integral is that along the real axis") {
+TEST_CASE("the relief integral equals that along the real axis") {
   for (const double alpha : {0.3, 0.625, 0.7, 0.95})
     for (const double p : {3.0, 10.0, 1e3}) {
       // Simpson's rule over the cube root of u, which makes u^(2 alpha) smooth enough at 0.
@@ -39,7 +39,7 @@ TEST_CASE("the relief integral is that along the real axis") {
     }
 }
 
-TEST_CASE("the relief integral has its limits for small and large p") {
+TEST_CASE("the relief integral has the right limits for small and large p") {
   for (const double alpha : {0.2, 0.4, 0.625, 0.8, 0.95}) {
     const ReliefIntegral integral(alpha);
     CAPTURE(alpha);
@@ -54,7 +54,8 @@ TEST_CASE("the relief integral has its limits for small and large p") {
   }
 }
 
-TEST_CASE("small-slope meets Kirchhoff at vertical and the perturbation of gentle relief off it") {
+TEST_CASE(
+    "small-slope equals Kirchhoff at vertical and perturbation theory of gentle relief elsewhere") {
   for (const NamedSediment& named : named_sediments())
     for (const double frequency_hz : {10e3, 100e3, 1e6}) {
       CAPTURE(named.name, frequency_hz);

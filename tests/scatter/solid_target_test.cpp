@@ -20,7 +20,7 @@ double at(const Backscatter& surface, double off_normal_rad) {
 
 }  // namespace
 
-TEST_CASE("a sphere that reflects everything has a quarter of its radius squared") {
+TEST_CASE("a sphere that reflects everything scatters a quarter of its radius squared") {
   const double radius_m = 2.0;
   for (const double width : {0.5 * degree, 2.0 * degree}) {
     const SolidTarget rigid({nothing_db, 1.0, width});
@@ -32,7 +32,7 @@ TEST_CASE("a sphere that reflects everything has a quarter of its radius squared
   }
 }
 
-TEST_CASE("with the lobe of its own diffraction a plate and a cylinder have their closed forms") {
+TEST_CASE("with the lobe of their diffraction a plate and a cylinder have their closed forms") {
   const double wavelength_m = 0.015, length_m = 0.5, radius_m = 0.2;
   const double s = wavelength_m / (2.0 * std::sqrt(pi) * length_m);
   const SolidTarget facet({nothing_db, 1.0, std::atan(s)});
@@ -44,8 +44,8 @@ TEST_CASE("with the lobe of its own diffraction a plate and a cylinder have thei
   CHECK(sum == Approx(radius_m * length_m * length_m / (2.0 * wavelength_m)).epsilon(1e-3));
 }
 
-TEST_CASE("a lobe returns its part of the energy and no more") {
-  // Each facet that leans by g from a surface seen along its normal sends its energy to 2g.
+TEST_CASE("a lobe returns exactly its part of the energy") {
+  // Seen along the surface's normal, a facet inclined by g reflects its energy to 2g.
   for (const double width_deg : {1.0, 5.0, 15.0}) {
     const double s2 = std::pow(std::tan(width_deg * degree), 2);
     const SolidTarget surface({nothing_db, 0.4, width_deg * degree});
@@ -67,13 +67,13 @@ TEST_CASE("a lobe returns its part of the energy and no more") {
   CHECK_THROWS_AS(SolidTarget({std::nan(""), 0.1, 0.1}), std::invalid_argument);
 }
 
-TEST_CASE("off its lobe a solid is Lambert's") {
+TEST_CASE("outside its lobe a solid follows Lambert's law") {
   const SolidTarget wood({-20.0, 0.03, 5.0 * degree});
   CHECK(to_db(wood.cross_section(30.0 * degree)) == Approx(-26.0206));
   CHECK(wood.cross_section(0.0) == 0.0);
 }
 
-TEST_CASE("every named solid is possible, and an unknown one is answered with the names") {
+TEST_CASE("every named solid is valid, and an unknown one is refused with the names") {
   for (const NamedSolid& named : named_solids()) {
     const SolidTarget target(solid_named(named.name));
     const BackscatterTable table(target);

@@ -36,7 +36,7 @@ SoundRay launched(const SoundSpeedProfile& profile, double depth_m, double rad) 
   return {profile, depth_m, std::cos(rad), std::sin(rad)};
 }
 
-/// On until the range, or the path, whichever comes first.
+/// Advances to the range or the path length, whichever comes first.
 SoundRay& go(SoundRay& ray, double range_m, double path_m = inf) {
   for (;;) {
     const double end_m = std::min(ray.path_to_range_m(range_m), path_m - ray.point().path_m);
@@ -46,7 +46,7 @@ SoundRay& go(SoundRay& ray, double range_m, double path_m = inf) {
   }
 }
 
-/// The ray's differential equations by Runge and Kutta's rule: another way to the same arc.
+/// The ray's differential equations by the Runge-Kutta method: an independent way to the same arc.
 struct Stepped {
   double r = 0.0, z, angle, t = 0.0;
   void run(const SoundSpeedProfile& profile, double path_m, int steps) {
@@ -86,7 +86,7 @@ TEST_CASE("In water of one speed a ray is straight and spreads as the square of 
   }
 }
 
-TEST_CASE("The time between two points of one gradient is the closed form's") {
+TEST_CASE("The time between two points of one gradient has the closed form") {
   // acosh(1 + g^2 d^2 / (2 c c')) / |g|: 42.666615 ms in this case, computed by hand.
   const SoundSpeedProfile profile({{0.0, 1500.6}, {100.0, 1480.6}});
   const auto found = find_eigenray(profile, {.source_depth_m = 3, .range_m = 60, .depth_m = 25});
@@ -122,7 +122,8 @@ TEST_CASE("A ray follows the differential equations, through turns and edges") {
       stepped.run(*profile, 150.0, 30000);
       SoundRay ray = launched(*profile, z, launch);
       const SoundRayPoint& p = go(ray, inf, 150.0).point();
-      // Steps across an edge are the rule's error: near turning points some tenths of a millimetre.
+      // Steps across an edge are the method's error: some tenths of a millimetre near turning
+      // points.
       CHECK(p.range_m == Approx(stepped.r).margin(1e-4));
       CHECK(p.depth_m == Approx(stepped.z).margin(2e-3));
       CHECK(p.time_s == Approx(stepped.t).margin(1e-8));
@@ -160,7 +161,7 @@ TEST_CASE("Spreading is the distance between neighbouring rays") {
     for (int i = 0; i < 60; ++i) {
       const double z = depth(random), launch = angle(random) * degree, step = 1e-6;
       const auto place = [&](double rad) {
-        SoundRay ray(*profile, z, std::cos(rad), std::sin(rad), 0.0, 60.0);  // reflected, too
+        SoundRay ray(*profile, z, std::cos(rad), std::sin(rad), 0.0, 60.0);  // also reflected
         return go(ray, 150.0).point().depth_m;
       };
       SoundRay ray(*profile, z, std::cos(launch), std::sin(launch), 0.0, 60.0);
@@ -189,7 +190,7 @@ TEST_CASE("At a caustic the gain stays within 20 dB") {
   CHECK(max_db <= 20.0 + 1e-9);
 }
 
-TEST_CASE("A ray and the ray back take one time, one path and one loss") {
+TEST_CASE("A ray and the ray back have the same time, path and loss") {
   const EigenrayEnds there{.source_depth_m = 6, .range_m = 120, .depth_m = 31};
   const EigenrayEnds back{.source_depth_m = 31, .range_m = 120, .depth_m = 6};
   for (const SoundSpeedProfile* profile : {&shallow_duct, &thermocline}) {
@@ -206,7 +207,7 @@ TEST_CASE("A ray and the ray back take one time, one path and one loss") {
   }
 }
 
-TEST_CASE("A reflected ray is the mirror's ray") {
+TEST_CASE("A reflected ray is a ray through the mirror image") {
   // Down to 40 m and up again is down through the profile and its mirror image below 40 m.
   const SoundSpeedProfile once({{0.0, 1500.0}, {20.0, 1490.0}, {40.0, 1498.0}});
   const SoundSpeedProfile twice(
@@ -233,7 +234,7 @@ TEST_CASE("A level ray bends to the slower side, and runs straight along a duct'
   CHECK(go(rises, 20.0).point().depth_m < 9.76);
 }
 
-TEST_CASE("No ray reaches a shadow zone, and directions and ends are looked at") {
+TEST_CASE("No ray reaches a shadow zone, and invalid directions and ends are refused") {
   const SoundSpeedProfile bending({{0.0, 1500.0}, {100.0, 1480.0}});
   CHECK(!find_eigenray(
       bending,
@@ -250,7 +251,7 @@ namespace {
 
 using Path = std::vector<std::pair<double, double>>;  // ranges and depths
 
-/// The path of one ray in a file of BELLHOP's: its pairs of numbers but for the header's.
+/// The path of one ray in a file of BELLHOP's: its pairs of numbers, without the header's.
 std::optional<Path> bellhop_path(const std::string& name) {
   const auto file = ensonify::tests::data_file("bellhop/golden/" + name + ".ray");
   if (!file) return std::nullopt;
@@ -262,11 +263,11 @@ std::optional<Path> bellhop_path(const std::string& name) {
     std::string more;
     if (fields >> point.first >> point.second && !(fields >> more)) path.push_back(point);
   }
-  path.erase(path.begin());  // the numbers of launch angles
+  path.erase(path.begin());  // the counts of launch angles
   return path;
 }
 
-/// The largest difference in depth at the path's ranges, up to so far.
+/// The largest difference in depth at the path's ranges, up to a limit.
 double apart_m(const SoundSpeedProfile& profile, double source_m, double launch_deg,
                double bottom_m, const Path& path, double up_to_m) {
   SoundRay ray(profile, source_m, std::cos(launch_deg * degree), std::sin(launch_deg * degree), 0.0,
@@ -307,7 +308,8 @@ std::vector<SoundSpeedSample> resampled(const std::vector<SoundSpeedSample>& at,
 
 }  // namespace
 
-TEST_CASE("BELLHOP's ray through four layers is met within a millimetre, bottom bounce included") {
+TEST_CASE(
+    "BELLHOP's ray through four layers is reproduced within a millimetre, bottom bounce included") {
   const auto path = bellhop_path("CLinear_one_ray");
   if (!path) {
     WARN("skipped: the data folder has no bellhop/golden");
@@ -323,7 +325,7 @@ TEST_CASE("BELLHOP's ray through four layers is met within a millimetre, bottom 
 
 // Its steps are up to 500 m long there, through a speed that is not linear: 8.0 m apart at 10 km,
 // and 11.5 m where the samples are joined by straight lines.
-TEST_CASE("BELLHOP's coarse ray through a smooth profile, resampled, is met within metres") {
+TEST_CASE("BELLHOP's coarse ray through a smooth profile, resampled, is reproduced within metres") {
   const auto path = bellhop_path("MunkP_one_ray");
   if (!path) {
     WARN("skipped: the data folder has no bellhop/golden");

@@ -16,7 +16,7 @@ const std::vector<SoundSpeedSample> shallow_duct = {{1.81, 1481.35}, {3.35, 1476
                                                     {5.0, 1475.21},  {6.1, 1475.21},
                                                     {9.76, 1478.1},  {100.0, 1482.31}};
 
-/// 1 / mean of 1 / c by the midpoint rule: another way to the same number.
+/// 1 / mean of 1 / c by the midpoint rule: an independent computation.
 double summed_mean_mps(const SoundSpeedProfile& profile, double from_m, double to_m) {
   constexpr int steps = 200000;
   double sum = 0.0;
@@ -37,7 +37,7 @@ TEST_CASE("A profile has its samples' speeds, and is linear between them") {
         Approx(1478.1 + 0.25 * (1482.31 - 1478.1)));
 }
 
-TEST_CASE("Above the first and below the last sample the speed stays what it was there") {
+TEST_CASE("Above the first and below the last sample the speed stays constant") {
   const SoundSpeedProfile profile(shallow_duct);
   CHECK(profile.speed_mps(0.0) == 1481.35);
   CHECK(profile.speed_mps(-5.0) == 1481.35);
@@ -74,7 +74,7 @@ TEST_CASE("A single sample is the same water everywhere") {
   CHECK(profile.shallowest_m() == profile.deepest_m());
 }
 
-TEST_CASE("Layers join without a gap or a jump, and each depth lies in the layer that is told") {
+TEST_CASE("Layers join without a gap or a jump, and each depth lies in the layer of its index") {
   const SoundSpeedProfile profile(shallow_duct);
   const auto& layers = profile.layers();
   REQUIRE(layers.size() == shallow_duct.size() + 1);
@@ -108,7 +108,7 @@ TEST_CASE("The speed is continuous across every sample") {
 
 TEST_CASE("The order of the samples does not matter, to the last bit") {
   std::vector<SoundSpeedSample> samples = shallow_duct;
-  samples.push_back({5.0, 1475.3});  // one depth thrice
+  samples.push_back({5.0, 1475.3});  // one depth three times
   samples.push_back({5.0, 1475.1});
   const SoundSpeedProfile sorted(samples);
   std::mt19937 random(1);
@@ -121,14 +121,13 @@ TEST_CASE("The order of the samples does not matter, to the last bit") {
   }
 }
 
-TEST_CASE(
-    "Samples at one depth are one at their mean speed, and so are those within a millimetre") {
+TEST_CASE("Samples at one depth, or within a millimetre, become one with their mean speed") {
   const SoundSpeedProfile profile(
       {{0.0, 1500.0}, {10.0, 1510.0}, {10.0, 1512.0}, {10.0005, 1514.0}, {20.0, 1520.0}});
   REQUIRE(profile.layers().size() == 4);
   CHECK(profile.speed_mps(10.0) == 1512.0);
   CHECK(profile.speed_mps(15.0) == Approx(1516.0));
-  // A chain of near samples does not run away.
+  // A chain of near samples does not become one.
   std::vector<SoundSpeedSample> chain;
   for (int i = 0; i <= 100; ++i) chain.push_back({i * 0.0006, 1500.0 + i});
   const SoundSpeedProfile fine(chain);
@@ -154,7 +153,7 @@ TEST_CASE("The mean speed is distance over the time straight down") {
   CHECK(profile.mean_speed_mps(2.58, 2.58 + 1e-9) == Approx(profile.speed_mps(2.58)));
 }
 
-TEST_CASE("The times of two stretches are the time of both") {
+TEST_CASE("The times of two parts add up to the time of the whole") {
   const SoundSpeedProfile profile(shallow_duct);
   const auto time_s = [&](double a, double b) { return (b - a) / profile.mean_speed_mps(a, b); };
   for (double middle_m = 0.5; middle_m < 140.0; middle_m += 1.7)
@@ -162,7 +161,7 @@ TEST_CASE("The times of two stretches are the time of both") {
           Approx(time_s(0.0, 140.0)).epsilon(1e-13));
 }
 
-TEST_CASE("A gradient of almost nothing is as good as none") {
+TEST_CASE("A gradient near zero gives the same as none") {
   for (const double change : {1e-3, 1e-6, 1e-9, 2.3e-13, 0.0}) {
     const SoundSpeedProfile profile({{0.0, 1500.0}, {100.0, 1500.0 + change}});
     CHECK(profile.mean_speed_mps(0.0, 100.0) == Approx(1500.0 + change / 2).epsilon(1e-13));
@@ -183,7 +182,7 @@ TEST_CASE("Samples that no sea has are refused") {
   CHECK_THROWS_AS(profile.mean_speed_mps(0.0, inf), std::invalid_argument);
 }
 
-TEST_CASE("A cast tells what it lacks, and whether it had to be sorted") {
+TEST_CASE("A profile reports what its cast lacks, and whether it had to be sorted") {
   const SoundSpeedProfile profile(shallow_duct);
   CHECK(profile.remarks(1.81, 100.0).empty());
   REQUIRE(profile.remarks(1.0, 100.0).size() == 1);
@@ -194,7 +193,7 @@ TEST_CASE("A cast tells what it lacks, and whether it had to be sorted") {
   CHECK(SoundSpeedProfile({{20.0, 1500.0}}).remarks(0.0, 30.0)[0].find("one sample") !=
         std::string::npos);
   std::vector<SoundSpeedSample> upcast(shallow_duct.rbegin(), shallow_duct.rend());
-  CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0).empty());  // hauled up
+  CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0).empty());  // recorded upwards
   std::swap(upcast[1], upcast[2]);
   REQUIRE(SoundSpeedProfile(upcast).remarks(2.0, 90.0).size() == 1);
   CHECK(SoundSpeedProfile(upcast).remarks(2.0, 90.0)[0].find("sorted") != std::string::npos);

@@ -19,7 +19,7 @@ double strength_db(const SeaSurface& surface, double grazing_deg) {
 
 }  // namespace
 
-TEST_CASE("The sea surface has TR 9407's strengths at 100 kHz under 5 m/s") {
+TEST_CASE("The sea surface has TR 9407's strengths at 100 kHz at 5 m/s wind") {
   const SeaSurface surface = {.wind_mps = 5.0, .frequency_hz = 100e3};
   CHECK(strength_db(surface, 10.0) == Approx(-36.8).margin(0.05));
   CHECK(strength_db(surface, 30.0) == Approx(-36.0).margin(0.05));
@@ -27,7 +27,7 @@ TEST_CASE("The sea surface has TR 9407's strengths at 100 kHz under 5 m/s") {
   CHECK(strength_db(surface, 90.0) == Approx(6.1).margin(0.05));
 }
 
-TEST_CASE("The sea surface is a second implementation's in calm and storm") {
+TEST_CASE("The sea surface agrees with a second implementation in calm and storm") {
   struct Case {
     double grazing_deg, frequency_hz, wind_mps, strength_db;
   };
@@ -45,7 +45,7 @@ TEST_CASE("The sea surface is a second implementation's in calm and storm") {
   CHECK(bubble_cross_section({13.0, 12e3}, 60.0 * radian) == Approx(0.017287918384806696));
 }
 
-TEST_CASE("Straight up the facets shine with the inverse of their slopes, 4 pi s^2") {
+TEST_CASE("Straight up the facets' strength is the inverse of 4 pi s^2 of their slopes") {
   for (const double wind : {2.0, 5.0, 15.0}) {
     const double slope2 = 4.6e-3 * std::log(2.1 * wind * wind);
     CHECK(facet_cross_section({wind, 100e3}, 90.0 * radian) ==
@@ -53,8 +53,8 @@ TEST_CASE("Straight up the facets shine with the inverse of their slopes, 4 pi s
   }
 }
 
-TEST_CASE("The facets' echo over all angles is the flat surface's, whatever the wind") {
-  // Where slopes are small, sigma cos^4 is their density: 4 int sigma d(tan)^2 over the plane is 1.
+TEST_CASE("The facets' echo summed over all angles is the flat surface's, at any wind") {
+  // For small slopes, sigma cos^4 is their density: 4 int sigma d(tan)^2 over the plane is 1.
   for (const double wind : {1.0, 3.0, 8.0}) {
     double sum = 0.0;
     constexpr int steps = 20000;
@@ -85,7 +85,7 @@ TEST_CASE("The surface's strength is finite, not negative, and zero at zero graz
     }
 }
 
-TEST_CASE("The strength has no jumps in the angle but the model's own at 85 degrees") {
+TEST_CASE("The strength has no jumps in the angle except the model's at 85 degrees") {
   for (const double wind : {1.0, 5.0, 10.0, 20.0})
     for (double grazing = 1.0; grazing < 89.99; grazing += 0.01) {
       CAPTURE(wind, grazing);
@@ -95,11 +95,11 @@ TEST_CASE("The strength has no jumps in the angle but the model's own at 85 degr
     }
 }
 
-TEST_CASE("Where the formulas change over the wind, the strength does not jump") {
+TEST_CASE("Where the formulas change with the wind, the strength does not jump") {
   for (const double change_mps : {1.0, 6.0, 11.0})
     for (const double grazing : {5.0, 20.0, 45.0, 70.0, 80.0, 90.0}) {
       CAPTURE(change_mps, grazing);
-      // The facets' slope steps by 0.4 % at 1 m/s, which far from vertical moves their lobe.
+      // The facets' slope steps by 0.4 % at 1 m/s, which moves their lobe far from vertical.
       CHECK(strength_db({std::nextafter(change_mps, 0.0), 100e3}, grazing) ==
             Approx(strength_db({change_mps, 100e3}, grazing)).margin(0.1));
     }
@@ -113,7 +113,7 @@ TEST_CASE("In a calm only the bubbles' background and the near vertical glint ar
   CHECK(strength_db(calm, 90.0) > 10.0);
 }
 
-TEST_CASE("More wind brightens the bubbles until they are opaque, and their echo is free of it") {
+TEST_CASE("More wind strengthens the bubbles' echo until they are opaque, then it is constant") {
   const double grazing_rad = 20.0 * radian;
   double last = 0.0;
   for (double wind = 0.0; wind <= 7.0; wind += 0.25) {
@@ -128,8 +128,8 @@ TEST_CASE("More wind brightens the bubbles until they are opaque, and their echo
     CHECK(bubble_cross_section({wind, 100e3}, grazing_rad) == Approx(opaque).epsilon(1e-3));
 }
 
-TEST_CASE("Thin bubbles scatter in all directions alike, six times over") {
-  // Volume scatter seen directly, by the surface's mirror, and both ways between.
+TEST_CASE("A thin bubble layer scatters equally in all directions, six times its volume strength") {
+  // Volume scatter: direct, by the surface's mirror image, and both mixed ways.
   const SeaSurface calm = {.wind_mps = 0.0, .frequency_hz = 25e3};
   const double thin = std::pow(10.0, -5.2577) / (4.0 * std::numbers::pi) * 0.0136 /
                       (0.0255 * std::cbrt(25.0)) * 6.0;
@@ -137,7 +137,7 @@ TEST_CASE("Thin bubbles scatter in all directions alike, six times over") {
   CHECK(bubble_cross_section(calm, 45.0 * radian) == Approx(thin).epsilon(1e-3));
 }
 
-TEST_CASE("The bubbles' loss grows as the path through them, the wind and the frequency") {
+TEST_CASE("The bubbles' loss grows with the path through them, the wind and the frequency") {
   const SeaSurface surface = {.wind_mps = 10.0, .frequency_hz = 20e3};
   // 1.26e-3 x 10^1.57 x 20^0.85
   CHECK(bubble_loss_db(surface, 90.0 * radian) == Approx(0.598).margin(0.001));
@@ -149,7 +149,7 @@ TEST_CASE("The bubbles' loss grows as the path through them, the wind and the fr
         Approx(std::pow(2.0, 0.85)));
 }
 
-TEST_CASE("A surface that is none is refused") {
+TEST_CASE("Invalid surfaces are refused") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const auto sigma : {surface_cross_section, bubble_cross_section, facet_cross_section,
                            ripple_cross_section, bubble_loss_db}) {

@@ -15,7 +15,7 @@ const InsonifiedWater water = {
 
 }  // namespace
 
-TEST_CASE("The insonified volume is a slice of a sphere, as thick as half the pulse") {
+TEST_CASE("The insonified volume is a slice of a sphere, half the pulse thick") {
   // 0.01 sr x (100 m)^2 x 7.5 cm
   CHECK(insonified_volume_m3(water, 100.0) == Approx(7.5));
   InsonifiedWater sphere = water;
@@ -26,12 +26,12 @@ TEST_CASE("The insonified volume is a slice of a sphere, as thick as half the pu
   CHECK(sum == Approx(4.0 / 3.0 * 3.14159265358979 * std::pow(75.0, 3)).epsilon(1e-5));
 }
 
-TEST_CASE("Volume reverberation is the sonar equation's") {
+TEST_CASE("Volume reverberation follows the sonar equation") {
   // 220 - 80 - 4 - 75 + 10 lg 7.5
   CHECK(volume_reverberation_db(water, 220.0, 0.02, 100.0) == Approx(61.0 + to_db(7.5)));
 }
 
-TEST_CASE("Without absorption volume reverberation falls by 20 dB a decade of range") {
+TEST_CASE("Without absorption volume reverberation falls by 20 dB per decade of range") {
   CHECK(volume_reverberation_db(water, 220.0, 0.0, 10.0) -
             volume_reverberation_db(water, 220.0, 0.0, 100.0) ==
         Approx(20.0));
@@ -46,7 +46,7 @@ TEST_CASE("Doubling the pulse or the beam doubles the echo") {
   CHECK(volume_reverberation_db(wider, 220.0, 0.03, 60.0) - before == Approx(to_db(2.0)));
 }
 
-TEST_CASE("A volume that is none is refused") {
+TEST_CASE("Invalid volumes are refused") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
     CHECK_THROWS_AS(insonified_volume_m3(water, bad), std::invalid_argument);

@@ -23,7 +23,7 @@ inline engine::Seafloor level_bed(double depth_m, double half_extent_m = 2000.0)
   return bed;
 }
 
-/// An upright box on it: its faces are another label, of instance 7.
+/// Adds an upright box on the bed: its faces have another label, with instance 7.
 inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f high) {
   const auto first = static_cast<std::uint32_t>(bed.mesh.positions.size());
   for (int i = 0; i < 8; ++i)
@@ -40,7 +40,7 @@ inline void add_box(engine::Seafloor& bed, Eigen::Vector3f low, Eigen::Vector3f 
   bed.face_label.resize(bed.mesh.faces.size(), static_cast<std::uint16_t>(bed.labels.size() - 1));
 }
 
-/// A sonar that looks alike in all vertical directions, and in its far field at all ranges.
+/// A sonar with the same gain in all vertical directions, in the far field at all ranges.
 inline engine::Sonar plain_sonar() {
   engine::Sonar sonar;
   sonar.focused = true;
@@ -48,7 +48,7 @@ inline engine::Sonar plain_sonar() {
   return sonar;
 }
 
-/// The expected echoes of one ping, port and starboard, over a bed of Lambert's law.
+/// The expected echoes of one ping, port and starboard, over a bed with Lambert's law.
 inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
                                                  const engine::Seafloor& bed,
                                                  const engine::Pose& pose, double altitude_m,

@@ -10,12 +10,12 @@
 
 namespace ensonify::tests {
 
-/// Bytes with some of them written over.
+/// The bytes with those from `place` on overwritten.
 inline std::string patched(std::string bytes, std::size_t place, const std::string& with) {
   return bytes.replace(place, with.size(), with);
 }
 
-/// What no number may be in any text.
+/// Words that are not accepted as numbers in any text format.
 inline const std::initializer_list<std::pair<const char*, const char*>> bad_numbers = {
     {"a number is nan", "nan"},           {"a number is -NaN", "-NaN"},
     {"a number is inf", "inf"},           {"a number is -infinity", "-infinity"},

@@ -9,8 +9,8 @@
 
 namespace ensonify::tests {
 
-/// A file of the real data (ENSONIFY_DATA, or beside the checkout); none where it is missing, and
-/// the test then says so and skips.
+/// A file of the real data (in ENSONIFY_DATA, or next to the checkout); none if it is missing: then
+/// the test reports that and skips.
 inline std::optional<std::filesystem::path> data_file(const std::string& name) {
   const char* folder = std::getenv("ENSONIFY_DATA");
   const std::filesystem::path file =

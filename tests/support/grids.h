@@ -11,24 +11,24 @@
 
 namespace ensonify::tests {
 
-/// Puts bytes into a file, whatever they are.
+/// Writes bytes into a file unchanged.
 inline void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
   out << text;
   if (!out.flush()) throw std::runtime_error("test: cannot write " + file.string());
 }
 
-/// A little GeoTIFF, uncompressed, one strip, heights in float: no GDAL, so that what GDAL reads is
-/// checked against something else. The heights come last, so that a shortened file lacks some.
+/// A small GeoTIFF, uncompressed, one strip, heights in float. Written without GDAL, so that GDAL's
+/// reader is checked independently. The heights come last, so that a shortened file lacks some.
 struct Tiff {
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
   std::vector<float> heights;                                        ///< the file's first row first
-  std::array<double, 6> transform = {500000, 1, 0, 4000000, 0, -1};  ///< as GDAL orders it
+  std::array<double, 6> transform = {500000, 1, 0, 4000000, 0, -1};  ///< in GDAL's order
   std::uint16_t epsg = 32619;
   bool geographic = false;
-  std::string nodata;   ///< none where empty
-  bool sparse = false;  ///< no strip at all
+  std::string nodata;   ///< none if empty
+  bool sparse = false;  ///< no strip
 
   std::string bytes() const {
     static_assert(std::endian::native == std::endian::little);
@@ -61,7 +61,7 @@ struct Tiff {
         {34264, 12,
          raw(std::vector<double>{t[1], t[2], 0, t[0], t[4], t[5], 0, t[3], 0, 0, 0, 0, 0, 0, 0, 1}),
          16});
-    shorts(34735, {1, 1, 0, 3,  // directory: model type, pixel is area, which system
+    shorts(34735, {1, 1, 0, 3,  // directory: model type, pixel is area, coordinate system
                    1024, 0, 1, static_cast<std::uint16_t>(geographic ? 2 : 1), 1025, 0, 1, 1,
                    static_cast<std::uint16_t>(geographic ? 2048 : 3072), 0, 1, epsg});
     if (!nodata.empty())

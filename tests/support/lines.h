@@ -7,7 +7,7 @@
 
 namespace ensonify::tests {
 
-/// The line of one side over a level bed of one strength everywhere, as it would be without rays:
+/// The expected echo line of one side over a level bed of uniform strength, computed without rays:
 /// places in the plane abeam of an array that heads north, an expected intensity of 1 from the
 /// first return on.
 inline engine::EchoLine level_line(const engine::Sonar& sonar, engine::Side side,
@@ -32,7 +32,7 @@ inline engine::EchoLine level_line(const engine::Sonar& sonar, engine::Side side
   return line;
 }
 
-/// A sonar that hears no noise.
+/// A sonar without noise.
 inline engine::Sonar quiet_sonar() {
   engine::Sonar sonar;
   sonar.receiver.noise = false;

@@ -8,11 +8,11 @@
 
 namespace ensonify::tests {
 
-// The sanitizers have more address space than any limit.
+// The sanitizers need more address space than any limit allows.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define ENSONIFY_CAN_LIMIT_MEMORY
 
-/// Lets the process have so much more address space, while it lives.
+/// Limits the process's additional address space during its lifetime.
 class LittleMemory {
  public:
   explicit LittleMemory(std::size_t bytes) {

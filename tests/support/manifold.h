@@ -11,8 +11,8 @@
 
 namespace ensonify::tests {
 
-/// What keeps a mesh from being one that half-edges can hold; empty if nothing. Written for sight,
-/// with maps, and shares nothing with the code under test.
+/// Why half-edges cannot hold a mesh; empty if they can. Written for readability, with maps, and
+/// independent of the code under test.
 inline std::string manifold_fault(const refine::TriangleMesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> face_of;  // directed edges
   std::map<std::uint32_t, std::vector<std::uint32_t>> faces_at;

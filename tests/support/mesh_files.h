@@ -12,7 +12,7 @@
 
 #include <ensonify/refine/mesh_reader.h>
 
-// Small mesh files, written without the code under test. They all show one tetrahedron.
+// Small mesh files, written without the code under test. They all contain the same tetrahedron.
 namespace ensonify::tests {
 
 using Mesh = refine::MeshFormat;
@@ -22,7 +22,7 @@ constexpr std::array<std::array<float, 3>, 4> tetrahedron_corners{
 constexpr std::array<std::array<int, 3>, 4> tetrahedron_faces{
     {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
 
-/// A value's bytes, the last first if `big`.
+/// A value's bytes, in big-endian order if `big`.
 template <class T>
 std::string raw(T value, bool big = false) {
   std::string bytes(sizeof value, '\0');
@@ -31,7 +31,7 @@ std::string raw(T value, bool big = false) {
   return bytes;
 }
 
-/// A text with one part of it, which it has to have, replaced: the first, or each.
+/// A text with the first or each occurrence of a part replaced; the part must occur.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t place = text.find(from);
   if (place == std::string::npos) throw std::logic_error("test: no \"" + from + "\" to replace");
@@ -110,14 +110,14 @@ inline std::string binary_stl(std::string header = "a tetrahedron") {
   return bytes;
 }
 
-/// A file that has to be refused, and why.
+/// A file that must be refused, and why.
 struct DamagedMesh {
   Mesh format;
   std::string what;
   std::string bytes;
 };
 
-/// A file that has to be read, and what it holds: the tetrahedron if nothing else is said.
+/// A file that must be read, and its content: by default the tetrahedron.
 struct TrickyMesh {
   Mesh format;
   std::string what;

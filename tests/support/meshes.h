@@ -22,19 +22,19 @@ namespace ensonify::tests {
 
 using Random = std::mt19937_64;
 
-/// Even in [low, high); the same numbers with every standard library.
+/// Uniform in [low, high); the same numbers with every standard library.
 inline double uniform(Random& random, double low = 0.0, double high = 1.0) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-/// Even on the unit sphere.
+/// Uniform on the unit sphere.
 inline Eigen::Vector3d direction(Random& random) {
   const double z = uniform(random, -1.0, 1.0), angle = uniform(random, 0.0, 2.0 * std::numbers::pi);
   const double r = std::sqrt(1.0 - z * z);
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-/// A right-handed orthonormal frame, evenly random: its columns.
+/// A uniformly random right-handed orthonormal frame, as columns.
 inline Eigen::Matrix3d frame(Random& random) {
   Eigen::Matrix3d axes;
   axes.col(0) = direction(random);
@@ -43,9 +43,9 @@ inline Eigen::Matrix3d frame(Random& random) {
   return axes;
 }
 
-/// Columns x rows vertices placed by (column, row), a square's two triangles between each four,
-/// turned counter-clockwise in (column, row); the diagonal is drawn where `random` is given. `wrap`
-/// joins the last column to the first, and the last row too: a torus.
+/// Columns x rows vertices placed by (column, row), with two triangles between each four,
+/// counter-clockwise in (column, row); the diagonal is random if `random` is given. `wrap` joins
+/// the last column to the first, and the last row too: a torus.
 inline refine::TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows,
                                   const std::function<Eigen::Vector3d(double, double)>& place,
                                   Random* random = nullptr, bool wrap = false) {
@@ -67,7 +67,7 @@ inline refine::TriangleMesh sheet(std::uint32_t columns, std::uint32_t rows,
   return mesh;
 }
 
-/// A level bed's grid with random heights, about the origin.
+/// A grid with random heights around the origin.
 inline refine::TriangleMesh open_grid(std::uint32_t columns, std::uint32_t rows, double cell_m,
                                       double relief_m, std::uint64_t seed) {
   Random random(seed);
@@ -80,7 +80,7 @@ inline refine::TriangleMesh open_grid(std::uint32_t columns, std::uint32_t rows,
       &random);
 }
 
-/// The mesh without some of its faces and without what no face uses.
+/// The mesh without some of its faces and without unused vertices.
 inline refine::TriangleMesh without(const refine::TriangleMesh& mesh,
                                     const std::function<bool(std::uint32_t)>& drop) {
   refine::TriangleMesh out{.world_origin = mesh.world_origin};
@@ -108,7 +108,7 @@ inline refine::TriangleMesh holed_grid(std::uint32_t cells, double cell_m, doubl
                  [&](std::uint32_t f) { return hole(f / 2 % cells, f / 2 / cells); });
 }
 
-/// Waves that break: each crest hangs over the trough before it.
+/// Breaking waves: each crest overhangs the trough before it.
 inline refine::TriangleMesh overhang(std::uint32_t columns, std::uint32_t rows, double cell_m,
                                      std::uint64_t seed) {
   Random random(seed);
@@ -124,7 +124,7 @@ inline refine::TriangleMesh overhang(std::uint32_t columns, std::uint32_t rows, 
       &random);
 }
 
-/// Closed, one handle, turned outwards; its axis is z.
+/// Closed, one handle, oriented outwards; its axis is z.
 inline refine::TriangleMesh torus(std::uint32_t around, std::uint32_t across, double radius_m,
                                   double tube_m) {
   return sheet(
@@ -138,7 +138,7 @@ inline refine::TriangleMesh torus(std::uint32_t around, std::uint32_t across, do
       nullptr, true);
 }
 
-/// Closed, turned outwards: an octahedron whose faces are cut into four `level` times.
+/// Closed, oriented outwards: an octahedron whose faces are cut into four `level` times.
 inline refine::TriangleMesh ball(int level, double radius_m) {
   refine::TriangleMesh mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -165,7 +165,7 @@ inline refine::TriangleMesh ball(int level, double radius_m) {
   return mesh;
 }
 
-/// Adds the other's faces, moved.
+/// Adds the other mesh's faces, moved.
 inline void join(refine::TriangleMesh& mesh, const refine::TriangleMesh& other,
                  const Eigen::Vector3f& move) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -173,7 +173,8 @@ inline void join(refine::TriangleMesh& mesh, const refine::TriangleMesh& other,
   for (const auto& [a, b, c] : other.faces) mesh.faces.push_back({first + a, first + b, first + c});
 }
 
-/// The same surface with vertices and faces in random order and each face begun at a random corner.
+/// The same surface with vertices and faces in random order and each face starting at a random
+/// corner.
 inline refine::TriangleMesh shuffled(const refine::TriangleMesh& mesh, std::uint64_t seed) {
   Random random(seed);
   const auto order = [&](std::size_t n) {
@@ -218,7 +219,7 @@ void for_each_node(const refine::ProgressiveMesh& mesh, Visit visit) {
   }
 }
 
-/// A fan above or beside a mesh that is about `size_m` wide.
+/// A random fan near a mesh that is about `size_m` wide.
 inline refine::FanVolume random_volume(Random& random, double size_m) {
   constexpr double degree = std::numbers::pi / 180.0;
   const Eigen::Matrix3d axes = frame(random);
@@ -233,7 +234,7 @@ inline refine::FanVolume random_volume(Random& random, double size_m) {
           .range_m = uniform(random, 0.2, 1.0) * size_m};
 }
 
-/// A progressive mesh's arrays, for those who want other ones.
+/// A copy of a progressive mesh's arrays, for changing them.
 inline refine::ProgressiveMeshArrays arrays_of(const refine::ProgressiveMesh& mesh) {
   const auto copy = [](const auto& span) { return std::vector(span.begin(), span.end()); };
   return {.points = copy(mesh.points),
@@ -246,7 +247,7 @@ inline refine::ProgressiveMeshArrays arrays_of(const refine::ProgressiveMesh& me
           .world_origin = mesh.world_origin};
 }
 
-/// Every array's bytes; nothing about the memory.
+/// Compares the bytes of all arrays.
 inline bool same_bytes(const refine::ProgressiveMesh& a, const refine::ProgressiveMesh& b) {
   const auto same = [](const auto& x, const auto& y) {
     return x.size() == y.size() &&
@@ -257,7 +258,7 @@ inline bool same_bytes(const refine::ProgressiveMesh& a, const refine::Progressi
          same(a.roots, b.roots) && a.world_origin == b.world_origin;
 }
 
-/// The spheres that OpenMesh's view-dependent classes make: around the vertices alone.
+/// The mesh with spheres as OpenMesh's view-dependent classes make them: around only the vertices.
 inline refine::ProgressiveMesh over_vertices_only(const refine::ProgressiveMesh& mesh) {
   refine::ProgressiveMeshArrays out = arrays_of(mesh);
   for_each_node(mesh, [&](auto node, auto lo, auto, auto hi, auto) {
@@ -276,15 +277,15 @@ struct NamedMesh {
   refine::TriangleMesh mesh;
 };
 
-/// One of each kind that refinement must get right, some 40 m wide about the origin, all manifold,
-/// of some thousand faces or, if not `big`, some hundred.
+/// One mesh of each kind that refinement must handle, about 40 m wide around the origin, all
+/// manifold, of some thousand faces or, if not `big`, some hundred.
 inline std::vector<NamedMesh> manifold_meshes(bool big = true) {
   const std::uint32_t n = big ? 40 : 14;
   const double cell_m = 40.0 / n;
   refine::TriangleMesh several = open_grid(n / 2, n / 2, 2.0 * cell_m, 0.5, 3);
   join(several, torus(n / 2, n / 3, 6.0, 2.0), {3.0f, 2.0f, 4.0f});
   join(several, ball(big ? 3 : 1, 3.0), {-8.0f, 5.0f, 4.0f});
-  several.positions.emplace_back(0.0f, 0.0f, 9.0f);  // which no face uses
+  several.positions.emplace_back(0.0f, 0.0f, 9.0f);  // an unused vertex
   return {{"open grid", shuffled(open_grid(n, n, cell_m, cell_m, 1), 11)},
           {"level grid", open_grid(n, n, cell_m, 0.0, 2)},
           {"grid with holes", shuffled(holed_grid(n, cell_m, cell_m, 2), 12)},

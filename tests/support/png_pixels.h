@@ -10,7 +10,7 @@
 
 namespace ensonify::tests {
 
-/// The numbers of a grey PNG of 8 or, if it is wide, 16 bits, row by row from the top.
+/// The values of a grey PNG of 8 bits, or 16 bits if `wide`, row by row from the top.
 inline std::vector<std::uint16_t> png_pixels(std::span<const std::byte> png, bool wide) {
   png_image image = {};
   image.version = PNG_IMAGE_VERSION;

@@ -29,15 +29,15 @@ inline void write_text(const std::filesystem::path& file, const std::string& tex
   std::ofstream(file, std::ios::binary) << text;
 }
 
-/// What a program left behind.
+/// The result of running a program.
 struct Outcome {
-  int code = -1;  ///< its exit code; minus the signal that ended it
+  int code = -1;  ///< the exit code, or minus the signal that ended it
   std::string out, err;
 };
 
-/// Runs the program in a folder and waits for it. `environment` is added to this one's, and a cache
-/// of its own unless it has one; `meanwhile` is called with its process id once it runs; stdout may
-/// go elsewhere, and stdin come from a file (from nowhere otherwise).
+/// Runs the program in a folder and waits for it. `environment` is added to this process's, and a
+/// separate cache unless it sets one; `meanwhile` is called with the process id once it runs;
+/// stdout may be redirected, and stdin may come from a file (otherwise it is empty).
 inline Outcome run_program(const std::filesystem::path& folder, std::vector<std::string> arguments,
                            const std::vector<std::string>& environment = {},
                            const std::function<void(pid_t)>& meanwhile = {},
@@ -58,7 +58,8 @@ inline Outcome run_program(const std::filesystem::path& folder, std::vector<std:
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   std::vector<std::string> own = environment;
-  own.push_back("ENSONIFY_CACHE=" + (streams / "cache").string());  // the first of a name counts
+  own.push_back("ENSONIFY_CACHE=" +
+                (streams / "cache").string());  // the first of equal names counts
   for (std::string& variable : own) envp.push_back(variable.data());
   for (char** variable = environ; *variable; ++variable) {
     const std::string name = std::string(*variable).substr(0, std::string(*variable).find('=') + 1);

@@ -11,13 +11,13 @@
 
 namespace ensonify::tests {
 
-/// A saved progressive mesh's bytes with its checksums made right again, after somebody changed the
-/// rest: the format once more, written from its description. What the header tells may be nonsense;
-/// what lies within the bytes is sealed.
+/// A saved progressive mesh's bytes, whose checksums can be corrected after a test changed the
+/// rest. It implements the format again, from its description. The header's content may be
+/// nonsense; everything within the bytes gets a correct checksum.
 class ProgressiveFile {
  public:
   static constexpr std::size_t page = 4096, group = 1024;
-  // of the header
+  // Offsets in the header.
   static constexpr std::size_t version = 8, byte_order = 12, checksum = 16, checksum_of_sums = 24,
                                leaves = 32, roots = 40, base_faces = 48, source_faces = 56,
                                tags = 64, about_bytes = 72, world_origin = 80, lowest = 104,

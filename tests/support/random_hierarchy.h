@@ -15,17 +15,17 @@
 
 namespace ensonify::tests {
 
-/// A hierarchy of legal collapses in random order, which is harder on all that follows than a good
-/// one: written for sight, without half-edges.
+/// A hierarchy of legal collapses in random order, a harder case than a good hierarchy. Written for
+/// readability, without half-edges.
 inline refine::ProgressiveMeshArrays random_hierarchy(const refine::TriangleMesh& source,
                                                       std::uint64_t seed) {
   constexpr std::uint32_t none = refine::ProgressiveMesh::none;
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   Random random(seed);
-  std::vector<refine::Face> faces = source.faces;  // none three times once it is gone
+  std::vector<refine::Face> faces = source.faces;  // a removed face has `none` three times
   std::vector<refine::Collapse> collapses;
   for (;;) {
-    std::map<Edge, std::uint32_t> face_at;  // of a directed edge
+    std::map<Edge, std::uint32_t> face_at;  // by directed edge
     std::map<std::uint32_t, std::set<std::uint32_t>> ring;
     std::set<std::uint32_t> on_border;
     for (std::uint32_t f = 0; f < faces.size(); ++f)

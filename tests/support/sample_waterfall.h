@@ -8,7 +8,7 @@
 
 namespace ensonify::tests {
 
-/// A small waterfall whose every value tells its ping, side, bin and layer; not two are the same.
+/// A small waterfall in which every value identifies its ping, side, bin and layer.
 inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) {
   engine::Sonar sonar;
   sonar.name = "port side \xc3\xa9";
@@ -46,7 +46,7 @@ inline engine::Waterfall sample_waterfall(std::size_t pings = 7, int bins = 33) 
     record.block = static_cast<int>(ping / 4);
     waterfall.set_row(ping, lines, record);
   }
-  // Values that a careless encoder changes.
+  // Values that a careless encoder would change.
   waterfall.pixels.intensity[1] = 1e30f;
   waterfall.pixels.intensity[2] = std::numeric_limits<float>::denorm_min();
   waterfall.pixels.x_m[3] = -0.0f;

@@ -10,14 +10,14 @@
 
 namespace ensonify::tests {
 
-/// What a user's machine may have set, and no file's bytes may depend on: another time zone, locale
-/// and umask, for as long as this lives.
+/// Settings of a user's machine that no file's bytes may depend on: during its lifetime another
+/// time zone, locale and umask.
 class OtherSettings {
  public:
   OtherSettings() : umask_(umask(077)) {
     setenv("TZ", "Pacific/Kiritimati", 1);
     tzset();
-    // C's own, where one with a decimal comma is installed; C++'s streams in any case.
+    // C's locale, if one with a decimal comma is installed; C++ streams always.
     for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"})
       if (std::setlocale(LC_ALL, name)) break;
     std::locale::global(std::locale(std::locale(), new Commas));

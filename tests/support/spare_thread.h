@@ -6,7 +6,7 @@
 
 namespace ensonify::tests {
 
-/// One spare thread as long as this lives, as of a loop in which the caller is at an item.
+/// Provides one spare thread during its lifetime, as in a loop where the caller has an item.
 class SpareThread {
  public:
   SpareThread() {
@@ -21,7 +21,7 @@ class SpareThread {
     threads.serve();
     helper_.join();
   }
-  /// Until it has nothing to do.
+  /// Waits until the thread is idle.
   void settle() const {
     while (!threads.any()) std::this_thread::yield();
   }

@@ -6,7 +6,7 @@
 
 namespace ensonify::tests {
 
-/// A folder that goes when the test does.
+/// A folder that is removed when the test ends.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

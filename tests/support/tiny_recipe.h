@@ -6,7 +6,7 @@
 
 namespace ensonify::tests {
 
-/// A dataset that is made in a moment, with every product: eight samples over four small beds.
+/// A small, fast dataset with every product: eight samples over four small beds.
 inline const std::string tiny_recipe = R"(version = 1
 seed = 0
 [dataset]

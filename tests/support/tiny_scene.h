@@ -4,7 +4,7 @@
 
 namespace ensonify::tests {
 
-/// For the program, and fast: a small bed, few and short pings, nothing to warn of.
+/// A fast scene for the program: a small bed, few and short pings, no warnings.
 inline const std::string tiny_scene = R"(version = 1
 [seafloor]
 extent_east_m = 40

@@ -12,21 +12,21 @@
 
 namespace ensonify::tests {
 
-/// Of what faces use.
+/// The topology of the faces and the vertices they use.
 struct Topology {
   std::size_t vertices = 0, edges = 0, faces = 0, components = 0, borders = 0;
   long euler() const { return static_cast<long>(vertices + faces) - static_cast<long>(edges); }
-  /// What no collapse may change.
+  /// The numbers that no collapse may change.
   std::array<long, 3> kept() const {
     return {euler(), static_cast<long>(components), static_cast<long>(borders)};
   }
 };
 
-/// Of faces, by a vertex's name; written for sight.
+/// The topology of faces, by vertex number; written for readability.
 inline Topology topology(std::span<const refine::Face> faces) {
   std::map<std::uint32_t, std::uint32_t> up;  // union-find
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
-  std::map<std::uint32_t, std::uint32_t> along;  // a border: from a vertex to the next
+  std::map<std::uint32_t, std::uint32_t> along;  // borders: from a vertex to the next
   const auto top = [&](std::uint32_t v) {
     while (up.at(v) != v) v = up.at(v) = up.at(up.at(v));
     return v;

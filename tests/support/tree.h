@@ -8,7 +8,7 @@
 
 namespace ensonify::tests {
 
-/// Every file under a folder, by its path there.
+/// Every file under a folder, by its path in the folder.
 inline std::map<std::string, std::string> tree_of(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
@@ -17,7 +17,7 @@ inline std::map<std::string, std::string> tree_of(const std::filesystem::path& f
   return files;
 }
 
-/// The first path in which two trees differ; empty: none.
+/// The first path in which two trees differ; empty if they are equal.
 inline std::string difference(const std::map<std::string, std::string>& a,
                               const std::map<std::string, std::string>& b) {
   for (const auto& [name, content] : a)

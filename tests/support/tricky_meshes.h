@@ -10,7 +10,7 @@ namespace ensonify::tests {
 
 inline const std::string byte_order_mark = "\xef\xbb\xbf";
 
-/// What may be done to any text file without changing what it says.
+/// Changes to a text file that do not change its content.
 inline std::vector<std::pair<std::string, std::string>> respelt(const std::string& text) {
   return {{"CRLF", replaced_each(text, "\n", "\r\n")},
           {"lone CR", replaced_each(text, "\n", "\r")},
@@ -22,7 +22,7 @@ inline std::vector<std::pair<std::string, std::string>> respelt(const std::strin
           {"no line end at the end", text.substr(0, text.size() - 1)}};
 }
 
-/// The numbers 2, 3 and 5, that each stand once as a coordinate, in other ways.
+/// Other spellings of the numbers 2, 3 and 5, each of which occurs once as a coordinate.
 inline std::vector<std::pair<std::string, std::string>> respelt_numbers(const std::string& text) {
   const auto with = [&](const std::string& two, const std::string& three, const std::string& five) {
     std::string other = replaced_each(text, "2 0 0\n", two + " 0 -0\n");
@@ -112,7 +112,7 @@ inline std::vector<TrickyMesh> tricky_ply() {
   }
   // The body begins with an LF: after a lone CR it is not part of the line end.
   std::string body = ply_body();
-  body.replace(0, 1, "\n");  // 1.4e-44: nought but for the reader who takes it away
+  body.replace(0, 1, "\n");  // 1.4e-44: 0 unless the reader removes that byte
   add("lone CR before a body that begins with LF",
       replaced_each(binary_ply_header(), "\n", "\r") + body);
   return files;
@@ -139,7 +139,7 @@ inline std::vector<TrickyMesh> tricky_obj() {
   text("texture", "f 1 3 2", "vt 0 1\nvt 1 1 0\nf 1/1 3/2 2/2");
   text("normals", "f 1 3 2", "vn 0 0 nan\nf 1//1 3//1 2//1");
   text("texture and normals", "f 1 3 2", "vt 0\nvn 0 0 1\nf 1/1/1 3/1/-1 2/-1/1");
-  text("slashes with nothing behind", "f 1 3 2", "f 1// 3/ 2//");
+  text("slashes with nothing after them", "f 1 3 2", "f 1// 3/ 2//");
   text("relative indices", "f 1 3 2", "f -4 -2 -3");
   text("relative indices and texture", "f 1 3 2", "vt 0 0\nf -4/-1 -2/-1 -3/-1");
   text("a plus before an index", "f 1 3 2", "f +1 +3 +2");

@@ -26,7 +26,7 @@ std::map<std::string, std::string> contents(const fs::path& folder) {
   return files;
 }
 
-/// Larger than the tiny one, so that its analysis and its file take a moment.
+/// Larger than the tiny scene, so that its analysis and its file take some time.
 std::string slow_scene() {
   std::string scene = tiny_scene;
   const std::string cell = "cell_m = 0.5";
@@ -35,7 +35,7 @@ std::string slow_scene() {
 
 }  // namespace
 
-TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and from a mesh") {
+TEST_CASE("analyse writes a progressive mesh for a scene, from a scene and from a mesh") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", tiny_scene);
   const Outcome analysed =
@@ -54,7 +54,7 @@ TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and f
   REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
   const Outcome again = run_program(folder.path(), {"run", "again.toml", "-o", "b"});
   REQUIRE(again.code == 0);
-  CHECK(again.err.find("surface: refined, since the seafloor was analysed before") !=
+  CHECK(again.err.find("surface: refined, because the seafloor was analysed before") !=
         std::string::npos);
   CHECK(read_text(folder / "a/left-right.png") == read_text(folder / "b/left-right.png"));
 
@@ -74,13 +74,13 @@ TEST_CASE("analyse writes what a scene takes as its seafloor, from a scene and f
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
     CHECK(contents(folder.path()).size() == before);
   };
-  refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor was analysed before");
+  refused({"analyse", "again.toml", "-o", "c.mesh"}, "its seafloor is already analysed");
   refused({"analyse", "none.ply", "-o", "c.mesh"}, "none.ply: there is no such file");
   refused({"analyse", "none.toml", "-o", "c.mesh"}, "none.toml");
   refused({"analyse", "s.toml", "-o", "none/c.mesh"}, "none/c.mesh", 1);
 }
 
-TEST_CASE("two processes that build the same seafloor end with one good file") {
+TEST_CASE("two processes that build the same seafloor leave one good file") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", slow_scene());
   const auto go = [&](const std::string& name) {
@@ -104,7 +104,7 @@ TEST_CASE("two processes that build the same seafloor end with one good file") {
   }
 }
 
-TEST_CASE("killed at any moment, a run leaves no bad seafloor in its cache") {
+TEST_CASE("a run that is killed at any moment leaves no bad seafloor in its cache") {
   const TemporaryFolder folder;
   write_text(folder / "s.toml", slow_scene());
   const auto arguments = [](const std::string& name) {

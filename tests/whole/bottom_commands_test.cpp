@@ -10,7 +10,7 @@ namespace {
 
 using Row = std::map<std::string, std::string>;
 
-/// The rows of a CSV, by the names of its columns.
+/// The rows of a CSV, each by column name.
 std::vector<Row> rows_of(const std::string& text) {
   const auto fields_of = [](const std::string& line) {
     std::vector<std::string> fields(1);
@@ -73,7 +73,7 @@ TEST_CASE("backscatter prints the terms of the bottom model") {
           Approx(10.0 * std::log10(std::stod(row.at("roughness")) + std::stod(row.at("volume")))));
 }
 
-TEST_CASE("a seabed is told by name, grain size or parameters, and parameters override") {
+TEST_CASE("a seabed is given by name, grain size or parameters, and parameters override") {
   const std::string angles = " --angles-deg 5,30,85";
   const auto strengths = [&](const std::string& seabed) {
     std::vector<std::string> out;
@@ -94,7 +94,7 @@ TEST_CASE("a seabed is told by name, grain size or parameters, and parameters ov
   CHECK(quiet == strengths("--mean-grain-size-phi 1.5 --volume 0"));
 }
 
-TEST_CASE("the other models fill what they have") {
+TEST_CASE("the other models fill only the columns of their terms") {
   for (const Row& row : answer(at_30_khz + "--sediment clay --model lambert --angles-deg 30,90")) {
     CHECK(std::stod(row.at("strength_db")) ==
           Approx(std::stod(row.at("grazing_deg")) == 90.0 ? -27.0 : -33.0206));
@@ -107,7 +107,7 @@ TEST_CASE("the other models fill what they have") {
   CHECK(std::stod(slope[89].at("kirchhoff")) == 0.0);
 }
 
-TEST_CASE("a frequency beyond the model's is warned of once, on stderr") {
+TEST_CASE("a frequency outside the model's range gives one warning on stderr") {
   const Outcome rock = backscatter(
       "--frequency-hz 400000 --sound-speed-mps 1500 --sediment rock --angles-deg 5,6,7");
   CHECK(rock.code == 0);
@@ -115,8 +115,8 @@ TEST_CASE("a frequency beyond the model's is warned of once, on stderr") {
   CHECK(std::count(rock.err.begin(), rock.err.end(), '\n') == 1);
 }
 
-TEST_CASE("a wrong seabed or angle is one message and code 2") {
-  for (const auto& [arguments, said] : std::vector<std::pair<std::string, std::string>>{
+TEST_CASE("a wrong seabed or angle gives one message and exit code 2") {
+  for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
            {"--sediment medum_sand", "'medium sand'"},
            {"--sediment rock --exponent 4", "less than 4"},
            {"--sediment rock --loss -0.1", "0 to 0.1"},
@@ -130,13 +130,13 @@ TEST_CASE("a wrong seabed or angle is one message and code 2") {
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == 2);
     CHECK(outcome.out.empty());
-    CHECK(outcome.err.find(said) != std::string::npos);
+    CHECK(outcome.err.find(message) != std::string::npos);
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
   }
   CHECK(backscatter("--frequency-hz 0 --sound-speed-mps 1500 --sediment rock").code == 2);
 }
 
-TEST_CASE("presets lists every instrument with what is documented of it") {
+TEST_CASE("presets lists every instrument with its documented keys") {
   const TemporaryFolder folder;
   const Outcome outcome = run_program(folder.path(), {"presets"});
   REQUIRE(outcome.code == 0);

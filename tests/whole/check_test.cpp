@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The analysed seafloor in a file, written again with all its spheres a fifth too small: it is
-/// what was saved, and misses faces.
+/// Replaces the analysed seafloor in a file by one whose bounding spheres are a fifth too small:
+/// the file is valid, but refinement misses faces.
 void shrink_spheres(const fs::path& file) {
   const refine::ProgressiveMesh sound = refine::map_progressive_mesh(file);
   sound.verify_all();
@@ -84,10 +84,10 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
           (row["intersector"] == "pluecker" || row["intersector"] == "brute_force" ||
            row["intersector"] == "progressive_mesh"));
   }
-  CHECK(scene_rays >= 15000);  // more than the track has pings for: it is flown again
+  CHECK(scene_rays >= 15000);  // more than the track's pings give: the track is repeated
 }
 
-TEST_CASE("check refuses what it cannot do") {
+TEST_CASE("check refuses wrong arguments") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   for (const char* rays : {"0", "-5", "2.5", "1e13", "nan", "many"}) {
@@ -99,7 +99,7 @@ TEST_CASE("check refuses what it cannot do") {
   CHECK(run_program(folder.path(), {"check", "none.toml"}).code == 2);
 }
 
-TEST_CASE("check keeps the analysed seafloor, and when stopped tells what it has compared") {
+TEST_CASE("check caches the analysed seafloor, and prints its table so far when stopped") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   const fs::path cache = folder / "cache";
@@ -108,7 +108,7 @@ TEST_CASE("check keeps the analysed seafloor, and when stopped tells what it has
            std::ranges::any_of(fs::directory_iterator(cache),
                                [](const auto& file) { return file.path().extension() == ".mesh"; });
   };
-  // Once the analysis is kept, whatever else it makes ready is followed by rays.
+  // When the analysis is in the cache, the comparison of rays follows soon.
   const Outcome stopped = run_program(
       folder.path(), {"check", "tiny.toml", "--rays", "100000000", "--json", "--cache", "cache"},
       {}, [&](pid_t process) {
@@ -132,7 +132,7 @@ TEST_CASE("check keeps the analysed seafloor, and when stopped tells what it has
   CHECK(fs::exists(folder / "another"));
 }
 
-TEST_CASE("a run compares some of its pings with the reference when it is asked to") {
+TEST_CASE("a run with --verify compares some of its pings with the reference") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   const auto run = [&](const std::string& output, std::vector<std::string> more) {
@@ -159,7 +159,7 @@ TEST_CASE("a run compares some of its pings with the reference when it is asked 
     CHECK(counts["unexplained"] == 0);
     CHECK(nlohmann::json::parse(verified.out)["verification"] == counts);
     found.erase("verification");
-    CHECK(found == manifest("plain-" + surface));  // with the hashes of all files
+    CHECK(found == manifest("plain-" + surface));  // including the hashes of all files
   }
   CHECK(!manifest("plain-static").contains("verification"));
   const Outcome all = run("all", {"--verify", "1000"});
@@ -167,7 +167,7 @@ TEST_CASE("a run compares some of its pings with the reference when it is asked 
   for (const char* pings : {"0", "-1", "many"}) CHECK(run("none", {"--verify", pings}).code == 2);
 }
 
-TEST_CASE("an analysis that misses faces fails a run that is verified") {
+TEST_CASE("a verified run fails if the analysis misses faces") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   REQUIRE(run_program(folder.path(), {"analyse", "tiny.toml", "-o", "bed.mesh"}).code == 0);

@@ -37,7 +37,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// A hit's row in `trace`'s answer: its ray and face, t, u, v and the normal.
+/// Checks a row of `ensonify trace`: ray, hit, face, t, u, v and the normal.
 void check_hit(const std::string& line, std::vector<double> expected) {
   std::vector<double> values;
   std::istringstream stream(line);
@@ -45,10 +45,10 @@ void check_hit(const std::string& line, std::vector<double> expected) {
   INFO(line);
   REQUIRE(values.size() == expected.size());
   for (std::size_t i = 0; i < values.size(); ++i)
-    CHECK(values[i] == Approx(expected[i]).epsilon(1e-6).margin(1e-6));  // embree is in float
+    CHECK(values[i] == Approx(expected[i]).epsilon(1e-6).margin(1e-6));  // Embree computes in float
 }
 
-/// One message and nothing else.
+/// Checks that a program printed one message and nothing else.
 void check_refused(const Outcome& outcome, int code, const std::string& message) {
   INFO(outcome.err);
   CHECK(outcome.code == code);
@@ -83,7 +83,7 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   CHECK(fs::is_empty(folder.path()));
 }
 
-TEST_CASE("What is not expected on the command line is listed in its order, with what was meant") {
+TEST_CASE("Unexpected arguments are listed in their order, with a suggestion") {
   const TemporaryFolder folder;
   const auto refused = [&](std::vector<std::string> arguments, const std::string& message) {
     check_refused(run_program(folder.path(), std::move(arguments)), 2, message);
@@ -104,23 +104,22 @@ TEST_CASE("What is not expected on the command line is listed in its order, with
   refused({"run", "s.toml", "--seed", "abc"}, "s.toml");
 }
 
-TEST_CASE("The version names the program and the libraries that its results depend on") {
+TEST_CASE("The option --version prints the program's version and those of its libraries") {
   const TemporaryFolder folder;
-  const Outcome told = run_program(folder.path(), {"--version"});
-  CHECK(told.code == 0);
-  CHECK(told.err.empty());
+  const Outcome printed = run_program(folder.path(), {"--version"});
+  CHECK(printed.code == 0);
+  CHECK(printed.err.empty());
   write_text(folder / "tiny.toml", tiny_scene);
   REQUIRE(run_program(folder.path(), {"run", "tiny.toml", "-o", "out", "--quiet"}).code == 0);
   const auto manifest = nlohmann::json::parse(read_text(folder / "out/manifest.json"));
-  const std::vector<std::string> lines = lines_of(told.out);
+  const std::vector<std::string> lines = lines_of(printed.out);
   REQUIRE(lines.size() == 1 + manifest["libraries"].size());
   CHECK(lines.front() == "ensonify " + manifest["version"].get<std::string>());
   for (const auto& [library, version] : manifest["libraries"].items())
     CHECK(std::ranges::count(lines, library + " " + version.get<std::string>()) == 1);
 }
 
-TEST_CASE(
-    "Extrapolated levels are told of once a run, in one line, and not when it is to be quiet") {
+TEST_CASE("Extrapolated levels give one line per run on stderr, and none with --quiet") {
   const TemporaryFolder folder;
   write_text(folder / "high.toml",
              tiny_scene +
@@ -148,7 +147,7 @@ TEST_CASE(
   const auto manifest = nlohmann::json::parse(read_text(folder / "b/manifest.json"));
   REQUIRE(manifest["warnings"].size() == 1);
   CHECK(manifest["warnings"][0].get<std::string>().starts_with("levels are extrapolated"));
-  // Within the model's range, and without a sediment, there is nothing to say.
+  // Within the model's range there is no warning.
   for (const std::string frequency : {"sonar.left-right.frequency_hz=100000"})
     CHECK(run_program(folder.path(), {"run", "high.toml", "-o", "c", "-D", frequency, "-D",
                                       "sonar.higher.frequency_hz=10000"})
@@ -173,7 +172,7 @@ TEST_CASE("The default scene, the key table and the intersectors are printed") {
   CHECK(run_program(folder.path(), {"intersectors"}).out.find("brute_force ") != std::string::npos);
   const Outcome full = run_program(folder.path(), {"schema"}, {}, {}, "/dev/full");
   CHECK(full.code == 1);
-  CHECK(full.err == "ensonify: stdout: cannot be written to its end\n");
+  CHECK(full.err == "ensonify: stdout: not all of the output could be written\n");
 }
 
 TEST_CASE("A run writes its files, reports on stderr, and as JSON on stdout when asked") {
@@ -211,7 +210,7 @@ TEST_CASE("A run writes its files, reports on stderr, and as JSON on stdout when
   CHECK(manifest.dump().find(folder.path().string()) == std::string::npos);
 }
 
-TEST_CASE("What is wrong with a scene is said once, and nothing is left behind") {
+TEST_CASE("A fault of a scene is reported once, and nothing is left behind") {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& text, std::vector<std::string> more, int code,
                            const std::string& message) {
@@ -235,11 +234,11 @@ TEST_CASE("What is wrong with a scene is said once, and nothing is left behind")
   refused(tiny_scene, {"-D", "seafloor.kind=survey", "-D", "seafloor.survey=s.toml"}, 2,
           "s.toml: ");
 
-  write_text(folder / "file", "");  // a folder cannot be made below it
+  write_text(folder / "file", "");  // a folder cannot be made inside a file
   const Outcome blocked = run_program(folder.path(), {"run", "s.toml", "-o", "file/out"});
   check_refused(blocked, 1, "ensonify: file/out: cannot make this folder; ");
   CHECK(blocked.err.find("filesystem error") == std::string::npos);
-  if (geteuid() != 0) {  // root may write anywhere
+  if (geteuid() != 0) {  // root can write anywhere
     fs::create_directory(folder / "locked");
     fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
     check_refused(
@@ -247,10 +246,10 @@ TEST_CASE("What is wrong with a scene is said once, and nothing is left behind")
         "ensonify: locked: cannot write into this folder; choose a folder that you may write to");
   }
   const Outcome dataset = run_program(folder.path(), {"merge", "none"});
-  check_refused(dataset, 2, "ensonify: none: there is no such folder, expected a folder that");
+  check_refused(dataset, 2, "ensonify: none: there is no such folder; expected a folder made by");
   fs::create_directory(folder / "empty");
   check_refused(run_program(folder.path(), {"merge", "empty"}), 2,
-                "ensonify: empty: there is no dataset.json in it, expected a folder that");
+                "ensonify: empty: there is no dataset.json in it; expected a folder made by");
   check_refused(run_program(folder.path(), {"merge", "file"}), 2, "file: there is no such folder");
 }
 
@@ -272,7 +271,7 @@ TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
   CHECK(read_text(folder / "a/manifest.json") == read_text(folder / "b/manifest.json"));
   CHECK(read_text(folder / "a/manifest.json").find("data:grid.asc") != std::string::npos);
 
-  // The same grid, looked into: a ray straight down in its own coordinates.
+  // The same grid, traced: a ray straight down in the grid's coordinates.
   const Outcome info = run_program(folder.path(), {"mesh-info", "d/grid.asc"});
   CHECK(info.out ==
         "vertices 2400\ntriangles 4602\nx_min 400000.5\nx_max 400059.5\ny_min 6200000.5\n"
@@ -284,7 +283,7 @@ TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
   check_hit(lines_of(hit.out).at(1), {0, 1, 0, 10.25, 0.25, 0.5, 0, 0, 1});
 }
 
-TEST_CASE("A run that is asked to stop removes its files and exits with 128 and the signal") {
+TEST_CASE("A run that is stopped removes its files and exits with 128 plus the signal's number") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   for (const int signal : {SIGTERM, SIGINT}) {
@@ -304,7 +303,7 @@ TEST_CASE("A run that is asked to stop removes its files and exits with 128 and 
   }
 }
 
-TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
+TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by rays") {
   const TemporaryFolder folder;
   write_text(folder / "flat.toml",
              "version = 1\n[seafloor]\nextent_east_m = 4\nextent_north_m = 2\ncell_m = 1\n"
@@ -319,7 +318,7 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
         "boundary_edges 12\nnon_manifold_edges 0\n" +
             no_repairs);
 
-  // Down, up from below, a miss, one that ends short, a slanted one.
+  // Rays: downwards, upwards from below, a miss, one that ends too early, a slanted one.
   const std::string rays =
       "0.25,0.125,0,0,0,-1,0,inf\r\n0.25,0.125,-30,0,0,1,0,100\r\n50,0,0,0,0,-1,0,inf\r\n"
       "0,0,0,0,0,-1,0,19.9\r\n\r\n-1.5,0.25,-18,1,0,-1,0,1e3\r\n";
@@ -332,7 +331,8 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
     const std::vector<std::string> lines = lines_of(traced.out);
     REQUIRE(lines.size() == 6);
     CHECK(lines[0] == "ray,hit,face,t,u,v,nx,ny,nz");
-    // Its first is face 12, its corners (0, 0), (1, 0), (1, 1); from below the normal is the same.
+    // The first ray hits face 12 with the corners (0, 0), (1, 0), (1, 1). The normal is the same
+    // from below.
     check_hit(lines[1], {0, 1, 12, 20, 0.125, 0.125, 0, 0, 1});
     check_hit(lines[2], {1, 1, 12, 10, 0.125, 0.125, 0, 0, 1});
     CHECK(lines[3] == "2,0,,,,,,,");
@@ -354,7 +354,7 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
   refused("", "1: is empty");
   refused("ox,oy,oz,dx,dy\n", "1: no column 'dz'");
   refused("ox,oy,oz,dx,dy,dz,t\n", "1: unknown column 't'");
-  refused("ox,ox,oz,dx,dy,dz\n", "1: column 'ox' is there twice");
+  refused("ox,ox,oz,dx,dy,dz\n", "1: column 'ox' occurs twice");
   refused(header + "0,0,0,0,0,-1\n0,0,0,0,0\n", "3: 5 values, expected 6");
   refused(header + "0,0,zero,0,0,-1\n", "2: oz is 'zero', expected a number");
   refused(header + "0,0,,0,0,-1\n", "2: oz is '', expected a number");
@@ -362,7 +362,7 @@ TEST_CASE("A seafloor is written as a mesh, told about, and shot at") {
   refused(header + "0,0,1e30,0,0,-1\n", "2: a ray's origin and direction must be finite");
   refused(header + "0,0,1e999,0,0,-1\n", "2: oz is '1e999', expected a number");
   refused(header + "0,0,0,0,0,0\n", "2: a ray's direction must not be zero");
-  refused(header + std::string(5000, '1'), "2: a line longer than 4096 characters");
+  refused(header + std::string(5000, '1'), "2: the line is longer than 4096 characters");
   check_refused(run_program(folder.path(), {"trace", "flat.ply", "none.csv"}), 2,
                 "none.csv: cannot be opened");
   check_refused(run_program(folder.path(), {"trace", "none.ply", "rays.csv"}), 2, "rays.csv:2:");

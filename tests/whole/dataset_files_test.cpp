@@ -1,5 +1,5 @@
-// What others read of a dataset: YOLO's files, COCO's outlines, numbers and names of classes, and
-// what merge warns of.
+// A dataset as other programs read it: YOLO's files, COCO's outlines, numbers and names of classes;
+// and the warnings of merge.
 
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -23,7 +23,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Makes a dataset, merges it and returns what merge said.
+/// Makes a dataset, merges it and returns merge's stderr.
 std::string made(const TemporaryFolder& folder, const std::string& recipe,
                  const std::string& dataset = "set") {
   write_text(folder / "recipe.toml", recipe);
@@ -42,7 +42,7 @@ std::vector<std::uint16_t> mask(const fs::path& file, bool wide) {
   return png_pixels(std::as_bytes(std::span(png)), wide);
 }
 
-/// A working directory for as long as this lives.
+/// Changes the working directory during its life.
 class WorkingFolder {
  public:
   explicit WorkingFolder(const fs::path& folder) : before_(fs::current_path()) {
@@ -58,8 +58,8 @@ struct Labelled {
   fs::path picture, label;
 };
 
-/// What Ultralytics 8 loads of a split (check_det_dataset and img2label_paths of data/utils.py,
-/// get_img_files of data/base.py), by its rules for paths.
+/// The files that Ultralytics 8 loads for a split, by its rules for paths (check_det_dataset and
+/// img2label_paths of data/utils.py, get_img_files of data/base.py).
 std::vector<Labelled> load_yolo(const fs::path& yaml, const std::string& split) {
   std::map<std::string, std::string> keys;
   std::istringstream lines(read_text(yaml));
@@ -102,7 +102,7 @@ void check_loads(const fs::path& yaml, std::size_t pictures) {
   CHECK(count == pictures);
 }
 
-/// The pixels of an annotation's segmentation, row by row, as pycocotools' annToMask has them.
+/// The pixels of an annotation's segmentation, row by row, as in pycocotools' annToMask.
 std::vector<bool> pixels_of(const Json& segmentation, std::size_t columns, std::size_t rows) {
   std::vector<bool> pixels(columns * rows);
   if (segmentation.is_object()) {
@@ -134,7 +134,7 @@ std::vector<bool> pixels_of(const Json& segmentation, std::size_t columns, std::
   return pixels;
 }
 
-/// The mask of a kind that belongs to a picture, whichever of its displays.
+/// The mask file of a kind for a picture; all displays of a picture share it.
 fs::path mask_of(std::string picture, const std::string& kind) {
   picture.erase(picture.size() - 4);
   if (const std::size_t at = picture.rfind(".r"); at != std::string::npos) picture.erase(at);
@@ -169,9 +169,10 @@ ExrLabels read_exr(const fs::path& path, const char* layer, const char* names) {
 
 }  // namespace
 
-TEST_CASE("YOLO's files load from any working directory, wherever the dataset lies") {
+TEST_CASE("YOLO's files load from any working directory and any place of the dataset") {
   const TemporaryFolder folder;
-  // Ultralytics finds labels by a folder's name, and this one's is not the dataset's.
+  // Ultralytics finds labels by replacing "images" in the path, which here occurs above the
+  // dataset.
   fs::create_directories(folder / "images/of mine");
   const std::string set = "images/of mine/set";
   made(folder, tiny_recipe, set);
@@ -199,16 +200,16 @@ TEST_CASE("YOLO's files load from any working directory, wherever the dataset li
   CHECK(groups == 4);
 }
 
-TEST_CASE("a dataset in tars has no YOLO lists, which name files") {
+TEST_CASE("a dataset in tars has no YOLO lists, which need separate files") {
   const TemporaryFolder folder;
   made(folder, changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 4"));
   CHECK_FALSE(fs::exists(folder / "set/yolo"));
   CHECK(fs::exists(folder / "set/coco/slant_line_train.json"));
 }
 
-TEST_CASE("every outline of COCO's files is its instance in the masks, with holes and without") {
+TEST_CASE("every outline in COCO's files equals its instance in the masks, with or without holes") {
   const TemporaryFolder folder;
-  // Furrows that cross and boulders in furrows leave holes.
+  // Crossing furrows, and boulders in furrows, make holes.
   made(folder, changed(tiny_recipe, "[track]\n", R"([[seafloor.trawl_marks]]
 count = 6
 width_m = 1.5
@@ -251,7 +252,7 @@ class = "trawl mark"
   CHECK(outlines > 2 * holes);
 }
 
-TEST_CASE("classes and sediments have one number in a sample's layers, masks and dataset.json") {
+TEST_CASE("classes and sediments have the same numbers in layers, masks and dataset.json") {
   const TemporaryFolder folder;
   made(folder, tiny_recipe);
   const Json dataset = Json::parse(read_text(folder / "set/dataset.json"));
@@ -302,8 +303,8 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
 
   const std::string shared =
       made(folder, changed(tiny_recipe, "[seafloor]\n", "[seafloor]\nseed = 7\n"), "shared");
-  CHECK(shared.find("the splits test, train, val share a seabed, since the recipe sets "
-                    "seafloor.seed = 7: leave it out") != std::string::npos);
+  CHECK(shared.find("the splits test, train, val share a seabed, because the recipe sets "
+                    "seafloor.seed = 7: remove it") != std::string::npos);
   const Json json =
       Json::parse(run_program(folder.path(), {"merge", "shared", "--json", "--quiet"}).out);
   REQUIRE(json.at("warnings").size() >= 1);

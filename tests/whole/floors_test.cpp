@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The rooms of engine, each of which may include those before it. A file that stands above the
-// inner rooms of its folder is a room by itself: "trace/back_ends".
+// The rooms (folders) of engine in order; each may include those before it. A file that combines
+// the inner rooms of its folder is a room by itself, for example "trace/back_ends".
 constexpr std::array rooms{"clock",
                            "memory",
                            "random",
@@ -25,8 +25,8 @@ constexpr std::array rooms{"clock",
                            "trace/exact",
                            "trace/embree",
                            "trace/fan_scan",
-                           "trace/refraction",
                            "trace/face_sources",
+                           "trace/refraction",
                            "trace/back_ends",
                            "trace/check",
                            "seafloor",
@@ -34,8 +34,8 @@ constexpr std::array rooms{"clock",
                            "seafloor/layers",
                            "seafloor/objects",
                            "seafloor/seafloor_options",
-                           "seafloor/make_seafloor",
                            "seafloor/analysis",
+                           "seafloor/make_seafloor",
                            "sonar/vehicle",
                            "sonar/instrument",
                            "sonar/echo",
@@ -43,7 +43,9 @@ constexpr std::array rooms{"clock",
                            "image",
                            "output",
                            "scene",
+                           "preparation",
                            "prepare",
+                           "stage_times",
                            "simulate",
                            "session_keys",
                            "ping_all",
@@ -53,9 +55,8 @@ constexpr std::array rooms{"clock",
                            "app",
                            "python"};
 
-// Where a file stands: "scatter/decibel.h" on the floor scatter; on the floor engine,
-// "engine/run.h" in the room run, "engine/trace/ray.h" in trace, "engine/trace/exact/pluecker.h" in
-// trace/exact.
+// The floor and room of a file. Floor scatter: "scatter/decibel.h". Floor engine: "engine/run.h" is
+// in the room run, "engine/trace/ray.h" in trace, "engine/trace/exact/pluecker.h" in trace/exact.
 struct Place {
   explicit Place(const fs::path& file) : floor(file.begin()->string()) {
     if (floor != "engine") return;
@@ -63,6 +64,7 @@ struct Place {
     const std::string by_itself = (inside.parent_path() / inside.stem()).string();
     const bool is_room = std::ranges::find(rooms, by_itself) != rooms.end();
     room = is_room || inside.parent_path().empty() ? by_itself : inside.parent_path().string();
+    if (room == "simulator_internals") room = "simulate";  // simulate.cpp has the code of both
   }
   bool is_library() const {
     return floor != "bench" && room != "live" && room != "app" && room != "python";
@@ -89,7 +91,9 @@ std::string wrong_include(const fs::path& file, const std::string& name, bool qu
     return to_room <= from_room ? "" : "the room " + from.room + " includes " + to.room;
   }
   const bool standard = name.find_first_of("/.") == std::string::npos;
-  if (from.is_library() && file.extension() == ".h" && !standard && !name.starts_with("Eigen/"))
+  // Parts of sources, NAME-inl.h, are not installed, and no other header includes them.
+  const bool header = file.extension() == ".h" && !file.stem().string().ends_with("-inl");
+  if (from.is_library() && header && !standard && !name.starts_with("Eigen/"))
     return "a header shows more than std and Eigen: " + name;
   return "";
 }
@@ -105,7 +109,7 @@ std::string wrong_call(const fs::path& file, const std::string& line) {
   return "";
 }
 
-/// Every breach of the floors in a tree, as file:line: what.
+/// Every breach of the layering in a tree, as "file:line: what".
 std::vector<std::string> breaches(const fs::path& tree) {
   static const std::regex include(R"(^\s*#\s*include\s*([<"])([^>"]*).*)");
   std::vector<std::string> all;
@@ -137,9 +141,9 @@ TEST_CASE("the floors hold: includes go down and libraries are quiet") {
   for (const std::string& breach : breaches(ensonify::tests::source_folder())) FAIL_CHECK(breach);
 }
 
-TEST_CASE("the floors hold: what breaks them is found") {
+TEST_CASE("the floors hold: planted breaches are found") {
   struct Planted {
-    std::string file, line, what;  // what is wrong with it; empty: nothing
+    std::string file, line, what;  // what: the expected fault; empty: none
   };
   const std::vector<Planted> planted{
       {"scatter/a.cpp", "#include <ensonify/refine/b.h>", "scatter includes refine"},
@@ -177,6 +181,7 @@ TEST_CASE("the floors hold: what breaks them is found") {
       {"engine/trace/c.h", "#include <Eigen/Core>", ""},
       {"engine/trace/d.h", "#include <vector>", ""},
       {"engine/trace/embree/d.cpp", "#include <embree3/rtcore.h>", ""},
+      {"engine/trace/embree/d-inl.h", "#include <embree3/rtcore.h>", ""},
       {"engine/app/c.cpp", "#include \"arguments.h\"", ""},
       {"engine/app/d.cpp", "  std::cout << 1;", ""},
       {"bench/a.cpp", "#include <ensonify/engine/trace/ray.h>", ""},

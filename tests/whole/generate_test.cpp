@@ -41,7 +41,7 @@ void check_whole(const fs::path& folder, const std::string& dataset,
   CHECK(difference(tree_of(folder / dataset), expected) == "");
 }
 
-/// What a dataset comes to when nothing happens.
+/// The files of a dataset that is made without interruption.
 std::map<std::string, std::string> expected_tree(const fs::path& folder) {
   generate_whole(folder, "expected", {"--threads", "1"});
   REQUIRE(run_program(folder, {"merge", "expected", "--quiet"}).code == 0);
@@ -67,7 +67,7 @@ void check_kills(int kills, std::size_t samples) {
       ++killed;
     else
       REQUIRE(outcome.code == 0);
-    if (outcome.code == 0) {  // once round; begin again
+    if (outcome.code == 0) {  // finished: begin again
       check_whole(folder.path(), dataset, expected);
       fs::remove_all(folder / dataset);
     }
@@ -78,7 +78,7 @@ void check_kills(int kills, std::size_t samples) {
 
 }  // namespace
 
-TEST_CASE("a dataset is the same tree on one or two threads, in shards, forward and backward") {
+TEST_CASE("a dataset is the same on one or two threads, and in shards in either order") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   const auto expected = expected_tree(folder.path());
@@ -108,8 +108,8 @@ TEST_CASE("a dataset is the same tree on one or two threads, in shards, forward 
 }
 
 TEST_CASE(
-    "tars are the same over threads and shards, hold what the folders hold, and a damaged one is "
-    "noticed") {
+    "tars do not depend on threads and shards, have the folders' files, and a damaged one is "
+    "found") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml",
              changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 3"));
@@ -137,7 +137,7 @@ TEST_CASE(
   CHECK(outcome.err.find("000001.tar") != std::string::npos);
 }
 
-TEST_CASE("every sample's own scene runs alone to the sample's bytes") {
+TEST_CASE("a run of a sample's scene.toml gives the sample's bytes") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   generate_whole(folder.path(), "set");
@@ -155,16 +155,15 @@ TEST_CASE("every sample's own scene runs alone to the sample's bytes") {
   }
 }
 
-TEST_CASE("a dataset that is killed time and again comes to the same tree, without leftovers") {
+TEST_CASE("a dataset that is killed several times becomes the same tree, without leftovers") {
   check_kills(6, 8);
 }
 
-TEST_CASE("a dataset that is killed 60 times comes to the same tree, without leftovers",
-          "[.soak]") {
+TEST_CASE("a dataset that is killed 60 times becomes the same tree, without leftovers", "[.soak]") {
   check_kills(60, 24);
 }
 
-TEST_CASE("SIGTERM checkpoints and exits 75, and the same command goes on") {
+TEST_CASE("SIGTERM exits with 75, and the same command continues") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", changed(tiny_recipe, "elevations = 160", "elevations = 4000"));
   const auto expected = expected_tree(folder.path());
@@ -177,7 +176,7 @@ TEST_CASE("SIGTERM checkpoints and exits 75, and the same command goes on") {
       });
   INFO(outcome.err);
   CHECK(outcome.code == 75);
-  CHECK(outcome.err.find("goes on from there") != std::string::npos);
+  CHECK(outcome.err.find("continues from there") != std::string::npos);
   CHECK(std::chrono::steady_clock::now() - start < std::chrono::minutes(2));
   for (const auto& entry : fs::directory_iterator(folder / "set/samples"))
     CHECK(!entry.path().filename().string().starts_with("."));
@@ -187,9 +186,9 @@ TEST_CASE("SIGTERM checkpoints and exits 75, and the same command goes on") {
 }
 
 TEST_CASE(
-    "a sample that fails is told, the others are made, and a rerun does only what is missing") {
+    "a failed sample is reported, the others are made, and a rerun makes only what is missing") {
   const TemporaryFolder folder;
-  // Off the seabed, in about every second sample.
+  // Places the object outside the seabed in about every second sample.
   write_text(folder / "recipe.toml",
              changed(tiny_recipe, "[track]\n", "[track]\nmiddle_east_m = { choice = [0, 500] }\n"));
   const Outcome outcome = generate(folder.path(), "set", {"--json"});
@@ -209,7 +208,7 @@ TEST_CASE(
   CHECK(!fs::exists(folder / "set/manifest.jsonl"));
 }
 
-TEST_CASE("two processes on one folder make one tree between them") {
+TEST_CASE("two processes on one folder make one dataset together") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   const auto expected = expected_tree(folder.path());
@@ -226,7 +225,7 @@ TEST_CASE("two processes on one folder make one tree between them") {
   }
 }
 
-TEST_CASE("a folder with another dataset is refused, and stays as it is") {
+TEST_CASE("a folder with another dataset is refused and not changed") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   generate_whole(folder.path(), "set", {"--shard", "0/4"});
@@ -234,7 +233,7 @@ TEST_CASE("a folder with another dataset is refused, and stays as it is") {
   write_text(folder / "recipe.toml", changed(tiny_recipe, "seed = 0", "seed = 1"));
   const Outcome outcome = generate(folder.path(), "set");
   CHECK(outcome.code == 2);
-  CHECK(outcome.err.find("name another folder with -o") != std::string::npos);
+  CHECK(outcome.err.find("choose another folder with -o") != std::string::npos);
   CHECK(difference(tree_of(folder / "set"), before) == "");
   for (const char* shard : {"3", "4/4", "-1/4", "a/b", "0/0"}) {
     CAPTURE(shard);
@@ -243,7 +242,7 @@ TEST_CASE("a folder with another dataset is refused, and stays as it is") {
   }
 }
 
-TEST_CASE("a file-size limit is told with the path, and finished samples stay whole") {
+TEST_CASE("a file-size limit is reported with the path, and finished samples stay complete") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   const auto expected = expected_tree(folder.path());
@@ -262,7 +261,8 @@ TEST_CASE("a file-size limit is told with the path, and finished samples stay wh
 }
 
 TEST_CASE(
-    "a full disk and a read-only one are told with the path, and finished samples stay whole") {
+    "a full disk and a read-only one are reported with the path, and finished samples stay "
+    "complete") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   fs::create_directory(folder / "small");
@@ -320,7 +320,7 @@ TEST_CASE("memory does not grow over two hundred samples", "[.soak]") {
   CHECK(most(3 * quarter, resident_mb.size()) < most(quarter, 2 * quarter) + 8.0);
 }
 
-TEST_CASE("labels fit their pictures: boxes about the masks' instances, whole and cut") {
+TEST_CASE("labels fit their pictures: boxes enclose the masks' instances, whole and cut") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   generate_whole(folder.path(), "set");
@@ -336,7 +336,7 @@ TEST_CASE("labels fit their pictures: boxes about the masks' instances, whole an
     CHECK(annotation.at("area").get<int>() <=
           annotation.at("bbox").at(2).get<int>() * annotation.at("bbox").at(3).get<int>());
   }
-  // What tiles show adds up: non-overlapping neighbours hold each pixel of a target once.
+  // Each chip has its size and at least one target; background chips have none.
   int chips = 0;
   for (const auto& [name, text] : tree_of(folder / "set/samples")) {
     if (name.find("/chips/") == std::string::npos || !name.ends_with(".json")) continue;
@@ -350,7 +350,7 @@ TEST_CASE("labels fit their pictures: boxes about the masks' instances, whole an
   CHECK(chips > 0);
 }
 
-TEST_CASE("extrapolated levels are told of once a dataset, whatever its samples draw") {
+TEST_CASE("extrapolated levels give one warning per dataset, for any values drawn") {
   const TemporaryFolder folder;
   const std::string drawn = changed(
       changed(
@@ -358,7 +358,7 @@ TEST_CASE("extrapolated levels are told of once a dataset, whatever its samples 
           "material = \"plain\"\n[material", "material = \"clay\"\n[material"),
       "material = \"plain\"\neast_m", "material = \"rock\"\neast_m");
   write_text(folder / "recipe.toml", drawn);
-  const auto told = [&](std::vector<std::string> arguments) {
+  const auto warnings_of = [&](std::vector<std::string> arguments) {
     const Outcome outcome = run_program(folder.path(), std::move(arguments));
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
@@ -368,14 +368,14 @@ TEST_CASE("extrapolated levels are told of once a dataset, whatever its samples 
       if (line.find("kHz") != std::string::npos) lines.push_back(line);
     return lines;
   };
-  const std::vector<std::string> lines = told({"generate", "recipe.toml", "-o", "set"});
+  const std::vector<std::string> lines = warnings_of({"generate", "recipe.toml", "-o", "set"});
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("levels are extrapolated") != std::string::npos);
   CHECK(lines[0].ends_with(" kHz for clay, rock"));
-  CHECK(told({"generate", "recipe.toml", "-o", "quiet", "--quiet"}).empty());
+  CHECK(warnings_of({"generate", "recipe.toml", "-o", "quiet", "--quiet"}).empty());
 }
 
-TEST_CASE("a preview is a picture, and a rehearsal makes nothing") {
+TEST_CASE("a preview is a picture, and --dry-run makes nothing") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", tiny_recipe);
   REQUIRE(run_program(folder.path(),

@@ -1,12 +1,13 @@
-// A scene that imitates a real recording: set up on its first half, compared with its second. The
-// pictures and the table go to build/imitation.
+// A scene that imitates a real recording: its parameters are fitted to the recording's first half,
+// its result is compared with the second half. Pictures and a table go to build/imitation.
 //
-// What the recording's samples say of its recorder: each ping of each side has the same mean, a
-// quarter of full scale, within 1 % from ping to ping but where it clips, so it is scaled last but
-// clipping; the floor in the water column and in shadows is the same at all ranges, so it comes
-// from behind the varied gain, and it goes up and down with that scale; the file says of its
-// channels that of several samples the largest was kept, and smooth bed scatters as the largest of
-// three Rayleigh amplitudes does.
+// What the recording's samples show about its recorder:
+// - Each ping of each side has the same mean, a quarter of full scale, within 1 % from ping to ping
+//   except where it clips. So each ping is scaled as the last step before clipping.
+// - The floor in the water column and in shadows is the same at all ranges, so it is added after
+//   the varied gain, and it changes with that scale.
+// - The file's channel headers state that the largest of several samples was kept, and a smooth
+//   bed's samples scatter as the largest of three Rayleigh amplitudes.
 
 #include <algorithm>
 #include <array>
@@ -42,7 +43,7 @@ constexpr double full_scale = 32767.0;
 constexpr double range_m = 29.9835, bin_m = range_m / bins;
 constexpr double degree = std::numbers::pi / 180.0;
 
-/// Samples of both sides, near to far, and where the bed begins.
+/// Samples of both sides, near to far, and the first bin of the bed.
 struct Recording {
   std::array<std::vector<float>, 2> samples{std::vector<float>(pings * bins),
                                             std::vector<float>(pings* bins)};
@@ -102,8 +103,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Mean square over full scale, in dB, by whole degrees of depression; NaN where there are not
-/// enough samples.
+/// Mean square relative to full scale, dB, by whole degrees of depression; NaN with too few
+/// samples.
 std::vector<double> level_over_depression(const Recording& image, int side, std::size_t from,
                                           std::size_t until, double enough = 200.0) {
   std::vector<double> sums(91), counts(91);
@@ -120,8 +121,8 @@ std::vector<double> level_over_depression(const Recording& image, int side, std:
   return sums;
 }
 
-/// Medians over blocks of 8 pings x 16 bins of port's bed (starboard has the wreck), between two
-/// ranges: contrast, and the correlations of neighbours in range and along the track.
+/// Contrast, and correlation of neighbours in range and along the track: medians over blocks of
+/// 8 pings x 16 bins of the port bed (the wreck is to starboard) between two ranges.
 struct Texture {
   double contrast, in_range, along_track;
 };
@@ -154,7 +155,7 @@ Texture texture(const Recording& image, std::size_t from, std::size_t until, dou
   return {median(contrasts), median(ranges), median(tracks)};
 }
 
-/// Median of the water column, behind the burst.
+/// Median of the water column, beyond the transmit leakage.
 double floor_of(const Recording& image, int side, std::size_t from, std::size_t until) {
   std::vector<double> values;
   for (std::size_t ping = from; ping < until; ++ping)
@@ -172,7 +173,7 @@ double clipped(const Recording& image, std::size_t from, std::size_t until) {
   return count / (2.0 * static_cast<double>((until - from) * (bins - 20)));
 }
 
-/// The recording's own navigation, and where it makes the bed out.
+/// The recording's navigation and altitude.
 struct Navigation {
   std::string header;
   std::vector<std::vector<double>> rows;
@@ -196,26 +197,26 @@ Navigation read_navigation(const fs::path& file) {
   return navigation;
 }
 
-/// What the first half says of the instrument, in dB as far as not said otherwise.
+/// The instrument's parameters, fitted to the first half.
 struct Setup {
   double bed_m;         ///< depth of a level bed
-  double altimeter;     ///< true altitude over the altimeter's
-  double spreading;     ///< of the varied gain
-  int looks;            ///< of which the largest is recorded
+  double altimeter;     ///< true altitude relative to the altimeter's
+  double spreading;     ///< of the varied gain, dB per factor of ten in range
+  int looks;            ///< the largest of this number of samples is recorded
   double bandwidth_hz;  ///< of the pulse
-  double ping_mean;     ///< of each ping's samples over full scale
+  double ping_mean;     ///< mean of each ping's samples relative to full scale
   double gain_db = 0.0, noise_db = -60.0;
 };
 
 constexpr double absorption_db_per_m = 0.16;  // 600 kHz, cold and not very salty
-/// Over 1 m: of 0.03 and 0.05, with which contrast alone is nearer, what leaves contrast and
-/// correlations of the first half nearer together.
+/// Relief over 1 m. Tried: 0.03 and 0.05 m. With 0.05 m contrast alone is nearer to the first half,
+/// with 0.03 m contrast and correlations together.
 constexpr double relief_m = 0.03;
-constexpr int steepest = 80;  // degrees; beyond, a bin more or less at the first return is all
+constexpr int steepest = 80;  // degrees; beyond, one bin at the first return changes everything
 
-/// How loud all rows of a vertical pattern are, one-way, of both sides.
+/// Writes the vertical patterns of both sides as one-way levels over depression.
 void write_pattern(const fs::path& file, const std::array<std::vector<double>, 2>& two_way_db) {
-  // What was not seen falls off on the axis' upper side as it does on the lower.
+  // Angles that were not seen, above the axis, get the levels mirrored from below it.
   std::array<std::vector<double>, 2> rows;
   for (std::size_t side : {0, 1}) {
     const std::vector<double>& seen = two_way_db[side];
@@ -229,7 +230,7 @@ void write_pattern(const fs::path& file, const std::array<std::vector<double>, 2
     for (int i = first; i <= 90; ++i)
       if (known(i) > known(axis)) axis = i;
     for (int angle = -90; angle <= 90; ++angle) {
-      const int beyond = 2 * axis - angle;  // as far on the axis' other side
+      const int beyond = 2 * axis - angle;  // mirrored at the axis
       rows[side].push_back(angle >= first ? known(angle)
                                           : std::min(known(axis), known(first) + known(beyond) -
                                                                       known(2 * axis - first)));
@@ -319,7 +320,7 @@ Recording imitation(const Scene& scene, std::vector<Pose>& poses) {
   Recording recording;
   for (std::size_t ping = 0; ping < std::min(pings, image.rows()); ++ping)
     for (std::size_t bin = 0; bin < bins; ++bin) {
-      // Without fading samples would clip: the expectation, and the gain of 1 at 1 m.
+      // Without speckle the samples would clip, so the expected amplitude is used, with the gain.
       const auto value = [&](std::size_t column) {
         const std::size_t pixel = ping * 2 * bins + column;
         return scene.speckle ? static_cast<float>(image.pixels.sample[pixel])
@@ -333,7 +334,8 @@ Recording imitation(const Scene& scene, std::vector<Pose>& poses) {
   return recording;
 }
 
-/// Real left, ours right, each with port left and the newest ping on top, every second bin.
+/// Real recording left, imitation right, each with port left, the newest ping on top and every
+/// second bin.
 void write_pictures(const fs::path& folder, const Recording& real, const Recording& ours) {
   constexpr std::size_t gap = 12, width = 2 * bins + gap;
   Picture picture{width, pings, 1, std::vector<std::uint8_t>(width * pings, 255)};
@@ -356,12 +358,13 @@ void write_pictures(const fs::path& folder, const Recording& real, const Recordi
 
 namespace {
 
-constexpr std::size_t block = 23;  // pings in which the height over the bed is much the same
+constexpr std::size_t block = 23;  // pings with nearly the same altitude
 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude / full_scale); }
 
-/// The varied gain's slope for which the echo at one depression over the floor, which does not mind
-/// the gain, goes as a line array's does: as r^-3 and the absorption.
+/// The slope of the varied gain for which the echo at each depression falls as a line array's, with
+/// r^-3 and the absorption. The echo is measured relative to the floor, which the gain does not
+/// change.
 double fitted_spreading(const Recording& real) {
   double covariance = 0.0, variance = 0.0;
   for (const int side : {0, 1})
@@ -387,7 +390,7 @@ double fitted_spreading(const Recording& real) {
   return std::max(0.0, 30.0 + covariance / variance);
 }
 
-/// Of the largest of so many Rayleigh amplitudes of mean square 1: mean, rms and median.
+/// Mean, rms and median of the largest of `looks` Rayleigh amplitudes of mean square 1.
 struct Largest {
   double mean = 0.0, rms = 0.0, median;
   explicit Largest(int looks) : median(std::sqrt(-std::log(1.0 - std::pow(0.5, 1.0 / looks)))) {
@@ -403,7 +406,7 @@ struct Largest {
   double contrast() const { return std::sqrt(rms * rms - mean * mean) / mean; }
 };
 
-/// Everything but gain and pattern.
+/// All parameters except gain and pattern.
 Setup set_up(const Recording& real, const Navigation& navigation) {
   Setup setup{};
   std::vector<double> depths, altitudes, means;
@@ -422,21 +425,22 @@ Setup set_up(const Recording& real, const Navigation& navigation) {
   setup.altimeter = median(altitudes);
   setup.ping_mean = median(means);
   setup.spreading = fitted_spreading(real);
-  // From smooth bed at the highest: how far the largest of several looks still scatters, and how
-  // alike neighbours are.
+  // From the smooth bed at the highest altitude: the contrast gives the looks, the correlation of
+  // neighbours the bandwidth.
   const Texture smooth = texture(real, 0, half / 2, 15.0, 28.0);
   setup.looks = 1;
   while (setup.looks < 8 && std::abs(Largest(setup.looks + 1).contrast() - smooth.contrast) <
                                 std::abs(Largest(setup.looks).contrast() - smooth.contrast))
     ++setup.looks;
-  const double alike = std::sqrt(std::max(smooth.in_range, 0.0));  // of the field: a box's triangle
+  const double alike =
+      std::sqrt(std::max(smooth.in_range, 0.0));  // of the field; triangle of a box
   setup.bandwidth_hz = 1500.0 / (2.0 * bin_m) * (1.0 - alike);
   return setup;
 }
 
-/// Its numbers that a stretch of a recording is compared by.
+/// The numbers by which parts of recordings are compared.
 struct Summary {
-  std::array<std::vector<double>, 2> level;  // of a side, over depression
+  std::array<std::vector<double>, 2> level;  // by side, over depression
   std::vector<Texture> textures;             // over range
   double floor_db, clipped;
 };
@@ -452,7 +456,7 @@ Summary summary(const Recording& image, std::size_t from, std::size_t until) {
   return all;
 }
 
-/// Rms difference of port's levels (starboard has the wreck) where both have them.
+/// Rms difference of the port levels (the wreck is to starboard) where both are known.
 double level_difference_db(const Summary& a, const Summary& b) {
   double squares = 0.0, count = 0.0;
   for (std::size_t i = 0; i <= 90; ++i)
@@ -471,7 +475,7 @@ double texture_difference(const Summary& a, const Summary& b, double Texture::*w
 
 }  // namespace
 
-TEST_CASE("a scene set up on the first half of a real recording resembles the second",
+TEST_CASE("a scene fitted to the first half of a real recording resembles the second half",
           "[.][soak]") {
   const auto file = tests::data_file("sidescan/scotsman-iver2.xtf");
   const auto navigation_file = tests::data_file("nav/scotsman_iver2_nav.csv");
@@ -486,7 +490,7 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
   const Navigation navigation = read_navigation(*navigation_file);
   REQUIRE(navigation.rows.size() == pings);
   Setup setup = set_up(real, navigation);
-  {  // At the altitude that the recording has, over a bed that is level.
+  {  // With the recording's altitude, above a level bed.
     std::ofstream csv(folder / "navigation.csv");
     csv << navigation.header << '\n';
     for (std::vector<double> row : navigation.rows) {
@@ -495,8 +499,8 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
     }
   }
 
-  // The vertical pattern and the gain: the bed over the floor, against where every direction is
-  // heard alike.
+  // The vertical pattern and the gain: the bed relative to the floor, compared with a simulation
+  // without a vertical pattern.
   std::vector<Pose> poses;
   const Recording plain =
       imitation(parse_scene(scene_text(setup, false, {}), "plain", {}, paths), poses);
@@ -522,8 +526,7 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
   }
   write_pattern(folder / "pattern.csv", pattern_db);
   setup.gain_db = loudest + setup.noise_db;
-  // The wreck lies to starboard of where it is longest seen, along the track; its mesh points
-  // athwart.
+  // The wreck is abeam to starboard where it is seen longest; its mesh points athwart.
   const Pose& beside = poses.at(275);
   const Eigen::Vector3d starboard = body_to_world(beside).col(1);
   const Eigen::Vector3d place = beside.position + 7.5 * starboard;
@@ -536,9 +539,9 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
   const Summary before = summary(real, 0, half), has = summary(real, half, pings),
                 is = summary(ours, half, pings), made_of = summary(ours, 0, half);
   std::string table = fmt::format(
-      "set up on the first half: bed {:.2f} m down, altitude {:.3f} of the altimeter's, varied "
-      "gain of {:.1f} dB "
-      "a factor of ten, the largest of {} looks, {:.1f} kHz, mean of a ping {:.4f} of full scale\n"
+      "fitted to the first half: bed at {:.2f} m depth, altitude {:.3f} of the altimeter's, varied "
+      "gain of {:.1f} dB per factor of ten, the largest of {} looks, {:.1f} kHz, mean of a ping "
+      "{:.4f} of full scale\n"
       "                            first half    second half\n"
       "                             real   ours   real   ours\n",
       setup.bed_m, setup.altimeter, setup.spreading, setup.looks, 1e-3 * setup.bandwidth_hz,
@@ -561,7 +564,7 @@ TEST_CASE("a scene set up on the first half of a real recording resembles the se
       "floor {:8.1f} {:8.1f} {:8.1f} {:8.1f} dB\nclipped {:8.4f} {:8.4f} {:8.4f} {:8.4f}\n",
       before.floor_db, made_of.floor_db, has.floor_db, is.floor_db, before.clipped, made_of.clipped,
       has.clipped, is.clipped);
-  // No farther from the second half than the first half of the real one is.
+  // The imitation must be nearer to the second half than the real first half is.
   struct Bound {
     const char* what;
     double apart, halves_apart;

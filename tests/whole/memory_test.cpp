@@ -18,11 +18,11 @@ using namespace ensonify::tests;
 
 namespace {
 
-// The tiny scene with more faces: 2.56 million.
+// Makes the tiny scene have 2.56 million faces.
 const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.025", "-D",
                                     "sonar.left-right.bins=50"};
 
-/// Runs the tiny scene with more arguments; its folder's name tells what was left behind.
+/// Runs the tiny scene with more arguments, into the folder `out`, which is removed first.
 Outcome run_tiny(const TemporaryFolder& folder, std::vector<std::string> more,
                  const std::function<void(pid_t)>& meanwhile = {}) {
   write_text(folder / "tiny.toml", tiny_scene);
@@ -33,10 +33,10 @@ Outcome run_tiny(const TemporaryFolder& folder, std::vector<std::string> more,
 
 }  // namespace
 
-#ifdef ENSONIFY_CAN_LIMIT_MEMORY  // sanitizers' own memory counts as well
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY  // not under sanitizers, whose own memory would count
 namespace {
 
-/// The most memory that a process held so far, but for files; 0: it has ended.
+/// The peak memory of a process so far, without mapped files; 0: it has ended.
 double max_bytes(pid_t process) {
   std::ifstream in(fmt::format("/proc/{}/status", process));
   double kib = 0.0;
@@ -47,7 +47,7 @@ double max_bytes(pid_t process) {
 
 }  // namespace
 
-TEST_CASE("a run is refused only if it would need more memory than it may have") {
+TEST_CASE("a run is refused only if it would need more memory than allowed") {
   const std::string tree = "a seafloor of 1601 x 801 points and what is built over it";
   struct Case {
     std::string surface, intersector, what;
@@ -97,6 +97,6 @@ TEST_CASE("The option --memory takes sizes with units, and no others") {
     CAPTURE(wrong);
     const Outcome refused = run_tiny(folder, {"--memory", wrong});
     CHECK(refused.code == 2);
-    CHECK(refused.err.find("is no size, expected one as 800MB") != std::string::npos);
+    CHECK(refused.err.find("is not a size, expected for example 800MB") != std::string::npos);
   }
 }

@@ -38,7 +38,7 @@ Outcome run(const TemporaryFolder& folder, const std::string& more,
 
 }  // namespace
 
-TEST_CASE("A run tells its targets' boxes and outlines, in the manifest like its other files") {
+TEST_CASE("A run writes its targets' boxes and outlines, and the manifest lists that file") {
   const TemporaryFolder folder;
   REQUIRE(run(folder, objects).code == 0);
   const json targets = json::parse(read_text(folder / "out/left-right_targets.json"));
@@ -67,7 +67,7 @@ TEST_CASE("A run tells its targets' boxes and outlines, in the manifest like its
   CHECK(read_text(folder / "out/left-right_targets.json") == once);
 }
 
-TEST_CASE("The truth comes as a picture with a legend, and features of the bed as targets") {
+TEST_CASE("The truth is a picture with a legend, and features of the bed are targets") {
   const TemporaryFolder folder;
   const std::string boulders =
       "[[seafloor.boulders]]\nper_hectare = 400\ndiameter_m = 2\nheight_ratio = 0.8\n";
@@ -93,7 +93,7 @@ TEST_CASE("The truth comes as a picture with a legend, and features of the bed a
   CHECK(features > 0);
 }
 
-TEST_CASE("An area that a survey does not have is named by its line in the scene") {
+TEST_CASE("An area outside the survey is reported with its line in the scene") {
   const TemporaryFolder folder;
   write_text(folder / "bed.asc",
              "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n"
@@ -110,7 +110,7 @@ TEST_CASE("An area that a survey does not have is named by its line in the scene
         std::string::npos);
 }
 
-TEST_CASE("Objects that cannot be set down end a run with one message, and nothing stays behind") {
+TEST_CASE("Objects that cannot be placed end a run with one message, and nothing is left behind") {
   for (const auto& [more, message] : std::vector<std::pair<std::string, std::string>>{
            {"[[objects]]\nshape = \"box\"\neast_m = 500\n",
             "objects.0 (box): there is no bed below this object at 500.0 m east"},

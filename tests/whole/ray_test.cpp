@@ -41,8 +41,7 @@ struct Casts {
 
 }  // namespace
 
-TEST_CASE(
-    "ensonify ray ends at its range, and an eigenray at its target at the closed form's time") {
+TEST_CASE("ensonify ray ends at its range, an eigenray at its target, at the closed form's time") {
   const Casts casts;
   const Outcome ray = casts.ray({"--profile", "bend.csv", "--source-depth-m", "30", "--launch-deg",
                                  "-10", "--range-m", "500", "--bottom-depth-m", "50"});
@@ -57,7 +56,7 @@ TEST_CASE(
     CHECK(row[2] > time_s);
     time_s = row[2];
   }
-  CHECK(shallowest_m == 0.0);  // where it is reflected, as at the bottom
+  CHECK(shallowest_m == 0.0);  // reflected there, as at the bottom
   CHECK(deepest_m == 50.0);
 
   const Outcome eigen = casts.ray({"--profile", "bend.csv", "--source-depth-m", "3",
@@ -70,7 +69,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "ensonify ray in water of one speed loses 20 log r, and says that the cast is one sample") {
+    "ensonify ray in water of one speed loses 20 log r, and warns that the cast is one sample") {
   const Casts casts;
   const Outcome ray = casts.ray({"--profile", "one.csv", "--source-depth-m", "5",
                                  "--target-range-m", "300", "--target-depth-m", "405"});
@@ -81,7 +80,7 @@ TEST_CASE(
   CHECK(ray.err.find("one.csv: the cast is one sample") != std::string::npos);
 }
 
-TEST_CASE("ensonify ray explains what it cannot do in one message") {
+TEST_CASE("ensonify ray refuses wrong arguments with one message") {
   const Casts casts;
   const std::vector<std::string> cast = {"--profile", "bend.csv", "--source-depth-m", "3"};
   const auto fails = [&](std::vector<std::string> more, const std::string& with) {

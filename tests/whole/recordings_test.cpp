@@ -1,4 +1,4 @@
-// Whole runs' recordings, read as others read them: by their bytes alone.
+// Recordings of whole runs, read as other programs read them: only from their bytes.
 
 #include <algorithm>
 #include <cmath>
@@ -80,7 +80,8 @@ T at(const std::string& bytes, std::size_t offset) {
 /// Longitude and latitude.
 using Place = Vector2d;
 
-/// East and north that a degree of each makes, by the ellipsoid's radii of curvature.
+/// Metres east per degree of longitude and north per degree of latitude, from the ellipsoid's radii
+/// of curvature.
 Vector2d metres_a_degree(double latitude_deg) {
   constexpr double a_m = 6378137.0, e2 = 0.00669437999014;
   const double sine = std::sin(latitude_deg * degree), w2 = 1.0 - e2 * sine * sine;
@@ -92,7 +93,7 @@ Vector2d local_m(const Place& place_deg) {
   return (place_deg - Place(10.0, 55.0)).cwiseProduct(metres_a_degree(55.0));
 }
 
-/// One side of a ping, as its file has it.
+/// One side of a ping, as in its file.
 struct Line {
   std::uint32_t number = 0;
   Place place_deg;
@@ -157,19 +158,18 @@ std::vector<Line> read_jsf(const std::string& file) {
   return lines;
 }
 
-/// What lies abeam of the sonar, so far off and so far below it.
+/// The position of a point abeam of the sonar at a slant range and a depth below the sonar.
 Place place_abeam_deg(const Line& line, double range_m, double below_m) {
   const double h = line.heading_deg * degree, p = line.pitch_deg * degree,
                r = line.roll_deg * degree;
-  // Forward, starboard and down of a level sonar; then the nose goes up, then starboard goes down.
-  // East, north, down.
+  // Axes (east, north, down) of a level sonar; then pitched nose up; then rolled starboard down.
   const Vector3d level_forward{std::sin(h), std::cos(h), 0.0};
   const Vector3d level_starboard{std::cos(h), -std::sin(h), 0.0}, level_down{0.0, 0.0, 1.0};
   const Vector3d pitched_down = std::cos(p) * level_down + std::sin(p) * level_forward;
   const Vector3d outward =
       (line.starboard ? 1.0 : -1.0) * (std::cos(r) * level_starboard + std::sin(r) * pitched_down);
   const Vector3d down = std::cos(r) * pitched_down - std::sin(r) * level_starboard;
-  // Between abeam and straight down there is one direction that leads so far down.
+  // Between abeam and straight down, one direction reaches this depth at this range.
   const double steepest = std::atan2(down.z(), outward.z());
   const double depression =
       steepest - std::acos(std::min(1.0, below_m / range_m / std::hypot(down.z(), outward.z())));
@@ -178,7 +178,7 @@ Place place_abeam_deg(const Line& line, double range_m, double below_m) {
          (range_m * way.head<2>()).cwiseQuotient(metres_a_degree(line.place_deg.y()));
 }
 
-/// The ball's place by all lines that see it, one at least.
+/// The ball's position, averaged over all lines that see it (at least one).
 Place place_of_ball_deg(const std::vector<Line>& lines) {
   int brightest = 0;
   for (const Line& line : lines)
@@ -188,7 +188,7 @@ Place place_of_ball_deg(const std::vector<Line>& lines) {
   for (const Line& line : lines) {
     const auto peak = std::ranges::max_element(line.near_to_far);
     if (*peak < 0.8 * brightest) continue;
-    // The brightest point of the ball is the nearest one: its middle lies a radius behind.
+    // The brightest point of the ball is the nearest one; the middle is one radius farther.
     const double sample = static_cast<double>(peak - line.near_to_far.begin()) + 0.5;
     sum_deg += place_abeam_deg(line, sample * line.sample_m + radius_m, line.altitude_m - radius_m);
     ++seen;
@@ -197,7 +197,7 @@ Place place_of_ball_deg(const std::vector<Line>& lines) {
   return sum_deg / seen;
 }
 
-/// The rows of a CSV behind its header.
+/// The rows of a CSV after its header.
 std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream lines(csv);
@@ -211,7 +211,7 @@ std::vector<std::vector<std::string>> rows_of(const std::string& csv) {
   return rows;
 }
 
-/// Runs a level bed with more keys, the ball in its place.
+/// Runs the level bed with the ball, with additional keys.
 void run_scene(const TemporaryFolder& folder, const std::string& track_and_sonars,
                std::string scene = level_bed) {
   scene += track_and_sonars;
@@ -226,7 +226,7 @@ void run_scene(const TemporaryFolder& folder, const std::string& track_and_sonar
 
 }  // namespace
 
-TEST_CASE("A reader of XTF or JSF finds an object where it lies, however the sonar is mounted") {
+TEST_CASE("A reader of XTF or JSF finds an object at its position for any mounting of the sonar") {
   // Heading 30 degrees; the middle of the track 13 m to port of the ball, or astern of it.
   const std::string to_port =
       "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n";
@@ -255,7 +255,7 @@ TEST_CASE("A reader of XTF or JSF finds an object where it lies, however the son
   }
 }
 
-TEST_CASE("A reader finds an object where it lies in a UTM zone, whose north is not true north") {
+TEST_CASE("A reader finds an object at its position in a UTM zone whose north is not true north") {
   const TemporaryFolder folder;
   // Far east in zone 32: the map's north lies 2.6 degrees to the east.
   std::string bed = "ncols 81\nnrows 81\nxllcorner 749960\nyllcorner 5499960\ncellsize 1\n";
@@ -292,7 +292,7 @@ TEST_CASE("A reader finds an object where it lies in a UTM zone, whose north is 
   }
 }
 
-TEST_CASE("A recording lies where the vehicle reports to be, not where it is") {
+TEST_CASE("A recording has the position that the vehicle reports, not the true one") {
   const TemporaryFolder folder;
   run_scene(
       folder,
@@ -301,7 +301,7 @@ TEST_CASE("A recording lies where the vehicle reports to be, not where it is") {
           sonar);
   const std::vector<std::string> first = rows_of(read_text(folder / "out/s_pings.csv")).front();
   const auto column = [&](std::size_t number) { return std::stod(first.at(number)); };
-  // x_m, y_m and z_m, then three angles, then the same as reported.
+  // x_m, y_m and z_m, three angles, then the same six as reported.
   const Vector2d bias_m{column(8) - column(2), column(9) - column(3)};
   CHECK(bias_m.norm() > 1.0);
   CHECK(std::abs(column(10) - column(4)) > 0.1);
@@ -313,7 +313,7 @@ TEST_CASE("A recording lies where the vehicle reports to be, not where it is") {
   }
 }
 
-TEST_CASE("The sonars of a scene are the subsystems of their JSFs, by frequency") {
+TEST_CASE("The JSF subsystems of a scene's sonars are ordered by frequency") {
   const TemporaryFolder folder;
   run_scene(folder, "pings = 1\n[sonar.a]\nfrequency_hz = 900e3\n" + sonar +
                         "[sonar.b]\nfrequency_hz = 120e3\n" + sonar +
@@ -323,7 +323,7 @@ TEST_CASE("The sonars of a scene are the subsystems of their JSFs, by frequency"
           subsystem);
 }
 
-TEST_CASE("A ping that is lost is missing from the recordings, and from their numbers") {
+TEST_CASE("A lost ping and its number are missing from the recordings") {
   const TemporaryFolder folder;
   run_scene(folder, "pings = 40\n[artefacts]\nlost = 0.3\n[sonar.s]\n" + sonar);
   std::vector<std::uint32_t> expected;
@@ -341,7 +341,7 @@ TEST_CASE("A ping that is lost is missing from the recordings, and from their nu
   }
 }
 
-TEST_CASE("A run whose pings are all lost has recordings without pings") {
+TEST_CASE("If all pings of a run are lost, its recordings have no pings") {
   const TemporaryFolder folder;
   run_scene(folder, "pings = 3\n[artefacts]\nlost = 1\n[sonar.s]\n" + sonar);
   CHECK(read_text(folder / "out/s.xtf").size() == 1024);

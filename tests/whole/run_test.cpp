@@ -9,8 +9,10 @@
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 
 using namespace ensonify;
@@ -19,7 +21,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// A small scene that runs in a moment.
+/// A small scene that runs quickly.
 Scene small_scene() {
   Scene scene;
   scene.seafloor.extent_east_m = 100.0;
@@ -48,7 +50,7 @@ std::map<std::string, std::string> contents(const std::filesystem::path& folder)
 
 }  // namespace
 
-TEST_CASE("a run writes the same bytes on one, two and four threads, and a second time") {
+TEST_CASE("a run writes the same bytes on one, two and four threads and when repeated") {
   const TemporaryFolder folder;
   run(small_scene(), folder / "one", {.threads = 1});
   const auto expected = contents(folder / "one");
@@ -66,8 +68,7 @@ TEST_CASE("a run writes the same bytes on one, two and four threads, and a secon
 }
 
 TEST_CASE(
-    "a run writes the same bytes where threads that have no block refine ahead for those that "
-    "have") {
+    "a run writes the same bytes if threads without a block refine ahead for the other threads") {
   const TemporaryFolder folder;
   for (const auto& [surface, intersector] :
        {std::pair{"refined", "embree"}, std::pair{"footprint", "fan_scan"}})
@@ -91,7 +92,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a surface or an intersector that is not there is refused by the library, too") {
+TEST_CASE("an unknown surface or intersector is refused by the library, too") {
   Scene scene = small_scene();
   scene.run.surface = "refind";
   CHECK_THROWS_WITH(Simulator(scene), Catch::Contains("expected one of auto, static"));
@@ -109,18 +110,18 @@ TEST_CASE("another seed gives another image") {
   CHECK(contents(folder / "a")["sidescan.exr"] != contents(folder / "b")["sidescan.exr"]);
 }
 
-TEST_CASE("a ping alone is the ping within the run, whatever came before") {
+TEST_CASE("a single ping equals the same ping within a run, whatever was pinged before") {
   const Scene scene = small_scene();
   Simulator straight(scene), jumping(scene);
   const std::vector<Pose> poses = straight.track();
   std::vector<std::vector<float>> expected;
   for (std::size_t i = 0; i < poses.size(); ++i)
-    expected.push_back(straight.ping(poses[i], i)[1].bins.intensity);
+    expected.push_back(straight.ping_numbered(poses[i], i)[1].bins.intensity);
   for (const std::size_t i : {17u, 3u, 49u, 16u})
-    CHECK(jumping.ping(poses[i], i)[1].bins.intensity == expected[i]);
+    CHECK(jumping.ping_numbered(poses[i], i)[1].bins.intensity == expected[i]);
 }
 
-TEST_CASE("the picture is there while the run goes on, and has grown when it ends") {
+TEST_CASE("the picture exists during the run and is complete at its end") {
   const TemporaryFolder folder;
   const std::filesystem::path picture = folder / "out" / "sidescan.png";
   std::uintmax_t early_bytes = 0;
@@ -143,7 +144,7 @@ TEST_CASE("a stopped run leaves nothing behind") {
   CHECK(!std::filesystem::exists(folder / "out"));
 }
 
-TEST_CASE("a run that cannot write says where, and leaves nothing behind") {
+TEST_CASE("a run that cannot write names the file, and leaves nothing behind") {
   const TemporaryFolder folder;
   std::ofstream(folder / "file") << "in the way";
   CHECK_THROWS_WITH(run(small_scene(), folder / "file", {}),
@@ -151,7 +152,7 @@ TEST_CASE("a run that cannot write says where, and leaves nothing behind") {
   CHECK(contents(folder.path()).size() == 1);
 }
 
-TEST_CASE("every scene of ours and the default one can fly their tracks") {
+TEST_CASE("every scene in scenes/ and the default scene have a valid track") {
   CHECK(Simulator(Scene{}).track().size() == 600);
   for (const char* name : {"ripples", "rocky"}) {
     const std::filesystem::path file =
@@ -163,7 +164,7 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
   if (const auto nav = data_file("nav/scotsman_iver2_nav.csv")) {
     const Scene scene = read_scene(tests::source_folder() / "scenes/recorded_track.toml", {},
                                    nav->parent_path().parent_path());
-    CHECK(Simulator(scene).track_poses().poses.size() == 460);
+    CHECK(SimulatorInternals::track_poses(Simulator(scene)).poses.size() == 460);
   } else {
     WARN("skipped the recorded track: the real data are not there");
   }
@@ -180,7 +181,7 @@ TEST_CASE("every scene of ours and the default one can fly their tracks") {
   }
 }
 
-TEST_CASE("a track that leaves the seafloor, the water or the bed is refused with what to do") {
+TEST_CASE("a track that leaves the seafloor or the water is refused with advice") {
   const auto refusal = [](auto spoil) -> std::string {
     Scene scene = small_scene();
     spoil(scene);
@@ -203,7 +204,7 @@ TEST_CASE("a track that leaves the seafloor, the water or the bed is refused wit
              Contains("below the bed"));
 }
 
-TEST_CASE("what lies to starboard shows on the right, what lies ahead shows on top") {
+TEST_CASE("an object to starboard is on the right of the picture, one ahead is at the top") {
   // A box 20 m to the right and 5 m ahead of the middle of a northward, then of an eastward track.
   for (const double heading_rad : {0.0, 1.5707963267948966}) {
     CAPTURE(heading_rad);
@@ -241,7 +242,7 @@ TEST_CASE("what lies to starboard shows on the right, what lies ahead shows on t
         (static_cast<double>(x) / static_cast<double>(objects) - 500.0) * sonar.bin_m();
     CHECK(range_m == Approx(std::hypot(19.0, 10.0)).margin(1.5));
     CHECK(static_cast<double>(y) / static_cast<double>(objects) == Approx(75.0).margin(3.0));
-    // In the picture that row is a quarter from the top, and the shadow lies outside of the object.
+    // In the picture that row is a quarter from the top, and the shadow is beyond the object.
     const std::size_t row = 100 - 75;
     const auto at = [&](double r) {
       return picture.pixels[row * 1000 + 500 + static_cast<std::size_t>(r / sonar.bin_m())];

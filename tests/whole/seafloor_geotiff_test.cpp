@@ -1,4 +1,4 @@
-// Seafloors written as GeoTIFF, opened as other programs open them: with GDAL.
+// Seafloors written as GeoTIFF, read with GDAL as other programs read them.
 
 #include <array>
 #include <filesystem>
@@ -61,14 +61,14 @@ void write_bed(const TemporaryFolder& folder, const std::string& scene) {
 
 }  // namespace
 
-TEST_CASE("A survey's seafloor as GeoTIFF has its reference system, and lies there to the pixel") {
+TEST_CASE("A survey's seafloor as GeoTIFF has the survey's reference system and exact position") {
   const TemporaryFolder folder;
   // UTM in the north and in the south, ETRS89, Lambert's azimuthal projection of Europe.
   for (const int epsg : {32619, 32756, 25832, 3035})
     for (const bool pixel_is_point : {false, true}) {
       CAPTURE(epsg, pixel_is_point);
       write_survey(folder / "survey.tif", epsg, pixel_is_point);
-      // An origin of the track does not matter where the survey knows its own.
+      // The track's origin does not matter if the survey has a reference system.
       write_bed(folder,
                 "kind = \"survey\"\nsurvey = \"survey.tif\"\n"
                 "[track]\norigin_lat_deg = 55\norigin_lon_deg = 10\n");
@@ -80,7 +80,7 @@ TEST_CASE("A survey's seafloor as GeoTIFF has its reference system, and lies the
     }
 }
 
-TEST_CASE("A finer grid's pixels lie about its points as well") {
+TEST_CASE("The pixels of a finer grid are also centred at its points") {
   const TemporaryFolder folder;
   write_survey(folder / "survey.tif", 32619, false);
   write_bed(folder,
@@ -91,7 +91,7 @@ TEST_CASE("A finer grid's pixels lie about its points as well") {
   CHECK(transform_of(*grid) == std::array{499999.875, 0.25, 0.0, 4000000.125, 0.0, -0.25});
 }
 
-TEST_CASE("A generated seafloor as GeoTIFF lies about the track's origin, if it has one") {
+TEST_CASE("A generated seafloor as GeoTIFF is centred at the track's origin, if there is one") {
   const TemporaryFolder folder;
   const std::string bed =
       "extent_east_m = 10000\nextent_north_m = 10000\ncell_m = 100\ndepth_m = 500\n";
@@ -114,7 +114,7 @@ TEST_CASE("A generated seafloor as GeoTIFF lies about the track's origin, if it 
     double y = transform[3] + (row + 0.5) * transform[5];
     CHECK(x == -5000.0 + 100.0 * column);
     CHECK(y == 5000.0 - 100.0 * row);
-    // Where recordings have that place.
+    // Recordings have the same position.
     const auto expected =
         ensonify::engine::place_of_tangent({x, y}, {-41.3 * degree, 174.8 * degree});
     REQUIRE(to_earth->Transform(1, &x, &y));
@@ -123,7 +123,7 @@ TEST_CASE("A generated seafloor as GeoTIFF lies about the track's origin, if it 
   }
 }
 
-TEST_CASE("A survey without a reference system lies about the track's origin, if it has one") {
+TEST_CASE("A survey without a reference system is placed at the track's origin, if there is one") {
   const TemporaryFolder folder;
   write_text(folder / "survey.asc",
              "ncols 3\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 2\n-9 -9 -9\n-9 -9 -9\n");
@@ -139,7 +139,7 @@ TEST_CASE("A survey without a reference system lies about the track's origin, if
   CHECK(grid->GetSpatialRef()->GetProjParm(SRS_PP_LATITUDE_OF_ORIGIN) == Approx(55.0));
 }
 
-TEST_CASE("Real surveys' seafloors as GeoTIFF lie where the surveys lie") {
+TEST_CASE("The seafloors of real surveys as GeoTIFF have the surveys' positions") {
   for (const std::string name : {"massbay_5m.tif", "portsmouth_tiny_0.5m.bag"}) {
     const auto file = data_file("bathymetry/" + name);
     if (!file) {
@@ -150,7 +150,7 @@ TEST_CASE("Real surveys' seafloors as GeoTIFF lie where the surveys lie") {
     const TemporaryFolder folder;
     std::filesystem::copy_file(*file, folder / name);
     write_bed(folder, "kind = \"survey\"\nsurvey = \"" + name + "\"\n");
-    // (A BAG's vertical system without a name has no place in a GeoTIFF.)
+    // (A GeoTIFF cannot hold a BAG's unnamed vertical reference system.)
     const auto grid = opened(folder / "bed.tif"), survey = opened(folder / name);
     REQUIRE(grid->GetSpatialRef());
     CHECK(grid->GetSpatialRef()->GetUTMZone() == 19);

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# slurm.sh PROGRAM SCENES RECIPE FOLDER: the dataset FOLDER/set, made by the array job of SCENES/slurm on a private
-# Slurm of two nodes, where one task fails, one is requeued and one loses its node; then merged.
+# slurm.sh PROGRAM SCENES RECIPE FOLDER: makes the dataset FOLDER/set with the array job of
+# SCENES/slurm on a private Slurm cluster of two nodes, where one task fails, one is requeued and
+# one loses its node; then merges it.
 set -euo pipefail
 program=$1 scenes=$2 recipe=$3 folder=$4
 d=$(mktemp -d /tmp/ensonify-slurm-XXXXXX)
@@ -63,7 +64,7 @@ NodeName=n1 NodeAddr=127.0.0.1 NodeHostname=$host Port=$((port + 2)) CPUs=2 Real
 PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
 CONF
 case "$(slurmd -V | sed 's/[^0-9]*\([0-9]*\.[0-9]*\).*/\1/')" in
-  2[0-3].* | 24.02)  # a cgroup plugin that does nothing; later versions can be told to have none
+  2[0-3].* | 24.02)  # a cgroup plugin without effect; later versions can disable it
     mkdir -p "$d/nocgroup"
     printf 'CgroupPlugin=cgroup/v1\nCgroupMountpoint=%s\n' "$d/nocgroup" >"$d/cgroup.conf"
     ;;
@@ -80,7 +81,7 @@ for _ in $(seq 60); do
   sleep 0.5
 done
 
-# The program as it is, but that task 1 fails the first time, after its first sample.
+# The program, except that task 1 fails the first time, after its first sample.
 cat >"$d/program" <<SH
 #!/bin/sh
 if [ "\$1" = generate ] && [ "\$SLURM_ARRAY_TASK_ID" = 1 ] && [ ! -e "$d/failed" ]; then
@@ -108,7 +109,7 @@ wait_state "${job}_2" RUNNING
 scontrol requeue "${job}_2"
 wait_state "${job}_3" RUNNING
 node=$(squeue -h -j "${job}_3" -o %N)
-kill -9 "$(cat "$d/slurmd.$node.pid")"  # the node is lost, what ran there lives on for a while
+kill -9 "$(cat "$d/slurmd.$node.pid")"  # the node is lost; its processes live on for a while
 rm -f "$d/slurmd.$node.pid"
 scontrol update nodename="$node" state=down reason=killed
 for _ in $(seq 1200); do

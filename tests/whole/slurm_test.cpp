@@ -9,7 +9,7 @@
 using namespace ensonify::tests;
 
 TEST_CASE(
-    "a dataset through Slurm is the same tree, though a task fails, one is requeued and one loses "
+    "a dataset made with Slurm is the same although a task fails, one is requeued and one loses "
     "its node",
     "[.soak]") {
   if (std::system("command -v slurmctld slurmd munged >/dev/null") != 0) {
@@ -19,7 +19,7 @@ TEST_CASE(
   const TemporaryFolder folder;
   std::string recipe = tiny_recipe;
   recipe.replace(recipe.find("samples = 8"), 11, "samples = 24");
-  recipe.replace(recipe.find("elevations = 160"), 16, "elevations = 20000");  // seconds a sample
+  recipe.replace(recipe.find("elevations = 160"), 16, "elevations = 20000");  // seconds per sample
   write_text(folder / "recipe.toml", recipe);
   REQUIRE(
       run_program(folder.path(), {"generate", "recipe.toml", "-o", "expected", "--quiet"}).code ==

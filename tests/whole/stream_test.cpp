@@ -1,4 +1,4 @@
-// `ensonify stream`: poses in, echo lines out.
+// `ensonify stream`: reads poses, writes echo lines.
 
 #include <algorithm>
 #include <cstring>
@@ -50,11 +50,12 @@ const std::string pose =
 
 }  // namespace
 
-TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON") {
+TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as JSON") {
   const Folder folder;
   engine::Simulator simulator(engine::read_scene(folder / "tiny.toml"));
   constexpr double degree = engine::radians_per_degree;
-  engine::Pose same{.position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
+  engine::Pose same{
+      .t_s = 0.5, .position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
   const tests::Outcome blocks = folder.stream(pose + pose, {"--layers", "intensity,region"});
   REQUIRE(blocks.code == 0);
   const std::vector<Json> json =
@@ -65,7 +66,7 @@ TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON"
 
   std::size_t at = blocks.out.find('\n') + 1;
   for (const int ping : {0, 1}) {
-    const std::span<const engine::EchoLine> lines = simulator.ping(0.5, same);
+    const std::span<const engine::EchoLine> lines = simulator.ping(same);
     for (const std::size_t side : {0u, 1u}) {
       const std::size_t end = blocks.out.find('\n', at);
       const Json header = Json::parse(blocks.out.substr(at, end - at));
@@ -89,7 +90,7 @@ TEST_CASE("a stream's lines are a simulator's, as a block of floats and as JSON"
   CHECK(at == blocks.out.size());
 }
 
-TEST_CASE("a stream's sonar can be set, and objects added, moved and removed") {
+TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and removed") {
   const Folder folder;
   const tests::Outcome outcome = folder.stream(
       R"({"set": {"sonar.left-right.range_m": 10, "sonar.left-right.bins": 50}})"
@@ -126,14 +127,14 @@ TEST_CASE("a stream's sonar can be set, and objects added, moved and removed") {
   CHECK_FALSE(seen(10));
 }
 
-TEST_CASE("a wrong line ends a stream with its place and what to do") {
+TEST_CASE("a wrong line ends a stream with its line number and advice") {
   const Folder folder;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"pose", "is not JSON"},
       {"[1]", "expected an object"},
       {R"({"x_m": 1, "y_m": 2})", "there is no 'z_m'"},
       {R"({"x_m": 1, "y_m": 2, "z_m": "deep"})", "expected a number"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "nobody knows the key 'yaw_deg'"},
+      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "unknown key 'yaw_deg'"},
       {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
       {R"({"x_m": 1, "y_m": 2, "z_m": 3})", "sonar left-right 3.0 m above the sea surface"},
       {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "0.0 m above the sea surface"},
@@ -144,7 +145,7 @@ TEST_CASE("a wrong line ends a stream with its place and what to do") {
       {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
       {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
       {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
-      {R"({"remove": -1})", "no instance"},
+      {R"({"remove": -1})", "is not an instance"},
       {std::string(2 << 20, ' '), "longer than 1 MiB"},
   };
   for (const auto& [line, message] : cases) {
@@ -158,7 +159,7 @@ TEST_CASE("a wrong line ends a stream with its place and what to do") {
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
 }
 
-TEST_CASE("a stream ends with its input, and at a signal while it waits") {
+TEST_CASE("a stream ends at the end of its input, and at a signal while it waits") {
   const Folder folder;
   CHECK(folder.stream("").code == 0);
   CHECK(folder.stream(pose.substr(0, pose.size() - 1)).code == 0);

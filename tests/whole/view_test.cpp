@@ -32,7 +32,7 @@ struct Folder : TemporaryFolder {
 
 }  // namespace
 
-TEST_CASE("view draws a ping of a scene, the middle one unless told") {
+TEST_CASE("view draws a ping of a scene, by default the middle one") {
   const Folder folder;
   const Outcome outcome = folder.view({"-o", "a.png", "--width-px", "160"});
   INFO(outcome.err);
@@ -50,18 +50,18 @@ TEST_CASE("view draws a ping of a scene, the middle one unless told") {
 }
 
 TEST_CASE(
-    "view refuses a ping that is not there and a file that is no picture or cannot be written") {
+    "view refuses a ping that does not exist and a file that is not PNG or cannot be written") {
   const Folder folder;
-  const auto check = [&](const std::vector<std::string>& arguments, int code, const char* said) {
+  const auto check = [&](const std::vector<std::string>& arguments, int code, const char* message) {
     const Outcome outcome = folder.view(arguments);
     CAPTURE(arguments, outcome.err);
     CHECK(outcome.code == code);
     CHECK(outcome.out.empty());
-    CHECK(outcome.err.find(said) != std::string::npos);
+    CHECK(outcome.err.find(message) != std::string::npos);
     CHECK(std::ranges::count(outcome.err, '\n') == 1);
     CHECK(folder.files() == 1);
   };
-  check({"-o", "a.png", "--ping", "9"}, 2, "--ping 9: the track has 9 pings, 0 to 8");
+  check({"-o", "a.png", "--ping", "9"}, 2, "--ping 9: the track has 9 pings; expected 0 to 8");
   check({"-o", "a.png", "--ping", "-1"}, 2, "--ping");
   check({"-o", "a.jpg"}, 2, "a.jpg");
   check({}, 2, "--output");
@@ -69,7 +69,7 @@ TEST_CASE(
   check({"-o", "none/a.png", "--width-px", "16"}, 1, "none/a.png");
 }
 
-TEST_CASE("view stops when asked and leaves nothing behind") {
+TEST_CASE("view stops at a signal and leaves nothing behind") {
   const Folder folder;
   const Outcome stopped =
       run_program(folder.path(), {"view", "tiny.toml", "-o", "a.png", "--width-px", "16384"}, {},

@@ -6,19 +6,19 @@
 
 namespace ensonify::engine {
 
-/// Weights of the four points around a place at t in [0, 1] between the second and the third
-/// (Catmull and Rom 1974): through the points, with continuous slopes.
+/// Weights of four neighbouring points for a place at t in [0, 1] between the second and the third
+/// (Catmull and Rom 1974). The interpolant passes through the points and has continuous slopes.
 inline std::array<double, 4> catmull_rom(double t) {
   const double t2 = t * t, t3 = t2 * t;
   return {0.5 * (2.0 * t2 - t3 - t), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
           0.5 * (4.0 * t2 - 3.0 * t3 + t), 0.5 * (t3 - t2)};
 }
 
-/// What that leaves of a wave's amplitude (Keys 1981, the kernel's transform for a = -1/2); a
-/// phase of 2 pi a point is `rad_per_point`.
+/// The factor by which this interpolation changes the amplitude of a wave with a phase step of
+/// `rad_per_point` between points (Keys 1981, the kernel's transform for a = -1/2).
 inline double catmull_rom_response(double rad_per_point) {
-  const double f = 0.5 * rad_per_point / std::numbers::pi;  // waves a point
-  if (std::abs(f) < 1e-2) return 1.0;                       // to 1e-6
+  const double f = 0.5 * rad_per_point / std::numbers::pi;  // waves per point
+  if (std::abs(f) < 1e-2) return 1.0;                       // within 1e-6
   const auto sinc = [](double x) {
     return x == 0.0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
   };

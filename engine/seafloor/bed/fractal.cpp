@@ -29,13 +29,13 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomSt
         fmt::format("fractal relief: the longest wave is {} m; it must be finite and not negative",
                     relief.longest_m));
   if (sigma == 0.0) return;
-  // Below it the spectrum is level (von Karman's form).
+  // Below k0 the spectrum is level (von Karman's form).
   const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
 
   SpectralField what;
   what.period_m = fractal_period_m(field, h);
   if (relief.spectrum == FractalSpectrum::variogram) {
-    // Phi(k) = C |k|^-(2H+2) is the plane's spectrum with the variogram sigma^2 d^2H.
+    // Phi(k) = C |k|^-(2H+2) is the 2-D spectrum with the variogram sigma^2 d^2H.
     const double c = sigma * sigma * std::pow(2.0, 2.0 * h - 1.0) * h * std::tgamma(1.0 + h) /
                      (std::numbers::pi * std::tgamma(1.0 - h));
     what.amplitude = [k0, root_c = std::sqrt(c), exponent = -0.5 * (h + 1.0)](double kx,
@@ -43,8 +43,9 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomSt
       return root_c * std::pow(kx * kx + ky * ky + k0 * k0, exponent);
     };
   } else {
-    // Has no variogram of its own (it grows with the period): half the sum of the variograms 1 m to
-    // the east and 1 m to the north is what gets the height.
+    // This spectrum has no variogram that is independent of the period (it grows with it), so
+    // half the sum of the variograms 1 m to the east and 1 m to the north is scaled to the
+    // height.
     what.amplitude = [k0, exponent = -0.5 * (2.0 * h + 1.0)](double kx, double ky) {
       return std::pow(kx * kx + ky * ky + k0 * k0, exponent);
     };

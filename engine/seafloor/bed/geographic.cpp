@@ -82,9 +82,9 @@ PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlac
 namespace {
 [[noreturn]] void refuse() {
   throw std::invalid_argument(
-      "this program was built without GeographicLib, which places latitudes and longitudes: "
-      "install "
-      "libgeographiclib-dev and build it again, or give metres (x_m,y_m or easting_m,northing_m)");
+      "this program was built without GeographicLib, which converts latitudes and longitudes: "
+      "install libgeographiclib-dev and build it again, or give metres (x_m,y_m or "
+      "easting_m,northing_m)");
 }
 }  // namespace
 

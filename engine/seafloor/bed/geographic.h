@@ -10,29 +10,30 @@ struct GeographicPlace {
   double longitude_rad = 0.0;
 };
 
-/// A place on a map: metres east and north, and where the map's north lies there.
+/// A place on a map: metres east and north, and the direction of the map's north there.
 struct MapPlace {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
-  double convergence_rad = 0.0;  ///< of the map's north, clockwise from true north
+  double convergence_rad = 0.0;  ///< direction of the map's north, clockwise from true north
 };
 
-/// In a UTM zone, 1 to 60, southern ones negative. By GeographicLib. Throws std::invalid_argument
-/// for a place that is too far from the zone or no place, and in a build without that library.
+/// The place in a UTM zone, 1 to 60, negative in the south. Uses GeographicLib. Throws
+/// std::invalid_argument for a place that is too far from the zone or not on Earth, and in a build
+/// without that library.
 MapPlace utm_place(const GeographicPlace& where, int zone);
 
-/// On the plane that touches the ellipsoid at an origin. By GeographicLib; throws as utm_place
-/// does.
+/// The place on the plane that touches the ellipsoid at an origin. Uses GeographicLib; throws as
+/// utm_place does.
 MapPlace tangent_place(const GeographicPlace& where, const GeographicPlace& origin);
 
-/// A place on a map, back on the ellipsoid.
+/// A place of a map on the ellipsoid.
 struct PlaceOnEarth {
   GeographicPlace where;
-  double convergence_rad = 0.0;  ///< of the map's north, clockwise from true north
+  double convergence_rad = 0.0;  ///< direction of the map's north, clockwise from true north
 };
 
-/// The other way from utm_place. Throws as it does.
+/// The inverse of utm_place. Throws as it does.
 PlaceOnEarth place_of_utm(const Eigen::Vector2d& place, int zone);
-/// The other way from tangent_place, at the ellipsoid. Throws as it does.
+/// The inverse of tangent_place, for places on the ellipsoid. Throws as it does.
 PlaceOnEarth place_of_tangent(const Eigen::Vector2d& place, const GeographicPlace& origin);
 
 }  // namespace ensonify::engine

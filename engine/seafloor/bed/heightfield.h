@@ -14,10 +14,10 @@ struct Heightfield {
   int rows = 0;
   double cell_east_m = 0.0;
   double cell_north_m = 0.0;
-  std::vector<double> z_m;  ///< rows * columns, the southern row first; NaN is a hole
-  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();  ///< of the grid's middle, world metres
+  std::vector<double> z_m;  ///< rows * columns, southern row first; NaN marks a hole
+  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();  ///< the grid's middle, world metres
 
-  int utm_zone = 0;  ///< of the world, 1 to 60, southern ones negative; 0: unknown
+  int utm_zone = 0;  ///< of the world, 1 to 60, negative in the south; 0: unknown
 
   double x_m(int column) const { return (column - 0.5 * (columns - 1)) * cell_east_m; }
   double y_m(int row) const { return (row - 0.5 * (rows - 1)) * cell_north_m; }
@@ -27,7 +27,7 @@ struct Heightfield {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
            static_cast<std::size_t>(column);
   }
-  /// Whether the cell north-east of this point has all four heights.
+  /// Whether all four corners of the cell north-east of this point have heights.
   bool whole(int column, int row) const {
     return !std::isnan(at(column, row)) && !std::isnan(at(column + 1, row)) &&
            !std::isnan(at(column, row + 1)) && !std::isnan(at(column + 1, row + 1));

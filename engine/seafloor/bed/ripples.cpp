@@ -49,7 +49,7 @@ void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t s
   const double k0y = k0 * std::cos(relief.across_crests_rad);
   const double kw2 = std::pow(relief.relative_width * k0, 2);
   SpectralField what;
-  // Wavenumbers finer than a quarter of the width, however small the field.
+  // Wavenumber steps of at most a quarter of the width, however small the field.
   what.period_m = 4.0 * relief.wavelength_m / relief.relative_width;
   what.amplitude = [=, exponent = -0.5 * (relief.hurst + 1.0)](double kx, double ky) {
     const auto around = [&](double cx, double cy) {

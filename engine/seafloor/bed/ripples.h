@@ -9,11 +9,11 @@ namespace ensonify::engine {
 /// A directional Gaussian field: the fractal filter with its maximum moved to +-k0 along the
 /// direction across the crests, k0 = 2 pi / wavelength.
 struct RippleRelief {
-  double rms_height_m = 0.0;  ///< standard deviation of the height; 0: none
+  double rms_height_m = 0.0;  ///< standard deviation of the height; 0: no ripples
   double wavelength_m = 1.0;
   double across_crests_rad = 0.0;  ///< heading of the direction across the crests, from north
   double relative_width = 0.1;     ///< spectral half width k_w / k0
-  double hurst = 2.0;  ///< how fast the spectrum falls off the maximum; beyond 1 crests are smooth
+  double hurst = 2.0;  ///< how fast the spectrum falls from its maximum; above 1 crests are smooth
 };
 
 /// Adds such ripples: amplitude (|k - k0|^2 + k_w^2)^(-(H+1)/2) + (|k + k0|^2 + k_w^2)^(-(H+1)/2),

@@ -13,8 +13,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t waves = 48;        // their sum has a kurtosis of 2.95
-constexpr double samples_a_wave = 10.0;  // interpolated to 1e-3 of the amplitude
+constexpr std::size_t waves = 48;          // their sum has a kurtosis of 2.95
+constexpr double samples_per_wave = 10.0;  // interpolated to 1e-3 of the amplitude
 constexpr double golden = 0.6180339887498949;
 
 }  // namespace
@@ -22,14 +22,15 @@ constexpr double golden = 0.6180339887498949;
 SmoothField::SmoothField(const RandomStream& draws, double shortest_m, double longest_m)
     : shortest_m_(shortest_m) {
   if (!(shortest_m > 0.0 && longest_m >= shortest_m && std::isfinite(longest_m)))
-    throw std::invalid_argument(
-        fmt::format("smooth field: waves of {} to {} m cannot be", shortest_m, longest_m));
+    throw std::invalid_argument(fmt::format(
+        "smooth field: waves of {} to {} m are not possible, expected 0 < shortest <= longest",
+        shortest_m, longest_m));
   std::array<double, 2 * waves + 1> u;
   draws.uniform(u);
   double power = 0.0;
   for (std::size_t i = 0; i < waves; ++i) {
-    // Directions fill the half circle evenly, each shaken within its share, and lengths the
-    // octaves.
+    // Directions divide the half circle into equal parts with one random direction in each;
+    // lengths are distributed evenly over the octaves.
     const double direction = std::numbers::pi * (static_cast<double>(i) + u[2 * i]) / waves;
     const double turned = golden * static_cast<double>(i) + u[2 * waves];
     const double share = turned - std::floor(turned);
@@ -56,14 +57,14 @@ double SmoothField::at(double x_m, double y_m) const {
 
 std::vector<double> SmoothField::over(const Heightfield& grid) const {
   std::vector<double> values(grid.z_m.size());
-  const double step_m = shortest_m_ / samples_a_wave;
+  const double step_m = shortest_m_ / samples_per_wave;
   if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column)
         values[grid.index(column, row)] = at(grid.x_m(column), grid.y_m(row));
     return values;
   }
-  // A lattice of its own, counted from the origin, so that the place alone matters here too.
+  // A coarser lattice, aligned with the origin, so that values depend on the place alone here too.
   const double west = std::floor(grid.x_m(0) / step_m) - 1.0;
   const double south = std::floor(grid.y_m(0) / step_m) - 1.0;
   const auto columns =

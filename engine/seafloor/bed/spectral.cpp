@@ -49,7 +49,7 @@ class Plan {
   fftw_plan plan_ = nullptr;
 };
 
-// The next 2^a 3^b 5^c with a >= 1: lengths that FFTW is fast at, and that have a Nyquist term.
+// The next 2^a 3^b 5^c with a >= 1: FFTW is fast at these lengths, and they have a Nyquist term.
 int fast_length(double at_least) {
   if (!(at_least <= 0.5 * std::numeric_limits<int>::max()))
     throw std::invalid_argument(fmt::format(
@@ -82,11 +82,11 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
   const auto [columns, rows] = size_of(field, what.period_m);
   if (static_cast<double>(columns) * rows > max_cells)
     throw std::invalid_argument(fmt::format(
-        "relief: it would be cut out of a field of {} x {} cells, {:.0f} GB; use larger cells or a "
-        "smaller extent (the longer side counts)",
+        "relief: it needs a field of {} x {} cells, {:.0f} GB; use larger cells or a smaller "
+        "extent (the longer side counts)",
         columns, rows, 8e-9 * columns * rows));
   const auto width = static_cast<std::size_t>(columns);
-  const std::size_t stride = 2 * (width / 2 + 1);  // in place: a row of c complex numbers fits
+  const std::size_t stride = 2 * (width / 2 + 1);  // in place: room for a row of complex numbers
   const std::unique_ptr<double, Free> values(
       fftw_alloc_real(stride * static_cast<std::size_t>(rows)));
   if (!values) throw std::bad_alloc();
@@ -97,14 +97,14 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
   const Plan backward(
       [&] { return fftw_plan_dft_c2r_2d(rows, columns, spectrum, heights, FFTW_ESTIMATE); });
 
-  // White in space, so that the transform has the symmetry that makes heights real.
+  // The noise is made in space, so that its transform has the symmetry of a real field.
   for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row)
     noise.normal(std::span(heights + row * stride, width), row * width);
   forward.execute();
 
-  // A term of the transform of M white numbers has the power M and FFTW's inverse lacks a 1/M, so a
-  // filter f gives the variance sum(f^2)/M; it is the integral of amplitude^2 for f = amplitude *
-  // sqrt(M dkx dky), and M dkx dky = (2 pi)^2 / (dx dy).
+  // Each term of the transform of M white numbers has the power M, and FFTW's inverse lacks the
+  // factor 1/M, so a filter f gives the variance sum(f^2)/M. This is the integral of amplitude^2
+  // if f = amplitude * sqrt(M dkx dky), where M dkx dky = (2 pi)^2 / (dx dy).
   const double dkx = 2.0 * std::numbers::pi / (columns * field.cell_east_m);
   const double dky = 2.0 * std::numbers::pi / (rows * field.cell_north_m);
   const double cells = static_cast<double>(columns) * rows;

@@ -7,30 +7,30 @@
 
 namespace ensonify::engine {
 
-/// A stationary Gaussian field by its spectrum over wavenumber (kx east, ky north, rad/m).
+/// A stationary Gaussian field, given by its spectrum over wavenumber (kx east, ky north, rad/m).
 struct SpectralField {
   using OverWavenumber = std::function<double(double kx, double ky)>;
 
-  /// Square root of the power spectrum, so that the variance is the integral of its square over
-  /// (kx, ky); even, and not asked for at k = 0, where the field has nothing.
+  /// Square root of the power spectrum: the variance is the integral of its square over (kx, ky).
+  /// An even function; it is not called at k = 0, where the field has no power.
   OverWavenumber amplitude;
-  double period_m =
-      0.0;  ///< the field repeats after this, or twice the heightfield if that is more
-  /// Where set, the field is scaled so that the integral of weight times amplitude^2 over the
-  /// wavenumbers it is made of is calibrated_m2; with a weight of 1 that is its variance.
+  /// The field repeats after this length, or after twice the heightfield if that is longer.
+  double period_m = 0.0;
+  /// If set, the field is scaled until the integral of weight * amplitude^2 over the field's
+  /// wavenumbers is calibrated_m2; with a weight of 1 this is the variance.
   OverWavenumber weight;
   double calibrated_m2 = 0.0;
 };
 
-/// Adds a cut-out of such a field, less the cut-out's mean. Throws std::invalid_argument if the
-/// field has more than 2^29 cells, std::bad_alloc if memory does not hold it.
+/// Adds a part of such a field, minus the mean of that part. Throws std::invalid_argument if the
+/// field has more than 2^29 cells, std::bad_alloc if it does not fit in memory.
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise);
 
-/// The period of a fractal field over a heightfield: that of a square, since a strip would have too
-/// few long waves across and too much power along.
+/// The period of a fractal field over a heightfield, the same in both directions: a long strip
+/// would have too few long waves across it and too much power along it.
 double fractal_period_m(const Heightfield& field, double hurst);
 
-/// The bytes that add_spectral_field() allocates; of the heightfield only the size counts.
+/// The bytes that add_spectral_field() allocates; only the size of the heightfield is used.
 double spectral_field_bytes(const Heightfield& field, double period_m);
 
 }  // namespace ensonify::engine

@@ -27,10 +27,10 @@
 namespace ensonify::engine {
 namespace {
 
-// Formats that are one file with the heights in it: others (VRT, WMS) can name files and hosts.
+// Only formats that keep the heights in one file: others (VRT, WMS) can name other files and hosts.
 constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netCDF", nullptr};
 
-// The deepest trench and the highest peak: beyond lie NODATA values that the file does not declare.
+// Beyond the deepest trench and the highest peak: larger values are undeclared NODATA values.
 constexpr double highest_m = 12000.0;
 
 std::string wkt_of(const OGRSpatialReference& reference) {
@@ -77,13 +77,13 @@ class SurveyReader {
     throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
   }
   [[noreturn]] void fail_with_gdal(const std::string& what) const {
-    fail(gdal_says_.empty() ? what : fmt::format("{} ({})", what, gdal_says_));
+    fail(gdal_error_.empty() ? what : fmt::format("{} ({})", what, gdal_error_));
   }
 
-  // Keeps what GDAL says first; that is nearest to the cause.
+  // Keeps GDAL's first message, which is nearest to the cause.
   static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum, const char* message) {
-    auto& says = static_cast<SurveyReader*>(CPLGetErrorHandlerUserData())->gdal_says_;
-    if (severity >= CE_Failure && says.empty()) says = message;
+    auto& first = static_cast<SurveyReader*>(CPLGetErrorHandlerUserData())->gdal_error_;
+    if (severity >= CE_Failure && first.empty()) first = message;
   }
 
   void open() {
@@ -91,8 +91,8 @@ class SurveyReader {
     if (!std::filesystem::is_regular_file(file_, error)) fail("there is no such file");
     bytes_ = static_cast<double>(std::filesystem::file_size(file_));
     if (bytes_ == 0.0) fail("the file is empty");
-    H5Eset_auto2(H5E_DEFAULT, nullptr,
-                 nullptr);  // else a damaged BAG has HDF5 print, on this thread
+    // HDF5 would otherwise print, on this thread, for a damaged BAG.
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
     // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
     dataset_.reset(GDALDataset::Open(std::filesystem::absolute(file_).c_str(),
@@ -100,16 +100,16 @@ class SurveyReader {
                                      nullptr));
     if (!dataset_)
       fail_with_gdal(
-          "cannot be read as GeoTIFF, BAG, ESRI ASCII grid or netCDF; is it whole? "
-          "gdal_translate makes a GeoTIFF of most other grids");
+          "cannot be read as GeoTIFF, BAG, ESRI ASCII grid or netCDF; is it whole? gdal_translate "
+          "makes a GeoTIFF of most other grids");
     if (dataset_->GetRasterCount() < 1)
-      fail("has no single grid in it; take one out with gdal_translate (gdalinfo lists them)");
+      fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
   }
 
   bool is_text() const { return std::string_view(dataset_->GetDriverName()) == "AAIGrid"; }
 
-  // Nothing is allocated for a header alone: a text cell takes two bytes, and compression packs
-  // heights that mean anything nowhere near a thousand to a byte.
+  // Refuses headers that promise more cells than the file can hold, before anything is allocated:
+  // a text cell needs two bytes, and no compression packs a thousand real heights into one byte.
   void check_size(GDALRasterBand& band) {
     field_.columns = dataset_->GetRasterXSize();
     field_.rows = dataset_->GetRasterYSize();
@@ -134,15 +134,15 @@ class SurveyReader {
 
   void check_reference(GDALRasterBand& band) {
     if (dataset_->GetGeoTransform(transform_.data()) != CE_None)
-      fail("does not say where its cells lie; add that with gdal_translate -a_ullr");
+      fail("does not define where its cells lie; add that with gdal_translate -a_ullr");
     const auto [west, east_step, turn_1, north, turn_2, north_step] = transform_;
     if (!std::all_of(transform_.begin(), transform_.end(),
                      [](double x) { return std::isfinite(x); }) ||
         !(east_step > 0.0) || north_step == 0.0)
-      fail(fmt::format("has cells of {} x {} m, which is no size", east_step, north_step));
+      fail(fmt::format("has cells of {} x {} m, expected positive sizes", east_step, north_step));
     if (std::abs(turn_1) * field_.rows > 1e-3 * east_step ||
         std::abs(turn_2) * field_.columns > 1e-3 * std::abs(north_step))
-      fail("is a grid turned against north; straighten it with gdalwarp");
+      fail("is a grid rotated against north; make it north-up with gdalwarp");
 
     const char* const cure =
         "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
@@ -153,17 +153,18 @@ class SurveyReader {
     // A grid without a reference that looks like longitudes and latitudes.
     if (!reference && east_step < 0.005 && std::abs(north_step) < 0.005 && west >= -180.0 &&
         west + east_step * field_.columns <= 360.0 && std::abs(north) <= 90.0)
-      fail(
-          fmt::format("seems to be in degrees, with cells of {}; {}. If they are metres, say so "
-                      "with gdal_translate -a_srs",
-                      east_step, cure));
+      fail(fmt::format(
+          "seems to be in degrees, with cells of {}; {}. If they are metres, declare that with "
+          "gdal_translate -a_srs",
+          east_step, cure));
     const std::string unit = band.GetUnitType();
     if (unit.find("ft") != std::string::npos || unit.find("oot") != std::string::npos ||
         unit.find("eet") != std::string::npos)
       fail(fmt::format("has heights in '{}'; convert them to metres with gdal_calc.py", unit));
   }
 
-  // GDAL takes words for zeros and a short last line for a short number, so each is counted here.
+  // GDAL reads words as zeros and accepts a short last line, so each number is checked and counted
+  // here.
   void check_text() const {
     std::ifstream in(file_, std::ios::binary);
     const std::size_t promised =
@@ -208,8 +209,8 @@ class SurveyReader {
     field_.utm_zone = utm_zone();
   }
 
-  // Of an ellipsoid within a millimetre of WGS 84's (GRS 80 is): what uses it (NAD83, ETRS89,
-  // GDA94) lies within two metres of it, older datums do not.
+  // Only for an ellipsoid within a millimetre of that of WGS 84 (such as GRS 80): datums that use
+  // it (NAD83, ETRS89, GDA94) agree with WGS 84 within two metres, older ones do not.
   int utm_zone() const {
     const OGRSpatialReference* reference = dataset_->GetSpatialRef();
     if (!reference || std::abs(reference->GetSemiMajor() - 6378137.0) > 1e-3 ||
@@ -231,18 +232,18 @@ class SurveyReader {
                                                    GDAL_DATA_COVERAGE_STATUS_EMPTY, nullptr) &
                         GDAL_DATA_COVERAGE_STATUS_EMPTY))
       fail(
-          "has blocks without data and no NODATA value for them; it is damaged, or wants "
+          "has blocks without data and no NODATA value for them; it is damaged, or needs "
           "gdal_edit.py -a_nodata");
 
-    gdal_says_.clear();  // what it grumbled about a file it could open
-    // The memory grows with what has been read, whatever the header says.
+    gdal_error_.clear();  // warnings about a file that it could open
+    // Memory grows with the rows that were read, not with the size in the header.
     for (int line = 0; line < field_.rows; ++line) {
       const std::size_t begin = field_.z_m.size();
       field_.z_m.resize(begin + static_cast<std::size_t>(field_.columns));
       double* const row = field_.z_m.data() + begin;
       if (band.RasterIO(GF_Read, 0, line, field_.columns, 1, row, field_.columns, 1, GDT_Float64, 0,
                         0, nullptr) != CE_None ||
-          !gdal_says_.empty())
+          !gdal_error_.empty())
         fail_with_gdal(fmt::format("row {} of {} cannot be read; the file is truncated or damaged",
                                    line + 1, field_.rows));
       for (int column = 0; column < field_.columns; ++column) {
@@ -252,10 +253,10 @@ class SurveyReader {
                           (has_nodata && std::abs(raw - nodata) <= 1e-6 * std::abs(nodata));
         const double height = scale * raw + offset;
         if (!hole && !(std::abs(height) <= highest_m))
-          fail(
-              fmt::format("row {}, column {}: a height of {} m; if it means that there is none, "
-                          "declare it with gdal_edit.py -a_nodata",
-                          line + 1, column + 1, height));
+          fail(fmt::format(
+              "row {}, column {}: a height of {} m; if it marks missing data, declare it with "
+              "gdal_edit.py -a_nodata",
+              line + 1, column + 1, height));
         row[column] = hole ? std::numeric_limits<double>::quiet_NaN() : height - water_level_m_;
       }
     }
@@ -266,9 +267,9 @@ class SurveyReader {
                          field_.z_m.data() + field_.index(0, north));
   }
 
-  // This thread's GDAL settings while a survey is read: speak to us and not to stderr, neither read
-  // nor write .aux.xml files, and keep a text grid's fractions.
-  std::string gdal_says_;
+  // This thread's GDAL settings while a survey is read: messages go to this class, not to stderr;
+  // .aux.xml files are neither read nor written; a text grid keeps its fractions.
+  std::string gdal_error_;
   CPLErrorHandlerPusher handler_{on_gdal_error, this};
   CPLConfigOptionSetter no_sidecars_{"GDAL_PAM_ENABLED", "NO", false};
   CPLConfigOptionSetter fractions_{"AAIGRID_DATATYPE", "Float64", false};

@@ -20,7 +20,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double max_points = 268435456.0;  // 2^28
 
-/// Between the middle two of four; where an outer one is missing, straight on.
+/// Interpolates between the middle two of four heights; a missing outer one is extrapolated
+/// linearly.
 double between(std::array<double, 4> p, double t) {
   if (t == 0.0) return p[1];
   if (std::isnan(p[0])) p[0] = 2.0 * p[1] - p[2];
@@ -29,7 +30,8 @@ double between(std::array<double, 4> p, double t) {
   return w[0] * p[0] + w[1] * p[1] + w[2] * p[2] + w[3] * p[3];
 }
 
-/// A grid whose cells are divided by whole numbers; its points stay.
+/// Interpolates to a grid with cells divided by whole numbers; the original points keep their
+/// heights.
 Heightfield interpolated(const Heightfield& coarse, int parts_east, int parts_north) {
   Heightfield fine = coarse;
   fine.columns = (coarse.columns - 1) * parts_east + 1;
@@ -40,7 +42,8 @@ Heightfield interpolated(const Heightfield& coarse, int parts_east, int parts_no
                   0.0);
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const auto width = static_cast<std::size_t>(fine.columns);
-  std::vector<double> lines(static_cast<std::size_t>(coarse.rows) * width);  // finer to the east
+  std::vector<double> lines(static_cast<std::size_t>(coarse.rows) *
+                            width);  // fine to the east, coarse to the north
   for (int row = 0; row < coarse.rows; ++row)
     for (int column = 0; column < fine.columns; ++column) {
       const int left = column / parts_east;
@@ -65,10 +68,10 @@ Heightfield interpolated(const Heightfield& coarse, int parts_east, int parts_no
   return fine;
 }
 
-/// The power that an interpolated sampled field lacks of a fractal one's. Sampling folds the
-/// spectrum Phi into the band that the cell carries, and interpolation repeats it beyond, times
-/// its response T: T^2 (Phi(k0) + the rest that was folded onto k0), k0 being k folded. The rest
-/// is even and has no poles: a table.
+/// The power that a sampled and interpolated field lacks compared with a fractal one. Sampling
+/// folds the spectrum Phi into the band that the cells carry, and interpolation repeats it outside
+/// the band, multiplied by its response T: T^2 (Phi(k0) + the rest that was folded onto k0), where
+/// k0 is the folded k. The rest is even and has no poles, so a table holds it.
 class Missing {
  public:
   Missing(const FractalScale& scale, double cell_east_m, double cell_north_m)
@@ -91,7 +94,7 @@ class Missing {
     const double x = std::abs(std::remainder(kx * east_, 2.0 * pi));
     const double y = std::abs(std::remainder(ky * north_, 2.0 * pi));
     const double response = catmull_rom_response(kx * east_) * catmull_rom_response(ky * north_);
-    double there = 0.0;  // a wave that was sampled at its own period became the mean
+    double there = 0.0;  // a wave sampled once per period adds only to the mean
     if (x > 1e-9 || y > 1e-9)
       there = response * response * (phi(x / east_, y / north_) + rest(x, y));
     return std::sqrt(std::max(0.0, phi(kx, ky) - there));
@@ -170,8 +173,7 @@ Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, s
   if (!(points <= max_points))
     throw std::invalid_argument(
         fmt::format("survey detail: cells of {} m make {:.2g} points of the survey's {} x {}; use "
-                    "larger cells, or "
-                    "cut a part out with gdal_translate -projwin",
+                    "larger cells, or cut a part out with gdal_translate -projwin",
                     detail.cell_m, points, survey.columns, survey.rows));
   Heightfield fine = interpolated(survey, std::max(1, static_cast<int>(parts_east)),
                                   std::max(1, static_cast<int>(parts_north)));
@@ -179,9 +181,10 @@ Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, s
   scale.hurst = detail.hurst.value_or(scale.hurst);
   scale.height_at_1m_m = detail.height_at_1m_m.value_or(scale.height_at_1m_m);
   if (!(scale.hurst > 0.0 && scale.hurst < 1.0 && scale.height_at_1m_m >= 0.0))
-    throw std::invalid_argument(
-        fmt::format("survey detail: a Hurst exponent of {} and a height of {} m at 1 m cannot be",
-                    scale.hurst, scale.height_at_1m_m));
+    throw std::invalid_argument(fmt::format(
+        "survey detail: a Hurst exponent of {} and a height of {} m at 1 m are not possible; "
+        "expected an exponent between 0 and 1 and a height of at least 0 m",
+        scale.hurst, scale.height_at_1m_m));
   if (scale.height_at_1m_m == 0.0) return fine;
   const Missing missing(scale, survey.cell_east_m, survey.cell_north_m);
   SpectralField what;

@@ -7,11 +7,12 @@
 
 namespace ensonify::engine {
 
-/// Relief below a survey's cell.
+/// Relief finer than a survey's cells.
 struct SurveyDetail {
-  double cell_m = 0.0;  ///< the finer grid's spacing, rounded to a whole part of the cell; 0: none
-  std::optional<double> height_at_1m_m;  ///< rms height difference at 1 m; unset: the survey's own
-  std::optional<double> hurst;           ///< unset: the survey's own
+  double cell_m = 0.0;  ///< spacing of the finer grid, rounded to cell / n; 0: no detail
+  std::optional<double>
+      height_at_1m_m;           ///< rms height difference at 1 m; unset: estimated from the survey
+  std::optional<double> hurst;  ///< unset: estimated from the survey
 };
 
 /// Rms height difference at 1 m and Hurst exponent, as FractalRelief has them.
@@ -20,15 +21,14 @@ struct FractalScale {
   double hurst = 0.5;
 };
 
-/// What a survey's finest scales tell of it: by its second differences over 1, 2 and 4 cells,
-/// whose mean square is height^2 d^2H (4 - 2^2H) over a distance d and to which slopes are
-/// nothing. H stays within 0.05 to 0.95.
+/// Estimates these from a survey's finest scales: from its second differences over 1, 2 and 4
+/// cells, whose mean square over a distance d is height^2 d^2H (4 - 2^2H) and which do not depend
+/// on the slope. H is limited to 0.05 to 0.95.
 FractalScale fractal_scale(const Heightfield& survey);
 
-/// The survey on a finer grid: its heights, smoothly interpolated, and fractal relief that begins
-/// where the spectrum of what was interpolated ends. Holes stay holes. Throws
-/// std::invalid_argument for a cell that is not finer than the survey's or makes more than 2^28
-/// points.
+/// The survey on a finer grid: its heights, smoothly interpolated, plus fractal relief that adds
+/// the power which the interpolated heights lack. Holes stay holes. Throws std::invalid_argument
+/// for a cell that is not finer than the survey's or makes more than 2^28 points.
 Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed);
 
 }  // namespace ensonify::engine

@@ -24,8 +24,8 @@ refine::TriangleMesh tessellate(const Heightfield& field) {
       }
   if (cells == 0)
     throw refine::MeshError(fmt::format(
-        "seafloor: none of the {} x {} grid points form a whole cell, so there is no bed; four "
-        "neighbouring points with heights are needed",
+        "seafloor: none of the {} x {} grid points form a whole cell, so there is no bed; at least "
+        "four neighbouring points need heights",
         field.columns, field.rows));
 
   refine::TriangleMesh mesh;
@@ -55,7 +55,8 @@ refine::TriangleMesh tessellate(const Heightfield& field) {
       const std::size_t south = field.index(column, row), north = field.index(column, row + 1);
       const std::uint32_t sw = vertex[south], se = vertex[south + 1];
       const std::uint32_t nw = vertex[north], ne = vertex[north + 1];
-      // Both diagonals are equally long on the map, so the smaller step in height is the shorter.
+      // Both diagonals have the same length on the map, so the one with the smaller height step is
+      // shorter.
       if (std::abs(field.z_m[north + 1] - field.z_m[south]) <=
           std::abs(field.z_m[north] - field.z_m[south + 1])) {
         mesh.faces.push_back({sw, se, ne});

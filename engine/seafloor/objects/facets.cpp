@@ -13,7 +13,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double sharpest_rad = 40.0 * std::numbers::pi / 180.0;
-constexpr double flattest_rad = 0.05 * std::numbers::pi / 180.0;  // rounding turns a plane by less
+constexpr double flattest_rad = 0.05 * std::numbers::pi / 180.0;  // rounding bends a plane by less
 
 }  // namespace
 
@@ -33,7 +33,7 @@ double facet_angle_rad(refine::Triangles triangles) {
     }
   }
   std::ranges::sort(edges, {}, [](const Edge& e) { return std::pair(e.from, e.to); });
-  double round = 0.0, sharp = 0.0, squares = 0.0;  // of angle times length
+  double round = 0.0, sharp = 0.0, squares = 0.0;  // sums of angle (angle^2) times length
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     const Edge &a = edges[i], &b = edges[i + 1];
     if (a.from != b.from || a.to != b.to) continue;

@@ -14,7 +14,7 @@ std::vector<double> hang(std::span<const double> along_m, std::span<const double
                          double sag_radius_m) {
   const auto bend = [&](std::size_t i) { return along_m[i] * along_m[i] / (2.0 * sag_radius_m); };
   const auto u = [&](std::size_t i) { return ground_m[i] - bend(i); };
-  std::vector<std::size_t> hull;  // supports
+  std::vector<std::size_t> hull;  // the supports
   for (std::size_t i = 0; i < along_m.size(); ++i) {
     const auto below = [&](std::size_t a, std::size_t b) {  // b under the chord from a to i
       return (u(b) - u(a)) * (along_m[i] - along_m[a]) <= (u(i) - u(a)) * (along_m[b] - along_m[a]);

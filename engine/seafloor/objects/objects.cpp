@@ -18,6 +18,7 @@
 #include <ensonify/engine/seafloor/objects/facets.h>
 #include <ensonify/engine/seafloor/objects/path_reader.h>
 #include <ensonify/engine/seafloor/objects/set_down.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/refine/mesh_reader.h>
 
@@ -27,25 +28,27 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int max_tries = 1000;
-constexpr double max_table_faces = 4e6;  // that round bodies of a table may be made of for its lobe
-constexpr int max_round = 512;           // facets
+constexpr double max_table_faces = 4e6;  // for the round bodies of a table, refined for its lobe
+constexpr int max_round = 512;           // facets around a body
 
-/// The table with round shapes as fine as its material's lobe asks for, within reason.
+/// The table with facets of round shapes as small as its material's lobe needs, within the limits
+/// above.
 ObjectOptions refined(ObjectOptions table, std::span<const Material> materials) {
   const std::optional<double> lobe_rad = lobe_width_rad(table.material, materials);
   if (!lobe_rad) return table;
-  constexpr double finer = 0.87;  // than must be, as facets are not all alike
-  // Of n facets round a ball has about n^2 / 1.5, and up to four times as many for whole halvings.
+  constexpr double finer = 0.87;  // a margin, since facets differ in size
+  // A ball with n facets around it has about n^2 / 1.5 faces, and up to four times that, since
+  // edges are only halved.
   const double affordable = std::sqrt(0.375 * max_table_faces / std::max(table.count, 1));
   table.size.facet_rad = std::max(finer * facet_over_lobe * *lobe_rad,
                                   2.0 * std::numbers::pi / std::min<double>(affordable, max_round));
   return table;
 }
 
-constexpr double far_m = 1e5;  // across an object: floats keep a centimetre up to there
+constexpr double far_m = 1e5;  // size of an object up to which floats resolve a centimetre
 
-/// Of an object so large that a vertex may have been left at another origin: which, and what is
-/// lost.
+/// A warning for an object so large that one of its vertices may be misplaced: names the farthest
+/// vertex and the precision that is left.
 std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
                                              const std::filesystem::path& file) {
   const refine::Bounds box = refine::bounds(mesh);
@@ -53,7 +56,7 @@ std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
   if (!(extent_m > far_m)) return std::nullopt;
   std::vector<std::uint32_t> used;
   for (const refine::Face& face : mesh.faces) used.insert(used.end(), face.begin(), face.end());
-  Eigen::Vector3f middle;  // of most vertices, wherever a few others are
+  Eigen::Vector3f middle;  // the median, which a few distant vertices do not move
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const auto half = used.begin() + std::ssize(used) / 2;
     std::ranges::nth_element(used, half, {},
@@ -63,13 +66,13 @@ std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
   const std::uint32_t farthest = *std::ranges::max_element(
       used, {}, [&](std::uint32_t vertex) { return (mesh.positions[vertex] - middle).norm(); });
   return fmt::format(
-      "{}: reaches over {:.3g} m, where places are kept to {:.2g} m; vertex {} (from 0) is the "
-      "farthest, {:.3g} m from the middle: if it is astray, move or remove it",
+      "{}: is {:.3g} m long, where positions have a precision of {:.2g} m; vertex {} (from 0) is "
+      "the farthest, {:.3g} m from the middle: if it is misplaced, move or remove it",
       file.filename().string(), extent_m, std::nextafter(0.5f * extent_m, 1e30f) - 0.5f * extent_m,
       farthest, (mesh.positions[farthest] - middle).norm());
 }
 
-/// One of the scene's tables while its objects are made.
+/// Makes the objects of one of the scene's [[objects]] tables.
 class Table {
  public:
   Table(const ObjectOptions& options, std::size_t number, std::uint64_t seed, const BedGrid& bed,
@@ -96,7 +99,7 @@ class Table {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
     const refine::TriangleMesh mesh = mesh_of(number);
     PlacedObjects::One placed =
-        set_down_at(mesh, spot);  // first: it refuses a line that is too long
+        set_down_at(mesh, spot);  // first, since it refuses a line that is too long
     layout.take(discs(mesh, spot));
     return placed;
   }
@@ -109,8 +112,8 @@ class Table {
       const std::optional<Spot> spot = find_room(mesh, number, area, layout);
       if (!spot)
         throw refine::MeshError(fmt::format(
-            "{}: only {} of {} objects found room, each next one tried {} places; take fewer or "
-            "smaller ones, a smaller gap_m or margin_m, or a larger area over the seafloor",
+            "{}: only {} of {} objects found room after {} tries each; use fewer or smaller "
+            "objects, a smaller gap_m or margin_m, or a larger area over the seafloor",
             what_, number, options_.count, max_tries));
       all.push_back(set_down_at(mesh, *spot));
     }
@@ -144,19 +147,20 @@ class Table {
              .buried = placed.buried}};
   }
 
-  /// What an object covers of the bed: discs along the longer side of the rectangle around it.
+  /// The part of the bed that an object covers: discs along the longer side of its bounding
+  /// rectangle.
   std::vector<Disc> discs(const refine::TriangleMesh& mesh, const Spot& spot) const {
     const Eigen::Rotation2Dd turn(-spot.heading_rad);
     const Vector2d place(spot.east_m, spot.north_m);
     if (is_line()) return discs_of_path(turn, place, spot.scale);
     const refine::Bounds own = refine::bounds(mesh);
     const Vector3d middle = 0.5 * (own.lowest.cast<double>() + own.highest.cast<double>());
-    const Eigen::Matrix3d lean = (Eigen::AngleAxisd(options_.pitch_rad, Vector3d::UnitX()) *
+    const Eigen::Matrix3d tilt = (Eigen::AngleAxisd(options_.pitch_rad, Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(options_.roll_rad, Vector3d::UnitY()))
                                      .toRotationMatrix();
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector3f& p : mesh.positions)
-      box.extend((lean * (p.cast<double>() - middle)).head<2>().eval());
+      box.extend((tilt * (p.cast<double>() - middle)).head<2>().eval());
     const int longer = box.sizes().y() >= box.sizes().x() ? 1 : 0;
     const double length_m = box.sizes()[longer], width_m = box.sizes()[1 - longer];
     const int pieces =
@@ -272,7 +276,7 @@ std::size_t count_of(std::span<const ObjectOptions> tables) {
 
 namespace {
 
-/// The bodies whose facets are too wide for their material's lobe, in one sentence of the worst.
+/// Collects bodies whose facets are too wide for their material's lobe; warns of the worst one.
 class CoarseFacets {
  public:
   void look_at(const ObjectOptions& table, std::size_t number, const refine::TriangleMesh& mesh,
@@ -287,24 +291,23 @@ class CoarseFacets {
     constexpr double degree = std::numbers::pi / 180.0;
     const bool is_mesh = table.shape.empty();
     what_ = fmt::format(
-        "objects.{} ({}): its facets stand {:.2g} degrees apart, too far for the lobe of {}, "
-        "{:.2g} "
-        "degrees wide: it shines from some sides and vanishes from others; take {}a material with "
-        "a "
-        "lobe_width_deg of {:.2g} or more",
+        "objects.{} ({}): neighbouring facets differ by {:.2g} degrees, too much for the lobe of "
+        "{}, {:.2g} degrees wide: it is bright from some sides and invisible from others; use {}a "
+        "material with a lobe_width_deg of {:.2g} or more",
         number, is_mesh ? table.mesh.path.filename().string() : table.shape, facet_rad / degree,
         table.material, *lobe_rad / degree,
         is_mesh              ? fmt::format("a mesh with facets of {:.2g} degrees or less, or ",
                                            facet_over_lobe * *lobe_rad / degree)
         : table.size.facet_m ? "a smaller facet_m, or "
-        : table.count > 0    ? "fewer of them, or "
+        : table.count > 0    ? "fewer objects, or "
                              : "",
         1.1 * facet_rad / facet_over_lobe / degree);
   }
   std::optional<std::string> warning() const {
     if (count_ == 0) return std::nullopt;
     const std::string others =
-        count_ > 1 ? fmt::format(" (as do {} more of the tables of objects)", count_ - 1) : "";
+        count_ > 1 ? fmt::format(" (the same holds for {} more tables of objects)", count_ - 1)
+                   : "";
     return what_ + others;
   }
 

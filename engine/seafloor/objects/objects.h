@@ -16,34 +16,36 @@
 
 namespace ensonify::engine {
 
-/// All objects of a scene, where they came to lie.
+/// All objects of a scene at their final places.
 struct PlacedObjects {
   struct One {
     refine::TriangleMesh mesh;
     ObjectRecord record;
   };
-  std::vector<One> objects;  ///< in the tables' order, those of one table by number
-  std::vector<std::pair<std::filesystem::path, refine::RepairReport>> repairs;  ///< one a mesh file
-  /// Of meshes that reach so far that a vertex may be astray, and of facets too coarse for their
+  std::vector<One> objects;  ///< in the order of the tables, those of one table by number
+  /// One per mesh file.
+  std::vector<std::pair<std::filesystem::path, refine::RepairReport>> repairs;
+  /// About meshes so large that a vertex may be misplaced, and about facets too coarse for their
   /// material's lobe.
   std::vector<std::string> warnings;
 };
 
-/// The body of a table by itself, in metres about its middle: a file's mesh, repaired and scaled,
-/// or a shape's, whose facets are as fine as its material's lobe asks for. Throws refine::MeshError
-/// for a mesh that cannot be read, std::invalid_argument for sizes that contradict one another and
-/// for what is laid along a path.
+/// The body of a table alone, in metres about its middle: the mesh of a file, repaired and scaled,
+/// or the mesh of a shape with facets as small as its material's lobe needs. Throws
+/// refine::MeshError for a mesh that cannot be read, std::invalid_argument for sizes that
+/// contradict one another and for shapes that are laid along a path.
 refine::TriangleMesh mesh_of(const ObjectOptions& table, std::uint64_t seed,
                              std::span<const Material> materials = {});
 
-/// How many objects the tables make.
+/// The number of objects that the tables make.
 std::size_t count_of(std::span<const ObjectOptions> tables);
 
-/// Reads, makes and sets down the objects of every table. Those at random places come after all
-/// that have theirs, and keep clear of them; number k of table t draws its place, heading and size
-/// from streams of its own, so that no other table changes them but by standing in the way. Throws
-/// refine::MeshError for a mesh or path that cannot be read, for a place without a bed below and
-/// for objects that find no room; std::invalid_argument for sizes that contradict one another.
+/// Reads, makes and sets down the objects of every table. Objects with a given place come first;
+/// then those at random places, which keep their distance from all earlier ones. Object k of table
+/// t draws its place, heading and size from its own random streams, so another table changes them
+/// only if its objects occupy the place. Throws refine::MeshError for a mesh or path that cannot be
+/// read, for a place without a bed below it and for objects that find no room;
+/// std::invalid_argument for sizes that contradict one another.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {});
 

@@ -29,7 +29,7 @@ std::vector<Eigen::Vector2d> read_path(const std::filesystem::path& file) {
     throw refine::MeshError(fmt::format("{}: cannot be opened for reading", file.string()));
   if (size > largest_file_bytes)
     throw refine::MeshError(
-        fmt::format("{}: is larger than 4 MiB, expected a path's points", file.string()));
+        fmt::format("{}: is larger than 4 MiB, expected the points of a path", file.string()));
   std::vector<Eigen::Vector2d> path;
   bool header = false;
   for (std::string line; std::getline(stream, line);) {
@@ -50,7 +50,7 @@ std::vector<Eigen::Vector2d> read_path(const std::filesystem::path& file) {
       const auto [next, wrong] = std::from_chars(at, end, point[axis]);
       if (wrong != std::errc() || !(std::abs(point[axis]) <= farthest_m) ||
           (axis > 0 ? next != end : next == end || *next != ','))
-        throw fault("expected two numbers of metres, east and north, as in 12.5,-3");
+        throw fault("expected two numbers, metres east and north, as in 12.5,-3");
       at = next;
     }
     path.push_back(point);

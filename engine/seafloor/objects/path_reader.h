@@ -7,9 +7,9 @@
 
 namespace ensonify::engine {
 
-/// Reads a path from CSV: a header row `east_m,north_m`, then two points or more, a row each. Blank
-/// lines and lines that begin with # are passed over. At most 4 MiB. Throws refine::MeshError with
-/// `file:line: what is wrong, what was expected`.
+/// Reads a path from CSV: a header row `east_m,north_m`, then at least two points, one per row.
+/// Blank lines and lines that begin with # are ignored. At most 4 MiB. Throws refine::MeshError
+/// with `file:line: what is wrong, what was expected`.
 std::vector<Eigen::Vector2d> read_path(const std::filesystem::path& file);
 
 }  // namespace ensonify::engine

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/objects/laid_line.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/trace/intersector.h>
 
 namespace ensonify::engine {
@@ -16,7 +17,7 @@ namespace {
 using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 
 constexpr double max_pieces = 5e5;  // of one line
-constexpr double hidden_m = 1e-3;   // under the bed, not level with it, is what is wholly sunk in
+constexpr double hidden_m = 1e-3;   // an object with a burial of 1 lies this far below the bed
 
 Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
   return (AngleAxisd(-heading_rad, Vector3d::UnitZ()) *
@@ -32,8 +33,7 @@ refine::MeshError no_bed(const std::string& what, double east_m, double north_m)
                   what, east_m, north_m));
 }
 
-/// z = height + slope . (place - middle), nearest to the bed in least squares over a square of
-/// samples.
+/// z = height + slope . (place - middle), the least-squares fit to a square of bed heights.
 struct Plane {
   double height_m = 0.0;
   Vector2d slope = Vector2d::Zero();
@@ -59,7 +59,8 @@ Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
   return {fit[0], fit.tail<2>()};
 }
 
-/// How far an object can be let down until it touches the bed; negative if it must be raised.
+/// The distance by which an object can be lowered until it touches the bed; negative if it must be
+/// raised.
 double drop_m(refine::Triangles object, const BedGrid& bed) {
   double least = std::numeric_limits<double>::infinity();
   for (const Vector3f& p : object.positions)
@@ -85,7 +86,7 @@ double buried_share(const refine::Bounds& box, const BedGrid& bed) {
                               : 0.0;
 }
 
-/// Of a line whose shape has none of its own: a stiff pipe spans, a chain lies limp. Typical.
+/// Typical values where the object sets none: a stiff pipe spans gaps, a chain follows the ground.
 double usual_sag_radius_m(const std::string& shape) {
   if (shape == "pipeline") return 1000.0;
   return shape == "cable" ? 50.0 : 3.0;
@@ -140,14 +141,14 @@ SetDown lay_down(const ObjectOptions& object, const Spot& spot, const BedGrid& b
   for (std::size_t i = 0; i + 1 < path.size(); ++i) length_m += (path[i + 1] - path[i]).norm();
   if (length_m > max_pieces * std::min(step_m, diameter_m))
     throw refine::MeshError(fmt::format(
-        "{}: {:.0f} m of it are more than {:.0e} pieces; make it shorter or thicker, or "
-        "its facet_m larger",
+        "{}: its {:.0f} m make more than {:.0e} pieces; make it shorter or thicker, or its facet_m "
+        "larger",
         what, length_m, max_pieces));
   const std::vector<Vector3d> line = laid_line(
       path, diameter_m, step_m, object.sag_radius_m.value_or(usual_sag_radius_m(object.shape)),
       object.height_m - object.burial * (diameter_m + hidden_m), ground_m);
   SetDown placed{.mesh = make_line(kind, object.size, line)};
-  double buried = 0.0;  // its mean along the line
+  double buried = 0.0;  // mean along the line
   for (const Vector3d& p : line)
     buried += std::clamp((ground_m(p.head<2>()) - p.z()) / diameter_m + 0.5, 0.0, 1.0);
   placed.buried = buried / static_cast<double>(line.size());

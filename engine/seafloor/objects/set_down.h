@@ -13,11 +13,11 @@
 
 namespace ensonify::engine {
 
-/// Where one object of a table goes.
+/// The place, heading and scale of one object of a table.
 struct Spot {
   double east_m = 0.0, north_m = 0.0;  ///< its middle, local metres
   double heading_rad = 0.0;
-  double scale = 1.0;  ///< metres a unit of the mesh
+  double scale = 1.0;  ///< metres per unit of the mesh
 };
 
 /// An object on the bed.
@@ -26,11 +26,11 @@ struct SetDown {
   double buried = 0.0;        ///< share of its height under the bed's plane at its middle
 };
 
-/// A mesh turned, scaled and set down over a bed: about the middle of its bounds, in the object's
-/// attitude, and leaning with the bed if it follows the slope: with the plane that lies nearest, in
-/// least squares, to the bed's heights below its bounds. It rests where one of its vertices meets
-/// the bed or a vertex of the bed meets it, then floats or is sunk in as asked. `what` begins
-/// messages. Throws refine::MeshError for a place without a bed below.
+/// A mesh turned to the object's attitude about the middle of its bounding box, scaled, and set
+/// down on a bed. If it follows the slope, it is tilted with the plane that fits the bed's heights
+/// below its bounding box best in least squares. It is lowered until one of its vertices meets the
+/// bed or a vertex of the bed meets it, and then raised or sunk by the object's height or burial.
+/// `what` begins messages. Throws refine::MeshError for a place without a bed below it.
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
                  const BedGrid& bed, const std::string& what);
 

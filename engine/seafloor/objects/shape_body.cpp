@@ -34,7 +34,7 @@ class Draws {
   std::uint64_t next_ = 0;
 };
 
-/// One body while it is made.
+/// Makes one body.
 class Body {
  public:
   Body(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random)
@@ -70,8 +70,8 @@ class Body {
     const double facet_m = given_.facet_m.value_or(0.5 * diameter_m * usual_rad);
     return static_cast<int>(std::clamp(std::ceil(pi * diameter_m / facet_m - 1e-9), 8.0, 512.0));
   }
-  /// Subdivisions of an icosahedron, whose edge is 1.05 radii or 1.11 radians; without a facet size
-  /// `usual`, or what the widest angle asks for.
+  /// Number of subdivisions of an icosahedron, whose edge is 1.05 radii or 1.11 radians: as many
+  /// as the facet size or the largest angle needs; `usual` if neither is set.
   int ball_level(double radius_m, int usual) const {
     if (!given_.facet_m && !given_.facet_rad) return usual;
     const double halvings = given_.facet_m ? std::log2(1.05 * radius_m / *given_.facet_m)
@@ -79,13 +79,13 @@ class Body {
     const double least = given_.facet_m ? 1.0 : usual;
     return static_cast<int>(std::clamp(std::ceil(halvings), least, 7.0));
   }
-  /// The rod, which must be thin beside what is made of it.
+  /// The thickness of rods, which must be thin compared with the body's smallest size.
   double rod_m(double min_m) const {
     const double rod = kind_.size_m(given_, &ShapeSize::rod_m);
     if (!(rod < 0.25 * min_m))
       throw std::invalid_argument(fmt::format(
-          "a {} of {:.3g} m cannot have a rod_m of {:.3g}, expected less than a quarter "
-          "of its least size",
+          "a {} of {:.3g} m cannot have a rod_m of {:.3g}, expected less than a quarter of its "
+          "smallest size",
           kind_.name, min_m, rod));
     return rod;
   }
@@ -94,7 +94,7 @@ class Body {
                   std::abs((points[1] - points[0]).normalized().z()) > 0.9 ? Vector3d::UnitX()
                                                                            : Vector3d::UnitZ());
   }
-  /// What was made about z now lies along y.
+  /// Turns the body's z axis to y.
   void lay_down() {
     for (Eigen::Vector3f& p : solids_.mesh.positions) p = {p.x(), p.z(), -p.y()};
   }
@@ -198,7 +198,7 @@ class Body {
       return Vector3d(-0.5 * (w - rod) * std::cos(angle), y,
                       0.5 * rod + (t - rod) * std::sin(angle));
     };
-    for (int i = 0; i <= 12; ++i) {  // arches, every sixth of them a hoop, the others netting
+    for (int i = 0; i <= 12; ++i) {  // arches: every sixth is a hoop, the others are netting
       std::vector<Vector3d> arch;
       for (int k = 0; k <= arch_points; ++k)
         arch.push_back(on_arch(k, (l - rod) * (i / 12.0 - 0.5)));
@@ -219,7 +219,7 @@ class Body {
     const double rod = rod_m(std::min({l, w, t}));
     std::array<double, 9> phase{};
     for (double& p : phase) p = draws_.between(0.0, two_pi);
-    // Folds that grow towards the floats' side, x = 1.
+    // Folds grow towards the side of the floats, x = 1.
     const auto place = [&](double x, double y) {
       const double lift = 0.12 + 0.48 * x * x;
       const double fold = std::cos(two_pi * 1.5 * y + phase[0]) +
@@ -249,7 +249,7 @@ class Body {
 
   void boulder() {
     solids_.ball(Vector3d::Zero(), 1.0, ball_level(0.5 * diameter_m(), 2));
-    // A lump of three axes, waved, and split along planes.
+    // An ellipsoid with waves on its surface, cut by planes.
     const Vector3d axes(draws_.between(0.65, 0.9), 1.0, draws_.between(0.5, 0.8));
     struct Plane {
       Vector3d normal;

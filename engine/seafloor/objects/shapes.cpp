@@ -20,7 +20,7 @@ Dimension rod(double m) { return {"rod_m", &Size::rod_m, m}; }
 
 }  // namespace
 
-// The usual sizes are typical ones, rounded, where no source is named.
+// Where no source is named, the usual sizes are typical values, rounded.
 const std::vector<ShapeKind>& shape_kinds() {
   static const std::vector<ShapeKind> kinds = {
       {"cylinder",
@@ -51,9 +51,9 @@ const std::vector<ShapeKind>& shape_kinds() {
        "a lost net, its floats holding up one side",
        false,
        {length(8.0), width(3.0), tall(0.8), rod(0.02)}},
-      {"boulder", "each another one; diameter_m is its longest", false, {diameter(1.0)}},
+      {"boulder", "every one different; diameter_m is its longest size", false, {diameter(1.0)}},
       {"debris",
-       "a piece of a wreck, each another: plate, beam, pipe, rib or machine",
+       "a piece of a wreck, every one different: plate, beam, pipe, rib or machine",
        false,
        {length(2.5)}},
       {"pipeline", "along a path", true, {diameter(0.6)}},

@@ -8,26 +8,13 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/objects/shape_size.h>
 #include <ensonify/engine/seafloor/objects/solids.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-/// Sizes of a shape in metres; what is unset is the shape's own usual size.
-struct ShapeSize {
-  std::optional<double> length_m;        ///< along y, where the heading points
-  std::optional<double> width_m;         ///< across it
-  std::optional<double> shape_height_m;  ///< from its lowest place to its highest
-  std::optional<double> diameter_m;      ///< of what is round
-  std::optional<double> top_diameter_m;  ///< of a cone's upper end
-  std::optional<double> rod_m;           ///< thickness of rods, wires and twine
-  std::optional<double> facet_m;         ///< edge of its facets where it is round
-  /// Widest angle between neighbouring facets of what is round, where facet_m does not say; no key:
-  /// the lobe of the material asks for it.
-  std::optional<double> facet_rad;
-};
-
-/// A size that a shape has: its key, where it is kept, and the usual one.
+/// A size that a shape has: its scene key, its member of ShapeSize and its usual value.
 struct Dimension {
   std::string_view key;
   std::optional<double> ShapeSize::*size;
@@ -37,31 +24,31 @@ struct Dimension {
 /// A shape known by its name.
 struct ShapeKind {
   std::string_view name;
-  std::string_view help;  ///< what it is, and where its usual size comes from
-  bool along_path;        ///< laid along a path rather than set down
+  std::string_view help;  ///< what it is, and the source of its usual size
+  bool along_path;        ///< laid along a path, not set down
   std::vector<Dimension> dimensions;
 
-  /// A size it has: as given, or the usual.
+  /// One size of this shape: the given one, or the usual one if that is unset.
   double size_m(const ShapeSize& given, std::optional<double> ShapeSize::*which) const;
 };
 
 const std::vector<ShapeKind>& shape_kinds();
 /// Throws std::invalid_argument for a name that is not one of shape_kinds().
 const ShapeKind& shape_named(std::string_view name);
-/// Every dimension there is, once.
+/// All dimensions, each once.
 std::span<const Dimension> all_dimensions();
 
-/// A body's mesh, z up and y forward: closed and turned outwards (parts of it may overlap), the
-/// same for the same numbers of the stream; only "boulder", "net" and "debris" draw any. facet_m
-/// unset: a sixteenth of its diameter (48 facets round) or what facet_rad asks for, thin rods
-/// having 8 sides. Throws std::invalid_argument for a kind that is laid along a path and for sizes
-/// that contradict one another.
+/// The mesh of a body, z up and y forward: closed, with normals outwards (its parts may overlap).
+/// It depends on `random` only for "boulder", "net" and "debris", the shapes that draw numbers. If
+/// facet_m is unset, facets are a sixteenth of the diameter (48 around the body) or as small as
+/// facet_rad needs; thin rods have 8 sides. Throws std::invalid_argument for a kind that is laid
+/// along a path and for sizes that contradict one another.
 refine::TriangleMesh make_body(const ShapeKind& kind, const ShapeSize& size,
                                const RandomStream& random);
 
-/// How wide a kind is that is laid along a path.
+/// The outer diameter of a kind that is laid along a path.
 double line_diameter_m(const ShapeKind& kind, const ShapeSize& size);
-/// A pipeline, cable, rope or chain along the points of its middle line. Throws
+/// The mesh of a pipeline, cable, rope or chain along the points of its middle line. Throws
 /// std::invalid_argument for a kind that is a body, and for fewer than two points.
 refine::TriangleMesh make_line(const ShapeKind& kind, const ShapeSize& size,
                                std::span<const Eigen::Vector3d> points);

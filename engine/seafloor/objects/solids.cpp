@@ -74,8 +74,7 @@ void Solids::sweep(std::span<const Vector3d> points, const CrossSection& section
     upright = (upright - upright.dot(in) * in).normalized();
     before = in;
     const Vector3d right = in.cross(upright);
-    // The mitre's plane halves the corner; a corner sharper than a right angle and a half is cut
-    // square.
+    // The mitre's plane halves the corner; a turn of more than about 130 degrees is cut square.
     Vector3d across = in + out;
     const bool sharp = across.norm() < 0.8;
     across = sharp ? in : across.normalized();

@@ -8,21 +8,11 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/echo/object_view.h>
 #include <ensonify/engine/trace/ray.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
-
-/// How much of an object is seen: of the rays of a sonar that would meet it, were it alone in the
-/// water, and of those among them that meet it in the scene, their solid angles summed over all
-/// pings. What the bed buries and what something in front hides is missing from the share.
-struct ObjectView {
-  std::uint64_t alone = 0, seen = 0;  ///< in 2^-44 sr: whole numbers, whose sum has no order
-
-  ObjectView& operator+=(const ObjectView& other);
-  /// seen / alone; none for an object that no ray could have met.
-  double share() const { return static_cast<double>(seen) / static_cast<double>(alone); }
-};
 
 /// Looks at the objects of a seafloor beside the pings of one sonar. Straight rays only.
 ///

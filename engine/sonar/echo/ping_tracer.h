@@ -11,11 +11,9 @@
 #include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refraction_mode.h>
 
 namespace ensonify::engine {
-
-/// What a sound speed profile does to rays: nothing, only their travel times, or all of it.
-enum class RefractionMode { off, time_only, full };
 
 /// The layered sea of all pings, for rays that are not straight.
 struct Refraction {

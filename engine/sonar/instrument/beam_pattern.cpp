@@ -39,7 +39,7 @@ double LineArray::power(double sin_psi) const {
 double LineArray::power(double sin_psi, double range_m) const {
   const double x = length_m * sin_psi / wavelength_m;
   const double fresnel = 0.5 * length_m * length_m / (wavelength_m * range_m);
-  // Simpson's rule, in steps of a sixteenth of the fastest turn or less.
+  // Simpson's rule; a step is at most a sixteenth of the fastest turn of the phase.
   const int steps = 64 + 2 * static_cast<int>(8.0 * (fresnel + std::abs(x)));
   std::complex<double> sum = 0.0;
   for (int i = 0; i <= steps; ++i) {
@@ -64,7 +64,7 @@ double VerticalPattern::power(double depression_rad, Side side) const {
   } else if (beamwidth_rad > 0.0) {
     const double off_axis = std::remainder(depression - tilt_rad, 2.0 * pi);
     const double s = sinc(half_power_sinc * std::sin(off_axis) / std::sin(beamwidth_rad / 2.0));
-    power = std::abs(off_axis) < pi / 2.0 ? s * s : 0.0;  // nothing from the element's back
+    power = std::abs(off_axis) < pi / 2.0 ? s * s : 0.0;  // the element's back does not radiate
   }
   if (ripple_db > 0.0) {
     const double turns = (depression - ripple_dark_rad) / ripple_period_rad;

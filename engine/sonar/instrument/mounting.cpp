@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::AngleAxisd, Eigen::Matrix3d, Eigen::Vector3d;
 
-/// Heading, pitch and roll rates as the angular velocity about the body's own axes.
+/// The angular velocity about the body's axes, from the heading, pitch and roll rates.
 Vector3d angular_velocity_radps(const Pose& pose) {
   const double cr = std::cos(pose.roll_rad), sr = std::sin(pose.roll_rad);
   const double cp = std::cos(pose.pitch_rad), sp = std::sin(pose.pitch_rad);
@@ -19,7 +19,7 @@ Vector3d angular_velocity_radps(const Pose& pose) {
           -pose.pitch_rate_radps * sr + pose.heading_rate_radps * cp * cr};
 }
 
-/// The same the other way about; a nose straight up has no heading.
+/// The inverse; undefined if the nose points straight up, where there is no heading.
 void set_rates(Pose& pose, const Vector3d& angular_velocity) {
   const double cr = std::cos(pose.roll_rad), sr = std::sin(pose.roll_rad);
   const double turning = angular_velocity.y() * sr + angular_velocity.z() * cr;

@@ -4,18 +4,19 @@
 
 namespace ensonify::engine {
 
-/// Where on the vehicle a sonar sits and how it is turned. Its own x axis is the array's.
+/// The position and direction of a sonar on its vehicle. The sonar's x axis is along the array.
 struct Mounting {
-  double forward_m = 0.0;  ///< from the vehicle's point of reference
+  double forward_m = 0.0;  ///< from the vehicle's reference point
   double starboard_m = 0.0;
   double down_m = 0.0;
-  double azimuth_rad = 0.0;  ///< turns the array to starboard: at -90 degrees starboard looks ahead
-  double pitch_rad = 0.0;    ///< then lifts its fore end
+  /// Turns the array to starboard; at -90 degrees the starboard side looks ahead.
+  double azimuth_rad = 0.0;
+  double pitch_rad = 0.0;  ///< then lifts the front end
 
   bool operator==(const Mounting&) const = default;
 };
 
-/// The pose of a sonar on a vehicle, with its rates: those of a rigid body.
+/// The pose and rates of a sonar mounted on a vehicle, as parts of one rigid body.
 Pose mounted(const Pose& vehicle, const Mounting& mounting);
 
 }  // namespace ensonify::engine

@@ -8,20 +8,21 @@
 
 namespace ensonify::engine {
 
-/// An instrument that scenes can start from. Instruments of two frequencies are two presets.
+/// An instrument whose values scenes can use as defaults. An instrument with two frequencies has
+/// two presets.
 struct Preset {
-  std::string_view name;        ///< as in "klein-3000-low"
+  std::string_view name;        ///< e.g. "klein-3000-low"
   std::string_view instrument;  ///< maker and model
-  double beamwidth_rad;         ///< horizontal, one way, -3 dB to -3 dB; the array's length follows
+  double beamwidth_rad;         ///< horizontal, one way, -3 dB to -3 dB; gives the array's length
   Sonar sonar;
-  /// Keys whose values a document of the maker or of a survey gives, separated by blanks; the
-  /// others are typical of such instruments.
+  /// Keys whose values come from a document of the maker or of a survey, separated by blanks; the
+  /// other values are typical of such instruments.
   std::string_view documented;
 };
 
 std::span<const Preset> presets();
 std::vector<std::string_view> preset_names();
-/// The sonar of that name. Throws std::invalid_argument for no such name.
+/// The sonar of the preset of that name. Throws std::invalid_argument if there is none.
 const Sonar& preset_sonar(std::string_view name);
 
 }  // namespace ensonify::engine

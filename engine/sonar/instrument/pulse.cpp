@@ -8,20 +8,21 @@
 namespace ensonify::engine {
 namespace {
 
-// Of an amplitude of 1 / (pi x) or 1 / (pi x (x^2 - 1)), x = B t, the last of -60 dB.
+// x = B t where the amplitude's envelope, 1 / (pi x) or 1 / (pi x (x^2 - 1)), falls to -60 dB.
 constexpr double sinc_reach = 318.3;
 constexpr double hann_reach = 6.9;
 
-// Integral from 0 to x of the triangle 1 - |s| on [-1, 1], the bins' overlap.
+// Integral from 0 to x of the triangle 1 - |s| on [-1, 1], the overlap of two bins.
 double triangle_integral(double x) {
   const double s = std::min(std::abs(x), 1.0);
   return std::copysign(s - 0.5 * s * s, x);
 }
 
-/// The integral of a pulse's intensity times the bins' overlap, d bins off, over the bin.
+/// The integral of a pulse's intensity times the overlap of two bins that are d bins apart, over
+/// the length of a bin.
 double overlap(const Pulse& pulse, double bin_s, int d) {
-  // Simpson's rule on either side of the triangle's top, in steps of a small part of a bin and a
-  // lobe.
+  // Simpson's rule on either side of the triangle's top, in steps that are short compared with a
+  // bin and with a lobe.
   const double lobe_s = 1.0 / pulse.bandwidth_hz;
   const int steps = 2 * static_cast<int>(std::ceil(16.0 * std::max(1.0, bin_s / lobe_s)));
   const double step = 1.0 / steps;
@@ -39,7 +40,7 @@ double overlap(const Pulse& pulse, double bin_s, int d) {
 
 double Pulse::effective_length_s() const {
   if (kind == PulseKind::cw && length_s > 0.0) return length_s;
-  // Of the spectrum W: B * mean(W^2) / mean(W)^2, by Parseval.
+  // By Parseval, for the spectrum W: mean(W^2) / mean(W)^2 / B.
   return (kind == PulseKind::lfm && window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
 }
 
@@ -68,7 +69,7 @@ double Pulse::correlation(double time_s) const {
   };
   const double x = bandwidth_hz * t;
   if (window == PulseWindow::none) return sinc(x);
-  // Of the spectrum cos^4: 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
+  // The spectrum is cos^4 a = 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
   return sinc(x) + (sinc(x - 1.0) + sinc(x + 1.0)) * 2.0 / 3.0 +
          (sinc(x - 2.0) + sinc(x + 2.0)) / 6.0;
 }
@@ -97,8 +98,8 @@ std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, dou
 
 namespace {
 
-/// Power spectrum of speckle's samples over the angle a sample, of a sweep folded about the
-/// sampling rate.
+/// Power spectrum of the samples of speckle as a function of the phase step per sample; a sweep's
+/// spectrum is folded (aliased) at the sampling rate.
 double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
   constexpr double pi = std::numbers::pi;
   if (pulse.kind == PulseKind::cw) {
@@ -124,7 +125,7 @@ double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
 std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m) {
   constexpr int angles = 2048;
   constexpr int most = 24;
-  constexpr double left_out = 2e-3;  // of the energy
+  constexpr double left_out = 2e-3;  // share of the energy
   const double bin_s = 2.0 * bin_m / sound_speed_mps;
   std::vector<double> taps(most + 1);
   for (int i = 0; i < angles; ++i) {

@@ -4,28 +4,30 @@
 
 namespace ensonify::engine {
 
-/// What of a sample's looks is recorded.
+/// Which value of a sample's looks is recorded.
 enum class Detector { mean, peak };
 
-/// How the detected amplitude, over full scale, becomes a number between 0 and 1.
+/// The curve that turns the detected amplitude, over full scale, into a number between 0 and 1.
 enum class TransferCurve { linear, square_root, logarithmic };
 
-/// From the array to the file.
+/// The receiver, from the array to the file.
 struct ReceiverOptions {
-  bool noise = true;                    ///< of the sea and its own
-  std::optional<double> self_noise_db;  ///< its own, dB re 1 uPa^2/Hz behind the beam; unset: none
-  std::optional<double> output_noise_db;  ///< behind the gain, dB re full scale; unset: none
+  bool noise = true;  ///< whether there is ambient noise and self-noise
+  /// Noise of the receiver, dB re 1 uPa^2/Hz after beamforming; unset: none.
+  std::optional<double> self_noise_db;
+  std::optional<double> output_noise_db;  ///< added after the gain, dB re full scale; unset: none
   double spreading = 40.0;                ///< time-varied gain, dB per factor of ten in range
-  bool absorption = true;                 ///< and of the two-way absorption
-  std::optional<double> gain_db;  ///< full scale over the received amplitude times the varied gain
-                                  ///< at 1 m, dB re 1/uPa; unset: automatic
-  int looks = 1;  ///< independent echoes a sample is made of
+  bool absorption = true;  ///< whether the time-varied gain corrects the two-way absorption too
+  /// Amplitude over full scale per received amplitude at 1 m, without the time-varied gain, dB re
+  /// 1/uPa; unset: automatic.
+  std::optional<double> gain_db;
+  int looks = 1;  ///< independent echoes per sample
   Detector detector = Detector::mean;
-  double ping_mean =
-      0.0;  ///< mean amplitude over full scale that each side's ping is scaled to; 0: as it is
+  /// Mean amplitude over full scale to which each side of a ping is scaled; 0: not scaled.
+  double ping_mean = 0.0;
   TransferCurve curve = TransferCurve::linear;
-  double curve_range_db = 90.0;  ///< of a logarithmic curve: what lies so far below full scale is 0
-  int bits = 15;                 ///< 15: what readers of XTF and JSF take
+  double curve_range_db = 90.0;  ///< of a logarithmic curve: this far below full scale it gives 0
+  int bits = 15;                 ///< 15: what readers of XTF and JSF accept
 };
 
 }  // namespace ensonify::engine

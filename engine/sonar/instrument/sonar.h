@@ -11,42 +11,42 @@
 
 namespace ensonify::engine {
 
-/// The sides an instrument has.
+/// The sides of an instrument.
 enum class Sides { both, port, starboard };
 
-/// One instrument: a line array a side, looking to port and starboard of it.
+/// One instrument: one line array per side, which looks to port or to starboard.
 struct Sonar {
   std::string name = "sidescan";
-  std::string preset;  ///< whose values are its defaults; empty: none
+  std::string preset;  ///< the preset that gives its default values; empty: none
   Sides sides = Sides::both;
   Mounting mounting;
   double frequency_hz = 400e3;
   double source_level_db = 210.0;  ///< dB re 1 uPa at 1 m, on the axis of the beam
   Pulse pulse;
   double range_m = 75.0;                ///< slant range of the last bin's far edge
-  int bins = 1500;                      ///< a side
-  double sample_rate_hz = 0.0;          ///< of the digitiser; 0: as many bins as are wanted
+  int bins = 1500;                      ///< per side
+  double sample_rate_hz = 0.0;          ///< of the digitiser; 0: `bins` gives the bin length
   double array_length_m = 0.5;          ///< of the transmitter
   double receive_array_length_m = 0.0;  ///< 0: the same array
-  bool focused = false;  ///< at all ranges; else the near field is as wide as the array
-  int side_lobes = 0;    ///< how many of the array's are traced, either side of the main lobe
+  bool focused = false;  ///< at all ranges; otherwise the near field is as wide as the array
+  int side_lobes = 0;    ///< number that is traced on either side of the main lobe
   VerticalPattern vertical;
-  double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: depression where the fan begins
-  double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: and where it ends
+  double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: lowest depression of the fan
+  double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: highest depression of the fan
   int planes = 8;                                ///< fan planes across the main lobe
-  int elevations = 2048;                         ///< rays a plane
+  int elevations = 2048;                         ///< rays per plane
   ReceiverOptions receiver;
 
   double receive_length_m() const {
     return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;
   }
   double bin_m() const { return range_m / bins; }
-  /// The same, where a digitiser's rate is given with the bins that it makes in water of that sound
-  /// speed: c / (2 rate) long, as many as reach the range.
+  /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
+  /// c, and there are just enough to reach the range.
   Sonar sampled(double sound_speed_mps) const;
 };
 
-/// Its sides, port first.
+/// The sides of a sonar, port first.
 inline std::span<const Side> sides_of(const Sonar& sonar) {
   static constexpr std::array both{Side::port, Side::starboard};
   switch (sonar.sides) {

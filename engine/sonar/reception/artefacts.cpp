@@ -27,7 +27,8 @@ bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64
 
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s) {
   if (!(options.stale_navigation > 0.0 && options.stale_s > 0.0)) return t_s;
-  // Of stretches of that length, some in which nothing new comes; they may follow on each other.
+  // Time is divided into intervals of stale_s; some are stale, and several of these may follow one
+  // another.
   double since_s = t_s;
   for (double stretch = std::floor(t_s / options.stale_s);
        draw(seed, Artefact::stale_navigation,

@@ -16,13 +16,13 @@ namespace {
 using std::numbers::pi;
 
 constexpr double fish_cell_m = 10.0;
-constexpr double fish_height_share = 0.25;  // of its length
-constexpr std::size_t max_fish = 64;        // a cell
-constexpr std::size_t coarse = 16;          // bins over which the shimmer is taken for linear
+constexpr double fish_height_share = 0.25;  // height of a fish over its length
+constexpr std::size_t max_fish = 64;        // per cell
+constexpr std::size_t coarse = 16;          // bins over which the shimmer is linear
 
-/// To port or starboard of the array, level.
-Eigen::Vector2d abeam(const PingContext& hearing, Side side) {
-  const Eigen::Vector2d ahead = hearing.array.axis.head<2>().normalized();
+/// The horizontal direction to port or starboard of the array.
+Eigen::Vector2d abeam(const PingContext& context, Side side) {
+  const Eigen::Vector2d ahead = context.array.axis.head<2>().normalized();
   return side == Side::starboard ? Eigen::Vector2d(ahead.y(), -ahead.x())
                                  : Eigen::Vector2d(-ahead.y(), ahead.x());
 }
@@ -47,14 +47,14 @@ Disturbances::Disturbances(const ArtefactOptions& options, const EchoLaw& law, d
   if (interference_ > 0.0) effects_.push_back(&Disturbances::add_interference);
 }
 
-void Disturbances::apply(const PingContext& hearing, Side side, std::span<float> gain,
+void Disturbances::apply(const PingContext& context, Side side, std::span<float> gain,
                          std::span<float> power, Artefacts& artefacts) const {
-  for (const Effect effect : effects_) (this->*effect)(hearing, side, gain, power, artefacts);
+  for (const Effect effect : effects_) (this->*effect)(context, side, gain, power, artefacts);
 }
 
-// Three waves of nearly the same length: bands that come and go. Each turns on by the same from
-// step to step.
-void Disturbances::shimmer(const PingContext& hearing, Side, std::span<float> gain,
+// The sum of three waves of nearly the same length makes bands that come and go. The phase of each
+// wave advances by a constant from step to step.
+void Disturbances::shimmer(const PingContext& context, Side, std::span<float> gain,
                            std::span<float>, Artefacts& artefacts) const {
   artefacts.add(Artefact::shimmer);
   std::array<std::complex<double>, 3> waves, turns;
@@ -63,7 +63,7 @@ void Disturbances::shimmer(const PingContext& hearing, Side, std::span<float> ga
     const double tune = std::exp2((static_cast<double>(i) - 1.0) / 3.0);
     waves[i] = std::polar(to_nepers, 2.0 * pi *
                                          (tune * law_.range_m(0) / options_.shimmer_m +
-                                          tune * hearing.t_s / options_.shimmer_s + phases_[i]));
+                                          tune * context.t_s / options_.shimmer_s + phases_[i]));
     turns[i] = std::polar(1.0, 2.0 * pi * tune * coarse * law_.bin_m() / options_.shimmer_m);
   }
   const auto level = [&] { return std::exp(waves[0].real() + waves[1].real() + waves[2].real()); };
@@ -80,12 +80,12 @@ void Disturbances::shimmer(const PingContext& hearing, Side, std::span<float> ga
   }
 }
 
-void Disturbances::add_interference(const PingContext& hearing, Side, std::span<float>,
+void Disturbances::add_interference(const PingContext& context, Side, std::span<float>,
                                     std::span<float> power, Artefacts& artefacts) const {
   artefacts.add(Artefact::interference);
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
   const double at_m = std::fmod(
-      interference_begin_m_ + static_cast<double>(hearing.ping) * options_.interference_drift_m,
+      interference_begin_m_ + static_cast<double>(context.ping) * options_.interference_drift_m,
       reach_m);
   const double begin_m = at_m < 0.0 ? at_m + reach_m : at_m;
   const auto first = static_cast<std::size_t>(begin_m / law_.bin_m());
@@ -95,21 +95,21 @@ void Disturbances::add_interference(const PingContext& hearing, Side, std::span<
     power[n] += static_cast<float>(interference_);
 }
 
-// Bubbles at the surface, along the line where a ship went.
-void Disturbances::add_wake(const PingContext& hearing, Side side, std::span<float>,
+// Bubbles at the surface along a ship's track.
+void Disturbances::add_wake(const PingContext& context, Side side, std::span<float>,
                             std::span<float> power, Artefacts& artefacts) const {
-  const BeamPlane plane(hearing.array, side);
-  const double depth_m = plane.slant_m(hearing.depth_m());
+  const BeamPlane plane(context.array, side);
+  const double depth_m = plane.slant_m(context.depth_m());
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
-  const double from_line_m = across.dot(hearing.array.origin.head<2>()) - options_.wake_offset_m;
-  const double a_metre = across.dot(abeam(hearing, side));
-  // Twice its half width to either side: from where to where over the surface.
+  const double from_line_m = across.dot(context.array.origin.head<2>()) - options_.wake_offset_m;
+  const double per_metre = across.dot(abeam(context, side));
+  // The part of the surface within twice the half width of the track's middle.
   double near_m = 0.0, far_m = std::numeric_limits<double>::infinity();
-  if (a_metre != 0.0) {
-    const double one_m = (options_.wake_width_m - from_line_m) / a_metre;
-    const double other_m = (-options_.wake_width_m - from_line_m) / a_metre;
+  if (per_metre != 0.0) {
+    const double one_m = (options_.wake_width_m - from_line_m) / per_metre;
+    const double other_m = (-options_.wake_width_m - from_line_m) / per_metre;
     near_m = std::max(std::min(one_m, other_m), 0.0);
     far_m = std::max(one_m, other_m);
   } else if (std::abs(from_line_m) > options_.wake_width_m) {
@@ -125,7 +125,7 @@ void Disturbances::add_wake(const PingContext& hearing, Side side, std::span<flo
     const double before_m = over_m(n), behind_m = over_m(n + 1);
     if (before_m > far_m) break;
     const double middle_m = 0.5 * (before_m + behind_m), strip_m = behind_m - before_m;
-    const double from_middle = (from_line_m + middle_m * a_metre) / (0.5 * options_.wake_width_m);
+    const double from_middle = (from_line_m + middle_m * per_metre) / (0.5 * options_.wake_width_m);
     const double pattern = law_.vertical(side, plane, middle_m, -depth_m);
     power[n] +=
         static_cast<float>(law_.per_m2(n) * strength * std::exp(-from_middle * from_middle) *
@@ -135,12 +135,12 @@ void Disturbances::add_wake(const PingContext& hearing, Side side, std::span<flo
   }
 }
 
-// Fish keep to their cells of the ground, at heights over the bed below the sonar.
-void Disturbances::add_fish(const PingContext& hearing, Side side, std::span<float> gain,
+// Fish stay in their cells of the ground, at heights above the bed's height below the sonar.
+void Disturbances::add_fish(const PingContext& context, Side side, std::span<float> gain,
                             std::span<float> power, Artefacts& artefacts) const {
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
-  const Eigen::Vector2d out = abeam(hearing, side);
-  const Eigen::Vector2d here = hearing.array.origin.head<2>(), there = here + reach_m * out;
+  const Eigen::Vector2d out = abeam(context, side);
+  const Eigen::Vector2d here = context.array.origin.head<2>(), there = here + reach_m * out;
   const auto cell_of = [](double m) {
     return static_cast<std::int64_t>(std::floor(m / fish_cell_m));
   };
@@ -150,7 +150,7 @@ void Disturbances::add_fish(const PingContext& hearing, Side side, std::span<flo
        i <= cell_of(std::max(here.x(), there.x()) + 1.0); ++i)
     for (std::int64_t j = cell_of(std::min(here.y(), there.y()) - 1.0);
          j <= cell_of(std::max(here.y(), there.y()) + 1.0); ++j) {
-      // Far from the beam's plane?
+      // Skips cells far from the beam's plane.
       const Eigen::Vector2d middle{(static_cast<double>(i) + 0.5) * fish_cell_m,
                                    (static_cast<double>(j) + 0.5) * fish_cell_m};
       if (std::abs((middle - here).dot(Eigen::Vector2d(-out.y(), out.x()))) > fish_cell_m) continue;
@@ -164,15 +164,15 @@ void Disturbances::add_fish(const PingContext& hearing, Side side, std::span<flo
         const double over_bed_m = random[3 * k + 2] * options_.fish_height_m;
         const Eigen::Vector3d place{(static_cast<double>(i) + random[3 * k]) * fish_cell_m,
                                     (static_cast<double>(j) + random[3 * k + 1]) * fish_cell_m,
-                                    hearing.array.origin.z() - hearing.altitude_m + over_bed_m};
-        const Eigen::Vector3d from_array = place - hearing.array.origin;
+                                    context.array.origin.z() - context.altitude_m + over_bed_m};
+        const Eigen::Vector3d from_array = place - context.array.origin;
         if (from_array.head<2>().dot(out) > 0.0)
-          add_one_fish(hearing, side, from_array, over_bed_m, gain, power, artefacts);
+          add_one_fish(context, side, from_array, over_bed_m, gain, power, artefacts);
       }
     }
 }
 
-void Disturbances::add_one_fish(const PingContext& hearing, Side side,
+void Disturbances::add_one_fish(const PingContext& context, Side side,
                                 const Eigen::Vector3d& from_array, double over_bed_m,
                                 std::span<float> gain, std::span<float> power,
                                 Artefacts& artefacts) const {
@@ -180,15 +180,15 @@ void Disturbances::add_one_fish(const PingContext& hearing, Side side,
   const auto bin = static_cast<std::size_t>(range_m / law_.bin_m());
   if (bin >= power.size()) return;
   const double along_m =
-      std::max(std::abs(from_array.dot(hearing.array.axis)) - 0.5 * options_.fish_length_m, 0.0);
+      std::max(std::abs(from_array.dot(context.array.axis)) - 0.5 * options_.fish_length_m, 0.0);
   const double in_beam = law_.pattern(bin, along_m);
   if (!(in_beam > 0.0)) return;
   artefacts.add(Artefact::fish);
   const double over_m = from_array.head<2>().norm();
   const Eigen::Vector3d to_side =
-      (side == Side::starboard ? 1.0 : -1.0) * hearing.array.down.cross(hearing.array.axis);
+      (side == Side::starboard ? 1.0 : -1.0) * context.array.down.cross(context.array.axis);
   const double pattern =
-      law_.vertical(side, from_array.dot(to_side), from_array.dot(hearing.array.down));
+      law_.vertical(side, from_array.dot(to_side), from_array.dot(context.array.down));
   const double thick_m = fish_height_share * options_.fish_length_m;
   const auto bins = static_cast<std::size_t>(thick_m / law_.bin_m()) + 1;
   const double echo = law_.per_m2(bin) * scatter::from_db(options_.fish_strength_db) * in_beam *
@@ -196,9 +196,10 @@ void Disturbances::add_one_fish(const PingContext& hearing, Side side,
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
     power[n] += static_cast<float>(echo);
 
-  // The shadow lies where the lines of sight over and under it meet the bed.
+  // The shadow extends between the places where the lines of sight below and above the fish meet
+  // the bed.
   const auto shadow_m = [&](double height_m) {
-    const double h = hearing.altitude_m;
+    const double h = context.altitude_m;
     if (height_m >= h) return std::numeric_limits<double>::infinity();
     const double ground_m = over_m * h / (h - std::max(height_m, 0.0));
     return std::sqrt(ground_m * ground_m + h * h);

@@ -10,34 +10,36 @@
 
 namespace ensonify::engine {
 
-/// What of the artefacts meets the sound in the water: fish, wakes, internal waves and other
-/// sonars.
+/// The artefacts that arise in the water: fish, wakes, internal waves and other sonars.
 class Disturbances {
  public:
-  /// noise: uPa^2, which an interference's level is counted from. The law must outlive it.
+  /// `noise`: power in uPa^2 to which the level of an interference is relative. The law must
+  /// outlive this object.
   Disturbances(const ArtefactOptions& options, const EchoLaw& law, double noise,
                std::uint64_t seed);
 
+  /// Whether none of them is switched on.
   bool empty() const { return effects_.empty(); }
-  /// Changes the direct echo's gain in each bin and adds to the incoherent power.
-  void apply(const PingContext& hearing, Side side, std::span<float> gain, std::span<float> power,
+  /// Multiplies the gain of the direct echo in each bin, adds to the incoherent power in each bin,
+  /// and adds to `artefacts` those that the ping has.
+  void apply(const PingContext& context, Side side, std::span<float> gain, std::span<float> power,
              Artefacts& artefacts) const;
 
  private:
   /// What apply() does for one artefact.
-  using Effect = void (Disturbances::*)(const PingContext& hearing, Side side,
+  using Effect = void (Disturbances::*)(const PingContext& context, Side side,
                                         std::span<float> gain, std::span<float> power,
                                         Artefacts& artefacts) const;
-  void add_interference(const PingContext& hearing, Side side, std::span<float> gain,
+  void add_interference(const PingContext& context, Side side, std::span<float> gain,
                         std::span<float> power, Artefacts& artefacts) const;
-  void add_wake(const PingContext& hearing, Side side, std::span<float> gain,
+  void add_wake(const PingContext& context, Side side, std::span<float> gain,
                 std::span<float> power, Artefacts& artefacts) const;
-  void add_fish(const PingContext& hearing, Side side, std::span<float> gain,
+  void add_fish(const PingContext& context, Side side, std::span<float> gain,
                 std::span<float> power, Artefacts& artefacts) const;
-  void add_one_fish(const PingContext& hearing, Side side, const Eigen::Vector3d& from_array,
+  void add_one_fish(const PingContext& context, Side side, const Eigen::Vector3d& from_array,
                     double over_bed_m, std::span<float> gain, std::span<float> power,
                     Artefacts& artefacts) const;
-  void shimmer(const PingContext& hearing, Side side, std::span<float> gain, std::span<float> power,
+  void shimmer(const PingContext& context, Side side, std::span<float> gain, std::span<float> power,
                Artefacts& artefacts) const;
 
   ArtefactOptions options_;

@@ -15,10 +15,10 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr std::size_t sines = 1024;         // of the surface's and the bed's tables
-constexpr int wave_oscillator = 100;        // its number among those that move
-constexpr std::size_t directions = 1440;    // a turn, of the vertical pattern's sums
-constexpr double other_bed_loss_db = 10.0;  // of a bed that is no sediment; nobody's measurement
+constexpr std::size_t sines = 1024;         // size of the surface's and the bed's tables
+constexpr int wave_oscillator = 100;        // number of its oscillator; Motion has 0 to 6
+constexpr std::size_t directions = 1440;    // per turn, of the vertical pattern's sums
+constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
 
 /// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964):
 /// significant height 0.21 U^2 / g, peak at 0.877 g / U.
@@ -29,13 +29,14 @@ Oscillation waves_under(double wind_mps) {
           .period_s = 2.0 * pi * wind_mps / (0.877 * g)};
 }
 
-/// Where a smooth function of range that kinks at a first bin is taken, and linear between: bin by
-/// bin there, then a share of the way from there apart, and at most one of the range.
+/// The next bin at which a smooth function of range is evaluated; between such bins it is
+/// interpolated linearly. The function has a kink at bin `first`: steps are one bin there and grow
+/// with the distance from it, up to 1/64 of the range.
 std::size_t next_step(std::size_t n, std::size_t first) {
   return n + std::max<std::size_t>(1, std::min((n - first) / 16, n / 64));
 }
 
-/// Calls add(n, value) for the bins from one to an end, f(n) being taken in such steps.
+/// Calls add(n, value) for the bins [begin, end), with f evaluated in such steps.
 template <class F, class Add>
 void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
   if (begin >= end) return;
@@ -52,15 +53,15 @@ void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
 
 }  // namespace
 
-// Level to starboard and straight up in the plane; the roll turns the sonar's down from there to
-// port.
+// `level` points horizontally to starboard, `up` upwards in the plane; roll turns the sonar's down
+// to port.
 BeamPlane::BeamPlane(const ArrayFrame& array, Side side)
-    : upright(std::sqrt(std::max(1.0 - array.axis.z() * array.axis.z(), 0.0))) {
-  if (upright < 1e-6) return;
-  const Eigen::Vector3d level = array.axis.cross(Eigen::Vector3d::UnitZ()) / upright;
+    : cos_pitch(std::sqrt(std::max(1.0 - array.axis.z() * array.axis.z(), 0.0))) {
+  if (cos_pitch < 1e-6) return;
+  const Eigen::Vector3d level = array.axis.cross(Eigen::Vector3d::UnitZ()) / cos_pitch;
   const Eigen::Vector3d up = level.cross(array.axis);
-  cos_lean = -array.down.dot(up);
-  sin_lean = (side == Side::starboard ? -1.0 : 1.0) * array.down.dot(level);
+  cos_roll_tilt = -array.down.dot(up);
+  sin_roll_tilt = (side == Side::starboard ? -1.0 : 1.0) * array.down.dot(level);
 }
 
 EchoLaw::EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
@@ -83,7 +84,7 @@ double EchoLaw::per_m2_at(double range_m) const {
   const double place = std::clamp(range_m / bin_m_ - 0.5, 0.0, static_cast<double>(bins() - 1));
   const auto bin = std::min(static_cast<std::size_t>(place), bins() - 2);
   const double share = place - static_cast<double>(bin);
-  if (range_m >= bin_m_ * static_cast<double>(bins())) {  // beyond: as 1 / r^4, and nobody hears it
+  if (range_m >= bin_m_ * static_cast<double>(bins())) {  // beyond the last bin: as 1 / r^4
     const double last_m = bin_m_ * static_cast<double>(bins());
     return per_m2_.back() * std::pow(last_m / range_m, 4);
   }
@@ -101,7 +102,7 @@ double EchoLaw::vertical_width_rad(Side side, int power) const {
 }
 
 double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
-  // Isotropic noise fills the array's beam, lambda / L wide, at all depressions alike.
+  // The array receives isotropic noise in a beam that is lambda / L wide at all depressions.
   const double solid_angle_sr = std::min(law.wavelength_m() / sonar.receive_length_m(), 2.0) *
                                 law.vertical_width_rad(side, 1);
   const double ambient =
@@ -153,21 +154,22 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea, co
                       law.cell_m());
 }
 
-void OtherPaths::add(const PingContext& hearing, const EchoLine& line,
+void OtherPaths::add(const PingContext& context, const EchoLine& line,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const {
-  const double depth_m = hearing.depth_m();
-  const double height = options_.surface || options_.multiples ? waves_.at(hearing.t_s) : 0.0;
-  const BeamPlane plane(hearing.array, line.side);
+  const double depth_m = context.depth_m();
+  const double height = options_.surface || options_.multiples ? waves_.at(context.t_s) : 0.0;
+  const BeamPlane plane(context.array, line.side);
   if (options_.surface) add_surface(std::max(depth_m + height, 0.0), line.side, plane, power);
-  if (options_.volume) add_volume(depth_m, hearing.altitude_m, line.side, plane, power);
+  if (options_.volume) add_volume(depth_m, context.altitude_m, line.side, plane, power);
   if (options_.multiples)
-    add_multiples(std::max(depth_m + height, 0.0), hearing.altitude_m, line.side, plane, direct,
+    add_multiples(std::max(depth_m + height, 0.0), context.altitude_m, line.side, plane, direct,
                   power, sums);
-  if (options_.double_bounce) add_double_bounce(hearing, line, direct, power);
+  if (options_.double_bounce) add_double_bounce(context, line, direct, power);
 }
 
-// Per bin the strip between its two ranges, on the side's own half and on the other.
+// For each bin, the strip between its two ranges on the side's own half of the surface and on the
+// other.
 void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
                              std::span<float> power) const {
   const double slant_m = plane.slant_m(depth_m);
@@ -192,17 +194,18 @@ void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
               [&](std::size_t n, double more) { power[n] += static_cast<float>(more); });
 }
 
-// A shell of water, without what would lie above the surface or below the bed.
+// For each bin, a shell of water without the parts above the surface and below the bed.
 void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                             std::span<float> power) const {
   const VerticalSum& sum = vertical_sums_[static_cast<std::size_t>(side)];
-  const double lean = std::atan2(plane.sin_lean, plane.cos_lean);
+  const double roll_tilt = std::atan2(plane.sin_roll_tilt, plane.cos_roll_tilt);
   const double surface_m = plane.slant_m(depth_m), bed_m = plane.slant_m(altitude_m);
   const auto width_rad = [&](std::size_t n) {
     const double r = law_.range_m(n);
     const double up = std::asin(std::min(surface_m / r, 1.0));
     const double down = std::asin(std::min(bed_m / r, 1.0));
-    return sum.between(-up - lean, down - lean) + sum.between(pi - down - lean, pi + up - lean);
+    return sum.between(-up - roll_tilt, down - roll_tilt) +
+           sum.between(pi - down - roll_tilt, pi + up - roll_tilt);
   };
   const auto add = [&](std::size_t n, double width) {
     power[n] += static_cast<float>(volume_[n] * width);
@@ -219,11 +222,11 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
   over_bins(far, power.size(), width_rad, add);
 }
 
-// By images: a leg from the array to a place of the bed has the vertical extent a = h straight
-// down, h + 2 d by way of the surface, 3 h + 2 d by way of bed and surface. Of two legs of lengths
-// r (a) and r' (b) over the same ground, r'^2 - r^2 = b^2 - a^2, and the echo comes from a range of
-// (r + r') / 2. A leg by way of the surface meets it once, at the grazing angle of asin(a / r), and
-// passes through the bubbles beneath it.
+// By image sources: a leg from the array to a place of the bed has the vertical extent a = h if it
+// is direct, h + 2 d if the surface reflects it, 3 h + 2 d if bed and surface reflect it. For two
+// legs of lengths r (extent a) and r' (extent b) over the same ground distance, r'^2 - r^2 = b^2 -
+// a^2, and the echo appears at the range (r + r') / 2. A leg that the surface reflects meets it
+// once, at the grazing angle asin(a / r), and passes through the bubbles beneath it.
 void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                                std::span<const float> direct, std::span<float> power,
                                std::vector<double>& sums) const {
@@ -233,47 +236,49 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
   sums[direct.size() + 1] = sums[direct.size()];
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
   const double h = altitude_m, by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
-  struct Way {
+  struct Path {
     double out_m, back_m, share;
-    bool up_out, up_back;  // the legs leave upwards
-    bool off_bed;          // the one back is reflected there
+    bool up_out, up_back;  // whether the leg out and the leg back leave the array upwards
+    bool off_bed;          // whether the bed reflects the leg back
   };
-  const Way ways[] = {{h, by_surface, 2.0, false, true, false},          // either way round
-                      {by_surface, by_surface, 1.0, true, true, false},  // and both legs
-                      {h, by_bed, 2.0, false, false, true}};
-  for (const Way& way : ways) {
-    const double difference = way.back_m * way.back_m - way.out_m * way.out_m;
-    // For an apparent range: the direct echo's range, and what becomes of its energy.
+  const Path paths[] = {{h, by_surface, 2.0, false, true, false},  // one leg; either may be first
+                        {by_surface, by_surface, 1.0, true, true, false},  // both legs
+                        {h, by_bed, 2.0, false, false, true}};
+  for (const Path& path : paths) {
+    const double difference = path.back_m * path.back_m - path.out_m * path.out_m;
+    // For an apparent range: returns the range of the direct echo, sets the gain of its energy.
     const auto source = [&](double rho, double& gain) {
       const bool twice = difference == 0.0;
       const double out = twice ? rho : rho - difference / (4.0 * rho);
       const double back = twice ? rho : 2.0 * rho - out;
-      const double over2 = std::max(out * out - way.out_m * way.out_m, 0.0);  // horizontal, squared
+      const double over2 =
+          std::max(out * out - path.out_m * path.out_m, 0.0);  // horizontal, squared
       const double r = std::sqrt(over2 + h * h), over = std::sqrt(over2);
       const double straight = law_.vertical(side, plane, over, h);
       const double pattern =
-          law_.vertical(side, plane, over, way.up_out ? -way.out_m : way.out_m) *
-          law_.vertical(side, plane, over, way.up_back ? -way.back_m : way.back_m);
-      // Spreading and absorption of the legs against those of the direct way.
-      gain = way.share * pattern / (straight * straight) *
+          law_.vertical(side, plane, over, path.up_out ? -path.out_m : path.out_m) *
+          law_.vertical(side, plane, over, path.up_back ? -path.back_m : path.back_m);
+      // Spreading and absorption of the legs relative to those of the direct path.
+      gain = path.share * pattern / (straight * straight) *
              std::sqrt(law_.per_m2_at(out) * law_.per_m2_at(back)) / law_.per_m2_at(r);
       const auto through_bubbles = [&](double down_m, double leg_m) {
         const double grazing_rad = std::asin(std::min(down_m / leg_m, 1.0));
         return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));
       };
-      if (way.up_out) gain *= through_bubbles(way.out_m, out);
-      gain *= through_bubbles(way.back_m, back);  // this leg always goes by way of the surface
-      if (way.off_bed)
-        gain *= bed_reflection_[static_cast<std::size_t>(std::min(way.back_m / back, 1.0) * sines)];
+      if (path.up_out) gain *= through_bubbles(path.out_m, out);
+      gain *= through_bubbles(path.back_m, back);  // the surface always reflects this leg
+      if (path.off_bed)
+        gain *=
+            bed_reflection_[static_cast<std::size_t>(std::min(path.back_m / back, 1.0) * sines)];
       return r;
     };
-    // Energy up to a range, in bins.
+    // Sum of the direct energy up to a range.
     const auto energy = [&](double range_m) {
       const double place = std::min(range_m * per_m, last);
       const auto bin = static_cast<std::size_t>(place);
       return sums[bin] + (place - static_cast<double>(bin)) * (sums[bin + 1] - sums[bin]);
     };
-    const double first_m = 0.5 * (way.out_m + way.back_m);
+    const double first_m = 0.5 * (path.out_m + path.back_m);
     auto n = static_cast<std::size_t>(first_m / law_.bin_m());
     double gain = 0.0, next_gain = 0.0;
     double from_m = source(std::max(static_cast<double>(n) * law_.bin_m(), first_m), gain);
@@ -281,10 +286,10 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
     for (const std::size_t begin = n; n < power.size();) {
       const std::size_t to = next_step(n, begin);
       const double next_m = source(static_cast<double>(to) * law_.bin_m(), next_gain);
-      const double a_bin = 1.0 / static_cast<double>(to - n);
-      const double way_m = (next_m - from_m) * a_bin, more = (next_gain - gain) * a_bin;
+      const double per_bin = 1.0 / static_cast<double>(to - n);
+      const double step_m = (next_m - from_m) * per_bin, more = (next_gain - gain) * per_bin;
       for (; n < std::min(to, power.size()); ++n) {
-        from_m += way_m;
+        from_m += step_m;
         gain += more;
         const double so_far = energy(from_m);
         power[n] += static_cast<float>(gain * (so_far - before));
@@ -296,10 +301,10 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
   }
 }
 
-// A wall mirrors the bed before it: whatever place the sound meets there, array - wall - bed -
-// array is as long as the way to the wall's foot and back, nearly. So the foot's bin gets the echo
-// of as much of the bed as the wall is tall enough to mirror, there and back: twice.
-void OtherPaths::add_double_bounce(const PingContext& hearing, const EchoLine& line,
+// A wall mirrors the bed in front of it: for every place of the bed, the path array - wall - bed -
+// array is nearly as long as the path to the wall's foot and back. So the bin of the foot gets the
+// echo of the part of the bed that the wall mirrors, twice, once for each direction of the path.
+void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
                                    std::span<const float> direct, std::span<float> power) const {
   const auto of_object = [&](std::size_t n) { return line.bins.instance[n] != 0; };
   const auto in_shadow = [&](std::size_t n) {
@@ -309,11 +314,12 @@ void OtherPaths::add_double_bounce(const PingContext& hearing, const EchoLine& l
     if (!of_object(n) || of_object(n - 1)) continue;
     const std::size_t top = n;
     while (n < power.size() && of_object(n)) ++n;
-    if (n == power.size() || !in_shadow(n)) continue;  // no wall, if nothing is hidden
+    if (n == power.size() || !in_shadow(n))
+      continue;  // without a shadow behind it, it is not a wall
     const std::size_t foot = n - 1;
-    const double sine = std::min(hearing.altitude_m / law_.range_m(foot), 0.99);
-    // A wall from the foot's range to the top's is so tall; it mirrors its height over tan of the
-    // bed.
+    const double sine = std::min(context.altitude_m / law_.range_m(foot), 0.99);
+    // The height of a wall between the ranges of foot and top; it mirrors a length of bed of
+    // its height over the tangent of the grazing angle.
     const double shape_height_m = (static_cast<double>(foot - top) + 1.0) * law_.bin_m() / sine;
     const double mirrored_m = shape_height_m * (1.0 - sine * sine) / sine;  // in slant range
     const auto bins =

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
 #include <ensonify/scatter/sediment.h>
@@ -17,80 +18,63 @@
 
 namespace ensonify::engine {
 
-/// What the sea makes of itself.
-struct SeaState {
-  double wind_mps = 5.0;
-  double shipping = 0.5;                ///< 0 none near .. 1 heavy traffic
-  double volume_scattering_db = -80.0;  ///< S_v, dB re 1/m
-};
-
-/// What else comes back beside the direct echo; nothing by default.
-struct OtherPathsOptions {
-  bool surface = false;                  ///< the sea surface's return and its reverberation
-  bool volume = false;                   ///< the water's
-  bool multiples = false;                ///< echoes by way of the surface
-  std::optional<double> bottom_loss_db;  ///< of a reflection at the bed, in multiples; unset: the
-                                         ///< sediment's at that angle, 10 dB where it has none
-  bool double_bounce = false;            ///< between a wall and the bed before it
-  double wall_loss_db = 5.0;             ///< of the reflection at the wall
-  double burst_m = 0.0;  ///< range over which the transmitted pulse blinds the receiver; 0: none
-  std::optional<double> crosstalk_db;  ///< of one side in the other; unset: none
-};
-
-/// When and from where a sonar hears.
+/// The number, time and geometry of a ping.
 struct PingContext {
   std::uint64_t ping = 0;
   double t_s = 0.0;
   ArrayFrame array;
-  double altitude_m = 10.0;  ///< over the bed below
+  double altitude_m = 10.0;  ///< above the bed below
 
   double depth_m() const { return std::max(-array.origin.z(), 0.0); }
 };
 
-/// The plane abeam of an array, in which it hears, and how one side's pattern is turned in it.
-/// Level planes, the surface and the bed, cut it in level lines.
+/// The plane abeam of an array, in which it transmits and receives, and the rotation of one side's
+/// pattern in it. Horizontal planes, the surface and the bed, cut it in horizontal lines.
 struct BeamPlane {
-  double upright = 1.0;                   ///< cosine of the pitch
-  double cos_lean = 1.0, sin_lean = 0.0;  ///< of the pattern, turned down by the roll
+  double cos_pitch = 1.0;                           ///< cosine of the pitch
+  double cos_roll_tilt = 1.0, sin_roll_tilt = 0.0;  ///< the pattern's rotation down, by the roll
 
   BeamPlane(const ArrayFrame& array, Side side);
-  /// How far off in the plane a level is that lies so far above or below.
-  double slant_m(double height_m) const { return height_m / std::max(upright, 1e-6); }
+  /// The distance, within the plane, of a horizontal line that lies height_m above or below.
+  double slant_m(double height_m) const { return height_m / std::max(cos_pitch, 1e-6); }
 };
 
-/// What a sonar makes of a scatterer: the sonar equation without the scatterer.
+/// The sonar equation without the scatterer's strength.
 class EchoLaw {
  public:
-  /// The scatterers must outlive it.
+  /// The scatterers must outlive this object.
   EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
           const Scatterers& scatterers);
 
   std::size_t bins() const { return per_m2_.size(); }
   double bin_m() const { return bin_m_; }
   double range_m(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_m_; }
-  /// Intensity from a range of 1 m^2 (or of that target strength) on the beam's axis, uPa^2.
+  /// Intensity, uPa^2, of the echo of 1 m^2 of scattering cross-section at a bin's range on the
+  /// beam's axis.
   double per_m2(std::size_t bin) const { return per_m2_[bin]; }
   double per_m2_at(double range_m) const;
   /// c tau_e / 2.
   double cell_m() const { return cell_m_; }
   double width_m(std::size_t bin) const { return scatterers_->width_m(bin); }
-  /// Two-way power along the array, to the axis'.
+  /// Two-way power pattern at a distance along the array, relative to the axis.
   double pattern(std::size_t bin, double along_m) const {
     return scatterers_->pattern(bin, along_m);
   }
   double wavelength_m() const { return wavelength_m_; }
   double frequency_hz() const { return frequency_hz_; }
-  /// One-way power of a side's vertical pattern, of a direction's parts abeam and down: the sonar's
-  /// own.
+  /// One-way power of a side's vertical pattern, for a direction's components abeam and down in
+  /// the sonar's frame.
   double vertical(Side side, double abeam, double down) const {
     return vertical_[static_cast<std::size_t>(side)].power(abeam, down);
   }
-  /// The same of a direction's parts in the plane abeam: level to the side, and down from there.
+  /// The same, for a direction's components in the plane abeam: horizontally to the side, and down
+  /// within the plane.
   double vertical(Side side, const BeamPlane& plane, double level, double down) const {
-    return vertical(side, level * plane.cos_lean + down * plane.sin_lean,
-                    down * plane.cos_lean - level * plane.sin_lean);
+    return vertical(side, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
+                    down * plane.cos_roll_tilt - level * plane.sin_roll_tilt);
   }
-  /// Integral over depression of the two-way vertical pattern, and of the one-way.
+  /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
+  /// two-way.
   double vertical_width_rad(Side side, int power) const;
 
  private:
@@ -100,34 +84,35 @@ class EchoLaw {
   const Scatterers* scatterers_;
 };
 
-/// Noise that the receiver hears, uPa^2, the same at all ranges: the sea's
-/// (scatter/ambient_noise.h) in the sweep's or pulse's band, less the directivity of the receiving
-/// array, and its own.
+/// Received noise power, uPa^2, the same at all ranges: the ambient noise (scatter/ambient_noise.h)
+/// in the band of the pulse, reduced by the directivity of the receiving array, plus the receiver's
+/// self-noise.
 double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side);
 
-/// The two-way vertical pattern's integral over parts of the plane abeam.
+/// Integrals of the two-way vertical pattern over parts of the plane abeam.
 class VerticalSum {
  public:
   VerticalSum(const EchoLaw& law, Side side);
-  /// From one depression to another, of the sonar's own frame; anywhere on the circle.
+  /// From one depression to another in the sonar's frame; any angles.
   double between(double from_rad, double to_rad) const { return up_to(to_rad) - up_to(from_rad); }
 
  private:
   double up_to(double depression_rad) const;
-  std::vector<double> sums_;  // from 0 on
+  std::vector<double> sums_;  // from depression 0
 };
 
-/// Incoherent arrivals beside the direct echo. The surface is a plane that heaves; the bed in
-/// multiples and under the water's reverberation a level one at the altitude.
+/// Sound that is received incoherently in addition to the direct echo. The sea surface is a plane
+/// that moves up and down; for multiples and volume reverberation the bed is a horizontal plane at
+/// the altitude.
 class OtherPaths {
  public:
-  /// `bed` is what the bed is made of, if that is a sediment. The law must outlive it.
+  /// `bed` is the sediment of the bed, if it is one. The law must outlive this object.
   OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const EchoLaw& law,
              const std::optional<scatter::Sediment>& bed, std::uint64_t seed);
 
-  /// Adds to the intensity in each bin; `direct` is the expected direct echo. `sums` is room to
-  /// work in.
-  void add(const PingContext& hearing, const EchoLine& line, std::span<const float> direct,
+  /// Adds to the intensity `power` in each bin; `direct` is the expected direct echo, per bin.
+  /// `sums` is working memory.
+  void add(const PingContext& context, const EchoLine& line, std::span<const float> direct,
            std::span<float> power, std::vector<double>& sums) const;
 
  private:
@@ -137,16 +122,16 @@ class OtherPaths {
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
-  void add_double_bounce(const PingContext& hearing, const EchoLine& line,
+  void add_double_bounce(const PingContext& context, const EchoLine& line,
                          std::span<const float> direct, std::span<float> power) const;
 
   OtherPathsOptions options_;
   const EchoLaw& law_;
   scatter::SeaSurface surface_;
   Oscillator waves_;
-  std::vector<double> surface_strength_;  // over the sine of the grazing angle
-  std::vector<double> bed_reflection_;    // of energy, over the same
-  std::vector<double> volume_;            // of a bin, a radian of the vertical beam
+  std::vector<double> surface_strength_;  // by the sine of the grazing angle
+  std::vector<double> bed_reflection_;    // of energy, by the same
+  std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   std::array<VerticalSum, 2> vertical_sums_;
   double wall_share_;
 };

@@ -8,23 +8,25 @@
 
 namespace ensonify::engine {
 
-/// The end of the signal chain: gain, transfer curve, clip, digitiser; and the way back.
+/// The last stages of the signal chain: gain, transfer curve, clipping, digitiser; and their
+/// inverse.
 class Recorder {
  public:
-  /// full_scale_level_db: the received level, dB re 1 uPa^2, that reaches full scale at 1 m where
-  /// the options leave the gain to it.
+  /// automatic_gain_db: the gain at 1 m, dB re 1/uPa, that is used if the options set none.
   Recorder(const ReceiverOptions& options, double bin_m, int bins, double absorption_db_per_m,
            double automatic_gain_db);
 
-  /// Amplitude over full scale from received amplitude (uPa) in a bin; what is above 1 clips.
+  /// Amplitude over full scale per received amplitude (uPa) in a bin; amplitudes above 1 are
+  /// clipped.
   float gain(std::size_t bin) const { return gains_[bin]; }
   std::span<const float> gains() const { return gains_; }
-  /// Of an amplitude over full scale.
+  /// The sample for an amplitude over full scale.
   std::uint32_t sample(float amplitude) const;
-  /// Of as many, each times a gain.
+  /// The samples for amplitudes over full scale, each multiplied by `gain`. Both spans have the
+  /// same length.
   void samples(std::span<const float> amplitudes, float gain,
                std::span<std::uint32_t> samples) const;
-  /// The amplitude over full scale that a sample stands for.
+  /// The inverse: the amplitude over full scale of a sample.
   double amplitude(std::uint32_t sample) const;
   std::uint32_t full_scale() const { return full_scale_; }
 

@@ -18,14 +18,15 @@ using std::numbers::pi;
 
 constexpr int frames = 12;  // directions of cells over half a turn
 constexpr double rows_per_octave = 12.0;
-constexpr double beam_reach = 0.8;  // nulls to either side, where sinc^4 has all but 0.2 %
-constexpr double max_cells = 16.0;  // across the beam; half as many at least
-constexpr int finest_level = 10;    // its cells are a 1024th of the array
-constexpr double bin_share = 1.0;   // of a bin, how long a cell is
-constexpr double rise = 0.25;  // metres of cells a metre of height, so that walls have some too
+constexpr double beam_reach = 0.8;  // to either side, in nulls: contains 99.8 % of sinc^4
+constexpr double max_cells = 16.0;  // across the beam; at least half as many
+constexpr int finest_level = 10;    // the finest cells have a 1024th of the array's length
+constexpr double bin_share = 1.0;   // length of a cell over that of a bin
+constexpr double rise = 0.25;  // metres of cells per metre of height, so that walls have cells too
 
-/// The field of a uniform line array of length 1 in its middle's units at range r: the mean of
-/// exp(i k (y - a)^2 / 2 r) over it. Focused: of exp(i k (y^2 - 2 y a) / 2 r).
+/// The complex field of a uniform line array at a range r and a distance y along the array: the
+/// mean of exp(i k (y - a)^2 / 2 r) over the array's points a; of exp(i k (y^2 - 2 y a) / 2 r) if
+/// it is focused.
 std::complex<double> one_way(double length_m, double wavelength_m, bool focused, double y_m,
                              double range_m) {
   const double x = length_m * y_m / (wavelength_m * range_m);
@@ -54,7 +55,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
   turns_per_cell_ = 2.0 * cell_m_ / wavelength_m;
   columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
                                         columns_per_cell);
-  // Nearer than an array's length nothing is seen but the array itself.
+  // Ranges below the array's length are treated as that length.
   const double nearest_m = 0.5 * (sonar.array_length_m + sonar.receive_length_m());
   std::size_t levels = 0;
   for (int bin = 0; bin < sonar.bins; ++bin) {
@@ -67,10 +68,11 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
     }
     row_of_bin_.push_back(static_cast<std::uint16_t>(row));
   }
-  rows_.push_back(make_row(  // for the widths beyond the last one's middle
+  rows_.push_back(make_row(  // for interpolating the widths beyond the last row's middle
       sonar, wavelength_m,
       nearest_m * std::exp2((static_cast<double>(rows_.size()) + 0.5) / rows_per_octave)));
-  for (int bin = 0; bin < sonar.bins; ++bin) {  // between rows, linear in the range's logarithm
+  for (int bin = 0; bin < sonar.bins;
+       ++bin) {  // interpolated between rows, linearly in the logarithm of the range
     const double range_m = std::max((bin + 0.5) * sonar.bin_m(), nearest_m);
     const double place = std::clamp(rows_per_octave * std::log2(range_m / nearest_m) - 0.5, 0.0,
                                     static_cast<double>(rows_.size() - 1));
@@ -79,7 +81,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
     const Row& next = rows_[std::min(row + 1, rows_.size() - 1)];
     width_of_bin_m_.push_back(rows_[row].width_m + share * (next.width_m - rows_[row].width_m));
   }
-  // Keys of 32 bits; of a bin's level of cells and a frame the sum counts.
+  // 32-bit keys; the sum of a level's and a frame's key is used.
   const auto keys = [&](std::uint64_t number, std::size_t count) {
     std::vector<double> random(count);
     RandomStream(seed, Purpose::speckle,
@@ -151,50 +153,50 @@ double Scatterers::pattern(std::size_t bin, double along_m) const {
   return power(static_cast<std::size_t>(cells * columns_per_cell)) / power(0);
 }
 
-const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& listener) const {
-  const double heading = std::atan2(listener.axis.x(), listener.axis.y());
+const Scatterers::Frame& Scatterers::frame_of(const ArrayFrame& array_frame) const {
+  const double heading = std::atan2(array_frame.axis.x(), array_frame.axis.y());
   const auto turned = std::lround((heading - reference_rad_) * frames / pi);
   return frames_[static_cast<std::size_t>((turned % frames + frames) % frames)];
 }
 
-void Scatterers::place(const ArrayFrame& listener, const BinLayers& bins, Memory& memory) const {
+void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Memory& memory) const {
   const std::size_t room = reach_.size(), whole = bins.intensity_mean.size() / signal_group;
   for (auto* of_bin : {&memory.across_cell, &memory.across_within, &memory.first_cell})
     of_bin->resize(room);
   for (auto* of_bin : {&memory.first_column, &memory.phase_turns}) of_bin->resize(room);
   for (auto* of_group : {&memory.cells, &memory.placeless}) of_group->resize(room / signal_group);
-  const Frame& frame = frame_of(listener);
+  const Frame& frame = frame_of(array_frame);
   memory.frame_key = frame.key;
-  // Where the row of a bin crosses the beam's middle.
-  const double along_axis = frame.along.dot(listener.axis.head<2>());
+  // The row of a bin crosses the beam's middle where the offset along the axis is zero.
+  const double along_axis = frame.along.dot(array_frame.axis.head<2>());
   const double per_axis = 1.0 / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
   const auto place_groups = [&](std::size_t begin, std::size_t count,
                                 const std::array<const float*, 5>& layers) {
-    place_cells(
-        {.bins = count,
-         .intensity = layers[0],
-         .x_m = layers[1],
-         .y_m = layers[2],
-         .z_m = layers[3],
-         .range_m = layers[4],
-         .cells_per_m = &cells_per_m_[begin],
-         .reach = &reach_[begin],
-         .across = {frame.across.x(), frame.across.y(), 0.0},
-         .along = {frame.along.x() - per_axis * listener.axis.x(),
-                   frame.along.y() - per_axis * listener.axis.y(), -per_axis * listener.axis.z()},
-         .along_from = per_axis * listener.axis.dot(listener.origin),
-         .across_from = frame.across.dot(listener.origin.head<2>()),
-         .across_cells_per_m = 1.0 / cell_m_,
-         .turns = turns_per_cell_,
-         .rise = rise,
-         .columns_per_cell = columns_per_cell,
-         .across_cell = &memory.across_cell[begin],
-         .across_within = &memory.across_within[begin],
-         .first_cell = &memory.first_cell[begin],
-         .first_column = &memory.first_column[begin],
-         .phase_turns = &memory.phase_turns[begin],
-         .cells = &memory.cells[begin / signal_group],
-         .placeless = &memory.placeless[begin / signal_group]});
+    place_cells({.bins = count,
+                 .intensity = layers[0],
+                 .x_m = layers[1],
+                 .y_m = layers[2],
+                 .z_m = layers[3],
+                 .range_m = layers[4],
+                 .cells_per_m = &cells_per_m_[begin],
+                 .reach = &reach_[begin],
+                 .across = {frame.across.x(), frame.across.y(), 0.0},
+                 .along = {frame.along.x() - per_axis * array_frame.axis.x(),
+                           frame.along.y() - per_axis * array_frame.axis.y(),
+                           -per_axis * array_frame.axis.z()},
+                 .along_from = per_axis * array_frame.axis.dot(array_frame.origin),
+                 .across_from = frame.across.dot(array_frame.origin.head<2>()),
+                 .across_cells_per_m = 1.0 / cell_m_,
+                 .turns = turns_per_cell_,
+                 .rise = rise,
+                 .columns_per_cell = columns_per_cell,
+                 .across_cell = &memory.across_cell[begin],
+                 .across_within = &memory.across_within[begin],
+                 .first_cell = &memory.first_cell[begin],
+                 .first_column = &memory.first_column[begin],
+                 .phase_turns = &memory.phase_turns[begin],
+                 .cells = &memory.cells[begin / signal_group],
+                 .placeless = &memory.placeless[begin / signal_group]});
   };
   const std::array layers = {bins.intensity_mean.data(), bins.x_m.data(), bins.y_m.data(),
                              bins.z_m.data(), bins.range_m.data()};
@@ -212,15 +214,15 @@ void Scatterers::place(const ArrayFrame& listener, const BinLayers& bins, Memory
   place_side_lobes(bins, memory);
 }
 
-/// A bin that has nothing but another's side lobe hears the cells that follow on the last one's.
+/// A bin that has only side-lobe energy, and so no place, gets the cells that follow those of the
+/// last bin with a place.
 void Scatterers::place_side_lobes(const BinLayers& bins, Memory& memory) const {
   if (std::ranges::all_of(memory.placeless, [](std::uint32_t any) { return any == 0; })) return;
   std::optional<std::size_t> last;
   for (std::size_t n = 0; n < bins.intensity_mean.size(); ++n) {
     if (!(bins.intensity_mean[n] > 0.0f)) continue;
     if (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f && bins.z_m[n] == 0.0f) {
-      // Before the first of them nothing was placed: what the memory has there is an earlier
-      // ping's.
+      // Before the first placed bin, the memory has values of an earlier ping.
       const std::size_t from = last.value_or(0);
       const float turns = last ? memory.phase_turns[from] : 0.0f;
       const bool outwards = !(turns > 0.0f);

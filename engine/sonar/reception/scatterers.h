@@ -11,57 +11,59 @@
 
 namespace ensonify::engine {
 
-/// An array that listens.
+/// The position and axes of an array.
 struct ArrayFrame {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< local metres
   Eigen::Vector3d axis = Eigen::Vector3d::UnitY();   ///< unit, along the array
-  Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();  ///< unit, across it: the sonar's own down
+  Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();  ///< unit, across the array: the sonar's down
 };
 
-/// The scatterers of the ground, as an array's beam sums them up.
+/// The scatterers of the ground, and their sum over an array's beam.
 ///
-/// The ground is cut into cells: across the look a little less than a bin, along the array a
-/// quarter of its length (and twice, four times ... that where the beam is wide). Each holds one
-/// scatterer of complex normal strength at a random place along the array, which depends on the
-/// seed, the frequency and the cell alone. A bin is the sum over the cells of its row that the beam
-/// covers, each with the two-way pattern there, phase included (the array's Fresnel integral,
-/// transmitter times receiver), and the phase of its place across. So what two pings, or two
-/// passes, have in common is what theory says: along the track the Fourier transform of the squared
-/// pattern (van Cittert and Zernike), across it the loss by a change of the grazing angle. The sum
-/// is divided by the root of its weights' squares: each bin's variance is 1.
+/// The ground is divided into cells: one bin long across the array; along the array a 1024th of its
+/// length times the power of two with which 8 to 16 cells span the beam. Each cell holds one
+/// scatterer of complex normal strength at a random place along the array; both depend only on the
+/// seed, the frequency and the cell. A bin is the sum over the cells of its row that the beam
+/// covers. Each cell is weighted with the complex two-way pattern there (the array's Fresnel
+/// integral, transmitter times receiver) and has the phase of its place across the array. So the
+/// correlation of two pings, or of two passes, follows theory: along the track it is the Fourier
+/// transform of the squared pattern (van Cittert and Zernike), across it it falls with a change of
+/// the grazing angle. The sum is divided by the root of the sum of its squared weights, so each bin
+/// has the variance 1.
 ///
-/// Cells lie along one of 12 directions, 15 degrees apart, the one next to the array's: two passes
-/// that differ by more than the beam have nothing in common anyway. What is sent by a height's
-/// change is taken for common to the whole row.
+/// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's;
+/// two passes whose headings differ by more than the beam are uncorrelated anyway. The phase that a
+/// change of height causes is taken to be the same for the whole row.
 class Scatterers {
  public:
   /// reference_heading_rad: one of the 12 directions.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
              double reference_heading_rad);
 
-  /// What gather() needs on a thread, kept from ping to ping.
+  /// One thread's working memory for gather(), reused from ping to ping.
   struct Memory {
     std::uint32_t frame_key = 0;
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
     std::vector<float> first_column, phase_turns;
   };
-  /// Finds the cells that each bin hears whose intensity_mean is not 0. Places are the line's.
-  void place(const ArrayFrame& listener, const BinLayers& bins, Memory& memory) const;
-  /// The field of a look of that variance in each bin, in whole groups of the kernels'
-  /// (signal_kernel.h); 0 where the bin has no cells.
+  /// Finds the cells of each bin whose intensity_mean is above 0, from the places in `bins`.
+  void place(const ArrayFrame& array_frame, const BinLayers& bins, Memory& memory) const;
+  /// The complex field of one look, with the variance `power` in each bin; 0 where a bin has no
+  /// cells. All arrays have whole groups of bins (signal_kernel.h).
   void gather(const Memory& memory, int look, std::span<const float> power, float* re,
               float* im) const;
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
-  /// That pattern so far along the array from its middle, to the axis' at a bin's range.
+  /// That pattern at a distance along the array from its middle, relative to the axis, at a bin's
+  /// range.
   double pattern(std::size_t bin, double along_m) const;
 
  private:
   static constexpr int columns_per_cell = 32;
-  struct Row {  ///< of ranges that are much the same
+  struct Row {  ///< the weights for a small interval of ranges
     double cells_per_m;
-    float reach;  ///< cells to either side
-    int level;    ///< of cells
+    float reach;  ///< cells on either side
+    int level;    ///< a cell is 2^level of the finest cells long
     double width_m;
     std::uint32_t first_weight;
   };
@@ -69,7 +71,7 @@ class Scatterers {
     Eigen::Vector2d along, across;
     std::uint32_t key;
   };
-  const Frame& frame_of(const ArrayFrame& listener) const;
+  const Frame& frame_of(const ArrayFrame& array_frame) const;
   void place_side_lobes(const BinLayers& bins, Memory& memory) const;
   Row make_row(const Sonar& sonar, double wavelength_m, double range_m);
 
@@ -78,11 +80,11 @@ class Scatterers {
   std::vector<std::uint16_t> row_of_bin_;
   std::vector<double> width_of_bin_m_;
   std::vector<Row> rows_;
-  // Of each bin, in whole groups:
+  // One value per bin, in whole groups:
   std::vector<float> cells_per_m_, reach_;
   std::vector<std::uint32_t> first_weight_, key_;
-  std::uint32_t columns_;       // of a row of weights, the last ones 0
-  std::vector<float> weights_;  // real and imaginary parts over the distance from the beam's middle
+  std::uint32_t columns_;       // of a row of weights; the last ones are 0
+  std::vector<float> weights_;  // real and imaginary parts, by distance from the beam's middle
   std::vector<Frame> frames_;
 };
 

@@ -11,10 +11,10 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double automatic_level_db = -16.0;  // of the nominal bed, below full scale
+constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full scale
 constexpr double burst_over_full_scale_db = 30.0;
-constexpr int behind_gain = 1000;     // number of its noise's first look
-constexpr std::size_t gain_bins = 8;  // for which an automatic gain is set
+constexpr int behind_gain = 1000;     // look number of the first noise after the gain
+constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
 /// The echo of a level bed of unit strength, uPa^2.
 double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std::size_t bin) {
@@ -24,7 +24,7 @@ double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std:
   return law.per_m2(bin) * law.width_m(bin) * law.cell_m() / cosine * pattern * pattern;
 }
 
-/// The gain at 1 m that puts a level bed at half the range where a good operator would.
+/// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
 double automatic_gain_db(const Sonar& sonar, const ChainOptions& options, const EchoLaw& law) {
   const auto bin = static_cast<std::size_t>(sonar.bins / 2);
   const double r = law.range_m(bin);
@@ -45,7 +45,7 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       noise_{noise_power(sonar, law_, options.sea, Side::port),
              noise_power(sonar, law_, options.sea, Side::starboard)},
-      arrivals_(options.arrivals, options.sea, law_, options.bed, options.seed),
+      other_paths_(options.arrivals, options.sea, law_, options.bed, options.seed),
       disturbances_(options.artefacts, law_, noise_[0], options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
                 automatic_gain_db(sonar, options, law_)),
@@ -80,7 +80,7 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
   const ReceiverOptions& receiver = sonar_.receiver;
   const double behind =
       receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
-  // Mean over root mean square of an amplitude whose intensity is a mean of so many exponential
+  // Mean over root mean square of an amplitude whose intensity is the mean of `looks` exponential
   // ones: the ratio of two gamma functions, by Stirling's series.
   const double looks = receiver.looks;
   const double speckle =
@@ -101,20 +101,20 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
   return gain;
 }
 
-void SignalChain::receive(const PingContext& hearing, std::span<EchoLine> lines,
+void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
                           Memory& memory) const {
   const auto channel = [&](const EchoLine& line) -> Channel& {
     return memory.channels[static_cast<std::size_t>(line.side)];
   };
   for (EchoLine& line : lines) {
-    expect(hearing, line, channel(line));
-    if (options_.speckle) scatterers_.place(hearing.array, line.bins, channel(line).cells);
+    expect(context, line, channel(line));
+    if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
-  const float step = gain_step(hearing);
+  const float step = gain_step(context);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
       sum_scatterers(look, channel(line));
-      if (options_.speckle) draw_noise(hearing, line.side, look, channel(line));
+      if (options_.speckle) draw_noise(context, line.side, look, channel(line));
     }
     for (const EchoLine& line : lines) {
       const Side opposite = line.side == Side::port ? Side::starboard : Side::port;
@@ -124,18 +124,18 @@ void SignalChain::receive(const PingContext& hearing, std::span<EchoLine> lines,
     }
   }
   for (EchoLine& line : lines) {
-    Channel& its = channel(line);
-    std::copy_n(its.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
+    Channel& received = channel(line);
+    std::copy_n(received.energy.begin(), line.bins.intensity.size(), line.bins.intensity.begin());
     if (step != 1.0f) line.artefacts.add(Artefact::gain_step);
-    if (options_.artefacts.automatic_gain > 0.0) follow_level(its);
+    if (options_.artefacts.automatic_gain > 0.0) follow_level(received);
     if (options_.artefacts.automatic_gain > 0.0 || sonar_.receiver.ping_mean > 0.0)
       line.artefacts.add(Artefact::automatic_gain);
-    record(its, line);
+    record(received, line);
   }
 }
 
-/// What is expected of the direct echo, and of all else that comes with it.
-void SignalChain::expect(const PingContext& hearing, EchoLine& line, Channel& channel) const {
+/// The expected values of the direct echo and of everything that is received with it.
+void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& channel) const {
   const std::size_t bins = line.bins.intensity_mean.size();
   line.artefacts = {};
   const std::size_t room = whole_groups(bins), reach = taps_.size() - 1;
@@ -144,14 +144,14 @@ void SignalChain::expect(const PingContext& hearing, EchoLine& line, Channel& ch
   std::ranges::copy(line.bins.intensity_mean, direct.begin());
   channel.power.assign(room, static_cast<float>(noise(line.side)));
   const std::span<float> power = std::span(channel.power).first(bins);
-  arrivals_.add(hearing, line, direct, power, channel.sums);
+  other_paths_.add(context, line, direct, power, channel.sums);
   if (!disturbances_.empty()) {
     channel.gain.assign(bins, 1.0f);
-    disturbances_.apply(hearing, line.side, channel.gain, power, line.artefacts);
+    disturbances_.apply(context, line.side, channel.gain, power, line.artefacts);
     for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
   }
   if (options_.arrivals.burst_m > 0.0) {
-    // The pulse itself, through the hull: beyond full scale, then dying away.
+    // Transmit leakage: above full scale at first, then it decays.
     for (std::size_t n = 0; n < bins; ++n) {
       const double over = law_.range_m(n) / options_.arrivals.burst_m - 1.0;
       if (over > 2.0) break;
@@ -182,7 +182,8 @@ void SignalChain::sum_scatterers(int look, Channel& channel) const {
   channel.spread_im.assign(room + 2 * reach, 0.0f);
   scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
                      &channel.spread_im[reach]);
-  // And back to the expected mean, which has gone through the pulse already.
+  // The pulse's filter; the result is scaled back to the expected mean, which contains the pulse
+  // already.
   shape({.taps = taps_.data(),
          .energy_taps = energy_taps_.data(),
          .reach = reach,
@@ -195,11 +196,11 @@ void SignalChain::sum_scatterers(int look, Channel& channel) const {
 }
 
 /// White complex noise of a look.
-void SignalChain::draw_white(const PingContext& hearing, Side side, int look, std::size_t count,
+void SignalChain::draw_white(const PingContext& context, Side side, int look, std::size_t count,
                              std::vector<float>& re, std::vector<float>& im) const {
   std::array<double, 1> random;
   RandomStream(options_.seed, Purpose::noise,
-               {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), hearing.ping,
+               {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), context.ping,
                 static_cast<std::uint64_t>(look)})
       .uniform(random);
   re.resize(whole_groups(count));
@@ -208,16 +209,17 @@ void SignalChain::draw_white(const PingContext& hearing, Side side, int look, st
                       im.data());
 }
 
-void SignalChain::draw_noise(const PingContext& hearing, Side side, int look,
+void SignalChain::draw_noise(const PingContext& context, Side side, int look,
                              Channel& channel) const {
   const std::size_t room = gains_.size();
-  draw_white(hearing, side, look, room + 2 * (taps_.size() - 1), channel.white_re,
+  draw_white(context, side, look, room + 2 * (taps_.size() - 1), channel.white_re,
              channel.white_im);
   if (sonar_.receiver.output_noise_db)
-    draw_white(hearing, side, behind_gain + look, room, channel.behind_re, channel.behind_im);
+    draw_white(context, side, behind_gain + look, room, channel.behind_re, channel.behind_im);
 }
 
-/// The echo with all that comes before and behind the gain; `other` leaks into it.
+/// Adds all noise before and after the gain to the echo and detects it; `other` leaks into it
+/// (null: no cross-talk).
 void SignalChain::detect_look(const Channel* other, int look, float step, Channel& channel) const {
   const ReceiverOptions& receiver = sonar_.receiver;
   channel.energy.resize(gains_.size());
@@ -247,11 +249,11 @@ void SignalChain::detect_look(const Channel* other, int look, float step, Channe
           .detected = channel.detected.data()});
 }
 
-/// What the operator's hand has made of the gain by then.
-float SignalChain::gain_step(const PingContext& hearing) const {
+/// The gain factor of the operator's steps at the ping's time.
+float SignalChain::gain_step(const PingContext& context) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   if (!(artefacts.gain_step_db > 0.0 && artefacts.gain_step_s > 0.0)) return 1.0f;
-  const auto number = static_cast<std::int64_t>(std::floor(hearing.t_s / artefacts.gain_step_s));
+  const auto number = static_cast<std::int64_t>(std::floor(context.t_s / artefacts.gain_step_s));
   if (number == 0) return 1.0f;
   std::array<double, 1> random;
   artefact_stream(options_.seed, Artefact::gain_step, options_.sonar_number,
@@ -260,7 +262,8 @@ float SignalChain::gain_step(const PingContext& hearing) const {
   return static_cast<float>(std::pow(10.0, artefacts.gain_step_db * random[0] / 20.0));
 }
 
-/// The automatic gain by the level over the last metres, against where the nominal bed is.
+/// Applies the automatic gain, which compares the level over the last metres with that of the
+/// nominal bed.
 void SignalChain::follow_level(Channel& channel) const {
   const ArtefactOptions& artefacts = options_.artefacts;
   const auto forget =
@@ -276,7 +279,8 @@ void SignalChain::follow_level(Channel& channel) const {
   }
 }
 
-/// What brings the mean amplitude of the ping, behind the transmitted pulse, to where it is wanted.
+/// The factor that brings the mean amplitude of the ping, beyond the transmit leakage, to
+/// ping_mean.
 float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
   if (!(sonar_.receiver.ping_mean > 0.0)) return 1.0f;
   const std::size_t first =

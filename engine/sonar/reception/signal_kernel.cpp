@@ -1,6 +1,6 @@
 // Compiled once for each of Highway's targets; see the header.
 
-#define HWY_BROKEN_EMU128 1  // so that plain code is the last resort with any compiler
+#define HWY_BROKEN_EMU128 1  // so that scalar code is the fallback with any compiler
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/sonar/reception/signal_kernel.cpp"
 #define HWY_DISABLED_TARGETS (HWY_EMU128 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
@@ -39,14 +39,14 @@ constexpr HalfU hu;
 HWY_INLINE VF set(float value) { return hn::Set(f, value); }
 HWY_INLINE VD set_double(double value) { return hn::Set(d, value); }
 HWY_INLINE VD load_double(const float* from) { return hn::PromoteTo(d, hn::LoadU(hf, from)); }
-/// Towards nothing.
+/// Rounds towards zero.
 HWY_INLINE void store_integer(VD value, std::uint32_t* to) {
   hn::StoreU(hn::BitCast(hu, hn::DemoteTo(hi, value)), hu, to);
 }
-/// Of less than 2^31.
+/// For values below 2^31.
 HWY_INLINE VF to_float(VU value) { return hn::ConvertTo(f, hn::BitCast(fi, value)); }
 
-/// Scrambles 32 bits (Appleby's MurmurHash3, its finaliser).
+/// Hashes 32 bits (the finaliser of Appleby's MurmurHash3).
 HWY_INLINE VU scrambled(VU h) {
   h = hn::Xor(h, hn::ShiftRight<16>(h));
   h = hn::Mul(h, hn::Set(fu, 0x85ebca6bu));
@@ -55,7 +55,7 @@ HWY_INLINE VU scrambled(VU h) {
   return hn::Xor(h, hn::ShiftRight<16>(h));
 }
 
-/// sin(2 pi t) for t of -1/2 to 1/2, within 0.0011: two parabolas, bent.
+/// sin(2 pi t) for t of -1/2 to 1/2, within 0.0011: two parabolas with a correction.
 HWY_INLINE VF sine_of_turns(VF t) {
   const VF y = hn::Add(t, t);
   const VF s = hn::Mul(hn::Mul(set(4.0f), y), hn::Sub(set(1.0f), hn::Abs(y)));
@@ -63,7 +63,7 @@ HWY_INLINE VF sine_of_turns(VF t) {
 }
 HWY_INLINE VF wrapped(VF t) { return hn::Sub(t, hn::Round(t)); }
 
-/// The root of -ln u, u being the upper 24 bits and a half, over 2^24.
+/// The square root of -ln u, where u is (the upper 24 bits + 1/2) / 2^24.
 HWY_INLINE VF rayleigh(VU random) {
   const VF u = hn::Mul(hn::Add(to_float(hn::ShiftRight<8>(random)), set(0.5f)), set(0x1p-24f));
   const VU bits = hn::BitCast(fu, u);
@@ -148,14 +148,14 @@ void sum_cells_here(const CellSums& sums) {
     VF begin = hn::LoadU(f, sums.first_column + n);
     VF sum_re = hn::Zero(f), sum_im = hn::Zero(f), squares = hn::Zero(f);
     for (std::uint32_t i = sums.cells[n / signal_group]; i > 0; --i) {
-      // Rows of cells are staggered, by the golden section of a cell.
+      // Neighbouring rows of cells are offset by the golden section of a cell.
       const VU stagger = hn::Mul(cell, hn::Set(fu, 0x9e3779b9u));
       const VU place = hn::Add(within, stagger);
       const VU its_across = hn::Add(across, hn::IfThenElseZero(hn::Lt(place, stagger), one));
       VU random = hn::Mul(its_across, hn::Set(fu, 0xcc9e2d51u));
       random = hn::Xor(random, hn::ShiftRight<15>(random));
       random = scrambled(hn::Add(random, hn::Add(hn::Mul(cell, hn::Set(fu, 0x1b873593u)), key)));
-      // Of the upper bits, whatever the lower ones are: those of the product are as even as they.
+      // Takes new random bits from the product, whose upper bits are as evenly distributed.
       const VU more = hn::Mul(random, hn::Set(fu, 0x9e3779b1u));
 
       const VF jitter = hn::Mul(to_float(hn::ShiftRight<24>(random)), set(1.0f / 256.0f));
@@ -199,7 +199,7 @@ void draw_complex_normal_here(std::uint32_t key, std::size_t count, float* re, f
   }
 }
 
-/// At the bin whose own value lies there.
+/// The convolution at the bin whose value `middle` points to.
 HWY_INLINE VF convolved(const float* taps, std::size_t reach, const float* middle) {
   VF sum = hn::Mul(set(taps[0]), hn::LoadU(f, middle));
   for (std::size_t k = 1; k <= reach; ++k)
@@ -212,7 +212,7 @@ void shape_here(const Shaping& of) {
   for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
     const VF spread = convolved(of.energy_taps, of.reach, of.power + of.reach + n);
     const VF power = hn::LoadU(f, of.power + of.reach + n);
-    // Where nothing is spread there is nothing to scale.
+    // The lower bound avoids a division by zero where there is no energy.
     const VF scale = hn::Sqrt(hn::Div(power, hn::Max(spread, set(1e-30f))));
     hn::StoreU(hn::Mul(scale, convolved(of.taps, of.reach, of.spread_re + of.reach + n)), f,
                of.re + n);
@@ -263,10 +263,11 @@ void detect_here(const Detection& of) {
   }
 }
 
-/// Of numbers above 0: by the series of artanh about 1, which needs no fused steps; within 1e-9.
+/// log2 of positive numbers by the series of artanh about 1, which needs no fused operations;
+/// within 1e-9.
 HWY_INLINE VD log2_of(hn::Vec<HalfF> value) {
   const auto bits = hn::BitCast(hu, value);
-  // So that the mantissa is between 2/3 and 4/3.
+  // The offset makes the mantissa lie between 2/3 and 4/3.
   const auto offset = hn::Set(hu, 0x3f2aaaabu);
   const auto exponent = hn::ShiftRight<23>(hn::BitCast(hi, hn::Sub(bits, offset)));
   const auto rest = hn::BitCast(hf, hn::Sub(bits, hn::BitCast(hu, hn::ShiftLeft<23>(exponent))));
@@ -307,7 +308,7 @@ void digitise_here(const Digitisation& of) {
 
 }  // namespace
 
-// What is exported must not be unnamed.
+// Exported functions must not be in an unnamed namespace.
 void sum_cells_on(const CellSums& sums) { sum_cells_here(sums); }
 void draw_complex_normal_on(std::uint32_t key, std::size_t count, float* re, float* im) {
   draw_complex_normal_here(key, count, re, im);

@@ -5,79 +5,79 @@
 
 namespace ensonify::engine {
 
-/// How many bins a group has; what kernels write, and what they read a value a bin, has room for
-/// whole groups.
+/// The number of bins in a group. Arrays that kernels write, or read with one value per bin, must
+/// have room for whole groups.
 inline constexpr std::size_t signal_group = 16;
 constexpr std::size_t whole_groups(std::size_t bins) {
   return (bins + signal_group - 1) / signal_group * signal_group;
 }
 
-// What the loops read and write, as plain arrays: they are compiled once for each kind of vector
-// register, and must share no inline function with the rest of the program. All do the same
-// operations on each number, without fused ones: the results are the same to the last bit.
+// The arguments of the kernels are plain arrays: kernels are compiled once for each kind of vector
+// register and must not share inline functions with the rest of the program. All variants do the
+// same operations on each number, without fused multiply-adds, so their results have the same bits.
 
-/// Where the scatterers' cells lie that each bin hears.
+/// Computes the cells of the scatterers of each bin.
 struct CellPlaces {
   std::size_t bins;
-  // Of each bin:
-  const float* intensity;  ///< above 0, or it hears none
+  // One value per bin:
+  const float* intensity;  ///< 0: the bin has no cells
   const float* x_m;
   const float* y_m;
   const float* z_m;
   const float* range_m;
   const float* cells_per_m;  ///< along the array
-  const float* reach;        ///< cells to either side
+  const float* reach;        ///< cells on either side
   // The frame:
-  double across[3];   ///< what a place's parts weigh across the look,
-  double along[3];    ///< and along the array, less the listener's,
-  double along_from;  ///< this
+  double across[3];   ///< across the array: weights of a place's coordinates
+  double along[3];    ///< along the array: weights of a place's coordinates,
+  double along_from;  ///< and the constant that makes the array's origin 0
   double across_from;
   double across_cells_per_m, turns, rise, columns_per_cell;
-  // Out, of each bin:
-  std::uint32_t* across_cell;    ///< its cell across the look, and
-  std::uint32_t* across_within;  ///< how far in it, in 2^-32
-  std::uint32_t* first_cell;     ///< along the array
-  float* first_column;  ///< where that begins, in the table's columns from the beam's middle
-  float* phase_turns;   ///< of phase over a cell across
-  // Out, of each group:
-  std::uint32_t* cells;      ///< how many along the array, at most
-  std::uint32_t* placeless;  ///< not 0: it has bins with an echo from nowhere, at the origin
+  // Out, one value per bin:
+  std::uint32_t* across_cell;    ///< the number of the cell across the array
+  std::uint32_t* across_within;  ///< the place within that cell, in 2^-32 of its length
+  std::uint32_t* first_cell;     ///< the number of the first cell along the array
+  float* first_column;  ///< where this cell begins, in columns of the table from the beam's middle
+  float* phase_turns;   ///< turns of phase over one cell across
+  // Out, one value per group:
+  std::uint32_t* cells;      ///< largest number of cells along the array
+  std::uint32_t* placeless;  ///< not 0: a bin of the group has energy but no place (the origin)
 };
 void place_cells(const CellPlaces& places);
 
-/// What the sums over scatterers read and write.
+/// The arguments of sum_cells().
 struct CellSums {
-  // Of each bin:
+  // One value per bin:
   const std::uint32_t* across_cell;
   const std::uint32_t* across_within;
   const std::uint32_t* first_cell;
   const float* first_column;
-  const std::uint32_t* first_weight;  ///< of its row of the table
+  const std::uint32_t* first_weight;  ///< index of its row in the table
   const std::uint32_t* key;
   const float* phase_turns;
-  const float* power;  ///< the sum's variance
-  // Of each group:
+  const float* power;  ///< variance of the sum
+  // One value per group:
   const std::uint32_t* cells;
   std::size_t bins;
-  std::uint32_t common_key;  ///< added to each bin's
+  std::uint32_t common_key;  ///< added to each bin's key
   // The table:
-  const float* weights;  ///< real and imaginary part
+  const float* weights;  ///< real and imaginary part of each column
   float columns_per_cell;
-  std::uint32_t last_column;  ///< weighs nothing, like all beyond
-  // Out, a value a bin:
+  std::uint32_t last_column;  ///< the weight is 0 there and beyond
+  // Out, one value per bin:
   float* re;
   float* im;
 };
 
-/// Sums of the scatterers' complex normal strengths times weight and phase, scaled to their
-/// variance.
+/// Sums of the scatterers' complex normal strengths times weight and phase, scaled to the variance.
 void sum_cells(const CellSums& sums);
 
-/// Complex normal numbers of variance 1: the same for the same key and place in the array.
+/// Complex normal numbers of variance 1; a number depends only on the key and its index.
 void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float* im);
 
-/// A pulse's taps over fields of independent bins: out[n] = sum over |d| <= reach of taps[|d|] *
-/// in[n + d]; what is read has `reach` bins more on either side, and points to the first of all.
+/// Filters fields of independent bins with a pulse's taps: out[n] = sum over |d| <= reach of
+/// taps[|d|] * in[n + d]. Inputs have `reach` additional bins on either side; their pointers point
+/// to the first of these.
 struct Shaping {
   const float* taps;
   const float* energy_taps;  ///< their squares
@@ -85,50 +85,50 @@ struct Shaping {
   std::size_t bins;
   const float* spread_re;
   const float* spread_im;
-  const float* power;  ///< the fields' variance, which the shaped ones are scaled back to
+  const float* power;  ///< variance of the input fields; the outputs are scaled to have it too
   float* re;
   float* im;
 };
 void shape(const Shaping& shaping);
 
-/// What a detector sees of one look, and what it has seen so far.
+/// One look of the detector, and its result over the looks so far.
 struct Detection {
   std::size_t bins;
-  // The echo, of the other side as well or null, which leaks by so much.
+  // The echo, and that of the other side (or null), which leaks into it with the factor `leak`.
   const float* re;
   const float* im;
   const float* other_re;
   const float* other_im;
   float leak;
-  // White noise, as Shaping::spread_re, to be shaped; null: its power is added to the energy
-  // instead.
+  // White noise, padded like Shaping::spread_re, which is filtered; null: its power is added to
+  // the energy instead.
   const float* white_re;
   const float* white_im;
   const float* taps;
   std::size_t reach;
   const float* power;
-  // The gain to full scale, and white noise behind it of that rms; null: its power, likewise.
+  // The gain to full scale, and white noise of rms behind_rms after it; null: its power is added.
   const float* gain;
   float step;
   const float* behind_re;
   const float* behind_im;
   float behind_rms;
-  // Looks.
+  // Whether it is the first look, whether the detector keeps the peak, and 1 / number of looks.
   bool first, peak;
   float share;
-  // Out, and added to (or outdone) if not the first:
+  // Out; after the first look, values are added to (or compared with) those that are there:
   float* energy;
   float* detected;  ///< amplitude over full scale
 };
 void detect(const Detection& detection);
 
-/// A recorder's end.
+/// The last stage of a recorder.
 struct Digitisation {
-  std::size_t bins;  ///< any number of them
+  std::size_t bins;  ///< any number, not only whole groups
   const float* amplitude;
   float gain;             ///< to full scale, where it clips
-  bool square_root;       ///< at most one of
-  double curve_range_db;  ///< these, a logarithmic curve's if above 0
+  bool square_root;       ///< whether the curve is a square root
+  double curve_range_db;  ///< range of a logarithmic curve; 0: another curve
   double full_scale;
   std::uint32_t* samples;
 };

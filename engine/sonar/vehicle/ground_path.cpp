@@ -13,7 +13,7 @@ Eigen::Vector2d starboard(double course_rad) {
   return {std::cos(course_rad), -std::sin(course_rad)};
 }
 
-/// So far along a circle, or a straight line, from a point.
+/// The point at a distance from another one, along a circle or a straight line.
 GroundPoint along(const GroundPoint& from, double distance_m) {
   GroundPoint to = from;
   if (from.curvature_1pm == 0.0) {
@@ -38,7 +38,8 @@ GroundPath::GroundPath(const TrackOptions& track) {
   }
   if (track.legs < 1 || !(track.leg_length_m > 0.0) || !(track.leg_spacing_m > 0.0) ||
       !(track.turn_radius_m >= 0.0))
-    throw std::invalid_argument("GroundPath: a lawn-mower wants a leg of some length and spacing");
+    throw std::invalid_argument(
+        "GroundPath: a lawn-mower needs at least one leg with a positive length and spacing");
   end_.place -= 0.5 * track.leg_length_m * forward(track.heading_rad) +
                 0.5 * (track.legs - 1) * track.leg_spacing_m * starboard(track.heading_rad);
   const double radius_m =
@@ -82,13 +83,13 @@ GroundPoint GroundPath::at(double distance_m) const {
 double generated_pings(const TrackOptions& track, double ping_interval_s) {
   if (track.kind == TrackKind::line) return track.pings;
   const double step_m = track.speed_mps * ping_interval_s;
-  // A whole number of steps may come out a hair short.
+  // Rounding may make a whole number of steps slightly too small.
   return std::floor(GroundPath(track).length_m() / step_m * (1.0 + 1e-12)) + 1.0;
 }
 
 std::vector<Pose> generated_poses(const TrackOptions& track, double ping_interval_s,
                                   const Oscillator& speed) {
-  if (track.pings < 1) throw std::invalid_argument("a track needs one ping at least");
+  if (track.pings < 1) throw std::invalid_argument("a track needs at least one ping");
   if (!(track.speed_mps >= 0.0) || !(ping_interval_s >= 0.0))
     throw std::invalid_argument("a track's speed and ping interval must not be negative");
   const bool line = track.kind == TrackKind::line;
@@ -96,7 +97,8 @@ std::vector<Pose> generated_poses(const TrackOptions& track, double ping_interva
     throw std::invalid_argument("a lawn-mower needs a speed and a ping interval");
   const GroundPath path(track);
   const auto pings = static_cast<std::int64_t>(generated_pings(track, ping_interval_s));
-  const double first = line ? -0.5 * static_cast<double>(pings - 1) : 0.0;  // of distance 0
+  const double first =
+      line ? -0.5 * static_cast<double>(pings - 1) : 0.0;  // step number of the first ping
   std::vector<Pose> poses;
   for (std::int64_t i = 0; i < pings; ++i) {
     const double t_s = static_cast<double>(i) * ping_interval_s;

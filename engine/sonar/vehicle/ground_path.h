@@ -10,28 +10,29 @@
 
 namespace ensonify::engine {
 
-/// A place on the way over ground.
+/// A point of a ground path.
 struct GroundPoint {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< east and north, local metres
   double course_rad = 0.0;                          ///< clockwise from north
-  double curvature_1pm = 0.0;                       ///< the course's change a metre
-  bool turning = false;                             ///< between two legs
+  double curvature_1pm = 0.0;                       ///< change of the course per metre
+  bool turning = false;                             ///< whether it lies in a turn between two legs
 };
 
-/// The way of a generated track over ground, by the distance along it: a line without ends, counted
-/// from its middle, or a lawn-mower's legs, counted from the first one's beginning and prolonged
-/// at both ends.
+/// The path of a generated track over ground as a function of the distance along it: an infinite
+/// line, with distance 0 at its middle, or a lawn-mower's legs, with distance 0 at the start of the
+/// first leg and straight extensions at both ends.
 ///
-/// The legs lie side by side, each to starboard of the one before as the first one heads, joined by
-/// turns of constant radius R: where the spacing d is 2 R or more, two quarter circles with a
-/// straight part between; where it is less, a bulb: outwards by the angle a, round by pi + 2 a, and
-/// outwards by a again, with cos a = (R + d/2) / 2R (Dubins, Am. J. Math. 79, 1957: the path CCC).
+/// The legs are parallel, each to starboard of the one before (seen along the heading of the first
+/// leg). Turns of constant radius R join them: for a spacing d of at least 2 R, two quarter circles
+/// with a straight part between them; for a smaller spacing a bulb: outwards by the angle a, round
+/// by pi + 2 a, and outwards by a again, with cos a = (R + d/2) / 2R (Dubins, Am. J. Math. 79,
+/// 1957: the path CCC).
 class GroundPath {
  public:
-  /// Throws std::invalid_argument for a track from a file, or legs that are no legs.
+  /// Throws std::invalid_argument for a track from a file, or for legs without a length or spacing.
   explicit GroundPath(const TrackOptions& track);
 
-  double length_m() const { return length_m_; }  ///< of a lawn-mower's legs and turns; of a line 0
+  double length_m() const { return length_m_; }  ///< of a lawn-mower's legs and turns; 0 for a line
   GroundPoint at(double distance_m) const;
 
  private:
@@ -47,14 +48,14 @@ class GroundPath {
   double length_m_ = 0.0;
 };
 
-/// The poses of a generated track's pings at height 0: a line's as many as it says, middle in the
-/// middle; a lawn-mower's as many as its length holds, less those in turns if it does not ping
-/// there. `speed` is the speed's own change. Throws std::invalid_argument for no ping, a speed or
-/// interval that is negative, or a lawn-mower at no speed.
+/// The poses of a generated track's pings, at height 0. A line has TrackOptions::pings pings,
+/// centred on its middle; a lawn-mower has as many as fit on its length, without those in turns if
+/// ping_in_turns is false. `speed` is the variation of the speed. Throws std::invalid_argument for
+/// a track without pings, a negative speed or interval, or a lawn-mower at zero speed.
 std::vector<Pose> generated_poses(const TrackOptions& track, double ping_interval_s,
                                   const Oscillator& speed = {});
 
-/// How many pings that will be at most.
+/// The largest number of pings that generated_poses() can return.
 double generated_pings(const TrackOptions& track, double ping_interval_s);
 
 }  // namespace ensonify::engine

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t strips = 64;
 constexpr double half_widths = 4.0;           // either side of the centre
-constexpr double relative_half_width = 0.15;  // of the periodic band
+constexpr double relative_half_width = 0.15;  // of the periodic band, relative to its centre
 
 }  // namespace
 
@@ -58,7 +58,7 @@ double Oscillator::rate(double t_s) const {
 double Oscillator::integral(double t_s) const {
   double sum = 0.0;
   for (const auto& [amplitude, radps, phase_rad] : harmonics_) {
-    // (sin(w t + p) - sin p) / w, also where w t is next to nothing.
+    // (sin(w t + p) - sin p) / w, in a form that is accurate for small w t too.
     const double half_rad = 0.5 * radps * t_s;
     const double sinc = half_rad == 0.0 ? 1.0 : std::sin(half_rad) / half_rad;
     sum += amplitude * t_s * sinc * std::cos(half_rad + phase_rad);
@@ -84,7 +84,7 @@ Pose Motion::applied_to(const Pose& track) const {
   const double surge_m = surge_.at(t_s), sway_m = sway_.at(t_s);
   pose.position += surge_m * ahead + sway_m * starboard;
   pose.position.z() += heave_.at(t_s);
-  // The course turns, and both directions with it.
+  // Both directions turn with the course.
   pose.velocity_mps += (surge_.rate(t_s) - sway_m * track.heading_rate_radps) * ahead +
                        (sway_.rate(t_s) + surge_m * track.heading_rate_radps) * starboard;
   pose.velocity_mps.z() += heave_.rate(t_s);

@@ -3,44 +3,26 @@
 #include <cstdint>
 #include <vector>
 
+#include <ensonify/engine/sonar/vehicle/motion_options.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine {
 
-/// How one degree of freedom moves about its mean: driven by waves, wandering slowly, or both.
-/// In radians, metres or m/s, as the degree of freedom is.
-struct Oscillation {
-  double rms = 0.0;  ///< of the part with a period
-  double period_s = 8.0;
-  double wander_rms = 0.0;  ///< of the slow part
-  double wander_s = 60.0;   ///< its correlation time
-
-  bool still() const { return rms == 0.0 && wander_rms == 0.0; }
-};
-
-/// What a vehicle does about its track: a steady attitude, and movements.
-struct MotionOptions {
-  double roll_rad = 0.0, pitch_rad = 0.0;  ///< added to the track's
-  double crab_rad = 0.0;                   ///< the heading's angle to starboard of the course
-  Oscillation roll, pitch, heading;        ///< radians
-  Oscillation heave, sway, surge;          ///< metres: up, to starboard and ahead of the course
-  Oscillation speed;                       ///< m/s, of a generated track
-};
-
 /// A stationary random function of time with zero mean, the sum of the two bands of an Oscillation.
 ///
-/// Each has a spectrum of Gaussian form over angular frequency, about w0 with half width s: the
-/// periodic one w0 = 2 pi / period and s = 0.15 w0, as swell is described (Goda, Random Seas and
-/// Design of Maritime Structures); the slow one w0 = 0 and s = 1 / wander_s. The correlation over a
-/// lag u is rms^2 exp(-s^2 u^2 / 2) cos(w0 u). It is made as sum_k a_k cos(w_k t + p_k) with random
-/// phases (Shinozuka and Deodatis, Appl. Mech. Rev. 44, 191, 1991, eq. 31), a harmonic in each of
-/// 64 strips over +-4 s, a_k^2 / 2 being the strip's share of the variance; the frequency is
-/// anywhere in its strip, so that nothing repeats. It is smooth, and rate and integral are exact.
+/// Each band has a Gaussian spectrum over angular frequency with the centre w0 and the half width
+/// s. The periodic band has w0 = 2 pi / period and s = 0.15 w0, as swell is described (Goda, Random
+/// Seas and Design of Maritime Structures); the slow band has w0 = 0 and s = 1 / wander_s. The
+/// correlation over a lag u is rms^2 exp(-s^2 u^2 / 2) cos(w0 u). The function is sum_k a_k cos(w_k
+/// t + p_k) with random phases (Shinozuka and Deodatis, Appl. Mech. Rev. 44, 191, 1991, eq. 31):
+/// one harmonic in each of 64 strips over +-4 s, where a_k^2 / 2 is the strip's share of the
+/// variance. The frequency is random within its strip, so the function does not repeat. It is
+/// smooth, and its rate and integral are exact.
 class Oscillator {
  public:
-  Oscillator() = default;  ///< does not move
-  /// `number` tells the degrees of freedom apart. Throws std::invalid_argument for a negative rms
-  /// or a time that is not positive.
+  Oscillator() = default;  ///< always 0
+  /// `number` is that of the degree of freedom; each number has its own random stream. Throws
+  /// std::invalid_argument for a negative rms or a time that is not positive.
   Oscillator(const Oscillation& oscillation, std::uint64_t seed, std::uint64_t number);
 
   double at(double t_s) const;
@@ -56,14 +38,14 @@ class Oscillator {
   std::vector<Harmonic> harmonics_;
 };
 
-/// The movements of a vehicle: functions of time alone, so that any ping is the same whoever asks.
+/// The movements of a vehicle. They are functions of time alone, so pings can be computed in any
+/// order.
 class Motion {
  public:
   Motion(const MotionOptions& options, std::uint64_t seed);
-  /// The change of a generated track's speed.
+  /// The variation of a generated track's speed.
   const Oscillator& speed() const { return speed_; }
-  /// A track's pose, whose heading is its course, as the vehicle has it at that time; with its
-  /// rates.
+  /// The pose and rates of the vehicle for a pose of the track, whose heading is the course.
   Pose applied_to(const Pose& track) const;
 
  private:

@@ -8,26 +8,25 @@
 
 namespace ensonify::engine {
 
-/// How far off a reported quantity is, in metres or radians: a bias drawn once, noise drawn for
-/// each message, then a step to whose multiples it is rounded.
+/// The error of a reported quantity, in metres or radians: a bias drawn once, noise drawn for each
+/// message, then rounding to a multiple of `step`.
 struct ReportError {
   double bias_rms = 0.0;
   double rms = 0.0;
   double step = 0.0;  ///< 0: not rounded
 };
 
-/// What a vehicle says of its pose, as against what it is.
+/// How the reported pose of a vehicle differs from the true one.
 struct NavigationOptions {
-  ReportError position, height;   ///< metres: east and north alike; up
-  ReportError attitude, heading;  ///< radians: roll and pitch alike
-  double delay_s = 0.0;           ///< how old a message is when a ping takes it
-  double update_interval_s =
-      0.0;  ///< between messages, which pings repeat until the next; 0: one a ping
+  ReportError position, height;   ///< metres: both east and north; up
+  ReportError attitude, heading;  ///< radians: both roll and pitch; heading
+  double delay_s = 0.0;           ///< age of a message when a ping uses it
+  /// Time between messages; pings repeat a message until the next one. 0: one message per ping.
+  double update_interval_s = 0.0;
 };
 
-/// What is reported at each of these pings, whose numbers count from 0. Poses between pings are
-/// those of the nearest ping at its rates. Depends on nothing but the options, the seed and the
-/// true poses.
+/// The reported pose at each ping, numbered from 0. True poses between pings are extrapolated from
+/// the nearest ping at its rates. Depends only on the options, the seed and the true poses.
 std::vector<Pose> reported_poses(const NavigationOptions& options, std::uint64_t seed,
                                  std::span<const Pose> poses);
 

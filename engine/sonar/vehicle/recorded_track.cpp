@@ -9,9 +9,9 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double full_turn_rad = 2.0 * std::numbers::pi;
-constexpr double slowest_course_mps = 0.01;  // below, a course is rounding
+constexpr double slowest_course_mps = 0.01;  // below this, the course is only rounding error
 
-/// Angles without jumps: each the shorter way from the one before.
+/// Angles without jumps: each differs from the one before by at most half a turn.
 std::vector<double> unwrapped(std::vector<double> angles_rad) {
   for (std::size_t i = 1; i < angles_rad.size(); ++i)
     angles_rad[i] =
@@ -19,7 +19,7 @@ std::vector<double> unwrapped(std::vector<double> angles_rad) {
   return angles_rad;
 }
 
-/// At each time, the value there of the line fitted to the values around.
+/// At each time, the value of the line fitted to the values around it.
 std::vector<double> smoothed(const std::vector<double>& times_s, const std::vector<double>& values,
                              double half_width_s) {
   if (half_width_s == 0.0) return values;
@@ -45,7 +45,7 @@ std::vector<double> smoothed(const std::vector<double>& times_s, const std::vect
   return out;
 }
 
-/// The numbers of the rows whose places count.
+/// The numbers of the rows whose places are used.
 std::vector<std::size_t> fixes(const NavigationLog& log, double smooth_s) {
   std::vector<std::size_t> rows = {0};
   for (std::size_t i = 1; i < log.t_s.size(); ++i) {
@@ -62,8 +62,8 @@ std::vector<double> picked(const std::vector<double>& values, std::span<const st
   return out;
 }
 
-/// Where the track goes at each time of the splines; while it stands, where it went before, or
-/// will.
+/// The course at each time of the splines; while the track stands still, the last course before, or
+/// the first one after if there is none.
 std::vector<double> courses_rad(const Spline& x, const Spline& y) {
   std::vector<double> courses;
   std::size_t unknown = 0;  // at the beginning

@@ -8,7 +8,7 @@
 
 namespace ensonify::engine {
 
-/// Where the sonar is and how it is turned, at a time.
+/// The position and attitude of a sonar or vehicle at a time.
 ///
 /// The world has x east, y north, z up with the sea surface at z = 0. The body has x forward, y to
 /// starboard, z down. Heading turns clockwise from north, then pitch lifts the nose, then roll
@@ -19,13 +19,13 @@ struct Pose {
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
   double heading_rad = 0.0;
-  // How these change, as far as it is known: a ping's echoes are received after it was sent.
+  // Rates of change, 0 if unknown: a ping's echoes are received after it was sent.
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   double roll_rate_radps = 0.0;
   double pitch_rate_radps = 0.0;
   double heading_rate_radps = 0.0;
 
-  /// The pose some time later, at constant rates.
+  /// The pose time_s later, at constant rates.
   Pose after(double time_s) const;
 };
 
@@ -33,22 +33,23 @@ struct Pose {
 Eigen::Matrix3d body_to_world(const Pose& pose);
 
 enum class TrackKind { line, lawn_mower, file };
-/// How the height is kept: a depth, or an altitude over the bed.
+/// What the vehicle keeps constant: its depth, or its altitude above the bed.
 enum class Vertical { depth, altitude };
 
-/// Where the vehicle goes and when it pings. Its own movements about that are in motion.h.
+/// Where the vehicle goes and when it pings. Its random movements about this track are in motion.h.
 struct TrackOptions {
   TrackKind kind = TrackKind::line;
-  int pings = 600;  ///< of a line; the others have as many as fit
+  int pings = 600;  ///< of a line; the other kinds have as many as fit
   double speed_mps = 2.0;
   double heading_rad = 0.0;    ///< of a line, or of the first leg
-  double middle_east_m = 0.0;  ///< local metres; a file's track is moved by so much
+  double middle_east_m = 0.0;  ///< local metres; a file's track is shifted by this
   double middle_north_m = 0.0;
-  double altitude_m = 10.0;      ///< over the mean seabed along the track, or over the bed below
-  double ping_interval_s = 0.0;  ///< 0: the longest range's two-way time; of a file, a ping a row
+  double altitude_m = 10.0;  ///< above the mean bed along the track, or above the bed below
+  /// 0: the two-way time of the longest range; for a file, one ping per row.
+  double ping_interval_s = 0.0;
   Vertical vertical = Vertical::depth;
   double follow_s = 5.0;   ///< time constant with which an altitude is kept
-  double climb_mps = 0.5;  ///< the fastest climb and dive then
+  double climb_mps = 0.5;  ///< the fastest climb and dive to keep it
   // lawn-mower
   int legs = 4;
   double leg_length_m = 60.0;
@@ -58,7 +59,7 @@ struct TrackOptions {
   // file
   InputFile file;
   double smooth_s = 0.0;  ///< time over which a file's places and heights are smoothed
-  std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< of the seabed's middle
+  std::optional<double> origin_latitude_rad, origin_longitude_rad;  ///< of the middle of the seabed
 };
 
 }  // namespace ensonify::engine

@@ -18,9 +18,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int looks = 5;            // each finds a face, whose corners give planes and elevations
-constexpr int looks_per_plane = 5;  // each finds a face, whose crossed edges give elevations
-constexpr double widest_rad = 0.6;  // of a fan, to either side
+constexpr int looks = 5;  // rays; the corners of the faces they hit give planes and elevations
+constexpr int looks_per_plane = 5;  // rays; the crossed edges of the faces they hit give elevations
+constexpr double widest_rad = 0.6;  // half a fan's width
 
 /// Longest edge over smallest height.
 double thinness(refine::Triangles triangles, std::uint32_t face) {
@@ -31,7 +31,7 @@ double thinness(refine::Triangles triangles, std::uint32_t face) {
   return longest / std::max((b - a).cross(c - a).norm(), 1e-30);
 }
 
-/// A fan's tables, gathered as directions in its own frame: along the array, middle, pole.
+/// A fan's tables, collected from directions in its frame (along the array, middle, pole).
 class Tables {
  public:
   void add_plane(const Vector3d& d) {
@@ -46,7 +46,7 @@ class Tables {
   std::shared_ptr<const FanGrid> grid(double middle_depression_rad) {
     const auto tidy = [](auto& rows, auto sine) {
       std::ranges::sort(rows, {}, sine);
-      // Not std::ranges::unique: clang 14 cannot read what libstdc++ 12 returns.
+      // Not std::ranges::unique: clang 14 cannot compile it with libstdc++ 12.
       const auto same = [&](const auto& a, const auto& b) { return a.*sine == b.*sine; };
       rows.erase(std::unique(rows.begin(), rows.end(), same), rows.end());
     };
@@ -54,8 +54,7 @@ class Tables {
     tidy(elevations_, &Elevation::sine);
     FanGrid grid(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
     grid.middle_depression_rad = middle_depression_rad;
-    // Every ray is within the beam, the widest just so: a surface may leave out all that lies
-    // beyond.
+    // Every ray is just within the beam: face sources may leave out everything beyond it.
     double sine = 0.0, level = 0.0;
     for (const FanGrid::Plane& plane : planes_) sine = std::max(sine, std::abs(plane.sin_azimuth));
     for (const Elevation& e : elevations_) level = std::max(level, e.cosine);
@@ -83,7 +82,7 @@ class Tables {
 
 }  // namespace
 
-/// Uniform numbers in (0, 1], one after another.
+/// Uniform numbers in (0, 1], in sequence.
 class AdversarialRays::Dice {
  public:
   Dice(std::uint64_t seed, std::uint64_t what, std::uint64_t number)
@@ -105,7 +104,7 @@ class AdversarialRays::Dice {
   }
   int sign() { return roll() < 0.5 ? -1 : 1; }
   double power_of_ten(double from, double to) { return std::pow(10.0, roll(from, to)); }
-  /// Even over the sphere.
+  /// Uniform over the sphere.
   Vector3d direction() {
     const double z = roll(-1.0, 1.0), turn = roll(0.0, 2.0 * std::numbers::pi);
     const double across = std::sqrt(std::max(0.0, 1.0 - z * z));
@@ -155,7 +154,7 @@ void AdversarialRays::aim_down(std::uint64_t list, std::span<Ray> rays) const {
   const Vector3d low = box_.lowest.cast<double>(), high = box_.highest.cast<double>();
   for (Ray& ray : rays) {
     Vector3d place;
-    if (dice.roll() < 0.2)  // anywhere, and a little beyond
+    if (dice.roll() < 0.2)  // anywhere, including slightly outside
       for (const int axis : {0, 1})
         place[axis] = low[axis] + dice.roll(-0.02, 1.02) * (high[axis] - low[axis]);
     else
@@ -216,7 +215,7 @@ Ray AdversarialRays::draw_ray(Dice& dice) const {
   }
   if (target == origin) target = origin - Vector3d::UnitZ();
 
-  // A power of two keeps the ray aimed exactly; the target is at 1 / scale.
+  // A power of two keeps the aim exact; the target is at t = 1 / scale.
   const double scale = dice.roll() < 0.5 ? 1.0 : std::exp2(std::floor(dice.roll(-10.0, 10.0)));
   Ray ray{origin, scale * (target - origin)};
   switch (dice.pick(12)) {
@@ -228,8 +227,8 @@ Ray AdversarialRays::draw_ray(Dice& dice) const {
   return ray;
 }
 
-/// A fan without its grid, over a target. An even draw's frame is the grid's own: the plane at
-/// azimuth 0 is then exactly one of x or y.
+/// A fan without its grid, aimed at a target. Half of them have axes along the mesh's grid: the
+/// plane at azimuth 0 is then exactly an x or y plane.
 RayFan AdversarialRays::draw_frame(Dice& dice) const {
   const std::uint32_t face = draw_face(dice);
   const Vector3d target = triangles_.corner(face, static_cast<int>(dice.pick(3)));
@@ -245,7 +244,7 @@ RayFan AdversarialRays::draw_frame(Dice& dice) const {
       fan.pole = std::numbers::sqrt2 / 2.0 * (level + Vector3d::UnitZ());
     }
   } else {
-    // Three turns leave the quaternion's length off by some roundings; fans have unit axes.
+    // Fans need unit axes; three rotations leave the quaternion's length off by some roundings.
     const Eigen::Matrix3d turn = (Eigen::AngleAxisd(dice.roll(-3.0, 3.0), Vector3d::UnitZ()) *
                                   Eigen::AngleAxisd(dice.roll(-1.5, 0.3), Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(dice.roll(-0.3, 0.3), Vector3d::UnitY()))
@@ -258,7 +257,7 @@ RayFan AdversarialRays::draw_frame(Dice& dice) const {
   const double far_m = size_m_ * dice.power_of_ten(-2.0, -0.5);
   const Vector3d ahead = fan.middle + dice.roll(-0.4, 0.4) * fan.pole;
   fan.origin = nearest_floats(target - far_m * ahead);
-  for (const int axis : {0, 1})  // the grid's plane goes through the target, rounding or not
+  for (const int axis : {0, 1})  // puts the plane through the target, exactly
     if (std::abs(fan.array_axis[axis]) == 1.0) fan.origin[axis] = target[axis];
   fan.range_m = dice.roll() < 0.3 ? (target - fan.origin).norm() : size_m_;
   return fan;
@@ -281,7 +280,7 @@ RayFan AdversarialRays::aim(std::uint64_t number, const Intersector& reference) 
     return hit;
   };
 
-  // Mostly narrow, as beams are: what is left out of a surface by mistake lies at the beam's edges.
+  // Mostly as narrow as beams: faces left out by mistake are at the beam's edges.
   const double narrow_rad = widest_rad * dice.power_of_ten(-3.5, 0.0);
   Tables tables;
   tables.add_plane(Vector3d::UnitY());
@@ -298,7 +297,7 @@ RayFan AdversarialRays::aim(std::uint64_t number, const Intersector& reference) 
       const Hit hit = look(std::atan2(plane.sin_azimuth, plane.cos_azimuth),
                            dice.roll(-widest_rad, widest_rad));
       for (int k = 0; hit && k < 3; ++k) {
-        // Where the plane crosses the edge; at a corner that lies in the plane, the corner.
+        // Where the plane crosses the edge, or a corner that lies in the plane.
         const Vector3d p = seen(hit.face, k), q = seen(hit.face, (k + 1) % 3);
         const double p_off = plane.cos_azimuth * p.x() - plane.sin_azimuth * p.y();
         const double q_off = plane.cos_azimuth * q.x() - plane.sin_azimuth * q.y();
@@ -306,7 +305,8 @@ RayFan AdversarialRays::aim(std::uint64_t number, const Intersector& reference) 
           tables.add_elevation(p + p_off / (p_off - q_off) * (q - p));
       }
     }
-  if (dice.roll() < 0.5 || !tables.has_elevations())  // else the outermost ones meet something, too
+  if (dice.roll() < 0.5 ||
+      !tables.has_elevations())  // otherwise the outermost rays hit something too
     for (const double e : {-widest_rad, widest_rad})
       tables.add_elevation({0.0, std::cos(e), std::sin(e)});
   fan.grid = tables.grid(std::asin(std::clamp(-fan.middle.z(), -1.0, 1.0)));

@@ -20,35 +20,36 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t round = 1024;  // items whose results are held at once
+constexpr std::size_t round = 1024;  // how many items' results are held at once
 constexpr std::uint64_t list_rays = 1024;
-constexpr std::uint64_t fan_rays = 600;  // about so many has an aimed fan
+constexpr std::uint64_t fan_rays = 600;  // of an aimed fan, about
 constexpr std::uint64_t plumb_list = 256;
-constexpr std::size_t body_blocks = 4;  // one block of so many has bodies, too,
-constexpr std::size_t body_pings = 4;   // in so many of its pings
-constexpr int tetrahedra = 3;           // in the water of a ping, of four bodies each
+constexpr std::size_t body_blocks = 4;  // every 4th block is repeated with bodies,
+constexpr std::size_t body_pings = 4;   // its first pings only
+constexpr int tetrahedra = 3;           // per ping, of four bodies each
 
 /// Hits of all fans of a ping, by ray number.
 using PingHits = std::vector<std::vector<Hit>>;
 
-/// What one worker asks with, and where it keeps the answers.
+/// One worker's face sources and buffers.
 struct Worker {
   bool ready = false;
   std::vector<std::unique_ptr<FacesWithBodies>> surfaces;
-  std::vector<FanComparison> comparisons;  // one a candidate
+  std::vector<FanComparison> comparisons;  // by candidate
   std::vector<std::function<double(double, double)>> heights;
   PingHits expected;
-  std::vector<PingHits> hits;  // of those candidates that others are compared with
+  std::vector<PingHits> hits;  // of candidates that others are compared with
   std::vector<Ray> rays, asked;
   std::vector<Hit> expected_of_asked, static_of_asked;
 };
 
-/// A tetrahedron in the water, as bodies of one triangle each: so a body's number is a triangle's.
+/// A tetrahedron in the water, made of one body per triangle, so that each triangle has its own
+/// body number.
 struct Tetrahedron {
   std::array<refine::TriangleMesh, 4> faces;
   Eigen::Isometry3d place;
 
-  /// Somewhere on a ray of the fan, before what that hits. Only the place is drawn.
+  /// At a random place on a ray of the fan, before the ray's hit.
   Tetrahedron(const RayFan& fan, std::span<const Hit> hits, const RandomStream& stream) {
     std::array<double, 6> drawn;
     stream.uniform(drawn);
@@ -71,24 +72,24 @@ struct Tetrahedron {
   }
 };
 
-/// What a plumb line meets first of the bed's faces, others looked through.
+/// The first of the bed's faces that a vertical ray meets; it ignores other faces.
 Hit bed_below(Ray ray, std::size_t bed_faces, const Intersector& reference) {
   for (;;) {
     Hit hit;
     reference.intersect({&ray, 1}, {&hit, 1});
     if (!hit || hit.face < bed_faces) return hit;
-    // Of faces at one place the bed's is met first: its number is lower.
+    // At equal distance the bed's face is reported, because its number is lower.
     ray.t_min = std::nextafter(hit.t, std::numeric_limits<double>::infinity());
   }
 }
 
-/// A height, NaN for none, against what the plumb line meets.
+/// Judges a height (NaN for none) against the bed's hit.
 void judge_height(const Judge& judge, const Ray& ray, const Hit& bed, double height_m,
                   AgreementCounts& counts) {
   Hit found = bed;
   found.t = ray.origin.z() - height_m;
   if (std::isnan(height_m)) found = {};
-  if (!bed && !std::isnan(height_m)) found.face = 0;  // which one it does not say
+  if (!bed && !std::isnan(height_m)) found.face = 0;  // any face
   Verdict verdict = bed || found ? Verdict::unexplained : Verdict::same;
   if (bed && found) {
     const double dt_m = std::abs(found.t - bed.t);
@@ -141,7 +142,7 @@ class Comparison {
     for (const HeightCandidate& candidate : options_.heights)
       heights.push_back(
           {{}, candidate.surface, candidate.name, RaySource::plumb_lines, Precision::in_double});
-    // In rounds, whose parts are summed in order: threads cannot tell, and memory has a bound.
+    // In rounds whose parts are summed in order: bounded memory, same sums with any threads.
     for (std::size_t begin = 0; begin < items_.size() && !stopped_; begin += round) {
       std::vector<std::vector<AgreementCounts>> parts(std::min(round, items_.size() - begin));
       refine::SpareThreads spare;
@@ -186,10 +187,10 @@ class Comparison {
     if (options_.bodies) add(RaySource::bodies, parts_of(blocks_.size(), body_blocks));
     if (!options_.heights.empty())
       add(RaySource::plumb_lines, parts_of(options_.plumb_lines, plumb_list));
-    for (const Item& item : items_) told_.of += rays_of(item);
+    for (const Item& item : items_) progress_.of += rays_of(item);
   }
 
-  /// The aimed fans' are not known before they are aimed.
+  /// For aimed fans an estimate: they are made later.
   std::uint64_t rays_of(const Item& item) const {
     switch (item.source) {
       case RaySource::aimed_fans: return fan_rays;
@@ -229,11 +230,11 @@ class Comparison {
       surface.prepare({}).intersect({&ray, 1}, {&hit, 1});
       return true;
     } catch (const std::invalid_argument&) {
-      return false;  // a back-end for fans alone
+      return false;  // a back-end for fans only
     }
   }
 
-  /// One tally a candidate.
+  /// Returns one count for each candidate.
   std::vector<AgreementCounts> compare_item(const Item& item, Worker& worker,
                                             refine::SpareThreads& spare) {
     if (!worker.ready) make_surfaces(worker);
@@ -252,11 +253,11 @@ class Comparison {
       case RaySource::plumb_lines: rays = compare_heights(item, worker, tallies); break;
       case RaySource::faces: break;
     }
-    tell(rays, tallies);
+    report(rays, tallies);
     return tallies;
   }
 
-  /// As a run has it: its surfaces begin anew, and know which pings are to come.
+  /// As in a run: face sources start fresh, and later pings are announced to them.
   std::uint64_t compare_block(const Item& item, Worker& worker, refine::SpareThreads& spare,
                               std::vector<AgreementCounts>& tallies) {
     for (const auto& surface : worker.surfaces) surface->reset();
@@ -272,7 +273,7 @@ class Comparison {
     return rays;
   }
 
-  /// `afresh`: by surfaces of their own, one after another: what a wide fan takes is given back.
+  /// `afresh`: with temporary face sources, so that the memory of a wide fan is freed.
   template <class LookAhead>
   std::uint64_t compare_ping(std::span<const RayFan> fans, std::size_t number, Worker& worker,
                              std::vector<AgreementCounts>& tallies, const LookAhead& look_ahead,
@@ -307,8 +308,8 @@ class Comparison {
   void compare_candidate(std::size_t c, const Intersector& intersector, refine::Triangles triangles,
                          std::span<const RayFan> fans, std::size_t number, Worker& worker,
                          FanComparison& comparison, AgreementCounts& tally) const {
-    PingHits& mine = worker.hits[c];
-    mine.resize(fans.size());
+    PingHits& own_hits = worker.hits[c];
+    own_hits.resize(fans.size());
     for (std::size_t i = 0; i < fans.size(); ++i) {
       const bool has_twin = twin_[c] != c;
       const std::span<const Hit> of_static =
@@ -319,11 +320,11 @@ class Comparison {
         compare_some(c, intersector, triangles, fans[i], number, worker.expected[i], of_static,
                      worker, comparison, tally);
       if (candidates_[c].has_every_face)
-        mine[i].assign(comparison.found().begin(), comparison.found().end());
+        own_hits[i].assign(comparison.found().begin(), comparison.found().end());
     }
   }
 
-  /// One ray of so many, beginning anywhere, so that every kind of ray has its turn.
+  /// Compares every n-th ray; the first one varies, so that all kinds of rays are compared.
   void compare_some(std::size_t c, const Intersector& intersector, refine::Triangles triangles,
                     const RayFan& fan, std::size_t number, std::span<const Hit> expected,
                     std::span<const Hit> of_static, Worker& worker, FanComparison& comparison,
@@ -366,8 +367,8 @@ class Comparison {
     return worker.rays.size();
   }
 
-  /// Pings with tetrahedra in the water, which are put there, moved before every second ping, and
-  /// taken out. The reference has them and the faces near the fans in a tree of its own.
+  /// Pings with tetrahedra in the water, which are added, moved before every second ping, and
+  /// removed. The reference has them and the faces near the fans in a separate tree.
   std::uint64_t compare_bodies(const Item& item, Worker& worker,
                                std::vector<AgreementCounts>& tallies) {
     std::uint64_t rays = 0;
@@ -416,7 +417,7 @@ class Comparison {
     std::size_t number = 0;
     for (const Tetrahedron& body : bodies)
       for (const refine::TriangleMesh& face : body.faces) {
-        if (!first && number % 3 == 1) surface.remove(number);  // its number is the lowest free one
+        if (!first && number % 3 == 1) surface.remove(number);  // then add() gets this number
         if (first || number % 3 == 1)
           surface.add(face, body.place);
         else
@@ -439,14 +440,14 @@ class Comparison {
     return worker.rays.size();
   }
 
-  void tell(std::uint64_t rays, std::span<const AgreementCounts> tallies) {
-    const std::lock_guard lock(telling_);
-    told_.rays = std::min(told_.rays + rays, told_.of);
+  void report(std::uint64_t rays, std::span<const AgreementCounts> tallies) {
+    const std::lock_guard lock(progress_mutex_);
+    progress_.rays = std::min(progress_.rays + rays, progress_.of);
     for (const AgreementCounts& tally : tallies) {
-      told_.unexplained += tally.count(Verdict::unexplained);
-      told_.leaks += tally.count(Verdict::leak);
+      progress_.unexplained += tally.count(Verdict::unexplained);
+      progress_.leaks += tally.count(Verdict::leak);
     }
-    if (options_.progress && !options_.progress(told_)) stopped_ = true;
+    if (options_.progress && !options_.progress(progress_)) stopped_ = true;
   }
 
   refine::Triangles triangles_;
@@ -458,12 +459,12 @@ class Comparison {
   const AgreementOptions& options_;
   AdversarialRays aimed_;
   std::vector<Item> items_;
-  std::vector<bool> takes_lists_;  // one a candidate
-  std::vector<std::size_t>
-      twin_;  // with the static surface; itself, if it is that or there is none
+  std::vector<bool> takes_lists_;  // by candidate
+  // By candidate: the one with static faces and the same intersector; itself if there is none.
+  std::vector<std::size_t> twin_;
   std::vector<Worker> workers_;
-  std::mutex telling_;
-  AgreementProgress told_;
+  std::mutex progress_mutex_;
+  AgreementProgress progress_;
   std::atomic<bool> stopped_ = false;
 };
 
@@ -477,12 +478,12 @@ std::uint64_t rays_within_beam(const FanGrid& grid) {
   return rays;
 }
 
-// What sound back-ends needed at most at 2e5 rays on ripples, clutter, mines and rocky: in float on
-// a scene's own rays and with bodies tie 4e-5, edge 8e-6, coarse 8e-5; on aimed rays tie 0.31, end
-// 0.07, edge 0.05, leak 0.0015, coplanar 0.05, coarse 0.14, unlike_static 0.011. In double nothing
-// on a scene's own rays; on aimed ones tie 0.05, end 2e-5, edge 1.5e-4. Nothing else was seen. The
-// limits leave room, twice to some hundred times, for other scenes; aimed rays meet edges, corners
-// and their own ends by intent.
+// Sound back-ends needed at most these shares at 2e5 rays on ripples, clutter, mines and rocky. In
+// float, on a scene's own rays and with bodies: tie 4e-5, edge 8e-6, coarse 8e-5; on aimed rays:
+// tie 0.31, end 0.07, edge 0.05, leak 0.0015, coplanar 0.05, coarse 0.14, unlike_static 0.011. In
+// double, on a scene's own rays: nothing; on aimed rays: tie 0.05, end 2e-5, edge 1.5e-4. All
+// others were 0. The limits leave a margin, from twice to some hundred times, for other scenes;
+// aimed rays meet edges, corners and their own ends on purpose.
 std::span<const Limit> limits(RaySource source, Precision precision) {
   static constexpr std::array scene_in_double{
       Limit{"tie", nullptr, Verdict::tie, 1e-4},
@@ -559,7 +560,7 @@ AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
 }
 
 AgreementCounts compare_height(const CheckedMesh& mesh, double x_m, double y_m, double height_m) {
-  // A fan that has closed to one ray.
+  // A fan of one ray.
   FanGrid grid(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
   grid.sin_truncation = 0.0;
   grid.planes = {{0.0, 1.0, 1.0}};

@@ -6,7 +6,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t kept = 5;  // unexplained differences a tally
+constexpr std::size_t kept = 5;  // unexplained differences per count
 constexpr std::size_t no_run = static_cast<std::size_t>(-1);
 
 }  // namespace
@@ -38,7 +38,7 @@ void FanComparison::fan(const Intersector& intersector, refine::Triangles triang
                         std::span<const Hit> of_static, AgreementCounts& tally) {
   found_.resize(fan.grid->rays());
   intersector.intersect(fan, found_);
-  // As the echo gets them: from the back-end, if it knows runs, else from the hits.
+  // As in the echo: from the back-end if it lists runs, otherwise from the hits.
   if (!intersector.list_runs(fan, runs_)) runs_.take(fan, triangles, found_);
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     run_of_.assign(fan.elevations(), no_run);
@@ -78,7 +78,7 @@ void FanComparison::list(const Intersector& intersector, refine::Triangles trian
   }
 }
 
-/// To that number, and to the mesh's own corners in their order, bit by bit.
+/// Whether hit.index leads to the face's number and to the mesh's corners, in order and to the bit.
 bool FanComparison::leads_to_face(refine::Triangles triangles, const Hit& hit) const {
   if (!hit) return true;
   const std::uint32_t there = judge_->index_of(hit.face);
@@ -90,8 +90,8 @@ bool FanComparison::leads_to_face(refine::Triangles triangles, const Hit& hit) c
   return true;
 }
 
-/// A run is of the hit's face, and its plane is where the reference has the hit. At the end of the
-/// range rounding decides whether there is one.
+/// Whether the run has the hit's face, and its plane is where the reference has the hit. At the end
+/// of the range rounding decides whether there is a run.
 bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, std::size_t run,
                                const Ray& ray, const Hit& expected, const Hit& hit) const {
   const auto tolerance_m = [&](std::uint32_t face) {
@@ -105,8 +105,8 @@ bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, std::si
                              runs_.pole[run] * fan.grid->sin_elevation[elevation]);
   if (!hit) return std::abs(range_m - fan.range_m) <= tolerance_m(runs_.face[run]);
   if (runs_.face[run] != hit.face || runs_.index[run] != hit.index) return false;
-  if (expected.face != hit.face) return true;  // what that means is judged by itself
-  // Where the ray lies in the face's plane the quotient is no number, or any.
+  if (expected.face != hit.face) return true;  // judge() decides that case
+  // If the ray lies in the face's plane, the quotient is NaN or meaningless.
   return judge_->is_coarse(ray, hit.face, Precision::in_double) ||
          std::abs(range_m - expected.t) <= tolerance_m(hit.face);
 }

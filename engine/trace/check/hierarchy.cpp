@@ -16,7 +16,7 @@ namespace {
 using refine::ProgressiveMesh;
 using Corners = std::array<Eigen::Vector3f, 3>;
 
-/// Whether the spheres of all nodes above a leaf enclose the corners, in double.
+/// Whether the spheres of all nodes above a leaf enclose the corners, computed in double.
 bool enclosed(const ProgressiveMesh& mesh, std::uint32_t leaf, const Corners& corners) {
   const auto after = std::ranges::upper_bound(mesh.roots, leaf);
   const auto root = static_cast<std::uint32_t>(after - mesh.roots.begin()) - 1;
@@ -51,7 +51,7 @@ bool is_sound(refine::Triangles mesh, const ProgressiveMesh& progressive, std::s
   });
 }
 
-/// Why a face may be left out.
+/// Counts the faces that are left out, by the reason.
 void judge_missing(refine::Triangles mesh, const std::vector<bool>& is_there,
                    AgreementCounts& tally) {
   const auto key = [&](std::uint32_t face) {
@@ -63,7 +63,7 @@ void judge_missing(refine::Triangles mesh, const std::vector<bool>& is_there,
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
     if (!is_there[face]) wanted.insert(key(face));
   if (wanted.empty()) return;
-  std::set<refine::Face> found;  // a face before with the same vertices
+  std::set<refine::Face> found;  // vertices of earlier faces that are there
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
     const refine::Face vertices = key(face);
     if (!wanted.contains(vertices)) continue;

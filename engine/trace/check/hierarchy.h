@@ -6,12 +6,13 @@
 
 namespace ensonify::engine {
 
-/// Compares every face of a progressive mesh with the mesh it was made from: it has each once, with
-/// the same three places in the same order, and the sphere of every node above one of its corners
-/// encloses it; so no volume that a face touches can miss it. A face counts as `same`; as `tie` if
-/// it is left out since another one has its vertices, as `coplanar` for want of area, which no ray
-/// hits; else as unexplained, and twice if a second one has its number. Takes a bit a face of
-/// memory. Throws refine::DamagedFile.
+/// Compares a progressive mesh with the mesh it was made from. It must have each face once, with
+/// the same three positions in the same order, and the sphere of every node above one of a face's
+/// corners must enclose the face, so that no volume that touches the face can miss it. A face
+/// counts as `same`; as `tie` if it is left out because another face has its vertices; as
+/// `coplanar` if it is left out because it has no area (no ray hits it); otherwise as unexplained.
+/// A second face with the same number counts as unexplained once more. Needs one bit of memory per
+/// face. Throws refine::DamagedFile.
 AgreementCounts compare_faces(refine::Triangles mesh, const refine::ProgressiveMesh& progressive,
                               int threads);
 

@@ -13,11 +13,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double steps = 8.0;  // roundings on the way to one answer
+constexpr double steps = 8.0;  // roundings in the computation of one answer
 
 struct Arithmetic {
   double rounding;           // e
-  double edge_reach;         // of the range
+  double edge_reach;         // relative to the range
   double barycentric_slack;  // of u and v
 };
 constexpr Arithmetic arithmetic_of(Precision precision) {
@@ -45,7 +45,8 @@ Judge::Judge(refine::Triangles triangles, const Intersector& reference, const re
       middle_(0.5 * (mesh.lowest.cast<double>() + mesh.highest.cast<double>())),
       half_size_m_(largest(mesh.highest.cast<double>() - middle_)) {}
 
-/// Corners from the ray's origin; across is what is left of them seen along the ray.
+/// A face as a ray sees it. Corners are relative to the ray's origin; `across` is their part across
+/// the ray.
 struct Judge::Sight {
   const Ray& ray;
   Precision precision;
@@ -55,10 +56,10 @@ struct Judge::Sight {
   double longest_edge_m;
   double largest_m;  // M
   double min_height_m;
-  double rounding_m;  // of t, u and v; infinite exactly edge on
+  double rounding_m;  // of t, u and v; infinite if exactly edge on
   double edge_m;      // from the ray's line to the nearest edge
-  double outside_m;   // how far it is beyond the edges' lines, at most; not above 0 inside
-  double plane_m;     // from the ray abeam of a corner to the face's plane
+  double outside_m;   // how far the ray's line is beyond an edge's line, at most; <= 0 inside
+  double plane_m;     // from the ray, beside a corner, to the face's plane
   bool inside;        // the line goes through the face, by plain arithmetic
 
   double metres(double t) const { return t * length; }
@@ -66,20 +67,21 @@ struct Judge::Sight {
     return rounding_m > longest_edge_m && plane_m <= reach_m(hit.t);
   }
   double tolerance_m() const { return std::min(rounding_m, longest_edge_m); }
-  /// Of u and v in double; what is enough for float's is tried.
+  /// The rounding of u and v in double; for float, barycentric_slack is enough (tried).
   double rounding_of_weights() const {
     return precision == Precision::in_float ? 0.0 : std::min(rounding_m / min_height_m, 1e-6);
   }
   double reach_m(double t) const {
     return by.edge_reach * metres(t) + 4.0 * by.rounding * largest_m;
   }
-  /// Of edges that meet sharply the ray may be near both, and yet far from where they meet.
+  /// Where two edges meet at a sharp corner, the ray may be near both and still far from the
+  /// corner.
   bool passes_edge(const Hit& hit) const { return (inside ? edge_m : outside_m) <= reach_m(hit.t); }
   bool meets_end(const Hit& hit) const {
     return metres(std::abs(hit.t - ray.t_min)) <= rounding_m ||
            metres(std::abs(hit.t - ray.t_max)) <= rounding_m;
   }
-  /// Why one may see a hit on this face where the other sees none.
+  /// Why one answer may have a hit on this face and the other none.
   Verdict excuse(const Hit& hit) const {
     if (coplanar(hit)) return Verdict::coplanar;
     if (meets_end(hit)) return Verdict::end;
@@ -105,7 +107,7 @@ Judge::Sight Judge::look(const Ray& ray, std::uint32_t face, Precision precision
   const double longest2 =
       std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
   s.longest_edge_m = std::sqrt(longest2);
-  // Double is enough wherever the mesh lies; float has to be about an origin near it.
+  // Double is precise enough anywhere; float needs an origin near the mesh.
   const Vector3d home = precision == Precision::in_float ? middle_ : Vector3d::Zero();
   s.largest_m = largest(ray.origin - home) + from_origin;
   if (precision == Precision::in_float) s.largest_m += half_size_m_;
@@ -147,7 +149,7 @@ std::uint32_t Judge::index_of(std::uint32_t face) const {
              : Hit::none;
 }
 
-/// Whether t, u and v tell of one point, on the face and within the ray's ends.
+/// Whether t, u and v give the same point, on the face and within the ray's ends.
 bool Judge::points_agree(const Sight& sight, const Hit& hit) {
   const double slack = sight.by.barycentric_slack + sight.rounding_of_weights();
   if (!(hit.t >= sight.ray.t_min && hit.t <= sight.ray.t_max)) return false;
@@ -164,7 +166,7 @@ Hit Judge::ask(const Ray& ray) const {
   return hit;
 }
 
-/// Whether rays nudged to eight sides all meet faces that come together where this one passes.
+/// Whether rays moved slightly to eight sides all meet faces that join where this ray passes.
 bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
   const Vector3d unit = sight.ray.direction / sight.length;
   const Vector3d right = unit.unitOrthogonal(), up = unit.cross(right);
@@ -179,9 +181,8 @@ bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
     if (around.t > range_m + sight.longest_edge_m + other.longest_edge_m) return false;
     if (around.face == hit.face) continue;
     if (other.edge_m > 2.0 * away_m) return false;
-    // It comes together with this one only if it comes near the place where that is met: an edge
-    // that the ray passes far behind a ridge, where both lie in the plane of the grid, is none of
-    // it.
+    // It joins this face only if it is near the place of this hit. An edge that the ray passes far
+    // behind a ridge, where both lie in a plane of the grid, does not count.
     const Vector3d at = range_m * unit;
     const auto& [a, b, c] = other.corners;
     const double apart_m =
@@ -192,7 +193,7 @@ bool Judge::surface_all_around(const Sight& sight, const Hit& hit) const {
   return true;
 }
 
-/// What it means that a face was passed which the reference says is met.
+/// The verdict for a ray that passed a face which the reference hits.
 Verdict Judge::judge_passed(const Sight& sight, const Hit& hit) const {
   const Verdict excuse = sight.excuse(hit);
   return excuse == Verdict::edge && surface_all_around(sight, hit) ? Verdict::leak : excuse;
@@ -218,7 +219,7 @@ Verdict Judge::judge(const Ray& ray, const Hit& expected, const Hit& found,
                  (there->inside || there->passes_edge(found) || there->coplanar(found))))
     return Verdict::unexplained;
 
-  // Along the ray, every face that the reference meets before what was found must have an excuse.
+  // Every face that the reference meets before the found hit must have an excuse.
   Verdict worst = Verdict::tie;
   Ray rest = ray;
   for (Hit met = expected; met; met = rest.t_min <= rest.t_max ? ask(rest) : Hit{}) {
@@ -235,7 +236,7 @@ Verdict Judge::judge(const Ray& ray, const Hit& expected, const Hit& found,
     rest.t_min = met.t + std::max(sight.tolerance_m() / sight.length, 1e-15 * met.t);
   }
   if (!there) return worst;
-  // The reference does not meet what was found.
+  // The reference does not hit the found face.
   return std::max(worst, there->excuse(found));
 }
 

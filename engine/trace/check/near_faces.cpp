@@ -16,14 +16,14 @@ class FanBox {
     to_frame_ << fan.array_axis.transpose(), fan.middle.transpose(), fan.pole.transpose();
     const double range_m = fan.range_m * fan.bend.lengthening;
     const double turn = std::min(fan.bend.turn_rad, 2.0);
-    const double slack_m = 1e-5 * range_m + 1e-5;  // the axes are unit vectors within 1e-6
+    const double slack_m = 1e-5 * range_m + 1e-5;  // the axes' lengths are within 1e-6 of 1
     const double along_m = range_m * std::min(1.0, fan.grid->sin_truncation + turn);
     const double most = std::clamp(fan.grid->elevation_rad.back() + turn, -1.6, 1.6);
     const double least = std::clamp(fan.grid->elevation_rad.front() - turn, -1.6, 1.6);
     highest_ = {along_m, range_m, std::max(0.0, range_m * std::sin(most))};
     lowest_ = {-along_m, std::max(most, -least) > 1.5 ? -range_m : 0.0,
                std::min(0.0, range_m * std::sin(least))};
-    // Planes far to the side look backwards where a fan is that wide.
+    // In a very wide fan, planes far to the side look backwards.
     for (const FanGrid::Plane& plane : fan.grid->planes)
       if (plane.cos_azimuth < 0.0) lowest_.y() = -range_m;
     highest_.array() += slack_m;

@@ -25,23 +25,23 @@ namespace {
 constexpr float inf = std::numeric_limits<float>::infinity();
 constexpr float largest_float = std::numeric_limits<float>::max();
 
-// Up to here no product of three lengths in Embree's tests overflows, not even with rays from 1e18
-// m.
+// Up to this size no product of three lengths in Embree's tests overflows, even with ray origins at
+// 1e18 m.
 constexpr double largest_vertex_m = 1e9;
 
 constexpr double slack = 2e-7;  // a few units in a float's last place
 
-/// A query that keeps the nearest hit, and of several at one distance the face with the lowest
-/// number, whatever the order in which the tree offers them.
+/// A query that keeps the nearest hit; at equal distance the face with the lowest number, whatever
+/// the order in which the tree offers them.
 ///
 /// Two faces that share an edge may both be hit there, at distances that differ by rounding. Embree
-/// skips the box of the second where the first is nearer than it, so which of the two it offers
-/// depends on the tree. Hence a hit leaves the ray a little longer than the hit's distance: both
-/// are offered, and the nearest is the same for every tree over the same faces.
+/// skips the second face's box if the first hit is nearer than the box, so the tree decides which
+/// of the two it offers. Therefore a hit shortens the ray to slightly more than the hit's distance:
+/// both faces are offered, and the nearest is the same for every tree over the same faces.
 struct NearestHit : EmbreeQuery {
   static constexpr int max_lanes = 16;
   static constexpr float beyond_hit = 1.0f + 0x1p-16f;
-  const std::uint32_t* numbers;  // of faces; none: their places
+  const std::uint32_t* numbers;  // of faces; null: their indices
   alignas(64) std::array<float, max_lanes> t;
   alignas(64) std::array<std::uint32_t, max_lanes> face;
 
@@ -52,8 +52,8 @@ struct NearestHit : EmbreeQuery {
     face.fill(Hit::none);
   }
 
-  /// The filter for a device of that instruction set: called some ten thousand times a ping, it is
-  /// worth its own code.
+  /// The filter for a device of that instruction set. It is called about ten thousand times per
+  /// ping, so a version of its own is worthwhile.
   static RTCFilterFunctionN filter_for(std::string_view instruction_set) {
 #if defined(__x86_64__)
     if (instruction_set.starts_with("avx2") || instruction_set.starts_with("avx512"))
@@ -68,13 +68,13 @@ struct NearestHit : EmbreeQuery {
     return numbers[one] < numbers[other];
   }
 
-  // Vectors by name: a loop over arrays that may overlap is not made into them.
+  // Explicit vector types: the compiler does not vectorise loops over arrays that may overlap.
   template <class Number, unsigned lanes>
   struct Register {
     typedef Number Numbers __attribute__((vector_size(lanes * sizeof(Number))));
   };
 
-  // What is not valid afterwards, Embree drops.
+  // Embree drops hits that are not valid afterwards.
   template <unsigned lanes>
   [[gnu::always_inline]] static void filter_lanes(const RTCFilterFunctionNArguments* args) {
     using Floats = typename Register<float, lanes>::Numbers;
@@ -106,7 +106,7 @@ struct NearestHit : EmbreeQuery {
     std::memcpy(best.face.data(), &new_face, sizeof new_face);
     std::memcpy(ends, &new_end, sizeof new_end);
   }
-  /// Makes room for faces that come before those at the same distance.
+  /// Clears hits at the same distance whose face comes later, so that the new face wins.
   [[gnu::noinline]] void settle_ties(const int* valid, const float* other_t, const unsigned* faces,
                                      unsigned lanes) {
     for (unsigned i = 0; i < lanes; ++i)
@@ -128,16 +128,16 @@ struct NearestHit : EmbreeQuery {
 #endif
 };
 
-/// Vertices of our own for a tree of one ping: Embree's Morton codes give each axis the same number
+/// Copies the vertices for a tree of one ping. Embree's Morton codes give each axis the same number
 /// of steps across the box of the faces, so over a level bed they would sort by height before
 /// place, and rays would take three times as long. Two faces without area stretch the box to a
-/// cube. The corners are gathered, because the vertices may be the whole seafloor's, which nothing
-/// can be added to.
+/// cube. The corners are copied because the vertices may be the whole seafloor's, to which nothing
+/// can be added.
 class Gathered {
  public:
   refine::Triangles operator()(refine::Triangles triangles) {
     const std::size_t faces = triangles.faces.size() + 2;
-    positions_.resize(3 * faces + 1);  // one more: see readable_beyond
+    positions_.resize(3 * faces + 1);  // one extra: see readable_beyond
     for (auto n = static_cast<std::uint32_t>(faces_.size()); n < faces; ++n)
       faces_.push_back({3 * n, 3 * n + 1, 3 * n + 2});
 
@@ -172,7 +172,7 @@ class Embree final : public Intersector {
 #else
     device_.reset(rtcNewDevice(""));
 #endif
-    if (!device_) throw std::runtime_error("Embree makes no device on this machine");
+    if (!device_) throw std::runtime_error("Embree could not make a device on this machine");
     rtcSetDeviceErrorFunction(device_.get(), &Embree::remember, this);
     code_path_ = options_.instruction_set + (options_.robust ? "" : " fast");
     const auto native = [&](RTCDeviceProperty rays) {
@@ -185,7 +185,7 @@ class Embree final : public Intersector {
   }
 
   void build(refine::Triangles triangles) override {
-    scene_.reset();  // first: memory is never needed for two
+    scene_.reset();  // first, so that two trees never need memory at once
     triangles_ = triangles;
     check_vertices(triangles, largest_vertex_m);
     if (triangles.faces.empty()) return;
@@ -218,7 +218,7 @@ class Embree final : public Intersector {
 
   void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
     if (rays.size() != hits.size())
-      throw std::invalid_argument("rays need one place for a hit each");
+      throw std::invalid_argument("`hits` must have one element for every ray");
     NearestHit query(false, triangles_.numbers);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       check_ray(rays[i]);
@@ -237,10 +237,10 @@ class Embree final : public Intersector {
           "this machine has no instruction set '{}'; it has: {}", name, fmt::join(there, ", ")));
   }
 
-  /// Embree loads 16 bytes at each vertex of 12. It has no use for the 4 beyond the last, but they
-  /// must be readable: they are on the last vertex's own page, unless the page ends with it.
+  /// Embree loads 16 bytes at each vertex of 12. It ignores the 4 bytes beyond the last vertex, but
+  /// they must be readable. They are, unless the last vertex ends at the end of a memory page.
   std::span<const Eigen::Vector3f> readable_beyond(std::span<const Eigen::Vector3f> positions) {
-    constexpr std::uintptr_t page = 4096;  // no machine's is smaller
+    constexpr std::uintptr_t page = 4096;  // no machine has smaller pages
     padded_ = {};
     if (reinterpret_cast<std::uintptr_t>(positions.data() + positions.size()) % page != 0)
       return positions;
@@ -274,7 +274,7 @@ class Embree final : public Intersector {
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometry(scene_.get(), geometry.get());
     if (options_.for_one_ping)
-      // Not by the device's option threads=1, which would hold all of TBB to one thread.
+      // The device option threads=1 would limit all of TBB to one thread.
       this_thread_.execute([&] { rtcCommitScene(scene_.get()); });
     else
       rtcCommitScene(scene_.get());
@@ -282,8 +282,8 @@ class Embree final : public Intersector {
   }
 
   Hit to_hit(unsigned face, float t, float u, float v) const {
-    return {triangles_.number(face), face, static_cast<double>(t) + 0.0, u,
-            v};  // Embree has hits at -0
+    // + 0.0 because Embree may report hits at -0.
+    return {triangles_.number(face), face, static_cast<double>(t) + 0.0, u, v};
   }
 
   template <int lanes>
@@ -317,7 +317,8 @@ class Embree final : public Intersector {
           continue;
         }
         for (std::size_t i = 0; i < lanes; ++i) {
-          // Lanes past the end repeat the last ray, switched off: every lane holds a sound ray.
+          // Lanes past the end are off and repeat the last ray, so that every lane holds a valid
+          // ray.
           const std::size_t elevation = first + std::min(i, count - 1);
           const Eigen::Vector3f direction = rounded(fan.direction(broadside, elevation));
           packet.ray.dir_x[i] = direction.x();
@@ -350,22 +351,22 @@ class Embree final : public Intersector {
     }
   }
 
-  /// In float a direction of any length in double may be zero or infinite: its length is brought
-  /// near 1, by a power of two, which changes no other bit.
+  /// A double direction may be zero or infinite as float. It is scaled by a power of two to a
+  /// length near 1, which changes no other bit.
   Hit trace_scaled(const Ray& ray, NearestHit& query) const {
     int exponent;
     std::frexp(ray.direction.cwiseAbs().maxCoeff(), &exponent);
     const auto scaled = [&](double x) {
       return static_cast<float>(std::min<double>(std::ldexp(x, exponent), largest_float));
     };
-    // A little longer than asked for, so that a hit at an end is not lost to rounding.
+    // Slightly longer, so that a hit at an end is not lost to rounding.
     RTCRayHit one =
         ray_from(ray.origin, scaled(ray.t_min * (1.0 - slack)), scaled(ray.t_max * (1.0 + slack)));
     set_direction(one, ray.direction.unaryExpr([&](double x) { return std::ldexp(x, -exponent); }));
     Hit hit = trace_one(one, query);
     if (!hit) return hit;
     hit.t = std::clamp(std::ldexp(hit.t, -exponent), ray.t_min, ray.t_max);
-    return std::isfinite(hit.t) ? hit : Hit{};  // the distance is beyond a double's
+    return std::isfinite(hit.t) ? hit : Hit{};  // the distance overflows double
   }
 
   Hit trace_one(RTCRayHit& ray, NearestHit& query) const {
@@ -386,8 +387,8 @@ class Embree final : public Intersector {
     one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     return one;
   }
-  /// Embree takes a component up to 1e-18 for 1e-18, whatever its sign, but still goes by that
-  /// sign: packets with such a ray miss. Of 0 it knows.
+  /// Embree replaces a component up to 1e-18 by 1e-18, whatever its sign, but still uses the sign:
+  /// packets with such a ray miss. It handles 0 correctly.
   static Eigen::Vector3f rounded(const Eigen::Vector3d& direction) {
     constexpr float taken_for_itself = 2e-18f;
     const Eigen::Array3f to = direction.array().cast<float>();
@@ -397,13 +398,13 @@ class Embree final : public Intersector {
     const Eigen::Vector3f to = rounded(direction);
     one.ray.dir_x = to.x(), one.ray.dir_y = to.y(), one.ray.dir_z = to.z();
   }
-  /// Not beyond the fan's own, and finite, so that a distance that overflows is no hit.
+  /// Not more than the fan's range, and finite, so that a distance that overflows is no hit.
   static float range_of(const RayFan& fan) {
     const auto range = static_cast<float>(std::min<double>(fan.range_m, largest_float));
     return range > fan.range_m ? std::nextafter(range, 0.0f) : range;
   }
 
-  /// Embree's error callback: memory may be short, so no more than noting it, and only the first.
+  /// Embree's error callback: memory may be short, so it only stores the first error.
   static void remember(void* self, RTCError code, const char* text) {
     auto& error = static_cast<Embree*>(self)->error_;
     if (error.code != RTC_ERROR_NONE) return;
@@ -417,7 +418,7 @@ class Embree final : public Intersector {
     error_.code = RTC_ERROR_NONE;
     throw std::runtime_error(fmt::format(
         "Embree could not build its tree: {}",
-        memory ? "out of memory; take a smaller seafloor or larger cells" : error_.text.data()));
+        memory ? "out of memory; use a smaller seafloor or larger cells" : error_.text.data()));
   }
 
   IntersectorOptions options_;
@@ -428,10 +429,10 @@ class Embree final : public Intersector {
     RTCError code = RTC_ERROR_NONE;
     std::array<char, 160> text{};
   } error_;
-  Gathered gathered_;                                      // for one ping
-  tbb::task_arena this_thread_{1};                         // the same
-  std::vector<Eigen::Vector3f> padded_;                    // for many
-  std::unique_ptr<RTCSceneTy, void (*)(RTCScene)> scene_;  // none over no faces
+  Gathered gathered_;                                      // used if for_one_ping
+  tbb::task_arena this_thread_{1};                         // used if for_one_ping
+  std::vector<Eigen::Vector3f> padded_;                    // used otherwise
+  std::unique_ptr<RTCSceneTy, void (*)(RTCScene)> scene_;  // null if there are no faces
   std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device_;
 };
 
@@ -447,9 +448,9 @@ std::unique_ptr<Intersector> make_embree_single(const IntersectorOptions& option
 
 std::vector<std::string_view> instruction_sets() {
 #if defined(__x86_64__)
-  // Each with what Embree asks of it.
+  // Each set with the features that Embree requires for it.
   std::vector<std::string_view> there{"sse2"};
-  // Two that clang 14 cannot be asked for.
+  // clang 14's __builtin_cpu_supports does not know these two.
   unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
   const bool f16c = __get_cpuid(1, &eax, &ebx, &ecx, &edx) && (ecx & bit_F16C);
   const bool lzcnt = __get_cpuid(0x80000001, &eax, &ebx, &ecx, &edx) && (ecx & bit_LZCNT);

@@ -1,5 +1,5 @@
-// Embree 4, or 3 where there is no 4, and all that differs between them. It shows Embree, so it is
-// no header of the library's: .cpp files include it.
+// Embree 4, or 3 where there is no 4, and all differences between them. It includes Embree's
+// headers, so only .cpp files may include it.
 
 #include <type_traits>
 
@@ -11,17 +11,17 @@
 
 namespace ensonify::engine {
 
-/// So many rays that go through the tree together, and their hits.
+/// A packet of rays that go through the tree together, and their hits.
 template <int lanes>
 using EmbreePacket = std::conditional_t<lanes == 16, RTCRayHit16,
                                         std::conditional_t<lanes == 8, RTCRayHit8, RTCRayHit4>>;
 
 #if RTC_VERSION_MAJOR >= 4
 
-/// What Embree hands on to filters.
+/// What Embree passes to filters.
 using EmbreeContext = RTCRayQueryContext;
 
-/// Asks for nearest hits; a filter finds it by its context, and so what is derived from it.
+/// A query for nearest hits. A filter gets it, or the class derived from it, as its context.
 class EmbreeQuery : public EmbreeContext {
  public:
   explicit EmbreeQuery(bool coherent) {

@@ -5,8 +5,8 @@
 namespace ensonify::engine {
 namespace {
 
-// Along an axis on which a line barely moves, and its reciprocal could overflow, boxes do not bound
-// it.
+// Along an axis on which a line hardly moves, so that its reciprocal could overflow, boxes do not
+// bound the line.
 constexpr double slowest = 0x1p-900;
 
 double inverse_of(double component) {
@@ -44,7 +44,7 @@ BoxTree::Branch BoxTree::grow(std::span<Item> items) {
     return branch;
   }
   const auto middle = [](const Item& item) -> Eigen::Vector3f {
-    return item.box.corner[0] + item.box.corner[1];  // twice that
+    return item.box.corner[0] + item.box.corner[1];  // twice the middle
   };
   Box middles = no_box;
   for (const Item& item : items) middles.take(middle(item));

@@ -11,7 +11,7 @@
 
 namespace ensonify::engine {
 
-/// A box along the axes; its corners are vertices' floats, so a box around boxes is exact.
+/// An axis-aligned box; its corners have vertices' coordinates, so a box around boxes is exact.
 struct Box {
   std::array<Eigen::Vector3f, 2> corner;  ///< the lowest, the highest
 
@@ -24,7 +24,7 @@ struct Box {
 constexpr float no_end = std::numeric_limits<float>::infinity();
 inline const Box no_box{{Eigen::Vector3f::Constant(no_end), Eigen::Vector3f::Constant(-no_end)}};
 
-/// A line ready to be cut with boxes; the largest component of its direction is at least 2^-100,
+/// A line prepared for cuts with boxes. The largest component of its direction is at least 2^-100;
 /// those of origin and direction are within 1e18.
 class BoxLine {
  public:
@@ -32,22 +32,22 @@ class BoxLine {
 
   struct Cut {
     double enter, leave;
-    /// Does a line that starts at 0 run through the box?
+    /// Whether a line that starts at 0 runs through the box.
     bool ahead() const { return enter <= leave && leave >= 0.0; }
   };
 
-  /// Where the line enters and leaves the box, widened by 8u, u = 2^-53, so that no t at which it
-  /// is inside is left out: a bound is three roundings off, of difference, reciprocal and
-  /// product, 3.01u in all, and where the product underflows 2^-1074, hence the 2^-1000.
+  /// Where the line enters and leaves the box, widened by 8u, u = 2^-53, so that no t inside the
+  /// box is left out: a bound has three roundings, of difference, reciprocal and product, 3.01u in
+  /// all, and where the product underflows an error of 2^-1074, hence the 2^-1000.
   ///
   /// Every operation is monotone in the box: a box within another is never entered before it or
-  /// left after it, rounding included. On that rests that the tree changes no answer.
+  /// left after it, rounding included. This is why the tree changes no answer.
   Cut cut(const Box& box) const {
     double enter = -std::numeric_limits<double>::infinity();
     double leave = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
-      // Not a number where the line runs within the side's plane (0 * inf) or the axis is left out:
-      // no bound then, by the order of these comparisons.
+      // NaN where the line runs within the side's plane (0 * inf) or the axis is left out: the
+      // order of these comparisons then ignores the bound.
       const double near = (box.corner[backwards_[axis]][axis] - origin_[axis]) * inverse_[axis];
       const double far = (box.corner[1 - backwards_[axis]][axis] - origin_[axis]) * inverse_[axis];
       enter = near > enter ? near : enter;
@@ -62,14 +62,14 @@ class BoxLine {
   std::array<unsigned, 3> backwards_;
 };
 
-/// A bounding volume hierarchy, split at the median of the boxes' middles along their longest
-/// spread.
+/// A bounding volume hierarchy. It splits at the median of the boxes' middles along the axis of
+/// their largest spread.
 class BoxTree {
  public:
   void build(std::span<const Box> boxes);
 
   /// Calls meet(number) for every box that the line cuts ahead of 0 and enters no farther than
-  /// `limit`, which meet may lower; nearer boxes first, more or less.
+  /// `limit`, which meet may lower. Nearer boxes come first, approximately.
   template <class Meet>
   void walk(const BoxLine& line, const double& limit, Meet&& meet) const {
     if (order_.empty()) return;
@@ -100,7 +100,8 @@ class BoxTree {
   static constexpr std::size_t leaf = 4;
   static constexpr std::size_t deepest = 32;  // halving 2^32 boxes
 
-  /// A leaf holds order_[first] and the next `count`; without a count it goes on at forks_[first].
+  /// A leaf holds order_[first] and the next `count`; if count is 0, its children are
+  /// forks_[first].
   struct Branch {
     Box box = no_box;
     std::uint32_t first = 0;

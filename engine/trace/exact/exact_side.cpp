@@ -19,7 +19,7 @@ struct Binary {
 };
 using BinaryVector = std::array<Binary, 3>;
 
-// Integers of as many bits as the significands have: 53 with exponents down to -1126 for doubles
+// Integers with as many bits as the significands: 53 with exponents down to -1126 for doubles
 // (the smallest denormal is 2^52 * 2^-1126), 24 and -172 for floats.
 template <class Vector>
 BinaryVector binary_of(const Vector& v) {
@@ -34,13 +34,13 @@ BinaryVector binary_of(const Vector& v) {
   return out;
 }
 
-// A sum of products of three numbers without any rounding: a fixed-point number in digits of 2^32
-// that reaches over the whole domain (Kulisch's long accumulator), so that nothing is lost to
-// under- or overflow. Of two doubles and a float no product reaches below 2^-2424; with all of them
+// A sum of products of three numbers without rounding: a fixed-point number in digits of 2^32 that
+// covers the whole range (Kulisch's long accumulator), so nothing is lost to underflow or overflow.
+// The lowest bit of a product of two doubles and a float is at least 2^-2424; with all of them
 // within 1e18 < 2^60 none reaches 2^180.
 class ExactSum {
  public:
-  /// The third is of 24 bits.
+  /// z must have at most 24 bits.
   void add(bool minus, const Binary& x, const Binary& y, const Binary& z) {
     if (x.integer == 0 || y.integer == 0 || z.integer == 0) return;
     const int place = x.exponent + y.exponent + z.exponent - lowest_exponent;
@@ -76,13 +76,12 @@ class ExactSum {
     }
   }
 
-  // Carries wait in the digits' upper halves for sign(); the last digits only ever get zeros put
-  // there.
+  // Carries stay in the digits' upper halves until sign(); the last digits only ever receive zeros.
   std::array<std::int64_t, (highest_exponent - lowest_exponent) / digit_bits + 6> digits_{};
   std::size_t lowest_ = digits_.size();
 };
 
-// Adds (or takes away) d . (b x c).
+// Adds (or subtracts) d . (b x c).
 void add_determinant(ExactSum& sum, bool minus, const BinaryVector& d, const BinaryVector& b,
                      const BinaryVector& c) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -94,8 +93,8 @@ void add_determinant(ExactSum& sum, bool minus, const BinaryVector& d, const Bin
 
 }  // namespace
 
-// d . ((p - o) x (q - o)) = d . (p x q) - d . (o x q) + d . (o x p), linear in o: moving o along an
-// axis adds what the last two terms are for o = that axis.
+// d . ((p - o) x (q - o)) = d . (p x q) - d . (o x q) + d . (o x p), linear in o: moving o by a
+// unit along an axis adds the last two terms with o = that axis.
 int exact_side(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                const Eigen::Vector3f& from, const Eigen::Vector3f& to) {
   const BinaryVector d = binary_of(direction), p = binary_of(from), q = binary_of(to);

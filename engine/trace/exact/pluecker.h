@@ -7,11 +7,11 @@
 namespace ensonify::engine {
 
 /// The reference: the paper's test of a ray against a face's edges in Plücker coordinates, in
-/// double and exact where rounding could decide, over a tree that changes no answer
-/// (pluecker_faces.h, box_tree.h). No ray slips through an edge or a vertex, and of the faces
-/// around one a ray hits exactly one on its way in; which of them is settled by the tie rule of
-/// exact_side.h, not by the lowest number. Takes up to 715 million faces, and some 200 bytes for
-/// each.
+/// double, and exact where rounding could decide, over a tree that changes no answer
+/// (pluecker_faces.h, box_tree.h). No ray slips through an edge or a vertex, and a ray that enters
+/// through an edge or a vertex hits exactly one of the faces around it. The tie rule of
+/// exact_side.h decides which, not the lowest number. Takes up to 715 million faces, and about
+/// 200 bytes for each.
 std::unique_ptr<Intersector> make_pluecker(const IntersectorOptions& options);
 
 }  // namespace ensonify::engine

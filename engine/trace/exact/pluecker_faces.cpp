@@ -23,14 +23,14 @@ int doublings_of(const Ray& ray) {
   return largest < shortest_direction ? -std::ilogb(largest) : 0;
 }
 
-/// Rounded up, and never zero.
+/// x >= 0 rounded up, and never zero.
 float above(double x) {
   return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity());
 }
 
 }  // namespace
 
-// Doubling is exact. The limit may be off by half the smallest denormal, which it makes up for.
+// Doubling is exact. The limit may be off by half the smallest denormal; 2^-1000 covers that.
 PlueckerQuery::PlueckerQuery(const Ray& ray)
     : doublings_(doublings_of(ray)),
       origin_(ray.origin),
@@ -99,16 +99,16 @@ Box PlueckerFaces::box(std::uint32_t face) const {
   return box;
 }
 
-// With u = 2^-53, l = along, p = from and the ray's o and d: a component of the stored l is off by
-// a factor within 1 + u, one of the edge's moment by 3u (|p_j l_k| + |p_k l_j|) (l, product,
-// difference), one of the ray's by 2u (|o_j d_k| + |o_k d_j|). A product of the sum below adds 1u
-// (and l's 1u), the sum of six of them 5u: 9u each, and with the largest components O, D, P of o,
-// d, p
+// With u = 2^-53, l = along, p = from and the ray's o and d: the relative error of a component of
+// the stored l is within u. The error of a component of the edge's moment is 3u (|p_j l_k| + |p_k
+// l_j|) (l, product, difference), and of the ray's moment 2u (|o_j d_k| + |o_k d_j|). A product of
+// the sum below adds 1u (and l's 1u), the sum of six products 5u: 9u each. With the largest
+// components O, D, P of o, d, p
 //   error <= 9u (1 + 9u) sum_i |d_i| (|p_j l_k| + |p_k l_j|) + |l_i| (|o_j d_k| + |o_k d_j|)
-//         <= 18.1u D (P + O) (|l_x| + |l_y| + |l_z|),
-// in place of which 20u covers the bound's own rounding. slack and reach are at least the smallest
-// float and D at least 2^-100, so the bound is above 2^-400, which covers products that underflow
-// (each off by 2^-1075, times at most 2^62).
+//         <= 18.1u D (P + O) (|l_x| + |l_y| + |l_z|).
+// 20u instead also covers the bound's own rounding. slack and reach are at least the smallest float
+// and D at least 2^-100, so the bound is above 2^-400. That covers products that underflow (each
+// off by 2^-1075, times at most 2^62).
 PlueckerFaces::Side PlueckerFaces::side(const PlueckerQuery& query, std::uint32_t half_edge) const {
   const Edge& edge = edges_[half_edge / 2];
   const double product = query.direction_.dot(edge.moment) + query.moment_.dot(edge.along);
@@ -138,8 +138,8 @@ void PlueckerFaces::take(PlueckerQuery& query, std::uint32_t face,
   const Eigen::Vector3d normal =
       (triangles_.corner(face, 1) - a).cross(triangles_.corner(face, 2) - a);
   const double in_plane = normal.dot(a - query.origin_) / normal.dot(query.direction_);
-  // The line meets the face within its box, whatever rounding does to a face seen almost edge-on
-  // (where in_plane may even be no number): so a tree of boxes cannot lose it.
+  // The hit is kept within the face's box, whatever rounding does to a face seen almost edge on
+  // (where in_plane may even be NaN): so a tree of boxes cannot lose it.
   const double scaled = std::min(std::max(cut.enter, in_plane), cut.leave);
   const double t = std::ldexp(scaled, query.doublings_);
   if (!(scaled >= 0.0 && t >= query.t_min_ && t <= query.t_max_)) return;
@@ -148,8 +148,8 @@ void PlueckerFaces::take(PlueckerQuery& query, std::uint32_t face,
   if (scaled == query.limit_ &&
       std::pair(number, face) > std::pair(query.nearest_.face, query.nearest_.index))
     return;
-  // The products are the corners' weights; one decided exactly may be rounding, with the wrong
-  // sign.
+  // The products are the corners' weights. A product whose sign was decided exactly may be pure
+  // rounding, with the wrong sign.
   const auto weight = [&](const Side& side) { return std::max(0.0, side.sign * side.product); };
   const double sum = weight(sides[0]) + weight(sides[1]) + weight(sides[2]);
   query.nearest_ = {number, face, t, sum > 0.0 ? weight(sides[2]) / sum : 0.0,

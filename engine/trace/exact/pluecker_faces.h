@@ -12,17 +12,16 @@
 
 namespace ensonify::engine {
 
-/// A ray ready for the test, and the nearest hit found so far.
+/// A ray prepared for the test, and the nearest hit found so far.
 class PlueckerQuery {
  public:
-  /// Throws what check_ray throws.
+  /// Throws as check_ray does.
   explicit PlueckerQuery(const Ray& ray);
 
   const BoxLine& line() const { return line_; }
-  /// Farther than this, in lengths of the direction as scaled below, no face can be hit any more.
+  /// No face beyond this distance can be hit any more. In lengths of the direction as scaled below.
   const double& limit() const { return limit_; }
-  /// The nearest of the faces met; of several at one distance the one with the lowest number, and
-  /// of several with that number the first.
+  /// The nearest face met; at equal distance the one with the lowest number, then the first.
   const Hit& nearest() const { return nearest_; }
 
  private:
@@ -40,28 +39,28 @@ class PlueckerQuery {
   Hit nearest_;
 };
 
-/// Triangles with the Plücker coordinates of their edges, each stored once and shared by its faces,
-/// for the paper's test: a ray hits a face whose three edges it passes on the same side. The sides
-/// of two edges reject most faces, the third decides. A side within rounding of a tie is decided
-/// exactly, by exact_side with its tie rule.
+/// Triangles with the Plücker coordinates of their edges, each edge stored once and shared by its
+/// faces, for the paper's test: a ray hits a face if it passes the three edges on the same side.
+/// The sides of two edges reject most faces; the third decides. A side within rounding of a tie is
+/// decided by exact_side with its tie rule.
 class PlueckerFaces {
  public:
   /// Keeps a view of the triangles. Throws refine::MeshError for a vertex that is not finite or
-  /// beyond 1e18, and beyond 715 million faces.
+  /// beyond 1e18, and for more than 715 million faces.
   void build(refine::Triangles triangles);
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(faces_.size()); }
   Box box(std::uint32_t face) const;
 
-  /// Takes the face for the query's nearest hit if it is that.
+  /// Makes the face the query's nearest hit if it is nearer.
   void meet(PlueckerQuery& query, std::uint32_t face) const;
 
  private:
-  // One cache line. From `from` to `to`, the end that is lower in (x, y, z) first: so an edge's
-  // bits depend on its ends' places alone, not on how the vertices are numbered.
+  // One cache line. The end that is lower in (x, y, z) is `from`: so an edge's bits depend only on
+  // the places of its ends, not on how the vertices are numbered.
   struct Edge {
     Eigen::Vector3d along;   // to - from
-    Eigen::Vector3d moment;  // from x to, as from x along: its rounding is small with the edge
+    Eigen::Vector3d moment;  // from x to, computed as from x along: its rounding is small
     std::uint32_t from, to;
     float slack;  // 20 u (|along_x| + |along_y| + |along_z|)
     float reach;  // from's largest component
@@ -76,8 +75,8 @@ class PlueckerFaces {
 
   refine::Triangles triangles_;
   std::vector<Edge> edges_;
-  std::vector<std::array<std::uint32_t, 3>>
-      faces_;  // twice the edge, plus one against its direction
+  // By face: twice the edge's number, plus one if the face runs against its direction.
+  std::vector<std::array<std::uint32_t, 3>> faces_;
 };
 
 }  // namespace ensonify::engine

@@ -17,8 +17,8 @@ namespace {
 
 using refine::FanVolume;
 
-/// The active mesh as a source of exact faces: there is one, which is always that of the last ping,
-/// and two lists of its faces, which take turns.
+/// The active mesh as a source of exact faces. There is one active mesh, which always has the state
+/// of the last ping, and two lists of its faces, used alternately.
 struct Refined {
   refine::ActiveMesh mesh;
   explicit Refined(const refine::ProgressiveMesh& of) : mesh(of) {}
@@ -29,7 +29,7 @@ struct Refined {
   void reset() { mesh.reset(); }
 };
 
-/// The top-down query as one.
+/// The top-down query as a source of exact faces.
 struct Walked {
   const refine::ProgressiveMesh& progressive;
   std::array<std::optional<refine::Footprint>, 2> footprints;
@@ -42,13 +42,13 @@ struct Walked {
   void reset() {}
 };
 
-/// By turning alone no point within range of a volume moves farther than this.
+/// A bound, in metres, on how far a point within range moves by the rotation between two volumes.
 double turned_m(const FanVolume& from, const FanVolume& to) {
   const double turned = (from.array_axis - to.array_axis).norm() +
                         (from.middle - to.middle).norm() + (from.pole - to.pole).norm();
   return turned * std::max(from.range_m, to.range_m);
 }
-/// No point within range of the one volume is farther than this from the same point of the other.
+/// The same for rotation and translation.
 double moved_m(const FanVolume& from, const FanVolume& to) {
   return (to.apex - from.apex).norm() + turned_m(from, to);
 }
@@ -63,13 +63,13 @@ void take_volumes(std::span<const RayFan> fans, std::vector<FanVolume>& volumes)
   for (const RayFan& fan : fans) volumes.push_back(view_volume(fan));
 }
 
-/// Exact faces, and the intersector over them.
+/// Exact faces, the intersector over them, and the volumes they were built for.
 struct Stage {
   std::unique_ptr<Intersector> intersector;
   refine::Triangles triangles;
-  std::vector<FanVolume> built;  // for which; none while nothing is there
+  std::vector<FanVolume> built;  // empty while there are no faces
 
-  /// Whether that is all that other volumes can touch.
+  /// Whether they include all faces that `volumes` can touch.
   bool holds(std::span<const FanVolume> volumes) const {
     if (volumes.size() != built.size() || volumes.empty()) return false;
     for (std::size_t i = 0; i < volumes.size(); ++i)
@@ -80,7 +80,7 @@ struct Stage {
   }
 };
 
-/// Pings use the one stage while a spare thread makes the other one ready for those to come.
+/// Pings use one stage while a spare thread prepares the other for later pings.
 template <class Source>
 class ExactFaces final : public FaceSource {
  public:
@@ -99,7 +99,8 @@ class ExactFaces final : public FaceSource {
       widen(wanted_, last_, wide_);
       const bool ready = ahead_.finish();
       if (std::exchange(fault_ahead_, false)) source_.reset();
-      // Only what would be built now: whether a thread was spare must not show, not even in a tie.
+      // Only if it is what would be built now: results must not depend on whether a thread was
+      // free.
       if (ready && stages_[1 - turn_].built == wide_)
         turn_ = 1 - turn_;
       else
@@ -135,13 +136,13 @@ class ExactFaces final : public FaceSource {
   }
 
  private:
-  /// Over what the next pings will see if they go on as the last two did: from the middle of their
-  /// way they are half of it off, and turned by all that they turn.
+  /// Widens the volumes to cover the next pings if the motion of the last two continues: half the
+  /// distance from the middle of their path, and the whole rotation.
   void widen(const std::vector<FanVolume>& volumes, const std::vector<FanVolume>& before,
              std::vector<FanVolume>& wide) const {
     wide = volumes;
     if (!go_on(before, volumes)) return;
-    const double more = (tree_pings_ - 1) * (1.0 + 1e-6);  // and what rounding takes
+    const double more = (tree_pings_ - 1) * (1.0 + 1e-6);  // and a margin for rounding
     for (std::size_t i = 0; i < wide.size(); ++i) {
       const Eigen::Vector3d half_way = 0.5 * more * (volumes[i].apex - before[i].apex);
       wide[i].apex += half_way;
@@ -157,7 +158,7 @@ class ExactFaces final : public FaceSource {
     stage.intersector->build(stage.triangles);
     std::swap(stage.built, volumes);
   }
-  /// What is wrong with the faces to come is told to the ping that wants them: it finds it, too.
+  /// An error here is dropped: the ping that needs these faces builds them and meets it again.
   void build_ahead() noexcept {
     try {
       build(1 - turn_, wide_ahead_);
@@ -165,8 +166,8 @@ class ExactFaces final : public FaceSource {
       fault_ahead_ = true;
     }
   }
-  /// Not the first time, nor after a leap (the end of a line), which nothing says will be made
-  /// again.
+  /// Whether to expect that the motion continues: not at the first ping, nor after a leap (the end
+  /// of a line).
   static bool go_on(const std::vector<FanVolume>& before, const std::vector<FanVolume>& volumes) {
     if (before.size() != volumes.size()) return false;
     for (std::size_t i = 0; i < volumes.size(); ++i)
@@ -182,13 +183,13 @@ class ExactFaces final : public FaceSource {
   int tree_pings_;
   Source source_;
   std::array<Stage, 2> stages_;
-  std::size_t turn_ = 0;  // which of them is there now
+  std::size_t turn_ = 0;  // the stage in use
   std::uint64_t version_ = 0;
-  std::vector<FanVolume> wanted_, last_, wide_;  // by a ping; and with the next ones
+  std::vector<FanVolume> wanted_, last_, wide_;  // of a ping; wide_: and of the next pings
   std::vector<FanVolume> expected_, before_expected_, wide_ahead_;
   bool fault_ahead_ = false;
   refine::SpareThreads::BackgroundTask ahead_{
-      [this] { build_ahead(); }};  // the last: it uses the others
+      [this] { build_ahead(); }};  // declared last: it uses the other members
 };
 
 }  // namespace
@@ -206,7 +207,7 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
   try {
     return std::make_shared<const refine::ProgressiveMesh>(refine::build_by_tiles(mesh, threads));
   } catch (const refine::MeshError&) {
-    // Not manifold as it is, as heightfields are: those need no repair, which takes as long.
+    // Not manifold. Heightfields are, and need no repair, which takes as long as the build.
     const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
     refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
     for (std::uint32_t& face : built.source_face)
@@ -215,12 +216,13 @@ std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
   }
 }
 
-// A bent ray's point lies in direction d', that of its launch d turned by up to the bend within a
-// vertical plane. With k = cos'/cos of the two angles from the level, at most the widening, d' = k
-// d + (k sin - sin') z: so |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|, and the last
-// difference is at most k - 1 + 2 sin(turn / 2), or with k < 1 less than the turn's part and 1 - k,
-// which is less than k' - 1 for the slowest against the fastest. Elevations change by the turn at
-// most; what that turns past 90 degrees is as near as the margin.
+// A bent ray's point lies in direction d': its launch d, turned by up to the bend within a vertical
+// plane. With k = cos'/cos of the two angles from the level, at most the widening, d' = k d + (k
+// sin
+// - sin') z. So |d' . axis| <= k |d . axis| + |k sin - sin'| |axis . z|. The last difference is at
+// most k - 1 + 2 sin(turn / 2); for k < 1 it is less than the turn's part plus 1 - k, which is less
+// than k' - 1 for the slowest against the fastest speed. Elevations change by at most the turn;
+// what goes past 90 degrees is within the margin.
 FanVolume view_volume(const RayFan& fan) {
   constexpr double right_angle = 0.5 * std::numbers::pi;
   const FanGrid& grid = *fan.grid;

@@ -9,15 +9,15 @@
 
 namespace ensonify::engine {
 
-/// The faces that the fans can touch, unchanged, and no others: every ray of theirs hits what it
-/// would hit on the whole mesh. Their tree is built anew at each ping, or does until the fans leave
-/// what it was built for.
+/// The faces that the fans can touch, unchanged, and no others: every ray hits what it would hit on
+/// the whole mesh. Their tree is rebuilt for each ping, or kept until the fans leave the volume it
+/// was built for.
 std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts);
 std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts);
 
-/// The progressive mesh over a seafloor's mesh, made manifold where it is not (that parts vertices,
-/// and costs a ray nothing); faces keep their numbers. The same on any number of threads. Throws
-/// what the builder throws.
+/// The progressive mesh of a seafloor's mesh. Where the mesh is not manifold, vertices are split;
+/// no ray sees that. Faces keep their numbers. The result does not depend on `threads`. Throws what
+/// the builder throws.
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh, int threads = 1);
 

@@ -9,7 +9,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// About the middle of the bounds.
+/// A sphere around the mesh, centred at the middle of its bounds.
 refine::Sphere sphere_around(const refine::TriangleMesh& mesh) {
   const refine::Bounds box = refine::bounds(mesh);
   const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
@@ -22,7 +22,7 @@ refine::Sphere sphere_around(const refine::TriangleMesh& mesh) {
 }  // namespace
 
 void FacesWithBodies::NearestOfTwo::intersect(const RayFan& fan, std::span<Hit> hits) const {
-  still_->intersect(fan, hits);
+  fixed_->intersect(fan, hits);
   of_bodies_.resize(hits.size());
   bodies_->intersect(fan, of_bodies_);
   merge(hits);
@@ -30,7 +30,7 @@ void FacesWithBodies::NearestOfTwo::intersect(const RayFan& fan, std::span<Hit> 
 
 void FacesWithBodies::NearestOfTwo::intersect(std::span<const Ray> rays,
                                               std::span<Hit> hits) const {
-  still_->intersect(rays, hits);
+  fixed_->intersect(rays, hits);
   of_bodies_.resize(hits.size());
   bodies_->intersect(rays, of_bodies_);
   merge(hits);
@@ -40,17 +40,17 @@ void FacesWithBodies::NearestOfTwo::merge(std::span<Hit> hits) const {
   for (std::size_t i = 0; i < hits.size(); ++i)
     if (of_bodies_[i] && of_bodies_[i].t < hits[i].t) {
       hits[i] = of_bodies_[i];
-      hits[i].index += still_faces_;
+      hits[i].index += fixed_faces_;
     }
 }
 
-FacesWithBodies::FacesWithBodies(std::unique_ptr<FaceSource> still, std::uint32_t still_faces,
+FacesWithBodies::FacesWithBodies(std::unique_ptr<FaceSource> fixed, std::uint32_t fixed_faces,
                                  const FaceSourceParts& parts)
-    : still_(std::move(still)),
-      still_faces_(still_faces),
-      nearer_(make_intersector(parts.intersector, {}, parts.options.of_one_ping())) {}
+    : fixed_(std::move(fixed)),
+      fixed_faces_(fixed_faces),
+      nearest_(make_intersector(parts.intersector, {}, parts.options.of_one_ping())) {}
 
-/// With room for the rounding of its vertices to floats.
+/// Includes a margin for the rounding of the vertices to floats.
 refine::Sphere FacesWithBodies::Body::ball() const {
   const Eigen::Vector3f middle = (place * around.centre.cast<double>()).cast<float>();
   return {middle, around.radius + 1e-6f * (around.radius + middle.norm())};
@@ -79,7 +79,7 @@ void FacesWithBodies::remove(std::size_t body) {
 }
 
 const Intersector& FacesWithBodies::prepare(std::span<const RayFan> fans) {
-  const Intersector& still = still_->prepare(fans);
+  const Intersector& fixed = fixed_->prepare(fans);
   wanted_.clear();
   if (!bodies_.empty()) {
     volumes_.clear();
@@ -89,18 +89,18 @@ const Intersector& FacesWithBodies::prepare(std::span<const RayFan> fans) {
       if (!bodies_[body].mesh.faces.empty() && view_.touches(bodies_[body].ball()))
         wanted_.push_back(body);
   }
-  if (joined_) ++version_;  // other triangles, or none but the still ones
+  if (joined_) ++version_;  // other triangles, or only the fixed ones
   joined_ = !wanted_.empty();
-  if (!joined_) return still;
+  if (!joined_) return fixed;
   const bool moved =
       std::ranges::any_of(wanted_, [&](std::size_t body) { return bodies_[body].moved; });
   if (moved || wanted_ != in_tree_) gather();
-  join(still_->triangles());
-  nearer_.stand_before(still, joined_faces_);
-  return nearer_;
+  join(fixed_->triangles());
+  nearest_.set_fixed(fixed, joined_faces_);
+  return nearest_;
 }
 
-/// Puts the wanted bodies' faces where they are, and builds their tree.
+/// Moves the wanted bodies' faces to their places, and builds their tree.
 void FacesWithBodies::gather() {
   seen_.positions.clear();
   seen_.faces.clear();
@@ -112,25 +112,25 @@ void FacesWithBodies::gather() {
       seen_.positions.push_back((its.place * p.cast<double>()).cast<float>());
     for (const refine::Face& face : its.mesh.faces)
       seen_.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
-    seen_numbers_.resize(seen_.faces.size(), still_faces_ + static_cast<std::uint32_t>(body));
+    seen_numbers_.resize(seen_.faces.size(), fixed_faces_ + static_cast<std::uint32_t>(body));
     its.moved = false;
   }
-  nearer_.build({seen_.positions, seen_.faces, seen_numbers_});
+  nearest_.build({seen_.positions, seen_.faces, seen_numbers_});
   in_tree_ = wanted_;
 }
 
-/// Puts the still surface's faces, unless they are there, and the bodies' behind them.
-void FacesWithBodies::join(const refine::Triangles& still) {
-  if (joined_faces_ == 0 || joined_version_ != still_->version()) {
-    all_.positions.reserve(still.positions.size() + seen_.positions.size());
-    all_.faces.reserve(still.faces.size() + seen_.faces.size());
-    all_.positions.assign(still.positions.begin(), still.positions.end());
-    all_.faces.assign(still.faces.begin(), still.faces.end());
-    all_numbers_.resize(still.faces.size());
-    for (std::uint32_t i = 0; i < all_numbers_.size(); ++i) all_numbers_[i] = still.number(i);
-    joined_version_ = still_->version();
-    joined_positions_ = still.positions.size();
-    joined_faces_ = still.faces.size();
+/// Copies the fixed faces, unless they are there already, and appends the bodies' faces.
+void FacesWithBodies::join(const refine::Triangles& fixed) {
+  if (joined_faces_ == 0 || joined_version_ != fixed_->version()) {
+    all_.positions.reserve(fixed.positions.size() + seen_.positions.size());
+    all_.faces.reserve(fixed.faces.size() + seen_.faces.size());
+    all_.positions.assign(fixed.positions.begin(), fixed.positions.end());
+    all_.faces.assign(fixed.faces.begin(), fixed.faces.end());
+    all_numbers_.resize(fixed.faces.size());
+    for (std::uint32_t i = 0; i < all_numbers_.size(); ++i) all_numbers_[i] = fixed.number(i);
+    joined_version_ = fixed_->version();
+    joined_positions_ = fixed.positions.size();
+    joined_faces_ = fixed.faces.size();
   }
   all_.positions.resize(joined_positions_);
   all_.positions.insert(all_.positions.end(), seen_.positions.begin(), seen_.positions.end());
@@ -144,7 +144,7 @@ void FacesWithBodies::join(const refine::Triangles& still) {
 }
 
 refine::Triangles FacesWithBodies::triangles() const {
-  if (!joined_) return still_->triangles();
+  if (!joined_) return fixed_->triangles();
   return {all_.positions, all_.faces, all_numbers_};
 }
 

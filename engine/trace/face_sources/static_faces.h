@@ -6,7 +6,7 @@
 
 namespace ensonify::engine {
 
-/// All faces, built once.
+/// All faces of the seafloor; their intersector is built once.
 std::unique_ptr<FaceSource> make_static_faces(const FaceSourceParts& parts);
 
 }  // namespace ensonify::engine

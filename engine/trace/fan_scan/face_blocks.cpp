@@ -35,7 +35,7 @@ void FaceBlocks::take(refine::Triangles triangles) {
                           .rows = rows_of.data(),
                           .boxes = boxes.data(),
                           .boxes_in_row = static_cast<std::int64_t>(in_row)};
-  if (!lay_faces(layout)) check_vertices(triangles);  // says what is wrong
+  if (!lay_faces(layout)) check_vertices(triangles);  // throws with the reason
   count = blocks;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     float* low = &boxes[axis * in_row];

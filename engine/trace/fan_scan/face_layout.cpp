@@ -1,4 +1,4 @@
-// Compiled once for each of Highway's targets, as fan_kernel.cpp is.
+// Compiled once per Highway target, as scan_kernel.cpp is.
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_scan/face_layout.cpp"
@@ -18,7 +18,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 constexpr std::int64_t block_faces = 16, coordinates = 9, rows = coordinates + 1;
-constexpr double thinnest = 0x1p-50;  // of a face's length, and its rounding in double
+constexpr double thinnest = 0x1p-50;  // relative to a face's length: its rounding in double
 
 HWY_INLINE M has_area(const Corners& face) {
   const V3 to_b = face.b - face.a, to_c = face.c - face.a, across = face.c - face.b;
@@ -28,7 +28,7 @@ HWY_INLINE M has_area(const Corners& face) {
   return hn::Gt(largest, hn::Mul(hn::Set(d, thinnest), length2));
 }
 
-// The corners of a block's faces, coordinate by coordinate. Places behind the last face repeat it.
+// The corners of a block's faces, coordinate by coordinate. After the last face, repeats it.
 HWY_INLINE bool gather(const FaceLayout& layout, std::int64_t first, float* to) {
   for (std::int64_t i = 0; i < block_faces; ++i) {
     const std::int64_t number = first + i < layout.face_count ? first + i : layout.face_count - 1;
@@ -42,7 +42,7 @@ HWY_INLINE bool gather(const FaceLayout& layout, std::int64_t first, float* to) 
   return true;
 }
 
-// The positions of faces that come soon.
+// Prefetches the positions of later faces.
 HWY_INLINE void fetch(const FaceLayout& layout, std::int64_t first) {
   const std::int64_t end =
       first + block_faces < layout.face_count ? first + block_faces : layout.face_count;
@@ -88,9 +88,9 @@ bool lay_faces_here(const FaceLayout& layout) {
     }
     if (!hn::AllTrue(d, sound)) return false;
     const auto least = [&](V x) HWY_ATTR { return hn::GetLane(hn::MinOfLanes(d, x)); };
-    const auto most = [&](V x) HWY_ATTR { return hn::GetLane(hn::MaxOfLanes(d, x)); };
-    const double box[6] = {least(low.x), least(low.y), least(low.z),
-                           most(high.x), most(high.y), most(high.z)};
+    const auto greatest = [&](V x) HWY_ATTR { return hn::GetLane(hn::MaxOfLanes(d, x)); };
+    const double box[6] = {least(low.x),     least(low.y),     least(low.z),
+                           greatest(high.x), greatest(high.y), greatest(high.z)};
     for (std::int64_t row = 0; row < 6; ++row)
       layout.boxes[row * layout.boxes_in_row + block] = static_cast<float>(box[row]);
   }
@@ -99,7 +99,7 @@ bool lay_faces_here(const FaceLayout& layout) {
 
 }  // namespace
 
-// What is exported must not be unnamed.
+// HWY_EXPORT needs functions outside the unnamed namespace.
 bool lay_faces_on(const FaceLayout& layout) { return lay_faces_here(layout); }
 
 }  // namespace HWY_NAMESPACE

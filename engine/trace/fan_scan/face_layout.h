@@ -4,8 +4,8 @@
 
 namespace ensonify::engine {
 
-/// What lay_faces reads and writes, as plain arrays: it is compiled as fan_kernel is. The rows are
-/// FaceBlocks' own; of each block's box there are the lowest x, y and z and the highest.
+/// What lay_faces reads and writes, as plain arrays: it is compiled as scan_kernel is. The rows are
+/// those of FaceBlocks. A box is written as lowest x, y, z and highest x, y, z.
 struct FaceLayout {
   const float* positions;  ///< x y z of each
   std::int64_t position_count;
@@ -17,7 +17,7 @@ struct FaceLayout {
   std::int64_t boxes_in_row;
 };
 
-/// False, with the rest not laid out, for a position that is not there, not finite or too large.
+/// Returns false, and stops, at a position that does not exist, is not finite or is too large.
 bool lay_faces(const FaceLayout& layout);
 
 }  // namespace ensonify::engine

@@ -18,14 +18,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What one query needs; it grows to what the largest fan took, and stays there.
+/// Memory of one query; it grows to the largest fan's need and is kept.
 struct Scratch {
   FanTables tables;
   ScanBatch batch;
   CacheLines<double> crossings;
   CacheLines<std::int64_t> counts;
-  CacheLines<std::uint32_t> met_blocks, index, nearest, doubtful;
-  CacheLines<float> nearness;  // 0 between queries, as nearest is no_slot
+  CacheLines<std::uint32_t> blocks_met, index, nearest, doubtful;
+  CacheLines<float> nearness;  // 0 between queries; nearest is no_candidate
   CacheLines<double> forms, face_planes;
 };
 
@@ -35,8 +35,8 @@ auto* at_least(Vector& vector, std::size_t size) {
   return vector.data();
 }
 
-/// Where a ray meets a face whose interval it is in, though rounding may spoil the quotient t: the
-/// ray sees the face on edge, or begins on it.
+/// Where a ray meets a face whose interval contains it, if rounding may spoil the quotient t: the
+/// ray sees the face edge on, or begins on it.
 Hit place_on_face(refine::Triangles triangles, std::uint32_t index, const Ray& ray) {
   const Vector3d a = triangles.corner(index, 0) - ray.origin,
                  b = triangles.corner(index, 1) - ray.origin,
@@ -46,10 +46,10 @@ Hit place_on_face(refine::Triangles triangles, std::uint32_t index, const Ray& r
   const double longest =
       std::sqrt(std::max({ab.squaredNorm(), ac.squaredNorm(), (c - b).squaredNorm()}));
   const double in_plane = normal.dot(a) / normal.dot(ray.direction);
-  // No number, if the ray lies in the plane, counts as the near end.
+  // If the ray lies in the plane, in_plane is NaN, and t becomes the near end.
   const double t = std::min(std::max(std::max(0.0, far - longest), in_plane), far);
   if (t > ray.t_max) return {};
-  // The point of the face's plane that is nearest to the ray's.
+  // The point of the face's plane that is nearest to the ray's point at t.
   const Vector3d p = t * ray.direction - a;
   const double n2 = normal.squaredNorm();
   const double u = std::clamp(p.cross(ac).dot(normal) / n2, 0.0, 1.0);
@@ -71,9 +71,9 @@ class FanScan final : public Intersector {
     check_fan(fan, hits);
     if (hits.empty()) return;
     const Borrowed scratch(*this, fan);
-    const ScanArgs pass = scan(fan, *scratch, true);
+    const ScanArgs args = scan(fan, *scratch, true);
     for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-      finish(pass, fan, plane, hits.subspan(plane * fan.elevations()), *scratch);
+      finish(args, fan, plane, hits.subspan(plane * fan.elevations()), *scratch);
   }
 
   bool list_runs(const RayFan& fan, FanRuns& runs) const override {
@@ -82,14 +82,14 @@ class FanScan final : public Intersector {
     const FanTables& tables = scratch->tables;
     if (std::ranges::find(tables.uneven, 1) != tables.uneven.end()) return false;
     runs.start(*fan.grid);
-    const ScanArgs pass = scan(fan, *scratch, false);
+    const ScanArgs args = scan(fan, *scratch, false);
     const RunRows rows{runs.begin.data(), runs.end.data(),  runs.index.data(),   runs.face.data(),
                        runs.level.data(), runs.pole.data(), runs.distance.data()};
     std::int64_t count = 0;
-    for (std::int64_t plane = 0; plane < pass.planes; ++plane) {
-      const std::int64_t from = pass.left_out_from[plane], until = pass.left_out_until[plane];
-      count = engine::list_runs(pass, plane, 0, from, rows, count);
-      count = engine::list_runs(pass, plane, until, pass.elevations, rows, count);
+    for (std::int64_t plane = 0; plane < args.planes; ++plane) {
+      const std::int64_t from = args.left_out_from[plane], until = args.left_out_until[plane];
+      count = engine::list_runs(args, plane, 0, from, rows, count);
+      count = engine::list_runs(args, plane, until, args.elevations, rows, count);
       runs.first.push_back(static_cast<std::size_t>(count));
     }
     return true;
@@ -97,11 +97,11 @@ class FanScan final : public Intersector {
 
   void intersect(std::span<const Ray>, std::span<Hit>) const override {
     throw std::invalid_argument(
-        "fan_scan takes fans only, no list of rays; take embree or pluecker for those");
+        "fan_scan takes fans only, no lists of rays; use embree or pluecker for lists");
   }
 
  private:
-  /// Some scratch of the pool, with the fan's tables; given back at the end.
+  /// Scratch memory from the pool, with the fan's tables; returned by the destructor.
   class Borrowed {
    public:
     Borrowed(const FanScan& owner, const RayFan& fan) : Borrowed(owner) {
@@ -131,64 +131,64 @@ class FanScan final : public Intersector {
     std::unique_ptr<Scratch> scratch_;
   };
 
-  /// What the fan's rays are nearest to; whoever reads it forgets it.
+  /// Fills the z-buffer with what the fan's rays are nearest to. Reading it must clear it.
   ScanArgs scan(const RayFan& fan, Scratch& scratch, bool hits_wanted) const {
     const FanTables& tables = scratch.tables;
-    ScanArgs pass = pass_over(fan, tables);
-    pass.met_blocks = at_least(scratch.met_blocks, blocks_.boxes_in_row() + widest_vector);
-    find_blocks(pass);
+    ScanArgs args = args_for(fan, tables);
+    args.blocks_met = at_least(scratch.blocks_met, blocks_.boxes_in_row() + widest_vector);
+    find_blocks(args);
 
     const std::size_t planes = fan.planes(), elevations = fan.elevations();
     const std::size_t stride = (elevations / widest_vector + 2) * widest_vector;
-    pass.stride = static_cast<std::int64_t>(stride);
-    const std::size_t slots =
-        static_cast<std::size_t>(pass.met) * FaceBlocks::faces + widest_vector;
-    pass.slots = static_cast<std::int64_t>(slots);
-    pass.index = at_least(scratch.index, slots);
-    pass.hits_wanted = hits_wanted;
+    args.stride = static_cast<std::int64_t>(stride);
+    const std::size_t candidates =
+        static_cast<std::size_t>(args.blocks_met_count) * FaceBlocks::faces + widest_vector;
+    args.max_candidates = static_cast<std::int64_t>(candidates);
+    args.index = at_least(scratch.index, candidates);
+    args.hits_wanted = hits_wanted;
     if (hits_wanted)
-      pass.forms = at_least(scratch.forms, 12 * slots);
+      args.forms = at_least(scratch.forms, 12 * candidates);
     else
-      pass.face_planes = at_least(scratch.face_planes, 4 * slots);
+      args.face_planes = at_least(scratch.face_planes, 4 * candidates);
     at_least(scratch.doubtful, elevations);
     if (scratch.nearness.size() < planes * stride) {
       scratch.nearness.assign(planes * stride, 0.0f);
-      scratch.nearest.assign(planes * stride, ScanArgs::no_slot);
+      scratch.nearest.assign(planes * stride, ScanArgs::no_candidate);
     }
-    pass.nearness = scratch.nearness.data();
-    pass.nearest = scratch.nearest.data();
+    args.nearness = scratch.nearness.data();
+    args.nearest = scratch.nearest.data();
     scratch.batch.counts = at_least(scratch.counts, planes);
     scratch.batch.crossings =
         at_least(scratch.crossings, planes * ScanBatch::list_rows * ScanBatch::list_room);
-    scan_faces(pass, scratch.batch);
-    return pass;
+    scan_faces(args, scratch.batch);
+    return args;
   }
 
-  /// One plane's hits; those of the planes behind it may be overwritten.
-  void finish(const ScanArgs& pass, const RayFan& fan, std::size_t plane, std::span<Hit> hits,
+  /// Writes one plane's hits; may overwrite hits of later planes.
+  void finish(const ScanArgs& args, const RayFan& fan, std::size_t plane, std::span<Hit> hits,
               Scratch& scratch) const {
     const FanTables& tables = scratch.tables;
     const std::int64_t from = tables.left_out_from[plane], until = tables.left_out_until[plane];
-    finish_rays(pass, fan, plane, 0, from, hits, scratch);
+    finish_rays(args, fan, plane, 0, from, hits, scratch);
     write_misses(hits.data() + from, until - from);
-    finish_rays(pass, fan, plane, until, pass.elevations, hits, scratch);
+    finish_rays(args, fan, plane, until, args.elevations, hits, scratch);
     if (tables.uneven[plane])
       for (std::size_t e = 0; e < fan.elevations(); ++e)
         if (!fan.grid->within_beam(plane, e)) hits[e] = Hit{};
   }
 
-  void finish_rays(const ScanArgs& pass, const RayFan& fan, std::size_t plane, std::int64_t from,
+  void finish_rays(const ScanArgs& args, const RayFan& fan, std::size_t plane, std::int64_t from,
                    std::int64_t until, std::span<Hit> hits, Scratch& scratch) const {
     std::uint32_t* doubtful = scratch.doubtful.data();
     const auto finish = [&](std::int64_t begin, std::int64_t end, Hit* to) {
       const std::int64_t doubts =
-          engine::finish_rays(pass, static_cast<std::int64_t>(plane), begin, end, to, doubtful);
+          engine::finish_rays(args, static_cast<std::int64_t>(plane), begin, end, to, doubtful);
       for (std::int64_t i = 0; i < doubts; ++i) {
         Hit& hit = to[doubtful[i] - begin];
         hit = place_on_face(triangles_, hit.index, fan.ray(plane, doubtful[i]));
       }
     };
-    // Whole registers are written, so the last rays of all go through a place of their own.
+    // Whole vectors are written, so the fan's last rays go through a separate array.
     constexpr std::int64_t room = widest_vector;
     const std::int64_t direct =
         std::clamp(static_cast<std::int64_t>(hits.size()) - room, from, until);
@@ -198,32 +198,32 @@ class FanScan final : public Intersector {
     std::copy_n(last.begin(), until - direct, hits.begin() + direct);
   }
 
-  ScanArgs pass_over(const RayFan& fan, const FanTables& tables) const {
-    ScanArgs pass{};
-    pass.frame = frame_of(fan);
-    pass.range_m = fan.range_m;
-    pass.planes = static_cast<std::int64_t>(fan.planes());
-    pass.elevations = static_cast<std::int64_t>(fan.elevations());
-    pass.sin_azimuth = tables.sin_azimuth.data();
-    pass.cos_azimuth = tables.cos_azimuth.data();
-    pass.tan_azimuth = tables.tan_azimuth.data();
-    pass.left_out_from = tables.left_out_from.data();
-    pass.left_out_until = tables.left_out_until.data();
-    pass.sin_elevation = fan.grid->sin_elevation.data();
-    pass.cos_elevation = fan.grid->cos_elevation.data();
-    pass.sin_elevation_rounded = tables.sin_elevation.data();
-    pass.cos_elevation_rounded = tables.cos_elevation.data();
-    pass.ascending = tables.ascending.data();
-    pass.lines = tables.lines.data();
-    pass.first_q = tables.first;
-    pass.steps_per_q = tables.steps_per_q;
-    pass.steps = static_cast<double>(FanTables::steps);
-    pass.block_rows = blocks_.rows_of.data();
-    pass.boxes = blocks_.boxes.data();
-    pass.blocks = static_cast<std::int64_t>(blocks_.count);
-    pass.boxes_in_row = static_cast<std::int64_t>(blocks_.boxes_in_row());
-    pass.numbers = triangles_.numbers.empty() ? nullptr : triangles_.numbers.data();
-    return pass;
+  ScanArgs args_for(const RayFan& fan, const FanTables& tables) const {
+    ScanArgs args{};
+    args.frame = frame_of(fan);
+    args.range_m = fan.range_m;
+    args.planes = static_cast<std::int64_t>(fan.planes());
+    args.elevations = static_cast<std::int64_t>(fan.elevations());
+    args.sin_azimuth = tables.sin_azimuth.data();
+    args.cos_azimuth = tables.cos_azimuth.data();
+    args.tan_azimuth = tables.tan_azimuth.data();
+    args.left_out_from = tables.left_out_from.data();
+    args.left_out_until = tables.left_out_until.data();
+    args.sin_elevation = fan.grid->sin_elevation.data();
+    args.cos_elevation = fan.grid->cos_elevation.data();
+    args.sin_elevation_rounded = tables.sin_elevation.data();
+    args.cos_elevation_rounded = tables.cos_elevation.data();
+    args.ascending = tables.ascending.data();
+    args.lines = tables.lines.data();
+    args.first_q = tables.first;
+    args.steps_per_q = tables.steps_per_q;
+    args.steps = static_cast<double>(FanTables::steps);
+    args.block_rows = blocks_.rows_of.data();
+    args.boxes = blocks_.boxes.data();
+    args.blocks = static_cast<std::int64_t>(blocks_.count);
+    args.boxes_in_row = static_cast<std::int64_t>(blocks_.boxes_in_row());
+    args.numbers = triangles_.numbers.empty() ? nullptr : triangles_.numbers.data();
+    return args;
   }
 
   refine::Triangles triangles_;

@@ -12,7 +12,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double rounding = 1e-12;  // two elevations so close may be in either order
+constexpr double rounding = 1e-12;  // elevations this close may be in either order
 
 }  // namespace
 
@@ -28,7 +28,7 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
     const double q = sine / (cosine + std::abs(sine));
     if (!(cosine >= 0.0 && q >= ascending[j] - rounding))
       throw std::invalid_argument(
-          "fan_scan takes a fan whose elevations ascend, within 90 degrees of its middle");
+          "fan_scan needs a fan whose elevations ascend and are within 90 degrees of its middle");
     ascending[j + 1] = std::max(q, ascending[j]);
     sin_elevation[j] = static_cast<float>(sine);
     cos_elevation[j] = static_cast<float>(cosine);
@@ -60,7 +60,7 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
   grid_ = std::move(grid);
 }
 
-// Over each step the straight line between the numbers of rays at its ends, fractions included.
+// For each step, the straight line between the fractional ray numbers at its ends.
 void FanTables::lay_lines(double span) {
   const auto rays = static_cast<std::int64_t>(sin_elevation.size() - widest_vector);
   const auto q_of = [&](std::int64_t ray) { return ascending[static_cast<std::size_t>(ray) + 1]; };
@@ -77,8 +77,8 @@ void FanTables::lay_lines(double span) {
     rise[step] = static_cast<float>(next - number);
     number = next;
   }
-  // A ray's own number must come out within half of itself; else the guess is bad up to its
-  // neighbours.
+  // Each ray's number must come out within 0.5; otherwise the steps up to its neighbours are marked
+  // as bad.
   const auto step_of = [&](std::int64_t ray) {
     const double stepped = (q_of(std::clamp<std::int64_t>(ray, 0, rays - 1)) - first) * steps_per_q;
     return std::clamp<std::int64_t>(static_cast<std::int64_t>(stepped), 0, steps - 1);

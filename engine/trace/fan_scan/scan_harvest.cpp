@@ -1,4 +1,4 @@
-// What a scan has found, handed out: as hits, or as runs of rays. Compiled as fan_kernel.cpp is.
+// Turns a scan's z-buffer into hits or into runs of rays. Compiled as scan_kernel.cpp is.
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_scan/scan_harvest.cpp"
@@ -27,12 +27,12 @@ HWY_INLINE hn::Vec<Half> load(const std::uint32_t* from) {
   return hn::LoadU(half, reinterpret_cast<const std::int32_t*>(from));
 }
 
-// How many rays from j on have the same nearest face, at most up to the end.
+// How many rays from j on have the same nearest face, at most up to `end`.
 HWY_INLINE std::int64_t run_from(const std::uint32_t* nearest, std::int64_t j, std::int64_t end) {
   constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(du));
-  const auto slot = hn::Set(du, nearest[j]);
+  const auto candidate = hn::Set(du, nearest[j]);
   for (std::int64_t k = j; k < end; k += width) {
-    const auto other = hn::Ne(hn::LoadU(du, nearest + k), slot);
+    const auto other = hn::Ne(hn::LoadU(du, nearest + k), candidate);
     const std::intptr_t first = hn::FindFirstTrue(du, other);
     if (first >= 0) return (k + first < end ? k + first : end) - j;
   }
@@ -51,34 +51,35 @@ void write_misses_here(Hit* hits, std::int64_t count) {
   for (; i < count; ++i) hits[i] = Hit{};
 }
 
-// The hits of rays [from, until), which one face is nearest to, into places from `hits` on. Writes
-// whole vectors, past the end.
-HWY_INLINE std::int64_t finish_run(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+// Writes the hits of rays [from, until), which have one nearest face, from `hits` on; returns how
+// many are doubtful. Writes whole vectors, past the end.
+HWY_INLINE std::int64_t finish_run(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                                    std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  const std::int64_t slot = pass.nearest[plane * pass.stride + from];
-  const float* nearness = pass.nearness + plane * pass.stride;
-  const std::uint32_t index = pass.index[slot];
-  const std::uint32_t number = pass.numbers ? pass.numbers[index] : index;
+  const std::int64_t candidate = args.nearest[plane * args.stride + from];
+  const float* nearness = args.nearness + plane * args.stride;
+  const std::uint32_t index = args.index[candidate];
+  const std::uint32_t number = args.numbers ? args.numbers[index] : index;
   const V names =
       hn::BitCast(d, hn::Set(di, static_cast<std::int64_t>(std::uint64_t{index} << 32 | number)));
-  const double* x = pass.forms + 4 * slot;
-  const double* y = x + 4 * pass.slots;
-  const double* z = y + 4 * pass.slots;
-  const V sin_azimuth = hn::Set(d, pass.sin_azimuth[plane]);
-  const V cos_azimuth = hn::Set(d, pass.cos_azimuth[plane]);
+  const double* x = args.forms + 4 * candidate;
+  const double* y = x + 4 * args.max_candidates;
+  const double* z = y + 4 * args.max_candidates;
+  const V sin_azimuth = hn::Set(d, args.sin_azimuth[plane]);
+  const V cos_azimuth = hn::Set(d, args.cos_azimuth[plane]);
   const auto level = [&](std::int64_t i) HWY_ATTR {
     return fma(hn::Set(d, x[i]), sin_azimuth, hn::Mul(hn::Set(d, y[i]), cos_azimuth));
   };
   const V u_level = level(0), v_level = level(1), level_sum = level(2);
   const V u_pole = hn::Set(d, z[0]), v_pole = hn::Set(d, z[1]), pole_sum = hn::Set(d, z[2]);
   const V distance = hn::Set(d, x[3]), per_distance = hn::Set(d, y[3]);
-  const V one = hn::Set(d, 1.0), range = hn::Set(d, pass.range_m);
+  const V one = hn::Set(d, 1.0), range = hn::Set(d, args.range_m);
   const V agreement = hn::Set(d, 0x1p-10);  // of double with float
   std::int64_t doubts = 0;
   for (std::int64_t j = from; j < until; j += lanes) {
-    const V cosine = hn::LoadU(d, pass.cos_elevation + j),
-            sine = hn::LoadU(d, pass.sin_elevation + j);
-    // 1 / sum is t / distance, of which float knows t: better by Newton's step, then by Halley's.
+    const V cosine = hn::LoadU(d, args.cos_elevation + j),
+            sine = hn::LoadU(d, args.sin_elevation + j);
+    // 1 / sum is t / distance; t is known in float. One Newton step, then one Halley step refine
+    // it.
     const auto less = [&](V a, V b) HWY_ATTR { return fma(hn::Neg(a), b, one); };
     const V sum = fma(level_sum, cosine, hn::Mul(pole_sum, sine));
     const auto near_t = hn::Div(hn::Set(df, 1.0f), hn::LoadU(df, nearness + j));
@@ -109,39 +110,39 @@ HWY_INLINE std::int64_t finish_run(const ScanArgs& pass, std::int64_t plane, std
   return doubts;
 }
 
-// Leaves their rows as they were before, while they are at hand.
-HWY_INLINE void forget(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+// Clears the rays' z-buffer while it is in the cache.
+HWY_INLINE void forget(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                        std::int64_t until) {
-  float* nearness = pass.nearness + plane * pass.stride;
-  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  float* nearness = args.nearness + plane * args.stride;
+  std::uint32_t* nearest = args.nearest + plane * args.stride;
   for (std::int64_t j = from; j < until; ++j) nearness[j] = 0.0f;
-  for (std::int64_t j = from; j < until; ++j) nearest[j] = ScanArgs::no_slot;
+  for (std::int64_t j = from; j < until; ++j) nearest[j] = ScanArgs::no_candidate;
 }
 
-std::int64_t finish_rays_here(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+std::int64_t finish_rays_here(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                               std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  const std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  const std::uint32_t* nearest = args.nearest + plane * args.stride;
   std::int64_t doubts = 0;
   for (std::int64_t j = from; j < until;) {
     const std::int64_t end = j + run_from(nearest, j, until);
-    if (nearest[j] == ScanArgs::no_slot)
+    if (nearest[j] == ScanArgs::no_candidate)
       write_misses_here(hits + (j - from), end - j);
     else
-      doubts += finish_run(pass, plane, j, end, hits + (j - from), doubtful + doubts);
+      doubts += finish_run(args, plane, j, end, hits + (j - from), doubtful + doubts);
     j = end;
   }
-  forget(pass, plane, from, until);
+  forget(args, plane, from, until);
   return doubts;
 }
 
-// Where runs begin and end, and into `index` their slots, behind so many others; how many there are
-// then.
+// Appends where runs begin and end, and their candidates in rows.index, after the first `count`;
+// returns the new count.
 HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t from,
                                    std::int64_t until, const RunRows& rows, std::int64_t count) {
   constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(du));
-  const auto none = hn::Set(du, ScanArgs::no_slot);
+  const auto none = hn::Set(du, ScanArgs::no_candidate);
   std::int64_t begins = count, ends = count;
-  if (nearest[from] != ScanArgs::no_slot) {
+  if (nearest[from] != ScanArgs::no_candidate) {
     rows.begin[begins] = static_cast<std::uint32_t>(from);
     rows.index[begins++] = nearest[from];
   }
@@ -159,17 +160,18 @@ HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t fr
     ends += static_cast<std::int64_t>(hn::CountTrue(du, end));
     begins += static_cast<std::int64_t>(hn::CountTrue(du, begin));
   }
-  if (nearest[until - 1] != ScanArgs::no_slot) rows.end[ends] = static_cast<std::uint32_t>(until);
+  if (nearest[until - 1] != ScanArgs::no_candidate)
+    rows.end[ends] = static_cast<std::uint32_t>(until);
   return begins;
 }
 
-// Takes the rays from a run's ends that meet its face beyond the range. (Those within are
+// Removes rays at the ends of a run that meet its face beyond the range. (The rays within range are
 // neighbours.)
-HWY_INLINE void trim(const ScanArgs& pass, const RunRows& rows, std::int64_t i) {
+HWY_INLINE void trim(const ScanArgs& args, const RunRows& rows, std::int64_t i) {
   const auto beyond = [&](std::uint32_t j) HWY_ATTR {
     const double facing =
-        std::fma(rows.level[i], pass.cos_elevation[j], rows.pole[i] * pass.sin_elevation[j]);
-    return !(rows.distance[i] / facing <= pass.range_m);
+        std::fma(rows.level[i], args.cos_elevation[j], rows.pole[i] * args.sin_elevation[j]);
+    return !(rows.distance[i] / facing <= args.range_m);
   };
   while (rows.begin[i] < rows.end[i] && beyond(rows.begin[i])) ++rows.begin[i];
   while (rows.begin[i] < rows.end[i] && beyond(rows.end[i] - 1)) --rows.end[i];
@@ -187,22 +189,22 @@ HWY_INLINE std::int64_t without_empty(const RunRows& rows, std::int64_t from, st
   return to;
 }
 
-std::int64_t list_runs_here(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+std::int64_t list_runs_here(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                             std::int64_t until, const RunRows& rows, std::int64_t count) {
   if (from >= until) return count;
-  const std::int64_t end = bound_runs(pass.nearest + plane * pass.stride, from, until, rows, count);
-  const float* nearness = pass.nearness + plane * pass.stride;
-  const auto surely_within = static_cast<float>((1.0 + 0x1p-9) / pass.range_m);
-  const V sine = hn::Set(d, pass.sin_azimuth[plane]), cosine = hn::Set(d, pass.cos_azimuth[plane]);
-  std::int64_t full = end;  // so many runs, at least, have rays
+  const std::int64_t end = bound_runs(args.nearest + plane * args.stride, from, until, rows, count);
+  const float* nearness = args.nearness + plane * args.stride;
+  const auto surely_within = static_cast<float>((1.0 + 0x1p-9) / args.range_m);
+  const V sine = hn::Set(d, args.sin_azimuth[plane]), cosine = hn::Set(d, args.cos_azimuth[plane]);
+  std::int64_t full = end;  // at least the runs before it have rays
   for (std::int64_t i = count; i < end; i += lanes) {
     const std::int64_t some = end - i < lanes ? end - i : lanes;
-    // 32 bits are signed to Highway; so many slots there are not.
+    // Highway gathers with signed 32-bit indices; there are fewer than 2^31 candidates.
     const auto within = hn::FirstN(half, static_cast<std::size_t>(some));
-    const auto slot = hn::IfThenElseZero(within, load(rows.index + i));
-    const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, slot));
+    const auto candidate = hn::IfThenElseZero(within, load(rows.index + i));
+    const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, candidate));
     const auto row = [&](std::int64_t k)
-                         HWY_ATTR { return hn::GatherIndex(d, pass.face_planes + k, at); };
+                         HWY_ATTR { return hn::GatherIndex(d, args.face_planes + k, at); };
     const FacePlane face{{row(0), row(1), row(2)}, row(3)};
     hn::StoreU(level_of(face, sine, cosine), d, rows.level + i);
     hn::StoreU(face.normal.z, d, rows.pole + i);
@@ -213,8 +215,8 @@ std::int64_t list_runs_here(const ScanArgs& pass, std::int64_t plane, std::int64
     const auto store = [&](hn::Vec<Half> values, std::uint32_t* to) HWY_ATTR {
       hn::StoreU(values, half, reinterpret_cast<std::int32_t*>(to));
     };
-    const auto index = gather(pass.index, slot);
-    store(pass.numbers ? gather(pass.numbers, index) : index, rows.face + i);
+    const auto index = gather(args.index, candidate);
+    store(args.numbers ? gather(args.numbers, index) : index, rows.face + i);
     const auto last = hn::Sub(load(rows.end + i), hn::Set(half, 1));
     const auto near_at = [&](hn::Vec<Half> ray) HWY_ATTR {
       return hn::GatherIndex(df, nearness, hn::IfThenElseZero(within, ray));
@@ -224,25 +226,25 @@ std::int64_t list_runs_here(const ScanArgs& pass, std::int64_t plane, std::int64
     const auto far = hn::And(hn::Lt(least, hn::Set(df, surely_within)), hn::RebindMask(df, within));
     if (HWY_LIKELY(hn::AllFalse(df, far))) continue;
     for (std::int64_t k = i; k < i + some; ++k) {
-      trim(pass, rows, k);
+      trim(args, rows, k);
       if (rows.begin[k] == rows.end[k] && k < full) full = k;
     }
   }
-  forget(pass, plane, from, until);
+  forget(args, plane, from, until);
   return without_empty(rows, full, end);
 }
 
 }  // namespace
 
-// What is exported must not be unnamed.
-std::int64_t finish_rays_on(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+// HWY_EXPORT needs functions outside the unnamed namespace.
+std::int64_t finish_rays_on(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                             std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  return finish_rays_here(pass, plane, from, until, hits, doubtful);
+  return finish_rays_here(args, plane, from, until, hits, doubtful);
 }
 void write_misses_on(Hit* hits, std::int64_t count) { write_misses_here(hits, count); }
-std::int64_t list_runs_on(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+std::int64_t list_runs_on(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                           std::int64_t until, const RunRows& rows, std::int64_t count) {
-  return list_runs_here(pass, plane, from, until, rows, count);
+  return list_runs_here(args, plane, from, until, rows, count);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -256,18 +258,18 @@ HWY_EXPORT(finish_rays_on);
 HWY_EXPORT(write_misses_on);
 HWY_EXPORT(list_runs_on);
 
-std::int64_t finish_rays(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+std::int64_t finish_rays(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                          std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  return HWY_DYNAMIC_DISPATCH(finish_rays_on)(pass, plane, from, until, hits, doubtful);
+  return HWY_DYNAMIC_DISPATCH(finish_rays_on)(args, plane, from, until, hits, doubtful);
 }
 
 void write_misses(Hit* hits, std::int64_t count) {
   HWY_DYNAMIC_DISPATCH(write_misses_on)(hits, count);
 }
 
-std::int64_t list_runs(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+std::int64_t list_runs(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                        std::int64_t until, const RunRows& rows, std::int64_t count) {
-  return HWY_DYNAMIC_DISPATCH(list_runs_on)(pass, plane, from, until, rows, count);
+  return HWY_DYNAMIC_DISPATCH(list_runs_on)(args, plane, from, until, rows, count);
 }
 
 }  // namespace ensonify::engine

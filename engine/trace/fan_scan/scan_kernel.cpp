@@ -1,4 +1,4 @@
-// Compiled once for each of Highway's targets (vector_targets.h).
+// Compiled once per Highway target (vector_targets.h).
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ensonify/engine/trace/fan_scan/scan_kernel.cpp"
@@ -24,17 +24,17 @@ using F = hn::ScalableTag<float>;
 constexpr std::int64_t block_faces = 16;
 static_assert(block_faces % lanes == 0);
 
-constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin itself
+constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin
 constexpr double in_the_plane = 1e-30;   // metres from the origin
-// 1 / t in float is off by less than 2^-21 of the sum of its plane's three terms. Where that sum is
-// no more than so many times 1 / t, the error is less than 2^-14 of it; a face seen more on edge is
-// done in double.
+// 1 / t in float has an error below 2^-21 of the sum of its plane's three terms. Where that sum is
+// at most largest_sum times 1 / t, the error is below 2^-14 of 1 / t; faces seen more edge on are
+// computed in double.
 constexpr float largest_sum = 128.0f;
 constexpr float surely_nearer = 1.0f - 0x1p-12f, maybe_nearer = 1.0f + 0x1p-12f;
 constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
 
-// How far a point is from a plane of the fan. One computation for all who ask, so that all agree on
-// which side of the plane a place is.
+// How far a point is from a plane of the fan. All callers share this one computation, so that they
+// agree on which side of the plane a point is.
 HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
   const V back = hn::Mul(sin_azimuth, y);
 #if HWY_TARGET == HWY_SCALAR
@@ -47,15 +47,16 @@ HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
   return fma(cos_azimuth, y, hn::Mul(sin_azimuth, x));
 }
 
-// A block may be met if it is within range, and for some plane on both of its sides and not behind.
-void find_blocks_here(ScanArgs& pass) {
-  const Frame frame = laid(pass.frame);
-  const V range2 = hn::Set(d, pass.range_m * pass.range_m);
+// A block may be met if it is within range and, for at least one plane, on both sides of it and not
+// behind.
+void find_blocks_here(ScanArgs& args) {
+  const Frame frame = laid(args.frame);
+  const V range2 = hn::Set(d, args.range_m * args.range_m);
   const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
-  std::int64_t met = 0;
-  for (std::int64_t block = 0; block < pass.blocks; block += lanes) {
-    const float* box = pass.boxes + block;
-    const std::int64_t row = pass.boxes_in_row;
+  std::int64_t count = 0;
+  for (std::int64_t block = 0; block < args.blocks; block += lanes) {
+    const float* box = args.boxes + block;
+    const std::int64_t row = args.boxes_in_row;
     const V3 middle{promoted(box), promoted(box + row), promoted(box + 2 * row)};
     const V3 half{promoted(box + 3 * row), promoted(box + 4 * row), promoted(box + 5 * row)};
     const V3 from = middle - frame.origin;
@@ -74,8 +75,8 @@ void find_blocks_here(ScanArgs& pass) {
     const V reach_x = fma(reach(frame.array), wider, slack);
     const V reach_y = fma(reach(frame.middle), wider, slack);
     M meets = hn::Lt(zero, zero);
-    for (std::int64_t k = 0; k < pass.planes; ++k) {
-      const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+    for (std::int64_t k = 0; k < args.planes; ++k) {
+      const V sine = hn::Set(d, args.sin_azimuth[k]), cosine = hn::Set(d, args.cos_azimuth[k]);
       const V off = hn::Abs(off_plane(sine, cosine, x, y));
       const V off_reach = fma(hn::Abs(cosine), reach_x, hn::Mul(hn::Abs(sine), reach_y));
       const V along = along_plane(sine, cosine, x, y);
@@ -84,31 +85,31 @@ void find_blocks_here(ScanArgs& pass) {
     }
     alignas(8) std::uint8_t bits[8] = {};
     hn::StoreMaskBits(d, hn::And(meets, in_range), bits);
-    for (std::int64_t i = 0; i < lanes && block + i < pass.blocks; ++i) {
-      pass.met_blocks[met] = static_cast<std::uint32_t>(block + i);
-      met += bits[0] >> i & 1;
+    for (std::int64_t i = 0; i < lanes && block + i < args.blocks; ++i) {
+      args.blocks_met[count] = static_cast<std::uint32_t>(block + i);
+      count += bits[0] >> i & 1;
     }
   }
-  pass.met = met;
+  args.blocks_met_count = count;
 }
 
-// What is common to all rays that faces meet. With a, b, c a face's corners from the origin, N its
-// normal (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at t = (N.a) /
-// (N.d), and the point there weighs b by d.((c - a) x a) / (N.d), c by d.(a x (b - a)) / (N.d) and
-// a by the rest. All signs are turned so that N.a >= 0.
-HWY_INLINE void prepare_faces(const ScanArgs& pass, ScanBatch& batch, std::int64_t first_slot,
+// Computes what is common to all rays that meet a face. With a, b, c the face's corners from the
+// origin, N its normal (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at
+// t = (N.a) / (N.d). At that point the weight of b is d.((c - a) x a) / (N.d), that of c is
+// d.(a x (b - a)) / (N.d), and a has the rest. All signs are chosen so that N.a >= 0.
+HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64_t first_candidate,
                               std::int64_t place, const Corners& at) {
   const V3 a = at.a, b = at.b, c = at.c;
   const V3 ab = b - a, ac = c - a, bc = c - b;
   const V zero = hn::Zero(d);
   V3 normal = cross(ab, ac);
   V distance = dot(normal, a);
-  const std::int64_t slot = first_slot + place;
-  if (!pass.hits_wanted) {
-    const V turn = hn::Set(d, pass.frame.handedness);
+  const std::int64_t candidate = first_candidate + place;
+  if (!args.hits_wanted) {
+    const V turn = hn::Set(d, args.frame.handedness);
     const FacePlane face = face_plane(turn * normal, hn::Mul(turn, distance));
     hn::StoreInterleaved4(face.normal.x, face.normal.y, face.normal.z, face.distance, d,
-                          pass.face_planes + 4 * slot);
+                          args.face_planes + 4 * candidate);
   }
   const V sign = hn::IfThenElse(hn::Lt(distance, zero), hn::Set(d, -1.0), hn::Set(d, 1.0));
   normal = sign * normal;
@@ -117,16 +118,16 @@ HWY_INLINE void prepare_faces(const ScanArgs& pass, ScanBatch& batch, std::int64
   const M apart = hn::Gt(distance, hn::Mul(hn::Set(d, in_the_plane), size));
   const V inverse =
       hn::IfThenElse(apart, hn::Div(hn::Set(d, 1.0), hn::IfThenElse(apart, distance, size)), zero);
-  if (pass.hits_wanted) {
+  if (args.hits_wanted) {
     const V3 to_b = sign * cross(ac, a), to_c = sign * cross(a, ab);
     const V3 to_a = normal - to_b - to_c;
-    // The source's corners are the face's, turned.
+    // The face's corners are the source's, rotated by `turn`.
     const V turn = promoted(&batch.rows[0] + 9 * batch_room + place);
     const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
     const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
     const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
-    double* forms = pass.forms + 4 * slot;
-    const std::int64_t step = 4 * pass.slots;
+    double* forms = args.forms + 4 * candidate;
+    const std::int64_t step = 4 * args.max_candidates;
     hn::StoreInterleaved4(u.x, v.x, normal.x, distance, d, forms);
     hn::StoreInterleaved4(u.y, v.y, normal.y, inverse, d, forms + step);
     hn::StoreInterleaved4(u.z, v.z, normal.z, zero, d, forms + 2 * step);
@@ -143,8 +144,8 @@ HWY_INLINE void prepare_faces(const ScanArgs& pass, ScanBatch& batch, std::int64
   hn::StoreU(scaled.y, d, precise + batch_room);
   hn::StoreU(scaled.z, d, precise + 2 * batch_room);
 
-  // No point of the face is farther than its farthest corner, nor nearer than that less the longest
-  // edge.
+  // No point of the face is farther than its farthest corner, or nearer than that corner's distance
+  // minus the longest edge.
   const auto one = hn::Set(df, 1.0f);
   const auto far = hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(a, a), hn::Max(dot(b, b), dot(c, c)))));
   const auto longest =
@@ -163,8 +164,8 @@ HWY_INLINE void prepare_faces(const ScanArgs& pass, ScanBatch& batch, std::int64
              df, planes + 4 * batch_room);
 }
 
-// A place where an edge crosses a plane: along the plane and along the pole, times a positive
-// number. The edge's ends may come in either order.
+// Where an edge crosses a plane: coordinates along the plane and along the pole, times a positive
+// number. It does not depend on the order of the edge's ends.
 struct Crossing {
   V x, y;
 };
@@ -181,18 +182,19 @@ HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
           hn::Add(hn::Mul(weight_p, p.y), hn::Mul(weight_q, q.y))};
 }
 
-// The rows of a batch's list of one plane.
+// The rows of one plane's list in a batch.
 HWY_INLINE double* crossings_of(const ScanBatch& batch, std::int64_t plane) {
   return batch.crossings + plane * ScanBatch::list_rows * ScanBatch::list_room;
 }
 
-// Adds those faces of a block to the batch that may cross a plane of the fan, told in float: in
-// front of the pole a face sees as much of the azimuth as its corners do, x / y being the tangent.
+// Appends those faces of a block to the batch that may cross a plane of the fan, decided in float:
+// in front of the pole a face covers the range of azimuths of its corners; x / y is the tangent.
 //
-// Places from the origin err by 2^-24 of the origin's coordinates and a few times as much of their
-// own, so x and y by less than e = 2^-21 of both; where y is more than 2 e, x / y by less than 2 e
-// (1 + |x / y|) / y. Twice that is allowed, for the rounding of all this.
-HWY_INLINE void add_block(const ScanArgs& pass, ScanBatch& batch, std::uint32_t block,
+// Places relative to the origin have errors of 2^-24 of the origin's coordinates and a few times
+// that of their own, so x and y of less than e = 2^-21 of both. Where y is more than 2 e, the error
+// of x / y is less than 2 e (1 + |x / y|) / y. Twice that is allowed, for rounding in this
+// function.
+HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t block,
                           std::uint32_t* index) {
   constexpr F f;
   constexpr hn::RebindToUnsigned<F> u;
@@ -200,10 +202,10 @@ HWY_INLINE void add_block(const ScanArgs& pass, ScanBatch& batch, std::uint32_t 
   static_assert(block_faces % width == 0);
   using VF = hn::Vec<F>;
   const auto set = [&](double value) HWY_ATTR { return hn::Set(f, static_cast<float>(value)); };
-  const double* o = &pass.frame.origin[0];
-  const double* axes = &pass.frame.axes[0];
+  const double* o = &args.frame.origin[0];
+  const double* axes = &args.frame.axes[0];
   const float origin_size = static_cast<float>(std::fabs(o[0]) + std::fabs(o[1]) + std::fabs(o[2]));
-  const float* rows = pass.block_rows + std::int64_t{block} * 10 * block_faces;
+  const float* rows = args.block_rows + std::int64_t{block} * 10 * block_faces;
   for (std::int64_t i = 0; i < block_faces; i += width, rows += width) {
     VF min_y = set(0.0), least = min_y, greatest = min_y, size = min_y;
     const auto see = [&](std::int64_t corner) HWY_ATTR {
@@ -228,8 +230,8 @@ HWY_INLINE void add_block(const ScanArgs& pass, ScanBatch& batch, std::uint32_t 
     const VF slack = hn::Mul(hn::Div(hn::Mul(error, set(4.0)), min_y), hn::Add(steepest, set(1.0)));
     const VF from = hn::Sub(least, slack), until = hn::Add(greatest, slack);
     auto may_cross = hn::Not(in_front);
-    for (std::int64_t k = 0; k < pass.planes; ++k) {
-      const VF tangent = hn::Set(f, pass.tan_azimuth[k]);
+    for (std::int64_t k = 0; k < args.planes; ++k) {
+      const VF tangent = hn::Set(f, args.tan_azimuth[k]);
       may_cross = hn::Or(may_cross, hn::And(hn::Ge(tangent, from), hn::Le(tangent, until)));
     }
     if (hn::AllFalse(f, may_cross)) continue;
@@ -238,7 +240,7 @@ HWY_INLINE void add_block(const ScanArgs& pass, ScanBatch& batch, std::uint32_t 
                           HWY_ATTR { store_some(f, values, may_cross, to + row * batch_room); };
     for (std::int64_t row = 0; row < 10; ++row) keep(row, hn::LoadU(f, rows + row * block_faces));
     keep(ScanBatch::min_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
-    keep(ScanBatch::greatest_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
+    keep(ScanBatch::max_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
     const auto number =
         hn::Add(hn::Iota(u, 0),
                 hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i)));
@@ -247,10 +249,10 @@ HWY_INLINE void add_block(const ScanArgs& pass, ScanBatch& batch, std::uint32_t 
   }
 }
 
-// Brings faces of the batch from a place on into the fan's frame and lists which planes they cross,
-// and where.
-HWY_INLINE void cross_faces(const ScanArgs& pass, const Frame& frame, ScanBatch& batch,
-                            std::int64_t first_slot, std::int64_t place) {
+// Transforms the batch's faces from `place` on into the fan's frame, and lists which planes they
+// cross, and where.
+HWY_INLINE void cross_faces(const ScanArgs& args, const Frame& frame, ScanBatch& batch,
+                            std::int64_t first_candidate, std::int64_t place) {
   const V zero = hn::Zero(d);
   const auto corner = [&](std::int64_t k) HWY_ATTR {
     const float* at = &batch.rows[0] + 3 * k * batch_room + place;
@@ -258,7 +260,7 @@ HWY_INLINE void cross_faces(const ScanArgs& pass, const Frame& frame, ScanBatch&
   };
   const Corners at{corner(0), corner(1), corner(2)};
   const V3 a = at.a, b = at.b, c = at.c;
-  prepare_faces(pass, batch, first_slot, place, at);
+  prepare_faces(args, batch, first_candidate, place, at);
   const M within = hn::FirstN(d, static_cast<std::size_t>(batch.count - place));
   const V places = hn::BitCast(d, hn::Add(hn::Iota(di, 0), hn::Set(di, place)));
   const auto tangents = [&](std::int64_t row) HWY_ATTR {
@@ -267,11 +269,11 @@ HWY_INLINE void cross_faces(const ScanArgs& pass, const Frame& frame, ScanBatch&
   const V none = hn::Set(d, std::numeric_limits<double>::infinity());
   const double least = hn::GetLane(
       hn::MinOfLanes(d, hn::IfThenElse(within, tangents(ScanBatch::min_tangent), none)));
-  const double greatest = hn::GetLane(hn::MaxOfLanes(
-      d, hn::IfThenElse(within, tangents(ScanBatch::greatest_tangent), hn::Neg(none))));
-  for (std::int64_t k = 0; k < pass.planes; ++k) {
-    if (pass.tan_azimuth[k] < least || pass.tan_azimuth[k] > greatest) continue;
-    const V sine = hn::Set(d, pass.sin_azimuth[k]), cosine = hn::Set(d, pass.cos_azimuth[k]);
+  const double greatest = hn::GetLane(
+      hn::MaxOfLanes(d, hn::IfThenElse(within, tangents(ScanBatch::max_tangent), hn::Neg(none))));
+  for (std::int64_t k = 0; k < args.planes; ++k) {
+    if (args.tan_azimuth[k] < least || args.tan_azimuth[k] > greatest) continue;
+    const V sine = hn::Set(d, args.sin_azimuth[k]), cosine = hn::Set(d, args.cos_azimuth[k]);
     const V off_a = off_plane(sine, cosine, a.x, a.y), off_b = off_plane(sine, cosine, b.x, b.y),
             off_c = off_plane(sine, cosine, c.x, c.y);
     const M side_a = hn::Ge(off_a, zero), side_b = hn::Ge(off_b, zero),
@@ -296,71 +298,71 @@ HWY_INLINE void cross_faces(const ScanArgs& pass, const Frame& frame, ScanBatch&
   }
 }
 
-// A crossing's place among the elevations (fan_tables.h), if it is in front.
+// A crossing's q (fan_tables.h), if it is in front.
 HWY_INLINE V order_of(M in_front, const Crossing& at) {
   const V across = hn::IfThenElse(in_front, hn::Add(at.x, hn::Abs(at.y)), hn::Set(d, 1.0));
   return hn::Div(hn::IfThenElseZero(in_front, at.y), across);
 }
 
-// How many of the plane's rays are below a crossing: a function of the crossing alone, so that
-// faces that share it share the answer. First a guess: one ray decides whether it or one more is
-// right, but where it says that it may be far off.
+// How many of the plane's rays are below a crossing. It depends on the crossing alone, so faces
+// that share a crossing get the same number. First a guess: comparing one ray decides whether the
+// guess or one more is right, unless the guess is marked as possibly far off.
 struct Guess {
   hn::Vec<I> below;
   M far_off;
 };
-HWY_INLINE Guess guess_below(const ScanArgs& pass, V order) {
+HWY_INLINE Guess guess_below(const ScanArgs& args, V order) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
   const V stepped = hn::Max(
-      hn::Mul(hn::Sub(order, hn::Set(d, pass.first_q)), hn::Set(d, pass.steps_per_q)), zero);
-  const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, pass.steps - 1.0)));
+      hn::Mul(hn::Sub(order, hn::Set(d, args.first_q)), hn::Set(d, args.steps_per_q)), zero);
+  const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, args.steps - 1.0)));
   const V fraction = hn::Min(hn::Sub(stepped, hn::ConvertTo(d, step)), one);
   constexpr hn::RebindToUnsigned<D> du;
   constexpr hn::RebindToUnsigned<HalfF> half;
-  const auto line = hn::GatherIndex(du, pass.lines, step);
+  const auto line = hn::GatherIndex(du, args.lines, step);
   const auto number = [&](hn::Vec<decltype(du)> bits) HWY_ATTR {
     return hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(half, bits)));
   };
   const V below = number(line), rise = number(hn::ShiftRight<32>(line));
   return {hn::ConvertTo(di, fma(fraction, rise, hn::Abs(below))), hn::Lt(below, zero)};
 }
-HWY_INLINE void find_below(const ScanArgs& pass, V p_order, V q_order, hn::Vec<I>& p,
+HWY_INLINE void find_below(const ScanArgs& args, V p_order, V q_order, hn::Vec<I>& p,
                            hn::Vec<I>& q) {
-  const Guess p_guess = guess_below(pass, p_order), q_guess = guess_below(pass, q_order);
+  const Guess p_guess = guess_below(args, p_order), q_guess = guess_below(args, q_order);
   p = p_guess.below, q = q_guess.below;
-  // A mask's lanes are -1 as integers.
+  // A mask's true lanes are -1 as integers.
   const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
   if (HWY_LIKELY(hn::AllFalse(d, hn::Or(p_guess.far_off, q_guess.far_off)))) {
-    p = hn::Sub(p, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order)));
-    q = hn::Sub(q, number(hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order)));
+    p = hn::Sub(p, number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order)));
+    q = hn::Sub(q, number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order)));
     return;
   }
   for (;;) {
-    const M p_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, p), p_order);
-    const M q_fewer = hn::Ge(hn::GatherIndex(d, pass.ascending, q), q_order);
-    const M p_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, p), p_order);
-    const M q_more = hn::Lt(hn::GatherIndex(d, pass.ascending + 1, q), q_order);
+    const M p_fewer = hn::Ge(hn::GatherIndex(d, args.ascending, p), p_order);
+    const M q_fewer = hn::Ge(hn::GatherIndex(d, args.ascending, q), q_order);
+    const M p_more = hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order);
+    const M q_more = hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order);
     if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
     p = hn::Add(p, hn::Sub(number(p_fewer), number(p_more)));
     q = hn::Add(q, hn::Sub(number(q_fewer), number(q_more)));
   }
 }
 
-// What a face lays over a plane's rays: 1 / t = x cos(elevation) + y sin(elevation), within bounds.
+// A face's claim on a plane's rays: 1 / t = x cos(elevation) + y sin(elevation), within bounds.
 struct Claim {
   float x, y, least, greatest;
-  std::uint32_t slot;
-  const double* on_edge;  // its normal over distance in double where float will not do; else null
+  std::uint32_t candidate;
+  const double* on_edge;  // normal over distance in double where float is not enough, else null
 };
 
-// 1 / t of a face's plane on a ray in double, from the face's corners. One computation for all who
-// ask, for hits as for runs.
-HWY_INLINE double precise_nearness(const ScanArgs& pass, std::uint32_t slot, std::int64_t plane,
-                                   std::int64_t ray) {
-  const std::int64_t index = pass.index[slot];
+// 1 / t of a face's plane on a ray in double, from the face's corners. Hits and runs share this one
+// computation.
+HWY_INLINE double precise_nearness(const ScanArgs& args, std::uint32_t candidate,
+                                   std::int64_t plane, std::int64_t ray) {
+  const std::int64_t index = args.index[candidate];
   const float* rows =
-      pass.block_rows + index / block_faces * 10 * block_faces + index % block_faces;
-  const double *o = &pass.frame.origin[0], *axes = &pass.frame.axes[0];
+      args.block_rows + index / block_faces * 10 * block_faces + index % block_faces;
+  const double *o = &args.frame.origin[0], *axes = &args.frame.axes[0];
   double corners[3][3];
   for (std::int64_t k = 0; k < 3; ++k) {
     double from[3];
@@ -387,56 +389,56 @@ HWY_INLINE double precise_nearness(const ScanArgs& pass, std::uint32_t slot, std
     far2 = far2 > corner2 ? far2 : corner2;
     longest2 = longest2 > edge2 ? longest2 : edge2;
   }
-  const double level = normal[0] * pass.sin_azimuth[plane] + normal[1] * pass.cos_azimuth[plane];
-  const double facing = level * pass.cos_elevation[ray] + normal[2] * pass.sin_elevation[ray];
+  const double level = normal[0] * args.sin_azimuth[plane] + normal[1] * args.cos_azimuth[plane];
+  const double facing = level * args.cos_elevation[ray] + normal[2] * args.sin_elevation[ray];
   const double far = std::sqrt(far2), near = far - std::sqrt(longest2);
   const double within = facing / distance > 1.0 / far ? facing / distance : 1.0 / far;
   return near > 0.0 && within > 1.0 / near ? 1.0 / near : within;
 }
 
-// Whether a face is nearer on a ray than another, where float does not tell. At one distance the
-// face with the lowest number is, and of several with that number the first.
-HWY_NOINLINE bool nearer(const ScanArgs& pass, std::uint32_t slot, std::uint32_t than,
+// Whether a face is nearer on a ray than another, where float cannot decide. At equal distance the
+// lowest number wins, then the first.
+HWY_NOINLINE bool nearer(const ScanArgs& args, std::uint32_t candidate, std::uint32_t than,
                          std::int64_t plane, std::int64_t ray) {
-  const double one = precise_nearness(pass, slot, plane, ray);
-  const double other = precise_nearness(pass, than, plane, ray);
+  const double one = precise_nearness(args, candidate, plane, ray);
+  const double other = precise_nearness(args, than, plane, ray);
   if (one != other) return one > other;
-  const std::uint32_t i = pass.index[slot], j = pass.index[than];
-  if (!pass.numbers || pass.numbers[i] == pass.numbers[j]) return i < j;
-  return pass.numbers[i] < pass.numbers[j];
+  const std::uint32_t i = args.index[candidate], j = args.index[than];
+  if (!args.numbers || args.numbers[i] == args.numbers[j]) return i < j;
+  return args.numbers[i] < args.numbers[j];
 }
 
-// The face takes those of rays [from, until) of a plane to which it is nearer than all before it.
+// The face claims those of rays [from, until) of a plane to which it is nearer than all before it.
 template <bool on_edge>
-HWY_INLINE void claim_row(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                           std::int64_t until, const Claim& face) {
   constexpr F f;
   constexpr hn::RebindToUnsigned<F> u;
   constexpr auto width = static_cast<std::int64_t>(hn::MaxLanes(f));
-  float* nearness = pass.nearness + plane * pass.stride;
-  std::uint32_t* nearest = pass.nearest + plane * pass.stride;
+  float* nearness = args.nearness + plane * args.stride;
+  std::uint32_t* nearest = args.nearest + plane * args.stride;
   const auto x = hn::Set(f, face.x), y = hn::Set(f, face.y);
   const auto least = hn::Set(f, face.least), greatest = hn::Set(f, face.greatest);
-  const auto slot = hn::Set(u, face.slot);
+  const auto candidate = hn::Set(u, face.candidate);
   for (std::int64_t j = from; j < until; j += width) {
     const auto plain = [&]() HWY_ATTR {
       if constexpr (on_edge) {
-        const double level = face.on_edge[0] * pass.sin_azimuth[plane] +
-                             face.on_edge[batch_room] * pass.cos_azimuth[plane];
+        const double level = face.on_edge[0] * args.sin_azimuth[plane] +
+                             face.on_edge[batch_room] * args.cos_azimuth[plane];
         const double pole = face.on_edge[2 * batch_room];
         float in_double[width] = {};
         for (std::int64_t i = 0; i < width && j + i < until; ++i)
-          in_double[i] = static_cast<float>(level * pass.cos_elevation[j + i] +
-                                            pole * pass.sin_elevation[j + i]);
+          in_double[i] = static_cast<float>(level * args.cos_elevation[j + i] +
+                                            pole * args.sin_elevation[j + i]);
         return hn::LoadU(f, in_double);
       } else {
-        const auto cosine = hn::LoadU(f, pass.cos_elevation_rounded + j);
-        const auto sine = hn::LoadU(f, pass.sin_elevation_rounded + j);
+        const auto cosine = hn::LoadU(f, args.cos_elevation_rounded + j);
+        const auto sine = hn::LoadU(f, args.sin_elevation_rounded + j);
         return fma(f, x, cosine, hn::Mul(y, sine));
       }
     }();
-    // What was there before comes late, from the last face's store: all else is done on the new
-    // values.
+    // `old` arrives late, because the last face's store wrote it: everything that does not need it
+    // is computed first.
     const auto within = hn::FirstN(f, static_cast<std::size_t>(until - j));
     const auto w = hn::IfThenElseZero(within, hn::Min(hn::Max(plain, least), greatest));
     const auto surely = hn::Mul(w, hn::Set(f, surely_nearer));
@@ -448,67 +450,69 @@ HWY_INLINE void claim_row(const ScanArgs& pass, std::int64_t plane, std::int64_t
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(f, unsure, bits);
       for (std::int64_t i = 0; i < width; ++i)
-        if ((bits[i / 8] >> i % 8 & 1) && !nearer(pass, face.slot, nearest[j + i], plane, j + i))
+        if ((bits[i / 8] >> i % 8 & 1) &&
+            !nearer(args, face.candidate, nearest[j + i], plane, j + i))
           bits[i / 8] &= static_cast<std::uint8_t>(~(1 << i % 8));
       wins = hn::Or(wins, hn::LoadMaskBits(f, bits));
     }
     hn::StoreU(hn::IfThenElse(wins, w, old), f, nearness + j);
-    hn::StoreU(hn::IfThenElse(hn::RebindMask(u, wins), slot, hn::LoadU(u, nearest + j)), u,
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(u, wins), candidate, hn::LoadU(u, nearest + j)), u,
                nearest + j);
   }
 }
 
-HWY_NOINLINE void claim_rays_on_edge(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+HWY_NOINLINE void claim_rays_on_edge(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                                      std::int64_t until, const Claim& face) {
-  const std::int64_t first = pass.left_out_from[plane], last = pass.left_out_until[plane];
-  if (from < first) claim_row<true>(pass, plane, from, until < first ? until : first, face);
-  if (until > last) claim_row<true>(pass, plane, from > last ? from : last, until, face);
+  const std::int64_t first = args.left_out_from[plane], last = args.left_out_until[plane];
+  if (from < first) claim_row<true>(args, plane, from, until < first ? until : first, face);
+  if (until > last) claim_row<true>(args, plane, from > last ? from : last, until, face);
 }
 
-// The same, but for rays outside the beam.
-HWY_INLINE void claim_rays(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+// Claims rays [from, until) except those outside the beam.
+HWY_INLINE void claim_rays(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                            std::int64_t until, const Claim& face) {
-  const std::int64_t first = pass.left_out_from[plane], last = pass.left_out_until[plane];
+  const std::int64_t first = args.left_out_from[plane], last = args.left_out_until[plane];
   if (HWY_UNLIKELY(face.on_edge != nullptr))
-    return claim_rays_on_edge(pass, plane, from, until, face);
-  if (from < first) claim_row<false>(pass, plane, from, until < first ? until : first, face);
-  if (until > last) claim_row<false>(pass, plane, from > last ? from : last, until, face);
+    return claim_rays_on_edge(args, plane, from, until, face);
+  if (from < first) claim_row<false>(args, plane, from, until < first ? until : first, face);
+  if (until > last) claim_row<false>(args, plane, from > last ? from : last, until, face);
 }
 
-// A face that goes through the origin meets all of a plane's rays there, but those that lie in it.
-HWY_INLINE void claim_at_origin(const ScanArgs& pass, std::int64_t plane, double own, Claim face) {
+// A face that goes through the origin meets all of a plane's rays there, except those in its plane.
+HWY_INLINE void claim_at_origin(const ScanArgs& args, std::int64_t plane, double order_in_face,
+                                Claim face) {
   face.least = face.greatest = nearest_of_all;
-  const double* order = pass.ascending + 1;
+  const double* order = args.ascending + 1;
   std::int64_t below = 0;
-  while (below < pass.elevations && order[below] < own) ++below;
+  while (below < args.elevations && order[below] < order_in_face) ++below;
   std::int64_t above = below;
-  while (above < pass.elevations && order[above] == own) ++above;
-  claim_rays(pass, plane, 0, below, face);
-  claim_rays(pass, plane, above, pass.elevations, face);
+  while (above < args.elevations && order[above] == order_in_face) ++above;
+  claim_rays(args, plane, 0, below, face);
+  claim_rays(args, plane, above, args.elevations, face);
 }
 
-// What a face of the batch lays over a plane's rays.
-HWY_INLINE Claim claim_of(const ScanArgs& pass, const ScanBatch& batch, std::int64_t plane,
-                          std::int64_t place, std::int64_t first_slot) {
+// The claim of a face of the batch on a plane's rays.
+HWY_INLINE Claim claim_of(const ScanArgs& args, const ScanBatch& batch, std::int64_t plane,
+                          std::int64_t place, std::int64_t first_candidate) {
   const float* face = &batch.planes[0] + place;
-  const float sine = static_cast<float>(pass.sin_azimuth[plane]);
-  const float cosine = static_cast<float>(pass.cos_azimuth[plane]);
+  const float sine = static_cast<float>(args.sin_azimuth[plane]);
+  const float cosine = static_cast<float>(args.cos_azimuth[plane]);
   const float least = face[3 * batch_room];
   return {std::fma(face[0], sine, face[batch_room] * cosine),
           face[2 * batch_room],
           std::fabs(least),
           face[4 * batch_room],
-          static_cast<std::uint32_t>(first_slot + place),
+          static_cast<std::uint32_t>(first_candidate + place),
           least < 0.0f ? &batch.precise_planes[0] + place : nullptr};
 }
 
-// Turns a plane's list of crossings into one of the rays between them: in its first row the first
-// ray, and in the upper half the one behind the last; in its second the face. Those without rays
-// drop out.
-HWY_INLINE void find_intervals(const ScanArgs& pass, ScanBatch& batch, std::int64_t plane,
-                               std::int64_t first_slot) {
+// Replaces a plane's list of crossings by a list of ray intervals: the first row holds the first
+// ray and, in the upper half, the end; the second row holds the face. Faces without rays are
+// dropped.
+HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int64_t plane,
+                               std::int64_t first_candidate) {
   const V zero = hn::Zero(d);
-  const auto all = hn::Set(di, pass.elevations);
+  const auto all = hn::Set(di, args.elevations);
   const std::int64_t count = batch.counts[plane];
   double* const rows = crossings_of(batch, plane);
   constexpr std::int64_t room = ScanBatch::list_room;
@@ -521,12 +525,12 @@ HWY_INLINE void find_intervals(const ScanArgs& pass, ScanBatch& batch, std::int6
     const Crossing q{hn::LoadU(d, at + 2 * room), hn::LoadU(d, at + 3 * room)};
     const V places = hn::LoadU(d, at + 4 * room);
 
-    // Behind the pole there are no rays. A face that goes there passes over all rays above the
-    // crossing in front, or over all below it.
+    // There are no rays behind the pole. A face that extends there covers all rays above the
+    // crossing in front, or all below it.
     const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
     const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
     hn::Vec<I> p_rays, q_rays;
-    find_below(pass, p_order, q_order, p_rays, q_rays);
+    find_below(args, p_order, q_order, p_rays, q_rays);
     if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p_front, q_front)))) {
       const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
       const auto p_end =
@@ -552,15 +556,16 @@ HWY_INLINE void find_intervals(const ScanArgs& pass, ScanBatch& batch, std::int6
       const M behind = hn::Lt(x, zero), along_pole = hn::Eq(x, zero);
       const V order =
           order_of(hn::Not(along_pole), {hn::Abs(x), hn::IfThenElse(behind, hn::Neg(y), y)});
-      alignas(64) double own[lanes];
+      alignas(64) double order_in_face[lanes];
       alignas(64) std::int64_t place[lanes];
       std::uint8_t through[8] = {};
-      hn::Store(hn::IfThenElse(along_pole, hn::Set(d, 3.0), order), d, own);
+      hn::Store(hn::IfThenElse(along_pole, hn::Set(d, 3.0), order), d, order_in_face);
       hn::Store(hn::BitCast(di, places), di, place);
       hn::StoreMaskBits(d, at_origin, through);
       for (std::int64_t i = 0; i < lanes && first + i < count; ++i)
         if (through[0] >> i & 1)
-          claim_at_origin(pass, plane, own[i], claim_of(pass, batch, plane, place[i], first_slot));
+          claim_at_origin(args, plane, order_in_face[i],
+                          claim_of(args, batch, plane, place[i], first_candidate));
       some = hn::AndNot(at_origin, some);
     }
     const V interval = hn::BitCast(d, hn::Or(from, hn::ShiftLeft<32>(until)));
@@ -571,46 +576,47 @@ HWY_INLINE void find_intervals(const ScanArgs& pass, ScanBatch& batch, std::int6
   batch.counts[plane] = intervals;
 }
 
-// Plane after plane by turns: a row's next face comes when what the last wrote there can be read
-// again.
-HWY_INLINE void claim_intervals(const ScanArgs& pass, ScanBatch& batch, std::int64_t first_slot) {
+// Goes round the planes with one face each: by the time a plane gets its next face, its row's last
+// stores can be read again.
+HWY_INLINE void claim_intervals(const ScanArgs& args, ScanBatch& batch,
+                                std::int64_t first_candidate) {
   for (std::int64_t i = 0, left = 1; left > 0; ++i) {
     left = 0;
-    for (std::int64_t k = 0; k < pass.planes; ++k) {
+    for (std::int64_t k = 0; k < args.planes; ++k) {
       if (i >= batch.counts[k]) continue;
       left += batch.counts[k] - i - 1;
       const double* at = crossings_of(batch, k) + i;
       const auto interval = __builtin_bit_cast(std::int64_t, at[0]);
       const auto place = __builtin_bit_cast(std::int64_t, at[ScanBatch::list_room]);
-      claim_rays(pass, k, interval & 0xffffffff, interval >> 32,
-                 claim_of(pass, batch, k, place, first_slot));
+      claim_rays(args, k, interval & 0xffffffff, interval >> 32,
+                 claim_of(args, batch, k, place, first_candidate));
     }
   }
 }
 
-void scan_faces_here(const ScanArgs& pass, ScanBatch& batch) {
-  const Frame frame = laid(pass.frame);
-  std::int64_t slots = 0;
-  for (std::int64_t met = 0; met < pass.met;) {
+void scan_faces_here(const ScanArgs& args, ScanBatch& batch) {
+  const Frame frame = laid(args.frame);
+  std::int64_t candidates = 0;
+  for (std::int64_t block = 0; block < args.blocks_met_count;) {
     batch.count = 0;
-    for (; met < pass.met && batch.count <= batch_faces - block_faces; ++met)
-      add_block(pass, batch, pass.met_blocks[met], pass.index + slots);
-    for (std::int64_t k = 0; k < pass.planes; ++k) batch.counts[k] = 0;
+    for (; block < args.blocks_met_count && batch.count <= batch_faces - block_faces; ++block)
+      add_block(args, batch, args.blocks_met[block], args.index + candidates);
+    for (std::int64_t k = 0; k < args.planes; ++k) batch.counts[k] = 0;
     batch.through_origin = false;
     for (std::int64_t place = 0; place < batch.count; place += lanes)
-      cross_faces(pass, frame, batch, slots, place);
-    for (std::int64_t k = 0; k < pass.planes; ++k)
-      if (batch.counts[k] > 0) find_intervals(pass, batch, k, slots);
-    claim_intervals(pass, batch, slots);
-    slots += batch.count;
+      cross_faces(args, frame, batch, candidates, place);
+    for (std::int64_t k = 0; k < args.planes; ++k)
+      if (batch.counts[k] > 0) find_intervals(args, batch, k, candidates);
+    claim_intervals(args, batch, candidates);
+    candidates += batch.count;
   }
 }
 
 }  // namespace
 
-// What is exported must not be unnamed.
-void find_blocks_on(ScanArgs& pass) { find_blocks_here(pass); }
-void scan_faces_on(const ScanArgs& pass, ScanBatch& batch) { scan_faces_here(pass, batch); }
+// HWY_EXPORT needs functions outside the unnamed namespace.
+void find_blocks_on(ScanArgs& args) { find_blocks_here(args); }
+void scan_faces_on(const ScanArgs& args, ScanBatch& batch) { scan_faces_here(args, batch); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
@@ -622,9 +628,9 @@ namespace ensonify::engine {
 HWY_EXPORT(find_blocks_on);
 HWY_EXPORT(scan_faces_on);
 
-void find_blocks(ScanArgs& pass) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(pass); }
-void scan_faces(const ScanArgs& pass, ScanBatch& batch) {
-  HWY_DYNAMIC_DISPATCH(scan_faces_on)(pass, batch);
+void find_blocks(ScanArgs& args) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(args); }
+void scan_faces(const ScanArgs& args, ScanBatch& batch) {
+  HWY_DYNAMIC_DISPATCH(scan_faces_on)(args, batch);
 }
 
 }  // namespace ensonify::engine

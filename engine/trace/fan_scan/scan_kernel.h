@@ -10,14 +10,13 @@
 
 namespace ensonify::engine {
 
-/// What fan_scan's loops read and write, as plain arrays: they are compiled once for each kind of
-/// vector register, and must share no inline function with the rest of the program, which might end
-/// up with code that the machine cannot run.
+/// What fan_scan's loops read and write, as plain arrays. The loops are compiled once per vector
+/// target and must share no inline function with the rest of the program: the linker might keep a
+/// copy with instructions that the machine does not have.
 ///
-/// A slot is a place for a face that may cross a plane of the fan; slots are filled in the faces'
-/// order.
+/// A candidate is a face that may cross a plane of the fan. Candidates are in the order of faces.
 struct ScanArgs {
-  static constexpr std::uint32_t no_slot = 0xffffffff;
+  static constexpr std::uint32_t no_candidate = 0xffffffff;
 
   // The fan.
   FanFrame frame;
@@ -42,66 +41,64 @@ struct ScanArgs {
   const float* block_rows;
   const float* boxes;
   std::int64_t blocks, boxes_in_row;
-  const std::uint32_t* numbers;  ///< null: a face's number is its place
+  const std::uint32_t* numbers;  ///< null: a face's number is its index
 
-  // What is found. Blocks that may be met; per slot, and per ray in rows of `stride`.
-  std::uint32_t* met_blocks;
-  std::int64_t met;
-  std::uint32_t* index;  ///< by slot, of the face
-  bool hits_wanted;      ///< or else runs: which of the next two is filled
-  /// [x y z][slot][u, v, direction . normal, and behind x the distance of the plane, behind y 1
-  /// over it]
+  // The results: blocks that may be met; by candidate; and by ray, in rows of `stride`.
+  std::uint32_t* blocks_met;
+  std::int64_t blocks_met_count;
+  std::uint32_t* index;  ///< by candidate, of the face
+  bool hits_wanted;      ///< hits (fills `forms`) or runs (fills `face_planes`)
+  /// [x y z][candidate][u, v, direction . normal, 4th]; the 4th is the distance of the plane for x
+  /// and 1 / distance for y.
   double* forms;
-  std::int64_t slots;      ///< room for so many
-  double* face_planes;     ///< [slot][FacePlane]
-  float* nearness;         ///< 1 / t of the nearest face so far, 0 for none
-  std::uint32_t* nearest;  ///< its slot, or no_slot
+  std::int64_t max_candidates;  ///< how many fit in the arrays
+  double* face_planes;          ///< [candidate][FacePlane]
+  float* nearness;              ///< 1 / t of the nearest face so far, 0 for none
+  std::uint32_t* nearest;       ///< the nearest candidate, or no_candidate
   std::int64_t stride;
 };
 
-/// How many faces go through the steps together, and room for what they leave.
+/// How many faces go through the steps together, and the size of the rows they write.
 inline constexpr std::int64_t batch_faces = 256, batch_room = batch_faces + widest_vector;
 struct ScanBatch {
   std::int64_t count;  // faces
-  static constexpr std::int64_t min_tangent = 10, greatest_tangent = 11;
-  std::array<float, 12 * batch_room> rows;  // of them, as in a block, and of azimuths that they see
-  // The normal over the distance, the least 1 / t (negative: float will not do), the greatest.
+  static constexpr std::int64_t min_tangent = 10, max_tangent = 11;
+  std::array<float, 12 * batch_room> rows;  // as in a block; then the range of azimuths' tangents
+  // The normal over the distance, the least 1 / t (negative: needs double), the greatest.
   std::array<float, 5 * batch_room> planes;
   std::array<double, 3 * batch_room> precise_planes;  // the same normal over distance in double
   std::array<double, batch_room> sees_origin;  // 1 where the face's plane goes through the origin
-  bool through_origin;                         // any of them
-  /// By plane, rows of a list: where its faces' edges cross the plane (along the plane and the
+  bool through_origin;                         // any of sees_origin
+  /// Rows of lists, by plane: where the faces' edges cross the plane (along the plane and along the
   /// pole, for two edges) and which face; later which rays, and which face.
   static constexpr std::int64_t list_rows = 5, list_room = batch_faces + 8;
   double* crossings;
   std::int64_t* counts;  ///< by plane
 };
 
-/// Which blocks may be met: fills met_blocks and met.
-void find_blocks(ScanArgs& pass);
+/// Finds the blocks that may be met: fills blocks_met and blocks_met_count.
+void find_blocks(ScanArgs& args);
 
-/// Every face of those blocks takes the rays it is the nearest to: fills what is found but for the
-/// blocks.
-void scan_faces(const ScanArgs& pass, ScanBatch& batch);
+/// Every face of those blocks claims the rays that it is nearest to: fills the other results.
+void scan_faces(const ScanArgs& args, ScanBatch& batch);
 
-/// The hits of rays [from, until) of a plane from what was found, into places from `hits` on; up to
-/// widest_vector behind them may be overwritten. Rays whose answer rounding may spoil go into
-/// `doubtful`, by their elevation, for a careful computation; their count is returned. What was
-/// found is forgotten: 0 and no_slot again.
-std::int64_t finish_rays(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+/// Writes the hits of rays [from, until) of a plane from `hits` on; up to widest_vector hits behind
+/// may be overwritten. Rays that need a more careful computation, because rounding may spoil their
+/// answer, go into `doubtful` by elevation; returns their count. Clears the z-buffer of those rays.
+std::int64_t finish_rays(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                          std::int64_t until, Hit* hits, std::uint32_t* doubtful);
 
 void write_misses(Hit* hits, std::int64_t count);
 
-/// Places for runs, as FanRuns has them; a register's width more than there may be.
+/// Where runs are written, as in FanRuns; one vector longer than the most runs.
 struct RunRows {
   std::uint32_t *begin, *end, *index, *face;
   double *level, *pole, *distance;
 };
 
-/// The runs of rays [from, until) of a plane from what was found, behind so many others; how many
-/// there are then is returned. What was found is forgotten.
-std::int64_t list_runs(const ScanArgs& pass, std::int64_t plane, std::int64_t from,
+/// Appends the runs of rays [from, until) of a plane after the first `count`; returns the new
+/// count. Clears the z-buffer of those rays.
+std::int64_t list_runs(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                        std::int64_t until, const RunRows& rows, std::int64_t count);
 
 }  // namespace ensonify::engine

@@ -8,7 +8,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// A line whose every pixel knows its ping and bin, and a picture of the same.
+/// A line whose pixels number their ping and bin, and a picture with the same numbers.
 LabelledImage sample_view(std::size_t pings, int bins, double range_m, double spacing_m,
                           double height_m) {
   Sonar sonar;
@@ -30,7 +30,7 @@ LabelledImage sample_view(std::size_t pings, int bins, double range_m, double sp
   return slant_view(line, {picture});
 }
 
-/// Picture and labels tell the same pixel of the line everywhere.
+/// Checks that picture and labels show the same pixel of the line everywhere.
 void check_alike(const LabelledImage& view) {
   const std::size_t rows = view.labels.rows(), columns = view.labels.columns();
   REQUIRE(view.pictures.front().pixels.size() == rows * columns);
@@ -43,8 +43,8 @@ void check_alike(const LabelledImage& view) {
 }  // namespace
 
 TEST_CASE(
-    "a ground view takes each pixel from the ping and the bin that Pythagoras says, labels and "
-    "picture alike") {
+    "a ground view takes each pixel's labels and picture from the nearest ping and the bin at "
+    "its slant range") {
   const double height_m = 6.0, pixel_m = 0.25;
   const LabelledImage slant = sample_view(40, 100, 20.0, 0.1, height_m);
   CHECK(slant.along_m == Approx(0.1));
@@ -67,13 +67,13 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a part of a view is that part of its pictures and labels") {
+TEST_CASE("a part of a view has that part of its pictures and labels") {
   const LabelledImage view = sample_view(12, 10, 5.0, 0.5, 2.0);
   const LabelledImage piece = cut(view, {3, 2, 7, 4});
   CHECK(piece.labels.rows() == 4);
   CHECK(piece.labels.columns() == 7);
   check_alike(piece);
-  // Its left upper pixel: row 2 from the top is ping 9.
+  // Its upper left pixel: row 2 from the top is ping 9.
   CHECK(piece.labels.pixels.instance[3 * 7] == 9 * 20 + 3 + 1);
   CHECK(piece.labels.pings.back().pose.position.y() == view.labels.pings[9].pose.position.y());
 }

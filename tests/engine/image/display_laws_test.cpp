@@ -1,4 +1,4 @@
-// Laws of what a picture evens out and maps, whatever its gain.
+// Laws of a picture's normalisations and mappings, for any gain.
 
 #include <algorithm>
 #include <array>
@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::size_t bins = 400, columns = 2 * bins;
 
-/// Level of a bed (power behind a gain of 30 lg r) over ping, column and depression; the sonar
-/// climbs from 8 m to 16 m over it. Nearer than that there is water.
+/// A bed whose level after a gain of 30 lg r is a function of ping, column and depression. The
+/// sonar climbs from 8 m to 16 m above it; at shorter ranges there is water.
 template <class Level>
 Waterfall bed(std::size_t pings, Level&& level) {
   Sonar sonar;
@@ -58,7 +58,7 @@ Display levelling() {
   return display;
 }
 
-/// Brightness of a bed's pixel in 16 bits, ping and column counted as in the waterfall.
+/// Brightness of pixels in 16 bits; ping and column count as in the waterfall.
 struct Bright {
   Picture picture;
   int at(std::size_t ping, std::size_t column) const {
@@ -66,7 +66,7 @@ struct Bright {
     return picture.pixels[i] << 8 | picture.pixels[i + 1];
   }
 };
-/// As of a scene whose level bed is flat.
+/// The picture for a scene whose level bed has the level 1 everywhere.
 Picture shown(const Waterfall& waterfall, const Display& display, int bits = 8,
               const Recorder* recorder = nullptr) {
   Calibration calibration{.recorder = recorder};
@@ -86,7 +86,7 @@ std::pair<int, int> extremes(const Bright& picture) {
   std::pair<int, int> all{65535, 0};
   for (std::size_t ping = 0; ping < picture.picture.height; ++ping)
     for (std::size_t column = 0; column < columns; ++column) {
-      // Up to 18 m, and what lies behind the last slant range if counted over ground.
+      // Skips ground ranges up to 18 m, and those beyond the last slant range.
       if ((column > bins - 90 && column < bins + 90) || column < 10 || column >= columns - 10)
         continue;
       all.first = std::min(all.first, picture.at(ping, column));
@@ -95,7 +95,7 @@ std::pair<int, int> extremes(const Bright& picture) {
   return all;
 }
 
-/// What has no pattern looks as it does when nothing is evened out.
+/// Checks that a normalisation does not change a bed without a pattern.
 void leaves_alone(const Display& display, const Waterfall& plain) {
   const Bright with = render16(plain, display), without = render16(plain, levelling());
   const std::size_t ping = plain.rows() / 2;
@@ -112,7 +112,7 @@ double stripes(std::size_t, std::size_t column, double) {
 
 }  // namespace
 
-TEST_CASE("a flat bed stays flat, whatever is evened out and however it is mapped") {
+TEST_CASE("a flat bed stays flat under every normalisation and mapping") {
   const Waterfall waterfall = bed(12, flat);
   for (const bool slant : {false, true})
     for (const bool beam : {false, true})
@@ -125,12 +125,12 @@ TEST_CASE("a flat bed stays flat, whatever is evened out and however it is mappe
           display.mapping = mapping;
           const auto [darkest, brightest] = extremes(render16(waterfall, display));
           CAPTURE(slant, beam, field, static_cast<int>(mapping));
-          CHECK(brightest - darkest <= 16);  // floats' rounding, of 65535
+          CHECK(brightest - darkest <= 16);  // of 65535, from rounding of floats
           CHECK(darkest > 10000);
         }
 }
 
-TEST_CASE("the gain's law leaves what it says of a bed: 20, 30, 40 and 50 dB a factor of ten") {
+TEST_CASE("a gain of 20, 30, 40 or 50 dB per factor of ten in range changes a bed by just that") {
   const Waterfall waterfall = bed(1, flat);
   for (const double spreading : {20.0, 30.0, 40.0, 50.0}) {
     Display display = levelling();
@@ -146,18 +146,18 @@ TEST_CASE("the gain's law leaves what it says of a bed: 20, 30, 40 and 50 dB a f
   }
 }
 
-TEST_CASE("beam normalisation takes out what belongs to a depression, and once is enough") {
+TEST_CASE("beam normalisation removes a pattern over depression, and is idempotent") {
   const Waterfall patterned = bed(40, pattern);
   Display display = levelling();
   const auto [dark, bright] = extremes(render16(patterned, display));
   CHECK(bright > 2 * dark);
   display.beam_normalisation = true;
   const auto [darkest, brightest] = extremes(render16(patterned, display));
-  CHECK(brightest < 1.1 * darkest);  // a pattern within half a degree is left
+  CHECK(brightest < 1.1 * darkest);  // a pattern within half a degree remains
   leaves_alone(display, bed(40, flat));
 }
 
-TEST_CASE("flat-fielding takes out what belongs to a column, and once is enough") {
+TEST_CASE("flat-fielding removes a pattern over columns, and is idempotent") {
   const Waterfall striped = bed(10, stripes);
   Display display = levelling();
   const auto [dark, bright] = extremes(render16(striped, display));
@@ -169,8 +169,8 @@ TEST_CASE("flat-fielding takes out what belongs to a column, and once is enough"
 }
 
 TEST_CASE(
-    "slant-range correction puts a place where it lies over ground, at every height, and no water "
-    "is left") {
+    "slant-range correction shows points at their ground range for every height, and no water "
+    "remains") {
   const double over_m = 40.0;
   const auto mark = [&](std::size_t ping, std::size_t column, double) {
     const double height_m = 8.0 + 8.0 * static_cast<double>(ping) / 30.0;
@@ -197,7 +197,8 @@ TEST_CASE(
   CHECK(render16(marked, display).at(3, bins + 20) == 0);
 }
 
-TEST_CASE("more sound is never darker, by any mapping and palette, and on paper never brighter") {
+TEST_CASE(
+    "a higher level is never darker in any mapping and palette, and on paper never brighter") {
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return std::pow(10.0, -4.0 + 8.0 * static_cast<double>(column) / columns);
   };
@@ -231,8 +232,8 @@ TEST_CASE("more sound is never darker, by any mapping and palette, and on paper 
 }
 
 TEST_CASE(
-    "a logarithmic mapping has equal steps for equal decibels, an equalised one as many pixels "
-    "each") {
+    "a logarithmic mapping has equal steps for equal decibels, an equalised one equal numbers of "
+    "pixels") {
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return std::pow(10.0, -1.0 + 2.0 * static_cast<double>(column) / columns);  // 20 dB
   };
@@ -258,7 +259,7 @@ TEST_CASE(
   for (const int quarter : quarters) CHECK(quarter == Approx(all / 4.0).margin(5.0));
 }
 
-TEST_CASE("a picture of 16 bits is that of 8 bits between its steps, with steps of its own") {
+TEST_CASE("a picture of 16 bits rounds to that of 8 bits and has finer steps") {
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return 0.5 + static_cast<double>(column) / columns;
   };
@@ -277,7 +278,7 @@ TEST_CASE("a picture of 16 bits is that of 8 bits between its steps, with steps 
   CHECK(steps.size() > 400);
 }
 
-TEST_CASE("a picture of samples undoes the recorder's gain, of whatever law") {
+TEST_CASE("a picture of samples undoes the recorder's gain, for each gain law") {
   const auto ramp = [](std::size_t, std::size_t column, double) {
     return 0.5 + static_cast<double>(column) / columns;
   };

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double alpha = 0.1;  // dB/m
 
-/// A flat bed under a line array: nothing to bin 20, then intensity as r^-3 and the absorption.
+/// A flat bed under a line array: no echo up to bin 20, then intensity as r^-3 with absorption.
 Waterfall flat_bed(std::size_t pings, int bins) {
   Sonar sonar;
   sonar.bins = bins;
@@ -42,7 +42,7 @@ Waterfall flat_bed(std::size_t pings, int bins) {
   return waterfall;
 }
 
-/// Of a scene whose bed is flat_bed's, without speckle.
+/// The calibration of a scene with the bed of flat_bed(), without speckle.
 Calibration calibration_of(const Sonar& sonar) {
   Calibration made{.absorption_db_per_m = alpha};
   const Waterfall bed = flat_bed(1, sonar.bins);
@@ -57,12 +57,11 @@ Picture shown(const Waterfall& waterfall, const Display& display, double share =
 }
 
 const std::uint8_t middle = 122;             // 255 * 0.35^0.7
-const Display levelling{.spreading = 30.0};  // what makes flat_bed even
+const Display levelling{.spreading = 30.0};  // makes flat_bed() even
 
 }  // namespace
 
-TEST_CASE(
-    "The gain makes a flat bed evenly bright, at mid-brightness, and leaves the water black") {
+TEST_CASE("The gain shows a flat bed evenly at mid-brightness, and leaves the water black") {
   const Waterfall waterfall = flat_bed(4, 200);
   const Picture picture = shown(waterfall, levelling);
   CHECK(picture.width == 400);
@@ -78,7 +77,7 @@ TEST_CASE(
   CHECK(wrong == 0);
 }
 
-TEST_CASE("Each part of the gain law does what it says") {
+TEST_CASE("Each part of the gain law has its documented effect") {
   const Waterfall waterfall = flat_bed(1, 200);
   const auto ratio = [&](const Display& display) {  // of amplitude, bin 150 to bin 40
     const Picture picture = shown(waterfall, display);
@@ -101,7 +100,7 @@ TEST_CASE("Each part of the gain law does what it says") {
   CHECK(int(shown(waterfall, display).pixels[300]) == 255);
 }
 
-TEST_CASE("The newest ping is on top and port is left, each bin in its place") {
+TEST_CASE("The newest ping is on top, port is left, and each bin has its column") {
   Waterfall waterfall = flat_bed(5, 100);
   // One bright target: second ping, port, bin 70. One dark: last ping, starboard, bin 30.
   waterfall.pixels.intensity[1 * 200 + (99 - 70)] *= 1e6f;
@@ -139,8 +138,7 @@ TEST_CASE("Pings not yet received are black and do not change the brightness of 
 }
 
 TEST_CASE(
-    "Half of a speckled seabed is brighter than mid-brightness, and shadow and water do not "
-    "count") {
+    "Half of a speckled seabed is brighter than mid-brightness, shadow and water do not count") {
   Waterfall waterfall = flat_bed(50, 200);
   std::mt19937_64 random(1);
   std::exponential_distribution<float> speckle;
@@ -166,7 +164,7 @@ TEST_CASE(
   CHECK(double(above) / double(seabed) == Approx(0.5).margin(0.01));
 }
 
-TEST_CASE("Copper goes from black to pale yellow, never darker, warm all the way") {
+TEST_CASE("Copper goes from black to pale yellow, never gets darker, and is always warm") {
   Waterfall waterfall = flat_bed(1, 200);
   for (std::size_t i = 0; i < 200; ++i) {  // a ramp of amplitude to starboard
     const double r = (static_cast<double>(i) + 0.5) * 0.375;
@@ -193,8 +191,7 @@ TEST_CASE("Copper goes from black to pale yellow, never darker, warm all the way
 }
 
 TEST_CASE(
-    "The brightness is the scene's, not the picture's: a bed of four times the strength is "
-    "whiter") {
+    "Brightness depends on the scene, not on the picture: a bed four times as strong is whiter") {
   Waterfall waterfall = flat_bed(3, 200);
   for (float& intensity : waterfall.pixels.intensity) intensity *= 4.0f;
   Display display = levelling;
@@ -202,7 +199,7 @@ TEST_CASE(
   CHECK(double(shown(waterfall, display).pixels[300]) == Approx(255 * 0.35 * 2).margin(1));
 }
 
-TEST_CASE("A picture line by line is the picture of all lines") {
+TEST_CASE("A picture made line by line equals the picture of all lines") {
   Waterfall waterfall = flat_bed(7, 100);
   std::mt19937_64 random(2);
   std::exponential_distribution<float> speckle;
@@ -228,7 +225,7 @@ TEST_CASE("A picture line by line is the picture of all lines") {
     }
 }
 
-TEST_CASE("Viridis goes from violet to yellow, ever lighter") {
+TEST_CASE("Viridis goes from violet to yellow and always gets lighter") {
   double before = 0.0;
   for (int i = 0; i <= 255; ++i) {
     const auto colour = colour_of(Palette::viridis, i / 255.0);

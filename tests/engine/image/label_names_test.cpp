@@ -5,7 +5,7 @@
 using namespace ensonify::engine;
 using Names = std::vector<std::string>;
 
-TEST_CASE("Labels that are numbered anew keep their names, and those not asked for follow") {
+TEST_CASE("Renumbered labels keep their names, and names that were not wanted come last") {
   Sonar sonar;
   sonar.bins = 2;
   const LabelNames own{{"none", "seabed", "wreck", "mine"}, {"none", "mud", "steel"}};
@@ -26,7 +26,7 @@ TEST_CASE("Labels that are numbered anew keep their names, and those not asked f
   CHECK(images[1].pixels.sediment == std::vector<std::uint32_t>{0, 2, 1, 1});
 }
 
-TEST_CASE("Number 0 is no label, even where a class is called none") {
+TEST_CASE("Number 0 is not a label, even if a class is called none") {
   Sonar sonar;
   sonar.bins = 1;
   std::vector<Waterfall> images(1, Waterfall(sonar, 1));

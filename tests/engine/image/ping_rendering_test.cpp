@@ -10,6 +10,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
@@ -30,7 +31,7 @@ Seafloor bed_with_boxes() {
   return bed;
 }
 
-/// A sonar that flies north 6 m over it; its beam is wide.
+/// A sonar with a wide beam that moves north, 6 m above the bed.
 struct Stage {
   Seafloor bed = bed_with_boxes();
   std::shared_ptr<const refine::ProgressiveMesh> progressive = make_progressive_mesh(bed.mesh);
@@ -60,7 +61,7 @@ const Stage& stage() {
   return made;
 }
 
-/// Red, green and blue where a point is seen.
+/// Red, green and blue at the pixel that shows a point.
 std::array<double, 3> colour_at(const PingRendering& view, const Eigen::Vector3d& point) {
   const Eigen::Vector2d pixel = view.camera.project(point).value();
   REQUIRE((pixel.x() >= 0.0 && pixel.x() < static_cast<double>(view.picture.width)));
@@ -83,7 +84,7 @@ const PingRendering& large_view() {
   return view;
 }
 
-/// An active face of the bed or of an object whose middle lies in the picture.
+/// An active face, of the bed or of an object, whose middle is in the picture.
 struct ShownFace {
   Eigen::Vector3d middle;
   bool exact;
@@ -106,7 +107,7 @@ std::vector<ShownFace> shown_faces(bool of_objects) {
 
 }  // namespace
 
-TEST_CASE("A view has the size that was asked for, and is the same on any number of threads") {
+TEST_CASE("A view has the requested size and does not depend on the number of threads") {
   const PingRendering one = shade(stage().subject(), {.width_px = 97, .height_px = 61});
   CHECK(one.picture.width == 97);
   CHECK(one.picture.height == 61);
@@ -117,7 +118,7 @@ TEST_CASE("A view has the size that was asked for, and is the same on any number
               .picture.pixels == one.picture.pixels);
 }
 
-TEST_CASE("A camera's pixels and directions belong to each other") {
+TEST_CASE("A camera's pixels and directions agree") {
   const Camera& camera = large_view().camera;
   for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(500.0, 77.0)}) {
     const Eigen::Vector3d direction = camera.direction(pixel);
@@ -131,7 +132,7 @@ TEST_CASE("A camera's pixels and directions belong to each other") {
   CHECK(camera.up.z() > 0.0);
 }
 
-TEST_CASE("A view's camera has the sonar, yellow, and all of the fans' ends in its picture") {
+TEST_CASE("A view shows the sonar in yellow, and all ends of the fans") {
   const PingRendering& view = large_view();
   const Eigen::Vector3d sonar = stage().track[10].position;
   const auto is_yellow = [&](const Eigen::Vector3d& point) {
@@ -151,8 +152,8 @@ TEST_CASE("A view's camera has the sonar, yellow, and all of the fans' ends in i
     }
 }
 
-TEST_CASE("In a view exact faces are of a warm colour, and the coarse ones of a cold one") {
-  std::array<int, 2> seen{}, warm{};  // of the coarse faces, and of the exact ones
+TEST_CASE("In a view exact faces have a warm colour, coarse faces a cold one") {
+  std::array<int, 2> seen{}, warm{};  // coarse faces, exact faces
   for (const ShownFace& face : shown_faces(false)) {
     const auto [r, g, b] = colour_at(large_view(), face.middle);
     ++seen[face.exact];
@@ -160,12 +161,12 @@ TEST_CASE("In a view exact faces are of a warm colour, and the coarse ones of a 
   }
   REQUIRE(seen[0] > 50);
   REQUIRE(seen[1] > 100);
-  // Not all: lines, the boxes and the sonar hide some, and small ones share their pixel.
+  // Not all: lines, boxes and the sonar hide some, and small faces share a pixel.
   CHECK(warm[0] < 0.1 * seen[0]);
   CHECK(warm[1] > 0.9 * seen[1]);
 }
 
-TEST_CASE("In a view an object under the fan is red, one beside it green") {
+TEST_CASE("In a view an object under the fan is red, one outside it green") {
   std::array<int, 2> red{}, green{};
   for (const ShownFace& face : shown_faces(true)) {
     const auto [r, g, b] = colour_at(large_view(), face.middle);
@@ -189,13 +190,13 @@ TEST_CASE("A view needs pixels, fans and a ping, and stops when its progress thr
   CHECK_THROWS_AS(shade(blind, small), std::invalid_argument);
 
   struct Enough {};
-  std::vector<std::size_t> told;
+  std::vector<std::size_t> reported;
   ViewOptions watched = small;
   watched.progress = [&](std::size_t done, std::size_t of) {
     CHECK(of == 18);
-    told.push_back(done);
+    reported.push_back(done);
     if (done == 5) throw Enough();
   };
   CHECK_THROWS_AS(shade(stage().subject(), watched), Enough);
-  CHECK(told == std::vector<std::size_t>{1, 2, 3, 4, 5});
+  CHECK(reported == std::vector<std::size_t>{1, 2, 3, 4, 5});
 }

@@ -11,7 +11,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// Two pings of one side, four bins: water, seabed of two sediments, a thing and its shadow.
+/// Two pings of one side, four bins: water, seabed of two sediments, an object and its shadow.
 Waterfall small_image() {
   Sonar sonar;
   sonar.sides = Sides::starboard;
@@ -35,14 +35,14 @@ std::vector<std::string> names(const TruthPicture& truth) {
 
 }  // namespace
 
-TEST_CASE("The truth's legend lists what is in the picture, things first, and colours differ") {
+TEST_CASE("The legend lists the labels in the picture, classes first, in different colours") {
   const Picture grey{4, 2, 1, std::vector<std::uint8_t>(8, 100)};
   const TruthPicture truth = lay_truth(small_image(), grey, classes, materials);
   CHECK(names(truth) ==
         std::vector<std::string>{"mine", "mud", "sand", "shadow", "water column", "no data"});
   for (std::size_t a = 0; a < truth.legend.size(); ++a)
     for (std::size_t b = 0; b < a; ++b) CHECK(truth.legend[a].colour != truth.legend[b].colour);
-  // The newest ping is on top, and a tint is half of the picture's own grey.
+  // The newest ping is on top, and half of a tinted pixel is the picture's grey.
   const auto pixel = [&](std::size_t column, std::size_t row, std::size_t channel) {
     return int(truth.picture.pixels[3 * (row * 4 + column) + channel]);
   };
@@ -54,7 +54,7 @@ TEST_CASE("The truth's legend lists what is in the picture, things first, and co
   }
 }
 
-TEST_CASE("A seabed of one sediment keeps its own greys") {
+TEST_CASE("A seabed of one sediment keeps its greys") {
   Waterfall image = small_image();
   image.pixels.sediment = {0, 1, 1, 0, 0, 1, 3, 0};
   const Picture grey{4, 2, 1, {10, 20, 30, 40, 50, 60, 70, 80}};
@@ -64,7 +64,7 @@ TEST_CASE("A seabed of one sediment keeps its own greys") {
   CHECK(truth.picture.pixels[3 * 5] == 60);
 }
 
-TEST_CASE("A legend stands below its picture, in as many lines as it needs") {
+TEST_CASE("A legend is below its picture, with the number of lines that it needs") {
   TruthPicture truth{{120, 5, 3, std::vector<std::uint8_t>(3 * 120 * 5, 7)}, {}};
   CHECK(with_legend(truth).height == 5);
   truth.legend = {{{255, 0, 0}, "mine"}};

@@ -11,8 +11,8 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// A waterfall drawn as the picture shows it: '.' bed, a digit an object's body, a letter the
-/// shadow of object 1 (a), 2 (b) ...
+/// A waterfall from a drawing of its picture: '.' is bed, a digit the body of that object, a letter
+/// the shadow of object 1 (a), 2 (b), and so on.
 Waterfall drawn(const std::vector<std::string>& picture) {
   Sonar sonar;
   sonar.bins = static_cast<int>(picture.front().size() / 2);
@@ -33,7 +33,7 @@ Waterfall drawn(const std::vector<std::string>& picture) {
   return image;
 }
 
-/// Positive for a polygon that is clockwise in a picture whose rows count downwards.
+/// The area of a polygon; positive if it is clockwise in the picture, whose rows count downwards.
 int twice_area(const std::vector<Corner>& polygon) {
   int sum = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -43,7 +43,7 @@ int twice_area(const std::vector<Corner>& polygon) {
   return sum;
 }
 
-/// What run lengths tell of a picture, whose columns follow one another from the top.
+/// The pixels that run lengths describe, column by column, each from the top.
 std::vector<std::string> unrolled(const std::vector<std::size_t>& runs, std::size_t rows,
                                   std::size_t columns) {
   std::vector<std::string> picture(rows, std::string(columns, '.'));
@@ -57,7 +57,7 @@ std::vector<std::string> unrolled(const std::vector<std::size_t>& runs, std::siz
 
 }  // namespace
 
-TEST_CASE("A target has its box, area and border in the picture's own pixels, newest ping on top") {
+TEST_CASE("A target has box, area and border in the picture's pixels, the newest ping on top") {
   const std::vector<Target> targets = find_targets(drawn({"..........",  //
                                                           ".......11.",  //
                                                           ".......1..",  //
@@ -80,7 +80,7 @@ TEST_CASE("A target has its box, area and border in the picture's own pixels, ne
   CHECK(target.contrast_db.value() == Approx(10.0));
 }
 
-TEST_CASE("Parts that touch at a corner alone are parts of their own, the largest first") {
+TEST_CASE("Parts that touch only at a corner are separate, the largest first") {
   const std::vector<Target> targets = find_targets(drawn({"1.........",  //
                                                           ".11.......",  //
                                                           ".11..2...1"}));
@@ -93,7 +93,7 @@ TEST_CASE("Parts that touch at a corner alone are parts of their own, the larges
   CHECK(targets[1].instance == 2);
 }
 
-TEST_CASE("A part with a hole, or with another in its hole, has run lengths of its pixels") {
+TEST_CASE("A part with a hole, or with another part in its hole, has run lengths") {
   for (const std::vector<std::string>& picture : {std::vector<std::string>{"11111.",  //
                                                                            "1...1.",  //
                                                                            "11111."},
@@ -114,7 +114,7 @@ TEST_CASE("A part with a hole, or with another in its hole, has run lengths of i
   CHECK(plain.shadow.runs.empty());
 }
 
-TEST_CASE("A hole is left out, and a ring that touches itself at a corner is one polygon") {
+TEST_CASE("A polygon has no holes, and a ring that touches itself at a corner is one polygon") {
   const std::vector<Target> ring = find_targets(drawn({"11111.",  //
                                                        "1...1.",  //
                                                        "11111."}));
@@ -126,7 +126,7 @@ TEST_CASE("A hole is left out, and a ring that touches itself at a corner is one
                                                         "11.1..",  //
                                                         ".111.."}));
   REQUIRE(pinch[0].body.polygons.size() == 1);
-  // Its openings are no holes: they lead out by their corners.
+  // Its openings are not holes: they connect to the outside over corners.
   CHECK(pinch[0].body.area_px == 11);
   CHECK(twice_area(pinch[0].body.polygons[0]) == 2 * 11);
 }
@@ -156,7 +156,7 @@ TEST_CASE("The polygons of random pictures enclose the pixels of their parts") {
           REQUIRE(unrolled(outline->runs, 9, 14) == mine);
         }
         if (outline->polygons.empty()) continue;
-        // Even-odd: each pixel of the object is inside one polygon at least.
+        // By the even-odd rule each pixel of the object is inside at least one polygon.
         for (int row = 0; row < 9; ++row)
           for (int column = 0; column < 14; ++column) {
             const char mine = outline == &target.body

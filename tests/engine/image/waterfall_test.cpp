@@ -23,7 +23,7 @@ EchoLine line(Side side, std::size_t bins, float first) {
 
 }  // namespace
 
-TEST_CASE("A row runs port far to near, then starboard near to far") {
+TEST_CASE("A row has port from far to near, then starboard from near to far") {
   Sonar sonar;
   sonar.bins = 3;
   Waterfall waterfall(sonar, 2);
@@ -31,7 +31,7 @@ TEST_CASE("A row runs port far to near, then starboard near to far") {
   CHECK(waterfall.columns() == 6);
   PingRow record;
   record.block = 9;
-  // Whichever side comes first.
+  // For either order of the sides.
   std::vector sides = {line(Side::starboard, 3, 20), line(Side::port, 3, 10)};
   sides[0].first_return = 2;
   sides[1].starved = 7;
@@ -46,7 +46,7 @@ TEST_CASE("A row runs port far to near, then starboard near to far") {
   CHECK(waterfall.pings[0].block == 0);
 }
 
-TEST_CASE("A sonar of one side has that side's columns, and no other's lines") {
+TEST_CASE("A sonar with one side has only that side's columns and lines") {
   Sonar sonar;
   sonar.bins = 3;
   sonar.sides = Sides::port;
@@ -74,7 +74,7 @@ TEST_CASE("A row that does not fit the waterfall is refused") {
                   std::invalid_argument);
 }
 
-TEST_CASE("Rows set from several threads are those set from one") {
+TEST_CASE("Rows set from several threads equal rows set from one") {
   Sonar sonar;
   sonar.bins = 50;
   const auto set = [](Waterfall& waterfall, std::size_t row) {

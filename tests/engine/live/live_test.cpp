@@ -43,7 +43,7 @@ std::shared_ptr<LiveLine> line_of(std::uint64_t number, std::size_t bytes) {
   return line;
 }
 
-/// The frames of a session until there are so many lines, or a status says so.
+/// The frames of a session until there are `lines` lines, for at most a minute.
 std::vector<Bytes> frames_of(LiveSession& session, std::size_t lines) {
   LineReader reader(session.ring(), false);
   std::vector<Bytes> all;
@@ -67,7 +67,7 @@ TEST_CASE("The page names the regions as the engine does") {
   CHECK(script->content.find("const regions = [" + names + "];") != std::string_view::npos);
 }
 
-TEST_CASE("The lines of a session are the picture of the run, byte for byte") {
+TEST_CASE("The lines of a session equal the run's picture byte by byte") {
   const TemporaryFolder folder;
   for (const std::string more :
        {"",
@@ -95,7 +95,7 @@ TEST_CASE("The lines of a session are the picture of the run, byte for byte") {
   }
 }
 
-TEST_CASE("A level is sent to a 256th of a decibel, and nothing as nothing") {
+TEST_CASE("A level is sent in steps of a 256th of a decibel, and no echo as 0") {
   CHECK(level_number(0.0f) == 0);
   CHECK(level_number(1.0f) == 32768);
   CHECK(level_number(10.0f) == 32768 + 2560);
@@ -103,7 +103,7 @@ TEST_CASE("A level is sent to a 256th of a decibel, and nothing as nothing") {
   CHECK(level_number(1e30f) == 65535);
 }
 
-TEST_CASE("A ring keeps what has room, the newest, and tells who was up to date and falls out") {
+TEST_CASE("A ring keeps the newest lines, and a reader that was up to date gets a gap frame") {
   LineRing ring(10'000);
   const Bytes setting = json_frame(FrameKind::setting, "{}");
   const auto push = [&](std::uint64_t first, std::uint64_t end) {
@@ -120,7 +120,7 @@ TEST_CASE("A ring keeps what has room, the newest, and tells who was up to date 
   CHECK(ring.line(25) == nullptr);
   LineReader reader(ring, false);
   std::vector<Bytes> frames = reader.next(0ms);
-  REQUIRE(frames.size() == 11);  // who comes late has missed nothing
+  REQUIRE(frames.size() == 11);  // a new reader has missed nothing
   CHECK(kind_of(frames.front()) == FrameKind::setting);
   CHECK(reader.next(0ms).empty());
   push(25, 60);
@@ -132,7 +132,7 @@ TEST_CASE("A ring keeps what has room, the newest, and tells who was up to date 
   CHECK(reader.next(1h).empty());
 }
 
-TEST_CASE("A change is made whole or not at all, and each fault has its message") {
+TEST_CASE("A faulty change is refused with the right kind of error, and a good one is made") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
@@ -154,7 +154,7 @@ TEST_CASE("A change is made whole or not at all, and each fault has its message"
   CHECK(other);
 }
 
-TEST_CASE("A sonar that is mounted out of the water is told of once, and the session goes on") {
+TEST_CASE("A sonar mounted out of the water is reported once, and the session continues") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0, .hold = true});
@@ -181,7 +181,7 @@ TEST_CASE("A sonar that is mounted out of the water is told of once, and the ses
   CHECK(!session.fault());
 }
 
-TEST_CASE("The truth of a bin is that of the run, as long as the line is kept") {
+TEST_CASE("The truth of a bin equals the run's while the line is kept") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   const Scene scene = read_scene(folder / "tiny.toml");
@@ -200,7 +200,7 @@ TEST_CASE("The truth of a bin is that of the run, as long as the line is kept") 
   CHECK_THROWS_AS(session.truth(3, 200), std::out_of_range);
 }
 
-TEST_CASE("Only what no other machine reaches is loopback") {
+TEST_CASE("Only addresses that no other machine can reach are loopback") {
   for (const std::string own : {"127.0.0.1", "127.1.2.3", "::1", "localhost"})
     CHECK(is_loopback(own));
   for (const std::string other :

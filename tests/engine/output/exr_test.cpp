@@ -109,7 +109,7 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   }
 }
 
-TEST_CASE("An EXR has the same bytes twice, and in another time zone and locale") {
+TEST_CASE("An EXR has the same bytes a second time, and in another time zone and locale") {
   const Waterfall waterfall = sample_waterfall(40, 100);
   const auto bytes = encode_exr(waterfall, origin);
   CHECK(encode_exr(waterfall, origin) == bytes);

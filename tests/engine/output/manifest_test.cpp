@@ -30,7 +30,7 @@ Manifest sample_manifest() {
 
 }  // namespace
 
-TEST_CASE("The hash is XXH3 with 128 bits, big end first") {
+TEST_CASE("The hash is XXH3 with 128 bits, big-endian") {
   // Published: XXH3_128bits of nothing with seed 0.
   CHECK(xxh128("") == "99aa06d3014798d86001c324468d497f");
   CHECK(xxh128(std::span<const std::byte>()) == "99aa06d3014798d86001c324468d497f");
@@ -39,7 +39,7 @@ TEST_CASE("The hash is XXH3 with 128 bits, big end first") {
   CHECK(xxh128(text) != xxh128(text.substr(1)));
 }
 
-TEST_CASE("A manifest has what it was given, in order, with versions and the scene's hash") {
+TEST_CASE("A manifest has its fields in order, with versions and the scene's hash") {
   const Manifest manifest = sample_manifest();
   const auto json = nlohmann::ordered_json::parse(manifest_json(manifest));
   std::vector<std::string> keys;
@@ -76,12 +76,12 @@ TEST_CASE("An empty manifest has an empty list of files, not null") {
   CHECK(json["counts"] == nlohmann::json::object());
 }
 
-TEST_CASE("A manifest is valid UTF-8 whatever the scene holds") {
+TEST_CASE("A manifest is valid UTF-8 for any bytes in the scene") {
   Manifest manifest = sample_manifest();
   manifest.scene_toml = std::string("\xff\xc3(\0\x1b\xed\xa0\x80 end", 12);
   manifest.warnings = {"\x80"};
   const std::string text = manifest_json(manifest);
-  CHECK(nlohmann::json::accept(text));  // which checks UTF-8
+  CHECK(nlohmann::json::accept(text));  // this checks UTF-8
   CHECK(nlohmann::json::parse(text)["scene_hash"] == xxh128(manifest.scene_toml));
 }
 

@@ -8,7 +8,7 @@
 using namespace ensonify::engine;
 using ensonify::tests::png_pixels;
 
-TEST_CASE("masks have the layers' numbers, the newest ping on top, and leave out what is ignored") {
+TEST_CASE("masks have the layers' numbers, the newest ping on top, without ignored instances") {
   Sonar sonar;
   sonar.bins = 5;
   sonar.sides = Sides::port;
@@ -38,11 +38,11 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, and leave out
   CHECK(masks[3].name == "region");
   CHECK(png_pixels(masks[3].png, false) ==
         std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
-  layers.class_id[2] = 255;  // stands for what is ignored
+  layers.class_id[2] = 255;  // reserved for ignored pixels
   CHECK_THROWS_AS(encode_masks(line, {}), std::invalid_argument);
 }
 
-TEST_CASE("a tar returns what was added, and does not exist before it is finished") {
+TEST_CASE("a tar returns its members, and does not appear before finish()") {
   const ensonify::tests::TemporaryFolder folder;
   const std::vector<std::byte> one(700, std::byte{7}), two;
   {

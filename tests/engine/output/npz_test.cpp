@@ -31,7 +31,7 @@ const ImageOrigin origin{{148376.25, 6234000.1, -0.5},
                          "0123456789abcdef",
                          {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
-/// Python's own ZIP reader tests the archive; NumPy, where it is, tells each array as raw bytes.
+/// Python's ZIP reader tests the archive; NumPy, if installed, prints each array as raw bytes.
 constexpr const char* script = R"py(
 import sys, zipfile
 folder = sys.argv[1]
@@ -131,7 +131,7 @@ TEST_CASE("A NumPy file is laid out as its specification says") {
   }
 }
 
-TEST_CASE("A NumPy archive has the same bytes twice, and in another time zone and locale") {
+TEST_CASE("A NumPy archive has the same bytes a second time, and in another time zone and locale") {
   const Waterfall waterfall = sample_waterfall(40, 100);
   const auto bytes = encode_npz(waterfall, origin);
   CHECK(encode_npz(waterfall, origin) == bytes);
@@ -139,7 +139,7 @@ TEST_CASE("A NumPy archive has the same bytes twice, and in another time zone an
   CHECK(encode_npz(waterfall, origin) == bytes);
 }
 
-TEST_CASE("A sonar's name that is no UTF-8 still makes a NumPy archive") {
+TEST_CASE("A sonar's name that is not UTF-8 still makes a NumPy archive") {
   Waterfall waterfall = sample_waterfall();
   waterfall.sonar.name = "\xff\xfe";
   CHECK_NOTHROW(encode_npz(waterfall, origin));

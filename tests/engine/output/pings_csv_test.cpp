@@ -30,7 +30,7 @@ std::vector<std::vector<std::string>> table(const std::string& csv) {
 
 }  // namespace
 
-TEST_CASE("One row per ping with the documented columns, whose numbers read back to the same") {
+TEST_CASE("There is one row per ping with the documented columns, and numbers read back exactly") {
   Waterfall waterfall = sample_waterfall(3);
   waterfall.pings[1].altitude_m = std::numeric_limits<double>::quiet_NaN();
   waterfall.pings[1].first_return_port = -1;

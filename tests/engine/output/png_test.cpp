@@ -23,7 +23,7 @@ Picture sample_picture(std::size_t width, std::size_t height, int channels) {
 
 }  // namespace
 
-TEST_CASE("A PNG holds the picture's pixels in its own colours") {
+TEST_CASE("A PNG has the picture's pixels, in grey and in colour") {
   for (const int channels : {1, 3}) {
     const Picture picture = sample_picture(37, 11, channels);
     const auto bytes = encode_png(picture);
@@ -39,7 +39,7 @@ TEST_CASE("A PNG holds the picture's pixels in its own colours") {
   }
 }
 
-TEST_CASE("A PNG is whole, and has no chunk of time or text") {
+TEST_CASE("A PNG is complete, and has no chunk with time or text") {
   const auto bytes = encode_png(sample_picture(300, 200, 3));
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   CHECK(text.substr(0, 8) == "\x89PNG\r\n\x1a\n");
@@ -59,7 +59,7 @@ TEST_CASE("A PNG is whole, and has no chunk of time or text") {
     CHECK(chunks.find(name) == std::string::npos);
 }
 
-TEST_CASE("A PNG has the same bytes twice, and in another time zone and locale") {
+TEST_CASE("A PNG has the same bytes a second time, and in another time zone and locale") {
   const Picture picture = sample_picture(100, 50, 1);
   const auto bytes = encode_png(picture);
   CHECK(encode_png(picture) == bytes);
@@ -78,7 +78,7 @@ TEST_CASE("A picture whose pixels do not fit its size is refused") {
   CHECK_THROWS_AS(encode_png(picture), std::runtime_error);
 }
 
-TEST_CASE("A PNG of 16 bits holds them, the higher byte first, grey and in colour") {
+TEST_CASE("A PNG of 16 bits has the pixels with the high byte first, in grey and in colour") {
   for (const int channels : {1, 3}) {
     Picture picture = sample_picture(2 * 37, 11, channels);  // bytes
     picture.width = 37;

@@ -28,7 +28,7 @@ std::string text_at(const std::vector<std::byte>& bytes, std::size_t offset, std
   return text.substr(0, text.find('\0'));
 }
 
-/// A line flown to the north-east in shallow water, whose brightness tells its ping, side and bin.
+/// A line towards the north-east in shallow water; each sample numbers its ping, side and bin.
 Waterfall sample_line(std::size_t pings, int bins = 50) {
   Sonar sonar;
   sonar.name = "towfish";
@@ -75,12 +75,12 @@ RecordingFrame sample_frame() {
           .altitude_m = [](const Eigen::Vector3d& at) { return 7.25 + at.z() - 0.1 * at.y(); }};
 }
 
-/// The received level of full scale falls from 160 dB at 1 m by 40 dB a factor of ten in range.
+/// The received level at full scale is 160 dB at 1 m and falls by 40 dB per factor of ten in range.
 Recorder sample_recorder() { return Recorder(ReceiverOptions{}, 0.8, 50, 0.0, -160.0); }
 
 }  // namespace
 
-TEST_CASE("a start time is read by the calendar, and nothing else is one") {
+TEST_CASE("a start time is a valid calendar date and time, and other texts are refused") {
   CHECK(unix_time("1970-01-01T00:00:00Z") == 0);
   CHECK(unix_time("2024-02-29T23:59:59Z") == 1709251199);
   for (const char* wrong : {"", "2023-02-29T00:00:00Z", "2024-13-01T00:00:00Z",
@@ -88,7 +88,7 @@ TEST_CASE("a start time is read by the calendar, and nothing else is one") {
     CHECK(!unix_time(wrong));
 }
 
-TEST_CASE("an XTF follows its description, byte by byte") {
+TEST_CASE("an XTF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
@@ -97,7 +97,7 @@ TEST_CASE("an XTF follows its description, byte by byte") {
 
     CHECK(at<std::uint8_t>(file, 0) == 123);
     CHECK(at<std::uint8_t>(file, 1) == 1);
-    CHECK(text_at(file, 2, 8) == "ensonif");  // seven letters and the zero at which C stops
+    CHECK(text_at(file, 2, 8) == "ensonif");  // seven letters and the final zero
     CHECK(text_at(file, 18, 16) == "towfish");
     CHECK(text_at(file, 36, 64).starts_with("ensonify "));
     CHECK(at<std::uint16_t>(file, 34) == 0);
@@ -154,7 +154,7 @@ TEST_CASE("an XTF follows its description, byte by byte") {
       CHECK(at<float>(file, packet + 32) == 740.0f);  // half the sound speed
       CHECK(at<float>(file, packet + 72) == 1480.0f);
       CHECK(at<float>(file, packet + 152) == Approx(std::sqrt(2.0) * 3600.0 / 1852.0));
-      // By the radii of curvature at 55 degrees: 111.315 km and 63.994 km a degree.
+      // By the radii of curvature at 55 degrees: 111.315 km and 63.994 km per degree.
       CHECK(at<double>(file, packet + 160) == Approx(55.0 + 0.2 / 111.315).margin(2e-7));
       CHECK(at<double>(file, packet + 168) ==
             Approx(10.0 + (0.1 + 0.00005 * double(count)) / 63.994).margin(4e-7));
@@ -171,11 +171,11 @@ TEST_CASE("an XTF follows its description, byte by byte") {
         CHECK(at<float>(file, header + 16) == Approx(80.0 / 1480.0));
         CHECK(at<float>(file, header + 20) == Approx(80.0 / 1480.0));
         CHECK(at<std::uint16_t>(file, header + 26) == 900);
-        // Full scale in the first bin (0.8 m: the gain does not vary within it) and the last.
+        // Full scale in the first bin (0.8 m, where the gain is constant) and in the last.
         CHECK(at<std::uint16_t>(file, header + 28) == std::lround(160.0 - 40.0 * std::log10(0.8)));
         CHECK(at<std::uint16_t>(file, header + 30) == std::lround(160.0 - 40.0 * std::log10(39.6)));
         CHECK(at<std::uint16_t>(file, header + 32) == 60);  // kHz of bandwidth
-        // 0.05 s from ping to ping.
+        // 0.05 s between pings.
         CHECK(at<float>(file, header + 54) ==
               Approx(pings > 1 ? 100.0 * std::sqrt(2.0) * 0.05 : 0.0).margin(1e-6));
         CHECK(at<std::uint32_t>(file, header + 42) == 50);
@@ -197,7 +197,7 @@ TEST_CASE("an XTF follows its description, byte by byte") {
   }
 }
 
-TEST_CASE("a JSF follows its description, byte by byte") {
+TEST_CASE("a JSF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
@@ -219,7 +219,7 @@ TEST_CASE("a JSF follows its description, byte by byte") {
       CHECK(at<std::int32_t>(file, h) == ms / 1000);
       CHECK(at<std::uint32_t>(file, h + 8) == ping);
       CHECK(at<std::int16_t>(file, h + 28) == 1);
-      // Place, speed, heading, attitude, altitude, depth; and it is the sonar's own place.
+      // Position, speed, heading, attitude, altitude, depth; and the position is the sonar's own.
       CHECK((at<std::uint16_t>(file, h + 30) & 0x226d) == 0x226d);
       CHECK(at<std::int16_t>(file, h + 34) == 0);
       CHECK(at<std::int32_t>(file, h + 80) ==
@@ -234,7 +234,7 @@ TEST_CASE("a JSF follows its description, byte by byte") {
       CHECK(at<std::uint16_t>(file, h + 126) + ((more & 0xf) << 16) == 87000);
       CHECK(at<std::uint16_t>(file, h + 128) + ((more >> 4 & 0xf) << 16) == 93000);
       CHECK((more >> 8 & 0xf) == 0);
-      CHECK(at<std::uint16_t>(file, h + 140) == std::lround(1480.0 / 1.6));  // samples a second
+      CHECK(at<std::uint16_t>(file, h + 140) == std::lround(1480.0 / 1.6));  // samples per second
       CHECK(at<float>(file, h + 152) == 900e3f);
       CHECK(at<std::int16_t>(file, h + 194) * 0.1 +
                 (at<std::uint16_t>(file, h + 20) & 0xf) * 0.01 ==
@@ -262,7 +262,7 @@ TEST_CASE("a JSF follows its description, byte by byte") {
   }
 }
 
-TEST_CASE("texts that are too long for an XTF's field are cut, and end in a zero") {
+TEST_CASE("texts that are too long for an XTF field are cut, and end with a zero") {
   Waterfall line = sample_line(1);
   line.sonar.name = std::string(80, 'n');
   const std::vector<std::byte> file =
@@ -275,7 +275,7 @@ TEST_CASE("texts that are too long for an XTF's field are cut, and end in a zero
   CHECK(text_at(file, 18, 16) == std::string(15, 'n'));
 }
 
-TEST_CASE("a recording gives the sonar's place and attitude, not the vehicle's") {
+TEST_CASE("a recording has the sonar's position and attitude, not the vehicle's") {
   Waterfall line = sample_line(1);
   line.sonar.mounting = {.forward_m = 6.0, .starboard_m = 2.0, .down_m = 1.0};
   PingRow& ping = line.pings.front();
@@ -295,7 +295,7 @@ TEST_CASE("a recording gives the sonar's place and attitude, not the vehicle's")
   CHECK(there.heading_rad / degree == Approx(90.0));
   CHECK(there.speed_mps == Approx(std::hypot(1.0 - 0.5 * 2.0, 1.0 - 0.5 * 6.0)));  // it turns
 
-  // Its array lies athwart: what the vehicle calls roll is the sonar's pitch.
+  // The array lies athwart: the vehicle's roll is the sonar's pitch.
   line.sonar.mounting = {.azimuth_rad = -90.0 * degree};
   ping.reported.roll_rad = 3.0 * degree;
   there = recorded();
@@ -308,7 +308,7 @@ TEST_CASE("a recording gives the sonar's place and attitude, not the vehicle's")
   CHECK(recorded().pitch_rad / degree == Approx(25.0));
 }
 
-TEST_CASE("a lost ping leaves a gap in the numbers, and what repeats nothing was not recorded") {
+TEST_CASE("a lost ping leaves a gap in the numbers, and a repeat without a predecessor is lost") {
   Waterfall line = sample_line(6);
   for (const std::size_t lost : {0u, 3u}) line.pings[lost].artefacts.add(Artefact::lost);
   for (const std::size_t again : {1u, 4u}) line.pings[again].artefacts.add(Artefact::repeated);
@@ -337,16 +337,16 @@ TEST_CASE("a lost ping leaves a gap in the numbers, and what repeats nothing was
   CHECK(encode_jsf(nothing).empty());
 }
 
-TEST_CASE("a JSF's subsystem orders the sonars of a scene by frequency") {
+TEST_CASE("a JSF's subsystem ranks the frequencies of the scene's sonars") {
   RecordingFrame frame = sample_frame();
   for (const int rank : {0, 1, 2, 30}) {
     frame.frequency_rank = rank;
     const auto file = encode_jsf(make_recording(sample_line(1), sample_recorder(), frame));
-    CHECK(int(at<std::uint8_t>(file, 7)) == std::min(20 + rank, 39));  // 40 is no sidescan sonar's
+    CHECK(int(at<std::uint8_t>(file, 7)) == std::min(20 + rank, 39));  // 40 is not a sidescan sonar
   }
 }
 
-TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees") {
+TEST_CASE("a sonar with one side is silent on the other, and north is 360 degrees") {
   Sonar sonar;
   sonar.sides = Sides::starboard;
   sonar.bins = 8;
@@ -364,7 +364,7 @@ TEST_CASE("a sonar of one side is silent on the other, and north is 360 degrees"
   CHECK(encode_jsf(recording).size() == 16 + 240 + 16);
 }
 
-TEST_CASE("a track that counts from 1970 keeps its time, another begins on the default day") {
+TEST_CASE("a track that counts from 1970 keeps its time, any other begins on the default day") {
   Waterfall line = sample_line(1);
   RecordingFrame frame = sample_frame();
   frame.start_time.clear();

@@ -16,7 +16,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// The same question asked of the exact tracer, from above.
+/// The height that the exact tracer finds, looking down from above.
 double by_ray(const Intersector& tracer, double x_m, double y_m) {
   const Ray down{{x_m, y_m, 100.0}, -Eigen::Vector3d::UnitZ(), 0.0, 1000.0};
   Hit hit;
@@ -26,13 +26,13 @@ double by_ray(const Intersector& tracer, double x_m, double y_m) {
 
 }  // namespace
 
-TEST_CASE("The bed's height is what the exact tracer finds below, objects left out") {
+TEST_CASE("The bed's height without objects is what the exact tracer finds below") {
   SeafloorOptions options;
   options.extent_east_m = 30.0;
   options.extent_north_m = 11.0;
   options.cell_m = 0.5;
   Seafloor seafloor = make_seafloor(options, 3);
-  // A hole, and a fold: two sheets over one place, of which the upper one counts.
+  // A hole, and a fold: two sheets over one place; the upper one is the bed.
   seafloor.mesh.faces.erase(seafloor.mesh.faces.begin() + 500, seafloor.mesh.faces.begin() + 560);
   const auto first = static_cast<std::uint32_t>(seafloor.mesh.positions.size());
   for (const Eigen::Vector3f& p : {Eigen::Vector3f{2, -3, -14}, {6, -2, -15}, {3, 4, -13}})
@@ -52,7 +52,7 @@ TEST_CASE("The bed's height is what the exact tracer finds below, objects left o
     if (i % 3 == 0) {  // along grid lines, and on vertices
       x_m = std::round(2.0 * x_m) / 2.0;
       if (i % 2 == 0) y_m = std::round(2.0 * y_m) / 2.0;
-      // The tie rules differ on the outer border alone.
+      // The tie rules differ only on the outer border.
       if (std::abs(x_m) > 14.9 || std::abs(y_m) > 5.4) continue;
       ++grid;
     }
@@ -68,7 +68,7 @@ TEST_CASE("The bed's height is what the exact tracer finds below, objects left o
   CHECK(grid > 500);
 }
 
-TEST_CASE("A bed of two large faces answers as one of many, and outside there is none") {
+TEST_CASE("A bed of two large faces has the same heights as one of many faces, and none outside") {
   const Seafloor seafloor = tests::level_bed(20.0, 50.0);
   const BedGrid below(seafloor);
   CHECK(below.height_m(0.0, 0.0) == -20.0);

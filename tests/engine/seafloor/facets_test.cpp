@@ -25,24 +25,24 @@ refine::TriangleMesh body(const char* name, const ShapeSize& size) {
 
 }  // namespace
 
-TEST_CASE("The facets of something round stand as far apart as it was made of") {
+TEST_CASE("The facet angle of a round shape is the angle that it was made with") {
   ShapeSize size;
   for (const double facet_deg : {7.5, 3.0, 1.0}) {
     size.facet_rad = facet_deg * degree;
     size.length_m = 40.0;  // the ends are a small part of it
     size.diameter_m = 0.5;
     CHECK(facet_angle_rad(body("cylinder", size)) == Approx(size.facet_rad.value()).epsilon(0.02));
-    // Of a ball: triangles' edges over the root of 3, which are at most that, in halvings.
+    // For a ball: edges of triangles over the square root of 3, halved until they are small enough.
     size.diameter_m = 1.0;
     const double across = facet_angle_rad(body("sphere", size)) * std::sqrt(3.0);
-    CHECK(across < 1.15 * *size.facet_rad);  // not all are alike
+    CHECK(across < 1.15 * *size.facet_rad);  // facets differ in size
     CHECK(across > 0.45 * *size.facet_rad);
   }
   CHECK(facet_angle_rad(body("box", {})) == 0.0);
   CHECK(facet_angle_rad(body("wedge", {})) == 0.0);
 }
 
-TEST_CASE("Round shapes are as fine as their material's lobe asks for, and as are affordable") {
+TEST_CASE("Facets of round shapes are as small as their material's lobe needs, within a limit") {
   SeafloorOptions bed;
   bed.extent_east_m = bed.extent_north_m = 60.0;
   bed.cell_m = 2.0;
@@ -56,7 +56,7 @@ TEST_CASE("Round shapes are as fine as their material's lobe asks for, and as ar
     return seafloor.mesh.faces.size() - seafloor.bed_faces;
   };
   ObjectOptions ball{.shape = "sphere", .material = "shiny"};
-  CHECK(faces(place(ball, 5.0)) == 20 * 64);  // as always
+  CHECK(faces(place(ball, 5.0)) == 20 * 64);  // the usual number
   CHECK(faces(place(ball, 1.0)) == 20 * 4096);
   CHECK(place(ball, 1.0).warnings.empty());
   CHECK(place(ball, 0.5).warnings.empty());
@@ -64,10 +64,10 @@ TEST_CASE("Round shapes are as fine as their material's lobe asks for, and as ar
   const Seafloor narrow = place(ball, 0.1);
   CHECK(faces(narrow) == 20 * 16384);
   REQUIRE(narrow.warnings.size() == 1);
-  const std::string& told = narrow.warnings.front();
-  INFO(told);
-  CHECK(told.starts_with("objects.0 (sphere): its facets stand 0."));
-  CHECK(told.find("the lobe of shiny, 0.1 degrees wide") != told.npos);
+  const std::string& warning = narrow.warnings.front();
+  INFO(warning);
+  CHECK(warning.starts_with("objects.0 (sphere): neighbouring facets differ by 0."));
+  CHECK(warning.find("the lobe of shiny, 0.1 degrees wide") != warning.npos);
 
   ball.count = 100;
   ball.size.diameter_m = 0.2;
@@ -76,7 +76,7 @@ TEST_CASE("Round shapes are as fine as their material's lobe asks for, and as ar
   CHECK(many.warnings.size() == 1);
 
   ObjectOptions coarse{.shape = "cylinder", .material = "shiny"};
-  coarse.size.facet_m = 0.1;  // 17 facets round, as was asked
+  coarse.size.facet_m = 0.1;  // 17 facets around it, as requested
   REQUIRE(place(coarse, 5.0).warnings.size() == 1);
   CHECK(place(coarse, 5.0).warnings.front().find("facet_m") != std::string::npos);
   coarse.material = "medium sand";  // has no lobe

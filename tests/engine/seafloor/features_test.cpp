@@ -28,7 +28,7 @@ bool anywhere(double, double) { return true; }
 
 struct Laid {
   Heightfield field;
-  std::vector<std::uint32_t> marked;  // which thing, from 1
+  std::vector<std::uint32_t> marked;  // number of the feature, from 1
   explicit Laid(Heightfield grid) : field(std::move(grid)), marked(field.z_m.size(), 0) {}
   double marked_share() const {
     return 1.0 -
@@ -72,7 +72,7 @@ TEST_CASE("A smooth field on a fine grid is interpolated from its waves, and nea
               Approx(smooth.at(grid.x_m(column), grid.y_m(row))).margin(0.01));
 }
 
-TEST_CASE("Relief has the asked for heights below its longest wave, and no more beyond") {
+TEST_CASE("Relief has the requested heights below its longest wave, and no more height beyond") {
   const auto difference_m2 = [](const Heightfield& field, int lag) {
     double sum = 0.0;
     for (int row = 0; row < field.rows; ++row)
@@ -96,7 +96,7 @@ TEST_CASE("Relief has the asked for heights below its longest wave, and no more 
   CHECK(farther == Approx(far).epsilon(0.1));
 }
 
-TEST_CASE("A trawl's doors leave two furrows of the depth, width and spacing asked for") {
+TEST_CASE("A trawl's doors leave two furrows of the requested depth, width and spacing") {
   const TrawlMarks marks{.count = 1,
                          .depth_m = 0.2,
                          .width_m = 1.0,
@@ -108,7 +108,7 @@ TEST_CASE("A trawl's doors leave two furrows of the depth, width and spacing ask
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Laid laid(flat(401, 61, 0.1, 1.0));
     add_trawl_marks(laid.field, marks, draws(seed), laid.marked);
-    // Both furrows may lie on the bed or one beyond it: look at rows with both.
+    // One furrow may lie outside the bed: only rows with both are used.
     std::vector<double> spacing;
     for (int row = 0; row < laid.field.rows; ++row) {
       std::vector<int> bottoms;
@@ -125,11 +125,11 @@ TEST_CASE("A trawl's doors leave two furrows of the depth, width and spacing ask
         std::accumulate(spacing.begin(), spacing.end(), 0.0) / static_cast<double>(spacing.size());
     CHECK(mean == Approx(12.0).margin(0.5));  // doors sway by 0.25 m each
   }
-  CHECK(-deepest > 0.2);          // where the door bites most ...
+  CHECK(-deepest > 0.2);          // where the door digs deepest ...
   CHECK(-deepest < 1.6 * 0.201);  // ... at most 1.6 times the mean
 }
 
-TEST_CASE("What a trawl's door digs out lies beside the furrow: nothing is lost") {
+TEST_CASE("What a trawl's door digs out lies next to the furrow: no volume is lost") {
   Laid laid(flat(601, 11, 0.05, 5.0));
   add_trawl_marks(laid.field,
                   {.count = 40, .width_m = 0.6, .door_spacing_m = 5.0, .heading_spread_rad = 0.0},
@@ -144,7 +144,7 @@ TEST_CASE("What a trawl's door digs out lies beside the furrow: nothing is lost"
   CHECK(std::abs(sum) < 0.05 * size);
 }
 
-TEST_CASE("Pits have the number, width and depth asked for, and are marked inside") {
+TEST_CASE("Pits have the requested number, width and depth, and are marked inside") {
   const PitRelief relief{.per_hectare = 30.0,
                          .diameter_m = 6.0,
                          .diameter_spread = 0.0,
@@ -158,17 +158,18 @@ TEST_CASE("Pits have the number, width and depth asked for, and are marked insid
     share += laid.marked_share() / seeds;
     for (const double z : laid.field.z_m) {
       deepest = std::min(deepest, z);
-      volume -= 0.25 * z / (seeds * 4.0);  // of one hectare; there are four
+      volume -= 0.25 * z / (seeds * 4.0);  // per hectare; the area is four hectares
     }
   }
-  // Discs without order cover 1 - exp(-density area). The outline's waves add 0.4 %.
+  // Randomly placed discs cover 1 - exp(-density area). The outline's waves add 0.4 %.
   const double area = pi * 9.0 * 1.004;
   CHECK(share == Approx(1.0 - std::exp(-30e-4 * area)).epsilon(0.08));
   CHECK(-deepest == Approx(0.6 * 1.3).epsilon(0.06));  // depths reach from 0.7 to 1.3 of the mean
-  CHECK(volume == Approx(30.0 * 0.6 * area / 3.0).epsilon(0.12));  // of (1 - r^2)^2, some shared
+  CHECK(volume ==
+        Approx(30.0 * 0.6 * area / 3.0).epsilon(0.12));  // of (1 - r^2)^2; some pits overlap
 }
 
-TEST_CASE("Features stand where they are allowed to, whatever the bed's extent") {
+TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
   const BoulderField boulders{.per_hectare = 300.0, .scour_ratio = 0.0, .tail_ratio = 0.0};
   Laid large(flat(401, 301, 0.25, 0.25)), small(flat(201, 101, 0.25, 0.25));
   add_boulders(large.field, boulders, draws(3), anywhere, large.marked);
@@ -187,7 +188,7 @@ TEST_CASE("Features stand where they are allowed to, whatever the bed's extent")
       REQUIRE(west.field.at(column, row) == 0.0);
 }
 
-TEST_CASE("A current digs before a boulder and leaves a tail behind it") {
+TEST_CASE("A current digs a scour in front of a boulder and leaves a tail behind it") {
   double before = 0.0, behind = 0.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const auto laid_with = [&](double current_rad) {
@@ -200,7 +201,7 @@ TEST_CASE("A current digs before a boulder and leaves a tail behind it") {
                    draws(seed), anywhere, laid.marked);
       return laid;
     };
-    // The stones are the same, so the bed's difference along the current is what it moved.
+    // The boulders are the same, so the difference along the current is the sediment that it moved.
     const Laid north = laid_with(0.0);
     for (int row = 20; row + 20 < 401; ++row)
       for (int column = 0; column < 401; ++column) {
@@ -216,7 +217,7 @@ TEST_CASE("A current digs before a boulder and leaves a tail behind it") {
   CHECK(before < -1.0);
 }
 
-TEST_CASE("Rock stands in ledges: treads along the dip, risers of a bed's thickness") {
+TEST_CASE("Rock forms ledges: treads along the dip, risers as high as a bed is thick") {
   Laid laid(flat(400, 300, 0.1, 0.1));
   const OutcropRelief relief{.height_m = 3.0,
                              .ledge_m = 0.5,
@@ -228,7 +229,7 @@ TEST_CASE("Rock stands in ledges: treads along the dip, risers of a bed's thickn
     for (int column = 0; column < 400; ++column)
       weight[laid.field.index(column, row)] = 0.5 + 0.5 * std::sin(column * 0.01);
   add_outcrops(laid.field, relief, draws(1), weight, laid.marked);
-  // On treads the slope to the east is the beds' dip, downwards.
+  // On treads the slope to the east is the dip of the beds, downwards.
   int treads = 0, flat_enough = 0;
   for (int row = 0; row < 300; row += 10)
     for (int column = 0; column + 1 < 400; ++column) {

@@ -28,7 +28,7 @@ Heightfield fractal(int columns, int rows, double dx, double dy, const FractalRe
   return field;
 }
 
-// Mean squared difference of the points that lie (east, north) cells apart.
+// Mean squared height difference of points that are (east, north) cells apart.
 double variogram(const Heightfield& field, int east, int north) {
   double sum = 0.0;
   for (int row = 0; row + north < field.rows; ++row)
@@ -47,7 +47,7 @@ double wavenumber(int index, int length, double cell) {
   return 2.0 * pi / (length * cell) * (index <= length / 2 ? index : index - length);
 }
 
-// What the expectation of that is for a field made of (columns x rows) waves: the sum over them.
+// The expected value of that for a field of (columns x rows) waves, as a sum over the waves.
 double ensemble(const FractalRelief& relief, int columns, int rows, double dx, double dy,
                 double east_m, double north_m) {
   double sum = 0.0;
@@ -129,7 +129,7 @@ TEST_CASE("The variogram is that of the discrete ensemble, to the east and to th
     std::array<double, 4> east{}, north{};
     const int seeds = hurst > 0.7 ? 160 : 64;
     for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(seeds); ++seed) {
-      // Cells of two sizes, of one square of 25.6 m.
+      // The same square of 25.6 m with cells of two sizes.
       const Heightfield field = fractal(64, 128, 0.4, 0.2, relief, seed);
       for (std::size_t i = 0; i < lags.size(); ++i) {
         east[i] += variogram(field, lags[i], 0) / seeds;
@@ -155,8 +155,8 @@ TEST_CASE("The variogram is that of the discrete ensemble, to the east and to th
   }
 }
 
-TEST_CASE("The mean squared height difference is as far below sigma^2 d^2H as is documented") {
-  // What README.md and fractal.h say, over a field of 128 x 128 cells: its share at 1, 2, 8 (a
+TEST_CASE("The mean squared height difference is below sigma^2 d^2H by the documented share") {
+  // The values of README.md and fractal.h for a field of 128 x 128 cells: the share at 1, 2, 8 (a
   // sixteenth), 16 (an eighth) and 64 cells (half the side).
   constexpr std::array lags = {1, 2, 8, 16, 64};
   struct Row {
@@ -249,7 +249,7 @@ TEST_CASE("Increments are Gaussian") {
   }
 }
 
-TEST_CASE("The field does not wrap: opposite borders are as unlike as their distance makes them") {
+TEST_CASE("The field does not wrap: opposite borders differ as much as their distance demands") {
   const FractalRelief relief{.height_at_1m_m = 0.1, .hurst = 0.5};
   double east = 0.0, north = 0.0;
   constexpr int seeds = 24;
@@ -264,7 +264,7 @@ TEST_CASE("The field does not wrap: opposite borders are as unlike as their dist
   CHECK(north == Approx(expected).epsilon(0.3));
 }
 
-TEST_CASE("A seed gives the same bits again and another seed another field") {
+TEST_CASE("The same seed gives the same bits, another seed gives another field") {
   const FractalRelief relief{.height_at_1m_m = 0.1, .hurst = 0.7};
   const Heightfield first = fractal(90, 70, 0.3, 0.3, relief, 11);
   CHECK(first.z_m == fractal(90, 70, 0.3, 0.3, relief, 11).z_m);
@@ -274,7 +274,7 @@ TEST_CASE("A seed gives the same bits again and another seed another field") {
   CHECK(differing == static_cast<double>(first.z_m.size()));
 }
 
-TEST_CASE("Relief is added with a mean of zero, and none leaves the field as it was") {
+TEST_CASE("Relief is added with a mean of zero, and no relief leaves the field unchanged") {
   Heightfield field = flat(50, 40, 0.5, 0.5);
   for (double& z : field.z_m) z = -12.0;
   const std::vector<double> before = field.z_m;
@@ -286,7 +286,7 @@ TEST_CASE("Relief is added with a mean of zero, and none leaves the field as it 
   CHECK(mean == Approx(-12.0).epsilon(1e-12));
 }
 
-TEST_CASE("Relief that cannot be is refused") {
+TEST_CASE("Impossible relief is refused") {
   Heightfield field = flat(10, 10, 1.0, 1.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double hurst : {0.0, 1.0, -0.5, 1.5, nan})

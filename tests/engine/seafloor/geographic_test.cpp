@@ -26,7 +26,7 @@ bool missing_library() {
 
 }  // namespace
 
-TEST_CASE("a place in UTM is the published one, and its north leans as published") {
+TEST_CASE("a place in UTM and its convergence are the published ones") {
   if (missing_library()) return;
   // The CN Tower: 43 38 33.24 N, 79 23 13.7 W is 630084 m east, 4833438 m north in zone 17
   // (Wikipedia, Universal Transverse Mercator coordinate system).
@@ -42,7 +42,7 @@ TEST_CASE("a place in UTM is the published one, and its north leans as published
   CHECK_THROWS_AS(utm_place({2.0, 0.0}, 31), std::invalid_argument);
 }
 
-TEST_CASE("UTM goes on across the equator in its zone's own hemisphere") {
+TEST_CASE("UTM coordinates continue across the equator in the hemisphere of the zone") {
   if (missing_library()) return;
   const double north_m = utm_place({1e-6, 3.0 * degree}, 31).place.y();
   const double south_m = utm_place({-1e-6, 3.0 * degree}, 31).place.y();
@@ -50,7 +50,8 @@ TEST_CASE("UTM goes on across the equator in its zone's own hemisphere") {
   CHECK(utm_place({1e-6, 3.0 * degree}, -31).place.y() == Approx(10e6 + north_m));
 }
 
-TEST_CASE("on the tangent plane a small arc is as long as the ellipsoid's curvature says") {
+TEST_CASE(
+    "on the tangent plane a small arc has the length that follows from the ellipsoid's curvature") {
   if (missing_library()) return;
   const GeographicPlace origin{45.0 * degree, 10.0 * degree};
   const double a = 6378137.0, e2 = 0.0066943799901413165;

@@ -32,12 +32,12 @@ TEST_CASE("A span over a gap sags by its length squared over eight radii") {
   CHECK(z_m[50] == -10.0);
 }
 
-TEST_CASE("A hanging line is what pulling it down step by step settles to") {
+TEST_CASE("A hanging line is the curve to which a relaxation step by step converges") {
   tests::Random random(5);
   const std::vector<double> along_m = steps(60);
   std::vector<double> ground_m;
   for (std::size_t i = 0; i < along_m.size(); ++i) ground_m.push_back(tests::uniform(random));
-  // From far above, every point sinks to where its neighbours hold it, or to the ground.
+  // Starting far above, each point sinks until its neighbours or the ground hold it.
   std::vector<double> settled_m(along_m.size(), 100.0);
   settled_m.front() = ground_m.front();
   settled_m.back() = ground_m.back();
@@ -53,7 +53,7 @@ TEST_CASE("A hanging line is what pulling it down step by step settles to") {
   }
 }
 
-TEST_CASE("A tube lies with its underside on the bed, keeps its path's corners and ends") {
+TEST_CASE("A tube lies on the bed with its underside and keeps the corners and ends of its path") {
   const std::vector<Vector2d> path{{0, 0}, {10, 0}, {10, 5}};
   const auto level = [](const Vector2d&) { return -7.0; };
   const std::vector<Vector3d> line = laid_line(path, 0.6, 0.25, 100.0, -0.1, level);
@@ -65,7 +65,7 @@ TEST_CASE("A tube lies with its underside on the bed, keeps its path's corners a
     corner = corner || p.head<2>() == Vector2d(10, 0);
   }
   CHECK(corner);
-  // On a slope of 45 degrees across it, the circle touches beside its lowest point.
+  // On a slope of 45 degrees across the tube, the circle does not touch at its lowest point.
   const std::vector<Vector3d> slope =
       laid_line(std::vector<Vector2d>{{0, 0}, {10, 0}}, 2.0, 1.0, 100.0, 0.0,
                 [](const Vector2d& p) { return p.y(); });

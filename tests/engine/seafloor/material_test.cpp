@@ -23,7 +23,7 @@ double strength_db(const Material& material, double grazing_deg, double relief_s
 
 }  // namespace
 
-TEST_CASE("A name means the scene's own material before a sediment or a solid of that name") {
+TEST_CASE("The scene's own material takes precedence over a sediment or solid of the same name") {
   CHECK(material_named("medium sand", {}).model == "tr9407");
   CHECK(material_named("steel", {}).model == "solid");
   const std::vector<Material> own{{.name = "steel", .model = "lambert"}};
@@ -34,7 +34,8 @@ TEST_CASE("A name means the scene's own material before a sediment or a solid of
                         Catch::Contains("[material.stel]"));
 }
 
-TEST_CASE("Each model scatters as its own formula says, with what the material overrides") {
+TEST_CASE(
+    "Each model scatters by its own formula, with the parameters that the material overrides") {
   const double grazing_deg = 35.0, g = grazing_deg * degree;
   CHECK(strength_db({.model = "lambert", .lambert_mu_db = -20.0}, grazing_deg) ==
         Approx(scatter::to_db(scatter::Lambert(-20.0).cross_section(g))));
@@ -57,7 +58,7 @@ TEST_CASE("Each model scatters as its own formula says, with what the material o
 }
 
 TEST_CASE(
-    "Relief that the mesh shows is taken out of the slopes once: grazing sound is less in shadow") {
+    "Relief that the mesh contains is removed from the model's slopes: less shadowing at grazing") {
   const Material sand{.like = "medium sand"};
   const scatter::Sediment sediment = scatter::sediment_named("medium sand");
   const double fraction =
@@ -70,7 +71,7 @@ TEST_CASE(
   CHECK(strength_db(sand, 2.0, 0.25) != Approx(strength_db(sand, 2.0)).epsilon(1e-4));
 }
 
-TEST_CASE("A model outside its range says so, and one without a range says nothing") {
+TEST_CASE("A model warns outside its range, and a model without a range never warns") {
   CHECK(!validity_warning({.like = "medium sand"}, 100e3));
   CHECK(validity_warning({.name = "bed", .like = "medium sand"}, 400e3)
             ->starts_with("material bed: 400 kHz"));

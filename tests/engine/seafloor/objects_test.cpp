@@ -16,7 +16,7 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 namespace {
 
-/// A plane through the origin's depth.
+/// A plane bed with this depth at the origin.
 Seafloor sloping_bed(double depth_m, const Vector2d& slope, double half_extent_m = 60.0) {
   Seafloor bed = tests::level_bed(depth_m, half_extent_m);
   for (Eigen::Vector3f& p : bed.mesh.positions)
@@ -38,7 +38,7 @@ PlacedObjects place(std::vector<ObjectOptions> tables, const Seafloor& bed,
   return place_objects(tables, seed, BedGrid(bed));
 }
 
-/// The least distance between the vertices of two objects, as seen from above.
+/// The smallest distance between the vertices of two objects, seen from above.
 double apart_m(const refine::TriangleMesh& a, const refine::TriangleMesh& b) {
   float least = 1e9f;
   for (const Eigen::Vector3f& p : a.positions)
@@ -83,7 +83,7 @@ TEST_CASE("The discs of long objects lie along them, whatever their heading") {
   poles.gap_m = 0.1;
   const PlacedObjects placed = place({poles}, bed);
   for (std::size_t i = 0; i < 20; ++i) {
-    // Sides against sides: corners of one against the other's box, in its own frame.
+    // The corners of one box, in the frame of the other box.
     for (std::size_t j = 0; j < 20; ++j) {
       if (i == j) continue;
       const ObjectRecord& own = placed.objects[j].record;
@@ -98,7 +98,7 @@ TEST_CASE("The discs of long objects lie along them, whatever their heading") {
   }
 }
 
-TEST_CASE("An object's place, heading and size depend on the seed and on nothing behind it") {
+TEST_CASE("An object's place, heading and size depend on the seed and not on later objects") {
   const Seafloor bed = tests::level_bed(20.0, 60.0);
   const auto positions = [&](const PlacedObjects& placed, std::size_t i) {
     return placed.objects.at(i).mesh.positions;
@@ -115,7 +115,7 @@ TEST_CASE("An object's place, heading and size depend on the seed and on nothing
   CHECK(most == Approx(2.0).margin(0.05));
 }
 
-TEST_CASE("Objects that find no room are refused, with how many did") {
+TEST_CASE("Objects that find no room are refused, with the number of those that did") {
   const Seafloor bed = tests::level_bed(20.0, 60.0);
   ObjectOptions table = stones(500);
   table.area_radius_m = 6.0;
@@ -127,7 +127,7 @@ TEST_CASE("Objects that find no room are refused, with how many did") {
   CHECK_THROWS_AS(place({table}, bed), refine::MeshError);
 }
 
-TEST_CASE("An object that follows the slope leans with the plane of the bed below it") {
+TEST_CASE("An object that follows the slope is tilted with the plane of the bed below it") {
   const Vector2d slope(0.2, -0.1);
   const Seafloor bed = sloping_bed(20.0, slope);
   ObjectOptions slab;
@@ -145,7 +145,7 @@ TEST_CASE("An object that follows the slope leans with the plane of the bed belo
   CHECK(under == 4);  // its corners
 }
 
-TEST_CASE("Burial is a share of the height, and the record says so") {
+TEST_CASE("Burial is a share of the height, and the record has it") {
   const Seafloor bed = tests::level_bed(20.0, 60.0);
   ObjectOptions crate;
   crate.shape = "box";
@@ -166,7 +166,8 @@ TEST_CASE("Burial is a share of the height, and the record says so") {
   CHECK(refine::bounds(placed.objects[0].mesh).highest.z() == Approx(-20.0 + 0.3).margin(0.01));
 }
 
-TEST_CASE("A path comes from CSV as from the scene, and a damaged one is refused by its line") {
+TEST_CASE(
+    "A path is the same from CSV as from the scene, and a damaged one is refused with its line") {
   const tests::TemporaryFolder folder;
   const auto read = [&](const std::string& text) {
     std::ofstream(folder / "path.csv", std::ios::binary) << text;

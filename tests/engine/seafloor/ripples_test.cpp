@@ -53,7 +53,7 @@ TEST_CASE("The spectrum of ripples has its maximum at the wavelength, across the
   }
 }
 
-TEST_CASE("Ripples have the rms height asked for, and a mean of zero") {
+TEST_CASE("Ripples have the requested rms height and a mean of zero") {
   for (const double wavelength : {1.5, 8.0}) {
     double square = 0.0;
     constexpr int seeds = 16;
@@ -75,13 +75,13 @@ TEST_CASE("Ripples have the rms height asked for, and a mean of zero") {
   }
 }
 
-TEST_CASE("Ripples repeat by the seed and are independent of the relief's noise") {
+TEST_CASE("Ripples are the same for the same seed and independent of the relief's noise") {
   const RippleRelief relief{.rms_height_m = 0.06, .wavelength_m = 2.0};
   CHECK(ripples(relief, 4).z_m == ripples(relief, 4).z_m);
   CHECK(ripples(relief, 4).z_m != ripples(relief, 5).z_m);
 }
 
-TEST_CASE("Ripples that cannot be are refused, and absent ones ask for nothing") {
+TEST_CASE("Impossible ripples are refused, and ripples of height zero need no fine cells") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const RippleRelief& wrong :
        {RippleRelief{.rms_height_m = -0.1}, RippleRelief{.rms_height_m = nan},

@@ -37,7 +37,7 @@ std::string message_of(const SeafloorOptions& options) {
 
 }  // namespace
 
-TEST_CASE("A generated seafloor has the extent, cells and mean depth asked for") {
+TEST_CASE("A generated seafloor has the requested extent, cells and mean depth") {
   SeafloorOptions options = small();
   options.ripples.rms_height_m = 0.02;
   options.ripples.wavelength_m = 1.5;
@@ -62,7 +62,7 @@ TEST_CASE("A generated seafloor has the extent, cells and mean depth asked for")
   CHECK(bed.label_of(7) == 0);
 }
 
-TEST_CASE("Relief and ripples are added to one another and neither disturbs the other") {
+TEST_CASE("Relief and ripples are added, and neither changes the other") {
   SeafloorOptions both = small(), relief = small(), ripples = small();
   both.ripples.rms_height_m = ripples.ripples.rms_height_m = 0.03;
   ripples.fractal.height_at_1m_m = 0.0;
@@ -72,7 +72,7 @@ TEST_CASE("Relief and ripples are added to one another and neither disturbs the 
     REQUIRE(a.z_m[i] + 15.0 == Approx(b.z_m[i] + 15.0 + c.z_m[i] + 15.0).margin(1e-12));
 }
 
-TEST_CASE("Seafloor options that cannot be are refused by name") {
+TEST_CASE("Impossible seafloor options are refused by name") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double wrong : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
     SeafloorOptions options = small();
@@ -98,7 +98,7 @@ TEST_CASE("Seafloor options that cannot be are refused by name") {
   CHECK(message_of(options).find("2^31") != std::string::npos);
 }
 
-TEST_CASE("A bed that would rise above the sea is refused, and it says how high it rises") {
+TEST_CASE("A bed that would rise above the sea is refused, with the height to which it rises") {
   SeafloorOptions options = small();
   options.fractal.height_at_1m_m = 5.0;
   options.depth_m = 2.0;
@@ -106,7 +106,8 @@ TEST_CASE("A bed that would rise above the sea is refused, and it says how high 
   CHECK(message_of(options).find(" m above the sea surface") != std::string::npos);
 }
 
-TEST_CASE("A survey becomes a seafloor below its water level, and none of it above is refused") {
+TEST_CASE(
+    "A survey becomes a seafloor below its water level, and is refused if all of it lies above") {
   const TemporaryFolder folder;
   const std::string grid =
       "ncols 3\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 2\nNODATA_value -9999\n"

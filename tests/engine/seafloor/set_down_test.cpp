@@ -33,7 +33,7 @@ refine::TriangleMesh place_object(const ObjectOptions& object, const refine::Tri
   return place_objects({&object, 1}, 1, BedGrid(holder)).objects.front().mesh;
 }
 
-/// A closed box of a size, one corner at its file's origin.
+/// A closed box with one corner at the origin of its file.
 refine::TriangleMesh box(Vector3f size) {
   Seafloor holder;
   tests::add_box(holder, Vector3f::Zero(), size);
@@ -66,7 +66,7 @@ void check_box(const refine::Bounds& found, Vector3d lowest, Vector3d highest) {
 }  // namespace
 
 TEST_CASE(
-    "An object stands on the bed, floats over it or is sunk into it, its middle in its place") {
+    "An object stands on the bed, floats above it or is sunk into it, its middle at its place") {
   const Things things;
   ObjectOptions options = things.object(box({2, 4, 1}));
   options.east_m = 10.0;
@@ -123,7 +123,7 @@ TEST_CASE("An object without a bed below it is refused by its file and place") {
                     Catch::Contains("thing.ply: there is no bed below this object at 70.0 m east"));
 }
 
-TEST_CASE("Objects join the seafloor behind the bed, each face knowing its object") {
+TEST_CASE("Objects are added to the seafloor after the bed, and each face has its object's label") {
   const Things things;
   SeafloorOptions bed;
   bed.extent_east_m = bed.extent_north_m = 20.0;
@@ -160,7 +160,8 @@ TEST_CASE("Objects join the seafloor behind the bed, each face knowing its objec
     }
 }
 
-TEST_CASE("A mesh is a seafloor: its heights count from the water level, wherever it lies") {
+TEST_CASE(
+    "A mesh becomes a seafloor: its heights are relative to the water level, wherever it lies") {
   const TemporaryFolder folder;
   Seafloor origin;
   for (const double shift : {0.0, 6.2e6, 1e7}) {
@@ -191,11 +192,11 @@ TEST_CASE("A mesh is a seafloor: its heights count from the water level, whereve
   }
 }
 
-TEST_CASE("discs of any size keep their distance, as each pair tells") {
+TEST_CASE("discs of any size keep their distance, as a check of each pair shows") {
   Layout layout;
   std::vector<Disc> taken;
   std::size_t free = 0, refused = 0;
-  // Up to discs around a thousand kilometres, whose cells would be 1e11.
+  // Up to discs of a thousand kilometres, which would cover 1e11 cells.
   const RandomStream draws(1, Purpose::object_place, {0, 0, 0});
   for (std::uint64_t i = 0; i < 3000; ++i) {
     std::array<double, 4> drawn{};
@@ -217,7 +218,7 @@ TEST_CASE("discs of any size keep their distance, as each pair tells") {
   CHECK(refused > 100);
 }
 
-TEST_CASE("an object of a million metres is set down as any other, with a warning") {
+TEST_CASE("an object of a million metres is set down like any other, with a warning") {
   const Things things;
   SeafloorOptions level;
   level.extent_east_m = level.extent_north_m = 20.0;
@@ -236,19 +237,19 @@ TEST_CASE("an object of a million metres is set down as any other, with a warnin
   }
 }
 
-TEST_CASE("an object with a vertex left at another origin is told of by that vertex's number") {
+TEST_CASE("for an object with a misplaced vertex the warning names that vertex") {
   const Things things;
   refine::TriangleMesh astray = box({1.0f, 1.0f, 1.0f});
   astray.world_origin = {500000.0, 4600000.0, 0.0};
   things.placed(things.object(astray));
   astray.positions[5] = (-astray.world_origin).cast<float>();
   CHECK_THROWS_WITH(things.placed(things.object(astray)),
-                    Catch::Contains("thing.ply: reaches over 4.6e+06 m") &&
+                    Catch::Contains("thing.ply: is 4.6e+06 m long") &&
                         Catch::Contains("vertex 5 (from 0) is the farthest") &&
                         Catch::Contains("there is no bed below this object"));
 }
 
-TEST_CASE("a line of too many pieces is refused before its place is taken") {
+TEST_CASE("a line of too many pieces is refused before it occupies its place") {
   const Things things;
   ObjectOptions options;
   options.shape = "cable";

@@ -49,7 +49,7 @@ Vector3d size_of(const refine::TriangleMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("Every shape is closed, manifold and turned outwards, and repair finds nothing to do") {
+TEST_CASE("Every shape is closed and manifold with normals outwards, and needs no repair") {
   for (const ShapeKind& kind : shape_kinds()) {
     CAPTURE(kind.name);
     const refine::TriangleMesh mesh = any(kind);
@@ -61,13 +61,13 @@ TEST_CASE("Every shape is closed, manifold and turned outwards, and repair finds
       REQUIRE(edges.count({edge.second, edge.first}) == 1);
     }
     const refine::RepairedMesh repaired = refine::repair(mesh, -1.0);
-    CHECK(repaired.report.total() == 0);  // a component turned inwards would be flipped
+    CHECK(repaired.report.total() == 0);  // a component with normals inwards would be flipped
     CHECK(volume_m3(mesh) > 0.0);
     CHECK(mesh.faces.size() < 50000);
   }
 }
 
-TEST_CASE("A shape has the sizes it is given, along its heading, across it and upwards") {
+TEST_CASE("A shape has the given sizes along its heading, across it and upwards") {
   ShapeSize size;
   size.length_m = 3.0;
   size.width_m = 1.5;
@@ -88,27 +88,27 @@ TEST_CASE("A shape has the sizes it is given, along its heading, across it and u
   CHECK(size_of(body("debris", size)).y() <= 3.0);
 }
 
-TEST_CASE("Round shapes have the volume of what they stand for") {
+TEST_CASE("Round shapes have the volume of the round body") {
   ShapeSize size;
   size.diameter_m = 0.6;
   size.top_diameter_m = 0.3;
   size.shape_height_m = 0.4;
   size.length_m = 2.0;
   CHECK(volume_m3(body("cylinder", size)) == Approx(pi * 0.09 * 2.0).epsilon(1e-5));
-  // A frustum's is pi h (R^2 + R r + r^2) / 3.
+  // The volume of a frustum is pi h (R^2 + R r + r^2) / 3.
   CHECK(volume_m3(body("cone", size)) ==
         Approx(pi * 0.4 * (0.09 + 0.045 + 0.0225) / 3.0).epsilon(1e-5));
   CHECK(volume_m3(body("sphere", size)) == Approx(pi / 6.0 * 0.216).epsilon(0.02));
   size.facet_m = 0.01;
   CHECK(volume_m3(body("sphere", size)) == Approx(pi / 6.0 * 0.216).epsilon(0.001));
-  // Mitred corners keep a tube's volume: half of each corner is lost inside, gained outside.
+  // Mitred corners keep a tube's volume: what a corner loses inside it gains outside.
   ShapeSize pipe;
   pipe.diameter_m = 0.2;
   const double length_m = 4.0 + std::sqrt(1.0 + 9.0 + 0.09) + std::sqrt(4.0 + 1.0 + 0.09);
   CHECK(volume_m3(line("pipeline", pipe)) == Approx(pi * 0.01 * length_m).epsilon(1e-4));
 }
 
-TEST_CASE("Boulders and debris differ from one another and come out the same again") {
+TEST_CASE("Boulders and debris differ from one another and are the same for the same seed") {
   for (const std::string_view name : {"boulder", "debris", "net"}) {
     const ShapeKind& kind = shape_named(name);
     const auto made = [&](std::uint64_t number) {
@@ -119,7 +119,7 @@ TEST_CASE("Boulders and debris differ from one another and come out the same aga
   }
 }
 
-TEST_CASE("A chain's links lie one behind the other at four rods' distance") {
+TEST_CASE("A chain's links follow one another at a distance of four rod thicknesses") {
   ShapeSize size;
   size.rod_m = 0.1;
   const refine::TriangleMesh chain = make_line(
@@ -128,7 +128,7 @@ TEST_CASE("A chain's links lie one behind the other at four rods' distance") {
   CHECK(chain.faces.size() == 10 * link_faces);
 }
 
-TEST_CASE("Sizes that contradict one another, and kinds that do not fit, are refused") {
+TEST_CASE("Sizes that contradict one another, and wrong kinds of shape, are refused") {
   ShapeSize size;
   size.rod_m = 0.2;
   CHECK_THROWS_WITH(body("pot", size), Catch::Contains("cannot have a rod_m of 0.2"));

@@ -21,8 +21,8 @@ inline engine::Heightfield flat(int columns, int rows, double dx, double dy) {
   return field;
 }
 
-/// Mean power spectrum of fields, each tapered (a Hann window), since a cut-out does not wrap and
-/// its borders would leak over the whole spectrum.
+/// Mean power spectrum of fields. Each is tapered with a Hann window: a field does not wrap, so its
+/// borders would leak over the whole spectrum.
 class Spectrum {
  public:
   Spectrum(int columns, int rows, double dx, double dy)
@@ -53,7 +53,7 @@ class Spectrum {
     fftw_free(spectrum);
   }
 
-  /// Calls visit(kx, ky, power) for every wave but the mean, kx >= 0.
+  /// Calls visit(kx, ky, power) for every wave with kx >= 0 except the mean.
   template <class Visit>
   void each(Visit visit) const {
     for (int row = 0; row < rows_; ++row)
@@ -64,8 +64,8 @@ class Spectrum {
                 power_[static_cast<std::size_t>(row) * width() + column]);
   }
 
-  /// Slope of log(power) over log(k), from one whole number of waves a side to another; every
-  /// octave has the same say.
+  /// Slope of log(power) over log(k) between two numbers of waves per side; every octave has the
+  /// same weight.
   double radial_slope(int from, int to) const {
     const double step = 2.0 * std::numbers::pi / (columns_ * dx_);
     constexpr int bins = 24;

@@ -16,7 +16,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// A fractal field, and what a survey of every n-th point of it would hold.
+/// A fractal field, and a survey that holds every n-th point of it.
 Heightfield fractal(int side, double cell_m, double hurst, std::uint64_t seed) {
   Heightfield field = flat(side, side, cell_m, cell_m);
   add_fractal(field, {.height_at_1m_m = 0.1, .hurst = hurst}, seed);
@@ -47,7 +47,7 @@ TEST_CASE("The interpolation's response is its kernel's transform") {
   }
 }
 
-TEST_CASE("A survey's finest scales tell its roughness, whatever its slope") {
+TEST_CASE("A survey's roughness is estimated from its finest scales, whatever its slope") {
   for (const double hurst : {0.3, 0.6, 0.85}) {
     double h = 0.0, height = 0.0;
     constexpr int seeds = 6;
@@ -67,7 +67,7 @@ TEST_CASE("A survey's finest scales tell its roughness, whatever its slope") {
   }
 }
 
-TEST_CASE("A survey's spectrum goes on below its cell, without a step where the detail begins") {
+TEST_CASE("A survey's spectrum continues below its cell, without a step where the detail begins") {
   constexpr int side = 1025, parts = 8;
   for (const double hurst : {0.4, 0.7}) {
     Spectrum truth(side, side, 0.125, 0.125), continued(side, side, 0.125, 0.125);
@@ -77,7 +77,7 @@ TEST_CASE("A survey's spectrum goes on below its cell, without a step where the 
       continued.add(with_detail(
           every(fine, parts), {.cell_m = 0.125, .height_at_1m_m = 0.1, .hurst = hurst}, seed + 50));
     }
-    // Power by rings of wavenumber, over the waves that the survey carries, its border, and beyond.
+    // Power in rings of wavenumber: below the survey's limit, around it, and above.
     const auto ring = [](const Spectrum& spectrum, double from, double to) {
       double sum = 0.0;
       spectrum.each([&](double kx, double ky, double power) {
@@ -117,11 +117,11 @@ TEST_CASE("Without roughness the finer grid is smooth, keeps the survey's points
       if (!std::isnan(z))
         REQUIRE(z == Approx(0.3 * fine.x_m(column) - 0.2 * fine.y_m(row)).margin(1e-9));
     }
-  CHECK(holes == 4 * 6);  // the cell beside the hole, but for its two other sides
+  CHECK(holes == 4 * 6);  // the cells next to the hole, except on its two other sides
   CHECK(with_detail(survey, {}, 1).columns == 9);
 }
 
-TEST_CASE("Detail that cannot be is refused") {
+TEST_CASE("Impossible detail is refused") {
   const Heightfield survey = flat(9, 9, 1.0, 1.0);
   for (const double cell : {1.0, 3.0, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e-6})
     CHECK_THROWS_AS(with_detail(survey, {.cell_m = cell}, 1), std::invalid_argument);

@@ -21,7 +21,7 @@ using ensonify::refine::MeshError;
 
 namespace {
 
-// Rows as a text grid holds them: the northern one first.
+// Rows in the order of a text grid: the northern one first.
 std::string text_grid(const std::string& rows, const std::string& size = "ncols 4\nnrows 3\n",
                       const std::string& cell = "cellsize 0.5\n") {
   return size + "xllcorner 500000\nyllcorner 4000000\n" + cell + "NODATA_value -9999\n" + rows;
@@ -42,7 +42,7 @@ Heightfield read(const TemporaryFolder& folder, const std::string& bytes,
   return read_survey(folder / name, water_level_m);
 }
 
-// The message of the error, which names the file.
+// The error message, which must name the file.
 std::string error_of(const TemporaryFolder& folder, const std::string& bytes,
                      const std::string& name = "grid.asc") {
   try {
@@ -104,7 +104,7 @@ TEST_CASE("A text grid is read with north up, its holes, its place and the water
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
 }
 
-TEST_CASE("A text grid of integers at first keeps its fractions and NaN is a hole") {
+TEST_CASE("A text grid that begins with integers keeps its fractions, and NaN is a hole") {
   const TemporaryFolder folder;
   std::string rows;
   for (int row = 0; row < 300; ++row) {
@@ -120,7 +120,7 @@ TEST_CASE("A text grid of integers at first keeps its fractions and NaN is a hol
   CHECK(field.at(7, 1) == -3.25);
 }
 
-TEST_CASE("A GeoTIFF is read with north up whichever way its rows run") {
+TEST_CASE("A GeoTIFF is read with north up, in whichever direction its rows run") {
   const TemporaryFolder folder;
   Tiff north_up = tiff_4x3();
   north_up.transform = {356445.531, 2.0, 0, 4679921.45, 0, -3.0};
@@ -157,7 +157,7 @@ TEST_CASE("NODATA printed with few digits and non-finite heights are holes") {
   CHECK(valid_share(field) == Approx(9.0 / 12.0));
 }
 
-TEST_CASE("Text grids that are cut, lie or are not numbers are refused with the place") {
+TEST_CASE("Text grids that are truncated, contradict their header or hold no numbers are refused") {
   const TemporaryFolder folder;
   const std::string whole = text_grid(rows_4x3);
   CHECK(has(error_of(folder, ""), "empty"));
@@ -180,14 +180,14 @@ TEST_CASE("Text grids that are cut, lie or are not numbers are refused with the 
   CHECK_THROWS_AS(read_survey(folder / "absent.asc", 0.0), MeshError);
   CHECK_THROWS_AS(read_survey(folder.path(), 0.0), MeshError);
   CHECK_THROWS_AS(read(folder, whole, std::numeric_limits<double>::quiet_NaN()), MeshError);
-  // Any shortening but the last digits' is noticed.
+  // Any truncation is noticed, except within the last digits.
   for (std::size_t length = 0; length + 5 < whole.size(); ++length) {
     INFO("cut to " << length << " bytes");
     CHECK_THROWS_AS(read(folder, whole.substr(0, length)), MeshError);
   }
 }
 
-TEST_CASE("GeoTIFFs that are cut, lie or lack blocks are refused") {
+TEST_CASE("GeoTIFFs that are truncated, have a wrong header or lack blocks are refused") {
   const TemporaryFolder folder;
   const std::string whole = tiff_4x3().bytes();
   CHECK_NOTHROW(read(folder, whole, 0.0, "grid.tif"));
@@ -207,14 +207,14 @@ TEST_CASE("GeoTIFFs that are cut, lie or lack blocks are refused") {
   CHECK(has(error_of(folder, sparse.bytes(), "grid.tif"), "blocks without data"));
 }
 
-TEST_CASE("Grids that are turned, in degrees or in feet are refused with the cure") {
+TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cure") {
   const TemporaryFolder folder;
   Tiff turned = tiff_4x3();
   turned.transform = {500000, 0.8, 0.6, 4000000, 0.6, -0.8};
   CHECK(has(error_of(folder, turned.bytes(), "grid.tif"), "gdalwarp"));
   Tiff mirrored = tiff_4x3();
   mirrored.transform = {500000, -1, 0, 4000000, 0, -1};
-  CHECK(has(error_of(folder, mirrored.bytes(), "grid.tif"), "which is no size"));
+  CHECK(has(error_of(folder, mirrored.bytes(), "grid.tif"), "expected positive sizes"));
   Tiff degrees = tiff_4x3();
   degrees.geographic = true;
   degrees.epsg = 4326;
@@ -224,13 +224,13 @@ TEST_CASE("Grids that are turned, in degrees or in feet are refused with the cur
   Tiff feet = tiff_4x3();
   feet.epsg = 2249;  // Massachusetts, US survey feet
   CHECK(has(error_of(folder, feet.bytes(), "grid.tif"), "0.3048"));
-  // A text grid does not say what it is in.
+  // A text grid names no unit.
   const std::string bare =
       "ncols 2\nnrows 2\nxllcorner -70.5\nyllcorner 42.1\ncellsize 0.0008333\n-1 -2\n-3 -4\n";
   CHECK(has(error_of(folder, bare), "seems to be in degrees"));
 }
 
-TEST_CASE("Files that name other files are not followed") {
+TEST_CASE("Other files that a file names are not read") {
   const TemporaryFolder folder;
   write_text(folder / "grid.asc", text_grid(rows_4x3));
   const std::string vrt =
@@ -240,7 +240,7 @@ TEST_CASE("Files that name other files are not followed") {
       "</VRTRasterBand></VRTDataset>";
   CHECK(has(error_of(folder, vrt, "grid.vrt"), "cannot be read"));
   CHECK(has(error_of(folder, vrt, "grid.tif"), "cannot be read"));
-  // What lies beside a survey does not change it.
+  // A file next to a survey does not change it.
   write_text(folder / "grid.asc.aux.xml",
              "<PAMDataset><GeoTransform>0,7,0,0,0,-7</GeoTransform><PAMRasterBand band=\"1\">"
              "<NoDataValue>-6</NoDataValue></PAMRasterBand></PAMDataset>");
@@ -249,7 +249,7 @@ TEST_CASE("Files that name other files are not followed") {
   CHECK(field.at(1, 1) == -6.0);
 }
 
-TEST_CASE("Real surveys have the size, place, heights and holes that are known of them") {
+TEST_CASE("Real surveys have their known size, place, heights and holes") {
   struct Known {
     const char* name;
     int columns, rows;
@@ -296,7 +296,7 @@ TEST_CASE("Real surveys have the size, place, heights and holes that are known o
   }
 }
 
-TEST_CASE("A BAG that is cut is refused") {
+TEST_CASE("A truncated BAG is refused") {
   const auto file = data_file("bathymetry/portsmouth_tiny_0.5m.bag");
   if (!file) {
     WARN("skipped: portsmouth_tiny_0.5m.bag is missing (ENSONIFY_DATA)");

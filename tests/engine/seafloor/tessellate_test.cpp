@@ -36,7 +36,7 @@ bool has_face(const TriangleMesh& mesh, Face wanted) {
 
 }  // namespace
 
-TEST_CASE("A grid becomes two faces a cell that look up and cover its area once") {
+TEST_CASE("A grid becomes two faces per cell that face upwards and cover its area once") {
   Heightfield field = flat(23, 11, 0.5, 0.8);
   field.world_origin = {1e6, 2e6, 3.0};
   for (int row = 0; row < 11; ++row)
@@ -83,10 +83,10 @@ TEST_CASE("A cell is split along the diagonal that is shorter in space") {
   CHECK(has_face(tessellate(field), {0, 1, 3}));
 }
 
-TEST_CASE("Cells with a hole at a corner are left out, and points of no cell are dropped") {
+TEST_CASE("Cells with a hole at a corner are left out, and so are points that belong to no cell") {
   Heightfield field = flat(5, 4, 1.0, 1.0);
   for (std::size_t i = 0; i < field.z_m.size(); ++i) field.z_m[i] = -static_cast<double>(i);
-  field.at(1, 1) = hole;  // takes four cells, and with them all that three more points had
+  field.at(1, 1) = hole;  // removes four cells, and with them all cells of three more points
   const TriangleMesh mesh = tessellate(field);
   CHECK(mesh.faces.size() == 2 * (12 - 4));
   CHECK(mesh.positions.size() == 20 - 4);
@@ -106,7 +106,8 @@ TEST_CASE("Cells with a hole at a corner are left out, and points of no cell are
   CHECK(at(-2.0f, 0.5f));
 }
 
-TEST_CASE("A grid without one whole cell, or with heights beyond a float, makes no mesh") {
+TEST_CASE(
+    "A grid without a whole cell, or with heights beyond the range of a float, makes no mesh") {
   Heightfield field = flat(4, 3, 1.0, 1.0);
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)

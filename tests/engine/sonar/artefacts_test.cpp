@@ -18,14 +18,14 @@ namespace {
 constexpr double altitude_m = 10.0;
 const Eigen::Vector3d array{0.0, 0.0, -10.0};
 
-/// Starboard's lines of a sonar with artefacts, without fading.
-struct Ear {
-  explicit Ear(const ArtefactOptions& options, bool noise = false)
+/// Makes the starboard lines of a sonar with artefacts, without speckle.
+struct Receiver {
+  explicit Receiver(const ArtefactOptions& options, bool noise = false)
       : sonar(quiet_sonar()),
         chain((sonar.receiver.noise = noise, sonar), {.speckle = false, .artefacts = options}) {}
 
-  EchoLine hear(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
-                double strength = 1.0) {
+  EchoLine receive(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
+                   double strength = 1.0) {
     const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
     EchoLine line = level_line(sonar, Side::starboard, here, altitude_m);
     for (float& mean : line.bins.intensity_mean) mean *= static_cast<float>(strength);
@@ -41,8 +41,8 @@ struct Ear {
 
 }  // namespace
 
-TEST_CASE("without artefacts a line has none, and a line with them names them") {
-  CHECK(Ear({}).hear().artefacts.text().empty());
+TEST_CASE("a line without artefacts lists none, and a line with artefacts lists them") {
+  CHECK(Receiver({}).receive().artefacts.text().empty());
   Artefacts two;
   two.add(Artefact::lost);
   two.add(Artefact::shimmer);
@@ -62,7 +62,7 @@ TEST_CASE("pings are lost and repeated at their rates, the first never repeated"
   CHECK_FALSE(is_lost({}, 7, 3));
 }
 
-TEST_CASE("the navigation stands still for the share of time that it should") {
+TEST_CASE("the navigation is stale for its share of the time") {
   const ArtefactOptions options{.stale_navigation = 0.3, .stale_s = 2.0};
   std::vector<Pose> reports(20000);
   for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -81,9 +81,9 @@ TEST_CASE("the navigation stands still for the share of time that it should") {
   CHECK(stale / 20000.0 == Approx(0.3).margin(0.05));
 }
 
-TEST_CASE("another sonar is heard at a fixed range, or moves on by the same from ping to ping") {
+TEST_CASE("another sonar is received at a fixed range, or moves by a constant from ping to ping") {
   const auto loudest = [](const ArtefactOptions& options, std::uint64_t ping) {
-    const EchoLine line = Ear(options, true).hear(ping, 0.0, 0.0, 0.0);
+    const EchoLine line = Receiver(options, true).receive(ping, 0.0, 0.0, 0.0);
     CHECK(line.artefacts.has(Artefact::interference));
     const auto peak = std::ranges::max_element(line.bins.intensity);
     CHECK(*peak / line.bins.intensity.back() == Approx(1001.0).epsilon(0.01));  // 30 dB and noise
@@ -94,18 +94,18 @@ TEST_CASE("another sonar is heard at a fixed range, or moves on by the same from
   ArtefactOptions moving = fixed;
   moving.interference_drift_m = 1.5;
   for (const std::uint64_t ping : {0, 1, 10}) CHECK(loudest(moving, ping) == 400 + 30 * int(ping));
-  CHECK(loudest(moving, 40) == 400 + 30 * 40 - 1500);  // around the end
+  CHECK(loudest(moving, 40) == 400 + 30 * 40 - 1500);  // wraps around at the last bin
 }
 
-TEST_CASE("gain steps change what is recorded and nothing of what is received") {
+TEST_CASE("gain steps change the recorded samples and not the received intensity") {
   const ArtefactOptions options{.gain_step_db = 6.0, .gain_step_s = 10.0};
-  Ear ear(options);
-  const EchoLine before = ear.hear(0, 9.0, 0.0, 1e9);
+  Receiver receiver(options);
+  const EchoLine before = receiver.receive(0, 9.0, 0.0, 1e9);
   CHECK_FALSE(before.artefacts.has(Artefact::gain_step));
   double sum = 0.0;
   constexpr int steps = 200;
   for (int step = 1; step <= steps; ++step) {
-    const EchoLine after = ear.hear(0, 10.0 * step + 1.0, 0.0, 1e9);
+    const EchoLine after = receiver.receive(0, 10.0 * step + 1.0, 0.0, 1e9);
     CHECK(after.artefacts.has(Artefact::gain_step));
     REQUIRE(after.bins.intensity == before.bins.intensity);
     const double db = 20.0 * std::log10(double(after.bins.sample[700]) / before.bins.sample[700]);
@@ -114,10 +114,10 @@ TEST_CASE("gain steps change what is recorded and nothing of what is received") 
   CHECK(std::sqrt(sum / steps) == Approx(6.0).epsilon(0.2));
 }
 
-TEST_CASE("an automatic gain takes away its share of a level's change") {
+TEST_CASE("an automatic gain removes its share of a level change") {
   const auto sample = [](double share, double strength) {
     const EchoLine line =
-        Ear({.automatic_gain = share, .automatic_gain_m = 2.0}).hear(0, 0.0, 0.0, strength);
+        Receiver({.automatic_gain = share, .automatic_gain_m = 2.0}).receive(0, 0.0, 0.0, strength);
     return double(line.bins.sample[1400]);
   };
   for (const double share : {0.3, 0.8})
@@ -125,14 +125,14 @@ TEST_CASE("an automatic gain takes away its share of a level's change") {
           Approx(10.0 * (1.0 - share)).margin(0.4));
 }
 
-TEST_CASE("a fish's shadow lies where the line of sight over it meets the bed") {
+TEST_CASE("a fish's shadow lies where the line of sight above it meets the bed") {
   const ArtefactOptions options{.fish_per_hectare = 40.0, .fish_height_m = 5.0};
-  Ear ear(options);
+  Receiver receiver(options);
   int fish = 0, shadows = 0;
   for (double north_m = 0.0; north_m < 200.0; north_m += 0.1) {
-    const EchoLine line = ear.hear(0, 0.0, north_m, 1e6);
+    const EchoLine line = receiver.receive(0, 0.0, north_m, 1e6);
     if (!line.artefacts.has(Artefact::fish)) continue;
-    // One fish at a time, and a lit bed: the darkest bin behind the brightest.
+    // One fish at a time over a bed with echoes: the darkest bin behind the brightest.
     const auto& i = line.bins.intensity;
     const auto bright = std::ranges::max_element(i);
     const auto dark = std::min_element(i.begin() + line.first_return + 2, i.end());
@@ -140,32 +140,34 @@ TEST_CASE("a fish's shadow lies where the line of sight over it meets the bed") 
     ++fish;
     const double r = line.bins.range_m[static_cast<std::size_t>(bright - i.begin())];
     const double shadow_m = line.bins.range_m[static_cast<std::size_t>(dark - i.begin())];
-    // Over h - t of the way down the line of sight has gone r; at h it has gone r h / (h - t) for
-    // 0..5 m.
+    // The line of sight has the length r when it is h - t below the sonar, and r h / (h - t)
+    // when it is h below, for t of 0..5 m.
     shadows += shadow_m >= r && shadow_m <= r * altitude_m / (altitude_m - 5.2) + 0.2;
   }
   CHECK(fish > 20);
   CHECK(shadows >= 0.9 * fish);
-  CHECK_FALSE(Ear({.fish_per_hectare = 1e-9}).hear().artefacts.has(Artefact::fish));
+  CHECK_FALSE(Receiver({.fish_per_hectare = 1e-9}).receive().artefacts.has(Artefact::fish));
 }
 
-TEST_CASE("a wake crosses the image on its own line") {
-  // The surface 10 m up; a line to the north 20 m to starboard shows at sqrt(20^2 + 10^2) m.
+TEST_CASE("a wake appears in the image at the range of the ship's track") {
+  // The surface is 10 m above; a track to the north, 20 m to starboard, appears at sqrt(20^2 +
+  // 10^2) m.
   const EchoLine line =
-      Ear({.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_width_m = 2.0, .wake_offset_m = 20.0})
-          .hear(0, 0.0, 0.0, 0.0);
+      Receiver(
+          {.wake_db = 0.0, .wake_heading_rad = 0.0, .wake_width_m = 2.0, .wake_offset_m = 20.0})
+          .receive(0, 0.0, 0.0, 0.0);
   CHECK(line.artefacts.has(Artefact::wake));
   const auto peak = std::ranges::max_element(line.bins.intensity) - line.bins.intensity.begin();
   CHECK(line.bins.range_m[static_cast<std::size_t>(peak)] ==
         Approx(std::hypot(20.0, 10.0)).margin(0.4));
 }
 
-TEST_CASE("shimmer has its strength in decibels, and comes and goes with time") {
-  Ear ear({.shimmer_db = 1.5});
+TEST_CASE("shimmer has its rms in decibels and changes with time") {
+  Receiver receiver({.shimmer_db = 1.5});
   double sum = 0.0, squares = 0.0;
   int count = 0;
   for (int ping = 0; ping < 60; ++ping) {
-    const EchoLine line = ear.hear(0, 7.7 * ping);
+    const EchoLine line = receiver.receive(0, 7.7 * ping);
     for (std::size_t i = 300; i < 1500; i += 20, ++count) {
       const double db = scatter::to_db(line.bins.intensity[i]);
       sum += db;
@@ -176,14 +178,14 @@ TEST_CASE("shimmer has its strength in decibels, and comes and goes with time") 
   CHECK(std::sqrt(squares / count) == Approx(1.5).epsilon(0.05));
 }
 
-TEST_CASE("the expectation is free of all artefacts") {
+TEST_CASE("intensity_mean is free of all artefacts") {
   const ArtefactOptions all{.interference_db = 40.0,
                             .gain_step_db = 3.0,
                             .automatic_gain = 0.5,
                             .fish_per_hectare = 500.0,
                             .wake_db = 0.0,
                             .shimmer_db = 3.0};
-  const EchoLine spoilt = Ear(all).hear(5, 100.0), clean = Ear({}).hear(5, 100.0);
+  const EchoLine spoilt = Receiver(all).receive(5, 100.0), clean = Receiver({}).receive(5, 100.0);
   CHECK(spoilt.bins.intensity_mean == clean.bins.intensity_mean);
   CHECK(spoilt.bins.intensity != clean.bins.intensity);
 }

@@ -37,7 +37,7 @@ TEST_CASE("the two-way beam's integral is its equivalent width, 2/3 lambda/L") {
   CHECK(integral == Approx(2.0 / 3.0 * array.wavelength_m / array.length_m).epsilon(1e-3));
 }
 
-TEST_CASE("an aperture's weights sum over planes to the beam's width at every elevation") {
+TEST_CASE("a ray layout's weights sum over planes to the beam's width at every elevation") {
   for (const double receive_m : {0.0, 0.25, 0.8})
     for (const int side_lobes : {0, 3}) {
       CAPTURE(receive_m, side_lobes);
@@ -46,37 +46,37 @@ TEST_CASE("an aperture's weights sum over planes to the beam's width at every el
       sonar.focused = true;
       sonar.receive_array_length_m = receive_m;
       sonar.side_lobes = side_lobes;
-      const RayLayout aperture = make_aperture(sonar, 0.00375, 7.5);
+      const RayLayout layout = make_aperture(sonar, 0.00375, 7.5);
       const Beam beam(sonar, 0.00375);
-      const ReceiverMotion still = reception({}, Side::port, 80.0, 1500.0);
-      const std::size_t elevations = aperture.grid->elevation_rad.size();
-      // The integral of sinc^2(a s) sinc^2(b s): two triangles' overlap, (1 - a / 3 b) / b for b >=
-      // a.
+      const ReceiverMotion fixed = reception({}, Side::port, 80.0, 1500.0);
+      const std::size_t elevations = layout.grid->elevation_rad.size();
+      // The integral of sinc^2(a s) sinc^2(b s) is the overlap of two triangles, (1 - a / 3
+      // b) / b for b >= a.
       const double b = std::max(sonar.array_length_m, sonar.receive_length_m());
       const double a = std::min(sonar.array_length_m, sonar.receive_length_m());
       const double width_rad = 0.00375 / b * (1.0 - a / (3.0 * b));
-      // What lies beyond the first null, where the fan ends: 0.01 dB of alike arrays.
+      // The part beyond the first null, where the fan ends: 0.01 dB if both arrays are the same.
       const double beyond_db = side_lobes > 0 ? 0.01 : receive_m == 0.0 ? 0.015 : 0.25;
       for (std::size_t j = 0; j < elevations; ++j) {
         double sum = 0.0;
-        for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
-          if (aperture.grid->within_beam(k, j))
-            sum += beam.two_way(Side::port, aperture.samples_of(k), aperture.grid->cos_elevation[j],
-                                -still.abeam, 50.0, still);
+        for (std::size_t k = 0; k < layout.grid->planes.size(); ++k)
+          if (layout.grid->within_beam(k, j))
+            sum += beam.two_way(Side::port, layout.samples_of(k), layout.grid->cos_elevation[j],
+                                -fixed.abeam, 50.0, fixed);
         REQUIRE(std::abs(to_db(sum / width_rad)) < beyond_db);
       }
     }
 }
 
-TEST_CASE("in the near field, too, a plane's samples sum to the beam's integral at every range") {
+TEST_CASE("in the near field too, a plane's samples sum to the beam's integral at every range") {
   Sonar sonar;
   sonar.vertical.beamwidth_rad = 0.0;
   for (const double height_m : {3.0, 8.0, 30.0}) {
-    const RayLayout aperture = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
+    const RayLayout layout = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
     const Beam beam(sonar, 0.00375);
     const LineArray its_array{sonar.array_length_m, 0.00375};
-    const ReceiverMotion still = reception({}, Side::port, 80.0, 1500.0);
-    CHECK(aperture.grid->planes.size() <= 14);
+    const ReceiverMotion fixed = reception({}, Side::port, 80.0, 1500.0);
+    CHECK(layout.grid->planes.size() <= 14);
     for (const double range_m : {1.0, 1.1, 1.5, 2.3, 4.0, 9.0}) {
       const double r = range_m * height_m;
       double width_rad = 0.0;
@@ -84,16 +84,17 @@ TEST_CASE("in the near field, too, a plane's samples sum to the beam's integral 
       for (double s = 0.5 * step; s < 0.25; s += step)
         width_rad += 2.0 * step * std::pow(its_array.power(s, r), 2);
       double sum = 0.0;
-      for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
-        if (std::abs(aperture.grid->planes[k].sin_azimuth) <= aperture.grid->sin_truncation)
-          sum += beam.two_way(Side::port, aperture.samples_of(k), 1.0, still.down, r, still);
+      for (std::size_t k = 0; k < layout.grid->planes.size(); ++k)
+        if (std::abs(layout.grid->planes[k].sin_azimuth) <= layout.grid->sin_truncation)
+          sum += beam.two_way(Side::port, layout.samples_of(k), 1.0, fixed.down, r, fixed);
       CAPTURE(height_m, r);
       CHECK(to_db(sum / width_rad) == Approx(0.0).margin(0.05));
     }
   }
 }
 
-TEST_CASE("a receiver that has moved and turned sees the echo where its own frame has it") {
+TEST_CASE(
+    "a receiver that has moved and turned weights the echo by the direction in its own frame") {
   Sonar sonar;
   sonar.focused = true;
   Pose pose{.position = {1, 2, -3}, .roll_rad = 0.02, .pitch_rad = -0.1, .heading_rad = 0.7};
@@ -106,23 +107,24 @@ TEST_CASE("a receiver that has moved and turned sees the echo where its own fram
   const Beam beam(sonar, wavelength_m);
   const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
   for (const Side side : {Side::port, Side::starboard}) {
-    const ReceiverMotion listens = reception(pose, side, 80.0, sound_speed_mps);
-    CHECK_FALSE(listens.still);
+    const ReceiverMotion receiver_motion = reception(pose, side, 80.0, sound_speed_mps);
+    CHECK_FALSE(receiver_motion.still);
     const Eigen::Matrix3d body = body_to_world(pose);
     const double sign = side == Side::port ? -1.0 : 1.0;
     const Eigen::Vector3d direction =
         (0.0021 * body.col(0) + sign * body.col(1) * 0.8 + body.col(2) * 0.6).normalized();
     for (const double r : {9.0, 40.0, 79.0}) {
-      const Pose heard = pose.after(2.0 * r / sound_speed_mps);
-      const Eigen::Vector3d way = (pose.position + r * direction - heard.position).normalized();
-      const Eigen::Matrix3d its_body = body_to_world(heard);
-      const double heard_power = sonar.vertical.power(
+      const Pose then = pose.after(2.0 * r / sound_speed_mps);
+      const Eigen::Vector3d way = (pose.position + r * direction - then.position).normalized();
+      const Eigen::Matrix3d its_body = body_to_world(then);
+      const double received_power = sonar.vertical.power(
           std::atan2(way.dot(its_body.col(2)), sign * way.dot(its_body.col(1))), side);
       const double sent_power = sonar.vertical.power(std::atan2(0.6, 0.8), side);
       const double expected = its_array.power(direction.dot(body.col(0))) *
-                              its_array.power(way.dot(its_body.col(0))) * sent_power * heard_power;
+                              its_array.power(way.dot(its_body.col(0))) * sent_power *
+                              received_power;
       CAPTURE(r, static_cast<int>(side));
-      CHECK(beam.two_way(side, sample, 1.0, direction, r, listens) ==
+      CHECK(beam.two_way(side, sample, 1.0, direction, r, receiver_motion) ==
             Approx(expected).epsilon(0.01));
     }
   }
@@ -145,7 +147,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a measured vertical pattern is linear in dB between its levels, and held beyond them") {
+TEST_CASE(
+    "a measured vertical pattern is linear in dB between its levels and constant beyond them") {
   VerticalPattern pattern;
   pattern.measured = {std::vector<VerticalLevel>{{-0.5, -12.0}, {0.5, -2.0}, {1.0, -7.0}},
                       std::vector<VerticalLevel>{{0.0, 0.0}, {1.5, -30.0}}};
@@ -160,12 +163,13 @@ TEST_CASE("a measured vertical pattern is linear in dB between its levels, and h
   CHECK(starboard_db(1.5) == Approx(-30.0));  // no floor unless one is given
   pattern.floor_db = -25.0;
   CHECK(starboard_db(1.5) == Approx(-25.0));
-  pattern.port_mount_rad = 0.1;  // the whole pattern points further down
+  pattern.port_mount_rad = 0.1;  // turns the whole pattern down
   CHECK(port_db(0.35) == Approx(-4.5));
   CHECK(starboard_db(0.75) == Approx(-15.0));
 }
 
-TEST_CASE("a ripple's bright bands keep the pattern, its dark ones lie where they are asked for") {
+TEST_CASE(
+    "a ripple keeps the pattern at its maxima and has its minima at the requested depressions") {
   VerticalPattern even, pattern;
   even.beamwidth_rad = pattern.beamwidth_rad = 0.0;
   pattern.ripple_db = 8.0;
@@ -180,7 +184,7 @@ TEST_CASE("a ripple's bright bands keep the pattern, its dark ones lie where the
   }
 }
 
-TEST_CASE("a vertical pattern's table over direction is the pattern") {
+TEST_CASE("the table of a vertical pattern over direction agrees with the pattern") {
   VerticalPattern pattern;
   pattern.ripple_db = 6.0;
   const VerticalTable table(pattern, Side::port);
@@ -189,11 +193,12 @@ TEST_CASE("a vertical pattern's table over direction is the pattern") {
           Approx(to_db(pattern.power(d, Side::port))).margin(0.01));
 }
 
-TEST_CASE("an unfocused array's beam goes from its own shape nearby to sinc^2 far off") {
+TEST_CASE("an unfocused array's beam changes from the array's length nearby to sinc^2 far away") {
   const double unit = array.wavelength_m / array.length_m;
   for (double x = 0.0; x < 3.0; x += 0.1)
     CHECK(array.power(x * unit, 1e6) == Approx(array.power(x * unit)).margin(1e-6));
-  // However near, what it sends is the same: the integral over sin(psi) is lambda / L (Parseval).
+  // The radiated power is the same at all ranges: the integral over sin(psi) is lambda / L
+  // (Parseval).
   for (const double range_m : {2.0, 5.0, 20.0, 100.0}) {
     double sum = 0.0;
     const double step = 0.02 * unit;
@@ -206,14 +211,14 @@ TEST_CASE("an unfocused array's beam goes from its own shape nearby to sinc^2 fa
   const double range_m = array.length_m * array.length_m / (2.0 * array.wavelength_m);
   CHECK(array.power(0.0, range_m) ==
         Approx(0.7798934 * 0.7798934 + 0.4382591 * 0.4382591).epsilon(1e-5));
-  // At the edge of the shadow of a long array's end the intensity is a quarter of the middle's.
+  // Abeam of the end of a long array the intensity is a quarter of that at its middle.
   const double near_m = 0.02 * range_m;
   CHECK(array.power(0.5 * array.length_m / near_m, near_m) * array.length_m * array.length_m /
             (array.wavelength_m * near_m) ==
         Approx(0.25).epsilon(0.1));
 }
 
-TEST_CASE("the array's table is the array's pattern, near and far") {
+TEST_CASE("the array's table agrees with the array's pattern, near and far") {
   const ArrayTable table(1);
   for (const double nearness : {0.0, 0.01, 0.3, 1.0, 2.7, 4.9, 9.3}) {
     const double range_m =

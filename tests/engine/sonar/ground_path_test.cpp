@@ -39,7 +39,7 @@ TEST_CASE("a line runs through its middle at its speed and heading") {
   CHECK(poses[10].velocity_mps.x() == Approx(2.0));
 }
 
-TEST_CASE("a lawn-mower's way is smooth, and its turns join its legs at their radius") {
+TEST_CASE("a lawn-mower's path is smooth, and turns of the given radius join its legs") {
   for (const double radius_m : {0.0, 6.0, 10.0, 15.0, 40.0}) {
     CAPTURE(radius_m);
     const double used_m = radius_m > 0.0 ? radius_m : 10.0;
@@ -70,7 +70,7 @@ TEST_CASE("a lawn-mower's way is smooth, and its turns join its legs at their ra
   }
 }
 
-TEST_CASE("pings go on in turns, or leave them out while time goes on") {
+TEST_CASE("pings continue in turns, or leave them out while time continues") {
   TrackOptions track = lawn_mower(0.0);
   const std::vector<Pose> all = generated_poses(track, 0.5);
   CHECK(all.size() == static_cast<std::size_t>(180.0 + 2.0 * pi * 10.0) + 1);
@@ -83,7 +83,7 @@ TEST_CASE("pings go on in turns, or leave them out while time goes on") {
   CHECK(legs.back().t_s == all.back().t_s);
 }
 
-TEST_CASE("a track that cannot be made is refused") {
+TEST_CASE("an impossible track is refused") {
   CHECK_THROWS_AS(generated_poses({.pings = 0}, 1.0), std::invalid_argument);
   CHECK_THROWS_AS(generated_poses({.speed_mps = -1.0}, 1.0), std::invalid_argument);
   TrackOptions track = lawn_mower(0.0);

@@ -11,7 +11,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// The correlation of an oscillator over a lag: over 4000 seeds, each at a few times.
+/// The correlation of an oscillator at a lag, estimated from 4000 seeds at a few times each.
 double correlation(const Oscillation& oscillation, double lag_s) {
   double sum = 0.0;
   int count = 0;
@@ -42,7 +42,8 @@ MotionOptions lively() {
 
 }  // namespace
 
-TEST_CASE("waves have their rms, period and bandwidth, wandering its correlation time") {
+TEST_CASE(
+    "the periodic band has its rms, period and bandwidth, the slow band its correlation time") {
   const Oscillation waves{.rms = 2.0, .period_s = 6.0};
   const double w0 = 2.0 * std::numbers::pi / 6.0, s = 0.15 * w0;
   for (const double lag_s : {0.0, 1.5, 3.0, 6.0, 9.0, 12.0, 30.0}) {
@@ -58,8 +59,8 @@ TEST_CASE("waves have their rms, period and bandwidth, wandering its correlation
   }
 }
 
-TEST_CASE("over an hour one vehicle's roll has its rms and crosses level at its period") {
-  const Oscillator roll({.rms = 0.05, .period_s = 6.0}, 0, 0);  // 0 is a seed like others
+TEST_CASE("over an hour one vehicle's roll has its rms and crosses zero at its period") {
+  const Oscillator roll({.rms = 0.05, .period_s = 6.0}, 0, 0);  // 0 is a valid seed
   double squares = 0.0;
   int upward = 0, samples = 0;
   for (double t_s = 0.0; t_s < 3600.0; t_s += 0.05, ++samples) {
@@ -67,11 +68,11 @@ TEST_CASE("over an hour one vehicle's roll has its rms and crosses level at its 
     upward += roll.at(t_s) < 0.0 && roll.at(t_s + 0.05) >= 0.0;
   }
   CHECK(std::sqrt(squares / samples) == Approx(0.05).epsilon(0.03));
-  // Rice's formula: the mean of the squared frequency counts.
+  // Rice's formula: the crossing rate follows from the mean of the squared frequency.
   CHECK(3600.0 / upward == Approx(6.0 / std::sqrt(1.0 + 0.15 * 0.15)).epsilon(0.02));
 }
 
-TEST_CASE("seeds and degrees of freedom move differently, and no motion moves nothing") {
+TEST_CASE("seeds and degrees of freedom move differently, and zero motion changes no pose") {
   const Oscillation waves{.rms = 1.0};
   CHECK(Oscillator(waves, 0, 0).at(1.0) != Oscillator(waves, 1, 0).at(1.0));
   CHECK(Oscillator(waves, 0, 0).at(1.0) != Oscillator(waves, 0, 1).at(1.0));
@@ -99,7 +100,7 @@ TEST_CASE("rates are the derivatives of the poses, in legs and in turns") {
   for (std::size_t i = 1; i + 1 < poses.size(); i += 97) {
     const Pose &before = poses[i - 1], &here = poses[i], &after = poses[i + 1];
     const double two_s = after.t_s - before.t_s;
-    // Where a leg meets a turn the course's rate jumps.
+    // The heading rate jumps where a leg meets a turn.
     if (std::abs(after.heading_rate_radps - before.heading_rate_radps) > 0.01) continue;
     turning += std::abs(here.heading_rate_radps) > 0.2;
     const Eigen::Vector3d velocity = (after.position - before.position) / two_s;

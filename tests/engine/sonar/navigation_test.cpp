@@ -21,7 +21,7 @@ std::vector<Pose> straight(std::size_t pings) {
 
 }  // namespace
 
-TEST_CASE("a perfect navigation reports the truth, to the bit") {
+TEST_CASE("a perfect navigation reports the true poses, to the bit") {
   const std::vector<Pose> poses = straight(20), reported = reported_poses({}, 1, poses);
   REQUIRE(reported.size() == poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -51,7 +51,7 @@ TEST_CASE("messages are late, rounded, and repeated until the next") {
   }
 }
 
-TEST_CASE("noise has its rms, a bias stays for the run and differs from seed to seed") {
+TEST_CASE("noise has its rms, and a bias is constant in a run and differs from seed to seed") {
   const std::vector<Pose> poses = straight(20000);
   const std::vector<Pose> noisy = reported_poses({.position = {.rms = 3.0}}, 0, poses);
   double squares = 0.0;

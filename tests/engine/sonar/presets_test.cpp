@@ -9,7 +9,7 @@
 
 using namespace ensonify::engine;
 
-TEST_CASE("a preset's array is as long as its beam is narrow") {
+TEST_CASE("a preset's array length gives its beamwidth") {
   std::set<std::string_view> names;
   for (const Preset& preset : presets()) {
     CAPTURE(preset.name);
@@ -17,7 +17,7 @@ TEST_CASE("a preset's array is as long as its beam is narrow") {
     CHECK(preset.sonar.preset == preset.name);
     const LineArray array{preset.sonar.array_length_m, 1500.0 / preset.sonar.frequency_hz};
     CHECK(array.power(std::sin(0.5 * preset.beamwidth_rad)) == Approx(0.5).epsilon(0.01));
-    // Its bins are as fine as its pulse resolves, and no finer than a hundredth of them.
+    // The bins are as fine as the pulse's resolution, with at most a hundred bins more.
     const double resolution_m = 750.0 / preset.sonar.pulse.bandwidth_hz;
     CHECK(preset.sonar.bin_m() <= resolution_m);
     CHECK(preset.sonar.range_m / resolution_m > preset.sonar.bins - 100);

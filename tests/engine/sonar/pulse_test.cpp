@@ -25,7 +25,7 @@ double sum_of(const std::vector<double>& kernel) {
   return sum;
 }
 
-/// The kernel's highest side lobe over its peak; bins small against a cell.
+/// The kernel's highest side lobe over its peak, with bins much shorter than a cell.
 double side_lobe_db(const Pulse& pulse) {
   const std::vector<double> kernel =
       pulse_kernel(pulse, sound_speed_mps, pulse.cell_m(sound_speed_mps) / 64.0);
@@ -35,7 +35,7 @@ double side_lobe_db(const Pulse& pulse) {
                kernel.front());
 }
 
-/// Of the intensity, -3 dB to -3 dB, times the bandwidth.
+/// The width of the intensity, -3 dB to -3 dB, times the bandwidth.
 double width(const Pulse& pulse) {
   double x = 0.0;
   while (pulse.intensity(x / pulse.bandwidth_hz) > 0.5) x += 1e-5;
@@ -56,13 +56,13 @@ TEST_CASE("a kernel sums to its range cell over the bin, whatever the pulse, lon
       }
 }
 
-TEST_CASE("a sweep's first side lobe is 13.3 dB down, under a Hann window 31.5 dB") {
+TEST_CASE("a sweep's first side lobe is 13.3 dB down, with a Hann window 31.5 dB") {
   CHECK(side_lobe_db(sweep) == Approx(-13.26).margin(0.02));
   CHECK(side_lobe_db(hann) == Approx(-31.47).margin(0.02));
 }
 
 TEST_CASE(
-    "a sweep is 0.886 / B wide at -3 dB, under a Hann window 1.44 / B, a tone all its length") {
+    "a sweep is 0.886 / B wide at -3 dB, with a Hann window 1.44 / B, a tone its whole length") {
   CHECK(width(sweep) == Approx(0.8859).epsilon(1e-3));
   CHECK(width(hann) == Approx(1.4407).epsilon(1e-3));
   CHECK(width(tone) == Approx(1.0).epsilon(1e-3));
@@ -82,8 +82,8 @@ TEST_CASE("a pulse's effective length is its energy over its peak") {
 }
 
 TEST_CASE("a Hann window over a sweep's matched filter raises the noise by 1.76 dB") {
-  // By its own spectrum: behind a filter w that leaves an echo's peak, the sum of w, as it is,
-  // white noise has the power of sum(w^2) / sum(w)^2.
+  // From the spectrum: after a filter w that keeps an echo's peak, which is the sum of w, white
+  // noise has the power sum(w^2) / sum(w)^2.
   constexpr int steps = 1000;
   double sum = 0.0, squares = 0.0;
   for (int i = 0; i < steps; ++i) {

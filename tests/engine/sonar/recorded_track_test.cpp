@@ -11,7 +11,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 }
 
-TEST_CASE("a recorded track goes through its rows, and keeps steady acceleration between them") {
+TEST_CASE("a recorded track passes through its rows and keeps constant acceleration between them") {
   NavigationLog log;
   for (const double t_s : {0.0, 1.0, 2.5, 3.0, 5.0}) {
     log.t_s.push_back(t_s);
@@ -32,13 +32,13 @@ TEST_CASE("a recorded track goes through its rows, and keeps steady acceleration
     CHECK(pose.velocity_mps.y() == Approx(-3.0));
     CHECK(pose.position.z() == Approx(-10.0 + 0.1 * t_s * t_s));
     CHECK(pose.roll_rate_radps == Approx(0.01));
-    // Nothing said of the heading: it is the course.
+    // Without a heading column, the heading is the course.
     CHECK(std::remainder(pose.heading_rad - std::atan2(2.0 + 0.5 * t_s, -3.0),
                          2.0 * 180 * degree) == Approx(0.0).margin(0.01));
   }
 }
 
-TEST_CASE("headings turn the shorter way through north") {
+TEST_CASE("headings turn through north in the shorter direction") {
   const NavigationLog log{.t_s = {0, 1, 2, 3},
                           .x_m = {0, 0, 0, 0},
                           .y_m = {0, 1, 2, 3},
@@ -49,7 +49,7 @@ TEST_CASE("headings turn the shorter way through north") {
   CHECK(track.at(1.5).heading_rate_radps == Approx(4.0 * degree));
 }
 
-TEST_CASE("a vehicle that stands keeps its course, and stays where it is") {
+TEST_CASE("a vehicle that stands still keeps its course and its place") {
   const NavigationLog log{
       .t_s = {0, 1, 2, 3, 4, 5}, .x_m = {0, 0, 1, 2, 2, 2}, .y_m = {0, 0, 0, 0, 0, 0}};
   const RecordedTrack track(log, 0.0);
@@ -58,7 +58,7 @@ TEST_CASE("a vehicle that stands keeps its course, and stays where it is") {
   CHECK(track.at(4.7).position.x() == Approx(2.0).margin(1e-9));
 }
 
-TEST_CASE("smoothing leaves steady flight as it is, though every place is said twice and rounded") {
+TEST_CASE("smoothing keeps a steady course, though every place is repeated and rounded") {
   NavigationLog log;
   const double speed_mps = 0.9, step_m = 0.18;
   for (int i = 0; i < 400; ++i) {
@@ -79,10 +79,11 @@ TEST_CASE("smoothing leaves steady flight as it is, though every place is said t
   }
   CHECK(slowest_mps > 0.85);
   CHECK(fastest_mps < 0.95);
-  CHECK(raw.at(3.06).velocity_mps.y() != Approx(-2.0).margin(0.5));  // it stops at every second row
+  CHECK(raw.at(3.06).velocity_mps.y() !=
+        Approx(-2.0).margin(0.5));  // without smoothing it stops at every second row
 }
 
-TEST_CASE("columns that do not fit and times that do not ascend are refused") {
+TEST_CASE("columns of different lengths and times that do not ascend are refused") {
   CHECK_THROWS_AS(RecordedTrack({}, 0.0), std::invalid_argument);
   CHECK_THROWS_AS(RecordedTrack({.t_s = {0, 1}, .x_m = {0, 1}, .y_m = {0}}, 0.0),
                   std::invalid_argument);

@@ -10,7 +10,8 @@
 using namespace ensonify::engine;
 using namespace ensonify::tests;
 
-TEST_CASE("a sample is the amplitude behind gain, curve, clip and digitiser, and tells it back") {
+TEST_CASE(
+    "a sample is the amplitude after gain, curve, clipping and digitiser, which can be inverted") {
   for (const TransferCurve curve :
        {TransferCurve::linear, TransferCurve::square_root, TransferCurve::logarithmic})
     for (const int bits : {8, 15, 16}) {
@@ -25,7 +26,7 @@ TEST_CASE("a sample is the amplitude behind gain, curve, clip and digitiser, and
         const std::uint32_t sample = recorder.sample(static_cast<float>(amplitude));
         CHECK(sample >= before);
         before = sample;
-        // Half a step, and what that is in amplitude.
+        // Half a step, and the same in amplitude.
         const double next =
             recorder.amplitude(sample + 1) - recorder.amplitude(sample - (sample > 0));
         CHECK(std::abs(recorder.amplitude(sample) - amplitude) <= 0.5 * next + 1e-6);
@@ -40,7 +41,7 @@ TEST_CASE("a sample is the amplitude behind gain, curve, clip and digitiser, and
   CHECK(log.sample(1e-4f) == 0);
 }
 
-TEST_CASE("the varied gain makes up for spreading and absorption") {
+TEST_CASE("the time-varied gain compensates spreading and absorption") {
   const Recorder recorder({.spreading = 30.0, .gain_db = -100.0}, 0.1, 1000, 0.05, 7.0);
   const double near = recorder.gain(99), far = recorder.gain(999);
   const double ratio = 99.95 / 9.95;
@@ -53,15 +54,16 @@ TEST_CASE("the varied gain makes up for spreading and absorption") {
         Approx(7.0 + 30.0 * std::log10(99.95)).margin(1e-3));
 }
 
-TEST_CASE("a detector takes the mean or the largest of its looks' amplitudes") {
-  // Of M Rayleigh amplitudes, mean sqrt(pi)/2 a look; the largest of two by 2 - 1/sqrt(2) more.
+TEST_CASE("a detector records the mean or the largest of its looks' amplitudes") {
+  // The mean of Rayleigh amplitudes is sqrt(pi)/2 per look; the largest of two is 2 - 1/sqrt(2)
+  // times that on average.
   for (const Detector detector : {Detector::mean, Detector::peak}) {
     Sonar sonar = quiet_sonar();
     sonar.receiver.looks = 2;
     sonar.receiver.detector = detector;
     sonar.receiver.spreading = 0.0;
     sonar.receiver.absorption = false;
-    sonar.receiver.gain_db = -40.0;  // 100 is full scale
+    sonar.receiver.gain_db = -40.0;  // full scale is an amplitude of 100
     const SignalChain chain(sonar, {});
     SignalChain::Memory memory;
     double sum = 0.0;
@@ -102,9 +104,7 @@ TEST_CASE("the automatic gain puts the nominal bed 16 dB below full scale at hal
   }
 }
 
-TEST_CASE(
-    "noise behind the gain is as loud as it says in the samples, flat in range, whatever the "
-    "gain") {
+TEST_CASE("noise after the gain has its level in the samples at all ranges, whatever the gain") {
   for (const double spreading : {0.0, 40.0}) {
     Sonar sonar = quiet_sonar();
     sonar.receiver.output_noise_db = -30.0;
@@ -124,13 +124,13 @@ TEST_CASE(
     const double mean = (near + far) / pings / sonar.bins;
     CHECK(10.0 * std::log10(mean) == Approx(-30.0).margin(0.1));
     CHECK(near / far == Approx(1.0).epsilon(0.02));
-    CHECK(*std::ranges::max_element(line.bins.intensity) == 0.0f);  // it was never in the water
+    CHECK(*std::ranges::max_element(line.bins.intensity) ==
+          0.0f);  // noise after the gain is not received from the water
   }
 }
 
 TEST_CASE(
-    "a recorder that scales each ping gives all the same mean, and leaves what was received "
-    "alone") {
+    "a recorder that scales each ping gives all the same mean, and keeps the received intensity") {
   Sonar sonar;
   sonar.receiver.looks = 3;
   sonar.receiver.detector = Detector::peak;

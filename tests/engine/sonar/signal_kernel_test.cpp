@@ -13,7 +13,7 @@ using namespace ensonify::tests;
 
 namespace {
 
-/// All that both sides of a sonar record and receive in some pings, with everything on.
+/// The samples and intensities of both sides of a sonar in some pings, with every option on.
 std::vector<float> everything(const Sonar& sonar) {
   ChainOptions options;
   options.absorption_db_per_m = 0.05;
@@ -37,7 +37,7 @@ std::vector<float> everything(const Sonar& sonar) {
     EchoLine lines[] = {level_line(sonar, Side::port, array, 10.0),
                         level_line(sonar, Side::starboard, array, 10.0)};
     for (EchoLine& line : lines) {
-      for (std::size_t i = 0; i < 7; ++i)  // side lobes: an echo, but no place
+      for (std::size_t i = 0; i < 7; ++i)  // side lobes: energy without a place
         line.bins.intensity_mean[150 + 3 * i] = 1e-3f;
       for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
     }
@@ -79,7 +79,7 @@ TEST_CASE("the signal chain gives the same bits on every instruction set") {
   }
 }
 
-TEST_CASE("the kernel's logarithm is a logarithm") {
+TEST_CASE("the kernel's logarithm agrees with std::log2") {
   std::vector<float> amplitudes;
   for (double a = 1e-12; a < 1.5; a *= 1.0007) amplitudes.push_back(static_cast<float>(a));
   std::vector<std::uint32_t> samples(amplitudes.size());

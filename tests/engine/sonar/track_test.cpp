@@ -30,7 +30,7 @@ TEST_CASE("pitch lifts the nose, roll lowers starboard") {
 TEST_CASE("heading, pitch and roll are applied in that order") {
   const Pose pose{.roll_rad = 0.3, .pitch_rad = 0.2, .heading_rad = 0.1};
   const Eigen::Matrix3d body = body_to_world(pose);
-  // The nose does not know of the roll; its climb is the pitch, its bearing the heading.
+  // Roll does not change the nose's direction: its elevation is the pitch, its bearing the heading.
   CHECK(body.col(0).z() == Approx(std::sin(0.2)));
   CHECK(std::atan2(body.col(0).x(), body.col(0).y()) == Approx(0.1));
   CHECK(body.col(1).z() == Approx(-std::cos(0.2) * std::sin(0.3)));
@@ -39,10 +39,10 @@ TEST_CASE("heading, pitch and roll are applied in that order") {
 
 TEST_CASE("a fan looks to its side, and its pole points upwards") {
   Sonar sonar;
-  const RayLayout aperture = make_aperture(sonar, 0.00375, 7.5);
+  const RayLayout layout = make_aperture(sonar, 0.00375, 7.5);
   const Pose north{};
-  const RayFan starboard = place_fan(aperture, north, Side::starboard, 75.0);
-  const RayFan port = place_fan(aperture, north, Side::port, 75.0);
+  const RayFan starboard = place_fan(layout, north, Side::starboard, 75.0);
+  const RayFan port = place_fan(layout, north, Side::port, 75.0);
   CHECK(starboard.middle.x() > 0.5);
   CHECK(port.middle.x() < -0.5);
   CHECK(starboard.pole.z() > 0.0);

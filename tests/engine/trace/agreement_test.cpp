@@ -1,5 +1,5 @@
-// A comparison is worth what it catches: each fault is planted in a sound intersector, and must be
-// found by rays from every source; and what is no fault must pass.
+// A comparison is only as good as what it catches: each fault is planted in a sound intersector and
+// must be found by rays from every source; correct behaviour must pass.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Two faces for each cell of a square of side x side points, placed by their columns and rows.
+/// Two faces for each cell of a square of side x side points, placed by column and row.
 template <class Place>
 refine::TriangleMesh square_of(std::uint32_t side, Place&& place) {
   refine::TriangleMesh mesh;
@@ -52,7 +52,7 @@ refine::TriangleMesh rough_bed() {
   });
 }
 
-/// Two fans that look down at the bed from 3 m over it.
+/// Two fans that look down at the bed from 3 m above it.
 std::vector<RayFan> bed_fans() {
   const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = 0.3,
                                                               .sector_high_rad = 1.7,
@@ -65,7 +65,7 @@ std::vector<RayFan> bed_fans() {
           {grid, {-1.7, 0.2, -17.1}, {0, -1, 0}, {c, 0, -s}, {s, 0, c}, 30.0}};
 }
 
-/// Answers of a sound intersector, some of them spoilt.
+/// The answers of a sound intersector, some of them changed.
 class Spoilt final : public Intersector {
  public:
   using Fault = std::function<Hit(const Ray& ray, const Hit& hit, const Intersector& sound)>;
@@ -98,7 +98,7 @@ class Spoilt final : public Intersector {
   bool fans_only_;
 };
 
-/// Volatile, since GCC 12 takes a vector's way from double to float and back for no change.
+/// Volatile, because GCC 12 removes a vector's conversion from double to float and back.
 Vector3d in_float(const Vector3d& v) {
   return v.unaryExpr([](double x) {
     const volatile float rounded = static_cast<float>(x);
@@ -114,16 +114,16 @@ Hit ask(const Intersector& tracer, const Ray& ray) {
   return hit;
 }
 
-/// What is met behind a hit.
+/// The next hit behind a hit.
 Hit next(const Ray& ray, const Hit& hit, const Intersector& sound) {
   Ray rest = ray;
   rest.t_min = hit.t * (1.0 + 1e-9);
   return rest.t_min <= rest.t_max ? ask(sound, rest) : Hit{};
 }
 
-/// A static surface of an intersector, before which bodies may be put.
-std::unique_ptr<FacesWithBodies> still(refine::Triangles mesh,
-                                       std::shared_ptr<const Intersector> whole) {
+/// Static faces with an intersector, to which bodies may be added.
+std::unique_ptr<FacesWithBodies> static_faces(refine::Triangles mesh,
+                                              std::shared_ptr<const Intersector> whole) {
   const FaceSourceParts parts{.all = mesh, .whole = std::move(whole), .intersector = "pluecker"};
   return std::make_unique<FacesWithBodies>(make_static_faces(parts),
                                            static_cast<std::uint32_t>(mesh.faces.size()), parts);
@@ -136,7 +136,7 @@ std::vector<AgreementRow> compare_one(refine::Triangles mesh,
   const auto reference = make_intersector("pluecker", mesh);
   const Candidate one{.surface = "static",
                       .intersector = "candidate",
-                      .make = [&] { return still(mesh, candidate); },
+                      .make = [&] { return static_faces(mesh, candidate); },
                       .every = every};
   std::vector<PingBlock> blocks;
   for (const RayFan& fan : bed_fans()) blocks.push_back({{fan}});
@@ -171,12 +171,12 @@ refine::TriangleMesh two_squares() {
   return mesh;
 }
 
-/// Straight down from z = 1 at a place.
+/// A ray straight down from z = 1.
 Ray down(double x, double y) { return {{x, y, 1.0}, {0, 0, -1}}; }
 
 }  // namespace
 
-TEST_CASE("what an intersector sees differently is judged by where it happens") {
+TEST_CASE("a different answer is judged by its place") {
   const refine::TriangleMesh mesh = two_squares();
   const auto reference = make_intersector("pluecker", mesh);
   const Judge judge(mesh, *reference);
@@ -186,14 +186,14 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
   const Hit miss;
   const double close = 1e-8, apart = 1e-4;
 
-  // On the diagonal's lower left, where face 0 is met.
+  // At the lower left of the diagonal, where face 0 is hit.
   const auto face_1_at = [](double x, double y, double t) {
     return Hit{1, 1, t, (2.0 - x) < 0.0 ? 0.0 : 0.5 * (x + y) - 1.0, 1.0 - 0.5 * x};
   };
   CHECK(verdict(down(1.0 - close, 1.0), face_1_at(1.0 - close, 1.0, 1.0)) == Verdict::tie);
   CHECK(verdict(down(1.0 - apart, 1.0), face_1_at(1.0 - apart, 1.0, 1.0)) == Verdict::unexplained);
 
-  // Through: at the diagonal it leaks, at the border it may pass, elsewhere it may not.
+  // Passing through: a leak at the diagonal, allowed at the border, unexplained elsewhere.
   CHECK(verdict(down(1.0 - close, 1.0), miss) == Verdict::leak);  // through both squares
   CHECK(verdict(down(1.0, 0.0 + close), miss) == Verdict::edge);  // past both at the border
   CHECK(verdict(down(1.0, 0.0 + apart), miss) == Verdict::unexplained);
@@ -203,7 +203,7 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
   short_one.origin.x() = 0.7;
   CHECK(verdict(short_one, miss) == Verdict::unexplained);
 
-  // The square below, found through the diagonal of the upper one; and further below, nothing.
+  // The square below, found through the diagonal of the upper one; and below that, nothing.
   const Ray at_diagonal = down(1.0 - close, 1.0);
   const Hit lower = next(at_diagonal, ask(*reference, at_diagonal), *reference);
   REQUIRE(lower.face >= 2);
@@ -211,7 +211,7 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
   CHECK(verdict(down(0.7, 0.7), next(down(0.7, 0.7), ask(*reference, down(0.7, 0.7)),
                                      *reference)) == Verdict::unexplained);
 
-  // At the ray's own end.
+  // At the ray's end.
   for (const double end : {1.0, 1.0 - 1e-9, 1.0 + 1e-9}) {
     Ray ray = down(0.5, 0.5);
     ray.t_max = end;
@@ -220,7 +220,7 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
     CHECK(verdict(ray, {0, 0, 1.0 + 1e-6, 0.25, 0.25}) == Verdict::unexplained);  // beyond it
   }
 
-  // A face whose plane the ray lies in may be met or not, and anywhere; one beside the ray may not.
+  // A face whose plane contains the ray may be hit or not, anywhere; a face beside the ray may not.
   const Ray level{{-1.0, 1.0, 0.0}, {1, 0, 0}};
   REQUIRE(!ask(*reference, level));
   CHECK(verdict(level, {0, 0, 1.3, 0.2, 0.5}) == Verdict::coplanar);
@@ -235,7 +235,7 @@ TEST_CASE("what an intersector sees differently is judged by where it happens") 
   CHECK(verdict(down(0.5, 0.5), {0, 0, 1.0, std::nan(""), 0.25}) == Verdict::unexplained);
 }
 
-TEST_CASE("beyond a needle's tip both edges may be taken for met, beside it neither") {
+TEST_CASE("beyond a needle's tip both edges may count as hit, beside the needle neither") {
   const refine::TriangleMesh needle{
       .positions = {{0.0f, 0.0f, 0.0f}, {0.9f, 0.0f, 0.0f}, {0.9f, 0.003f, 0.0f}},
       .faces = {{0, 1, 2}}};
@@ -251,7 +251,7 @@ TEST_CASE("beyond a needle's tip both edges may be taken for met, beside it neit
   CHECK(verdict(down(-1e-2, 0.0)) == Verdict::unexplained);
 }
 
-TEST_CASE("every intersector agrees with the reference, the exact ones wholly") {
+TEST_CASE("every intersector agrees with the reference, the exact ones to the bit") {
   const refine::TriangleMesh mesh = rough_bed();
   for (const IntersectorKind& kind : intersector_kinds()) {
     CAPTURE(std::string(kind.name));
@@ -353,7 +353,7 @@ TEST_CASE("a t that is off by a ten-thousandth is caught on nearly every ray of 
         0.98 * static_cast<double>(hits));
 }
 
-TEST_CASE("duplicate faces are ties, whichever is found") {
+TEST_CASE("duplicate faces are ties, any of them") {
   refine::TriangleMesh mesh = rough_bed();
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
   for (std::uint32_t face = 0; face < faces; ++face) mesh.faces.push_back(mesh.faces[face]);
@@ -368,7 +368,7 @@ TEST_CASE("duplicate faces are ties, whichever is found") {
   }
 }
 
-TEST_CASE("an intersector that lets rays through along edges has leaks, not unexplained misses") {
+TEST_CASE("rays that slip through along edges are leaks, not unexplained misses") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto rows =
       compare_one(mesh, std::make_shared<Spoilt>(mesh, [](auto& ray, const Hit& hit, auto& sound) {
@@ -379,7 +379,7 @@ TEST_CASE("an intersector that lets rays through along edges has leaks, not unex
   CHECK(total(rows, Verdict::leak) > 1000);
 }
 
-TEST_CASE("what a comparison told of when it was stopped is what its rows hold") {
+TEST_CASE("a stopped comparison's rows have the counts that its progress reported") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto faulty = std::make_shared<Spoilt>(mesh, [](auto& ray, Hit hit, auto& sound) {
     if (hit.face % 64 == 7) return hit.t *= 1.0 + 1e-4, hit;
@@ -407,7 +407,7 @@ TEST_CASE("what a comparison told of when it was stopped is what its rows hold")
   }
 }
 
-TEST_CASE("an answer computed for the ray rounded to float lies within the tolerance") {
+TEST_CASE("an answer computed for the ray rounded to float is within the tolerance") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto tracer = make_intersector("pluecker", mesh);
   const Judge judge(mesh, *tracer);
@@ -424,9 +424,9 @@ TEST_CASE("an answer computed for the ray rounded to float lies within the toler
                                     judge.tolerance_m(ray, exact.face));
   }
   CHECK(largest < 1.0);
-  CHECK(largest > 0.02);  // and it is not loose by much
+  CHECK(largest > 0.02);  // and the tolerance is not much too large
 
-  // From 10 m, at 45 degrees on an even face, a hit has to be right to some hundredths of a
+  // From 10 m, at 45 degrees to an even face, a hit must be right to some hundredths of a
   // millimetre.
   const refine::TriangleMesh square = two_squares();
   CHECK(Judge(square, *tracer).tolerance_m({{-6.0, 1.0, 7.0}, {1, 0, -1}}, 0) < 5e-5);
@@ -448,7 +448,7 @@ TEST_CASE("the number of threads does not change a comparison") {
   }
 }
 
-TEST_CASE("a back-end that takes fans only is compared on fans, one that is slow on a share") {
+TEST_CASE("a back-end that takes fans only is compared on fans, a slow one on a share of rays") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto whole = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault));
   const auto fans_only = compare_one(mesh, std::make_shared<Spoilt>(mesh, no_fault, true));
@@ -478,7 +478,7 @@ refine::TriangleMesh rocks() {
   });
 }
 
-/// A sonar of two sides that goes north over the rocks, in blocks of eight pings.
+/// A two-sided sonar that goes north over the rocks, in blocks of eight pings.
 std::vector<PingBlock> rocks_track() {
   const auto grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = 0.2,
                                                               .sector_high_rad = 1.6,
@@ -499,13 +499,13 @@ std::vector<PingBlock> rocks_track() {
   return blocks;
 }
 
-/// The height of the rocks by the reference itself, as a sound altitude.
+/// The height of the rocks by the reference: a correct altitude.
 double height_of(const Intersector& reference, double x_m, double y_m) {
   const Hit hit = ask(reference, {{x_m, y_m, 0.0}, {0, 0, -1}});
   return hit ? -hit.t : std::nan("");
 }
 
-/// What a surface over the rocks may have instead of what is right.
+/// A fault that a face source over the rocks may have.
 struct Faulty {
   refine::TriangleMesh mesh = rocks();
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
@@ -516,7 +516,7 @@ struct Faulty {
       : progressive(
             std::make_shared<const refine::ProgressiveMesh>(refine::build_by_tiles(mesh, 1))),
         whole(make_intersector("pluecker", mesh)) {}
-  /// With a change to the hierarchy.
+  /// A changed hierarchy.
   template <class Change>
   static Faulty hierarchy(Change change) {
     Faulty faulty;
@@ -531,7 +531,7 @@ struct Faulty {
     return faulty;
   }
 
-  /// About 2e5 rays a surface.
+  /// Compares about 2e5 rays per face source.
   std::vector<AgreementRow> rows() const {
     const auto reference = make_intersector("pluecker", mesh);
     std::vector<Candidate> candidates;
@@ -576,7 +576,7 @@ std::uint64_t unexplained(const std::vector<AgreementRow>& rows, std::string_vie
   return sum;
 }
 
-/// Sound hits, of which the runs are listed with something wrong.
+/// Correct hits, but wrong runs.
 class WrongRuns final : public Intersector {
  public:
   WrongRuns(refine::Triangles triangles, std::function<void(FanRuns&)> fault)
@@ -607,7 +607,7 @@ class WrongRuns final : public Intersector {
 
 }  // namespace
 
-TEST_CASE("nothing is found where nothing is wrong, by 2e5 rays a surface of every kind") {
+TEST_CASE("without faults 2e5 rays per face source of every kind find none") {
   const Faulty sound;
   const auto rows = sound.rows();
   std::map<std::string, std::uint64_t> rays;
@@ -647,8 +647,8 @@ TEST_CASE("a fault planted in a hierarchy is found by 2e5 rays, and face by face
        }},
       {"a vertex 20 micrometres too high",
        [](refine::ProgressiveMeshArrays& arrays) { arrays.points[777].z() += 20e-6f; }},
-      // Some faces: not every one is met by a ray.
-      {"a few faces' corners turned on",
+      // Several faces, because rays do not hit every face.
+      {"a few faces' corners rotated",
        [](refine::ProgressiveMeshArrays& arrays) {
          for (std::size_t slot = 1000; slot < 1020; ++slot)
            std::ranges::rotate(arrays.faces[slot], arrays.faces[slot].begin() + 1);
@@ -663,13 +663,13 @@ TEST_CASE("a fault planted in a hierarchy is found by 2e5 rays, and face by face
     const Faulty faulty = Faulty::hierarchy(one.fault);
     const auto rows = faulty.rows();
     CHECK(unexplained(rows, "static") == 0);
-    // The active mesh takes a face's turn from its own vertices.
-    if (one.name != "a few faces' corners turned on") CHECK(unexplained(rows, "refined") > 0);
+    // The active mesh takes a face's corner order from its vertices.
+    if (one.name != "a few faces' corners rotated") CHECK(unexplained(rows, "refined") > 0);
     CHECK(unexplained(rows, "footprint") > 0);
     CHECK(compare_faces(faulty.mesh, *faulty.progressive, 2).count(Verdict::unexplained) > 0);
   }
 
-  // Where a face is missing, the active mesh notices itself.
+  // The active mesh itself notices a missing face.
   const Faulty dropped = Faulty::hierarchy([](refine::ProgressiveMeshArrays& arrays) {
     arrays.faces[1002].fill(refine::ProgressiveMesh::none);
     arrays.source_face[1002] = refine::ProgressiveMesh::none;
@@ -683,7 +683,7 @@ TEST_CASE("a fault planted in runs, indices, ties or altitudes is found by 2e5 r
   const auto in_scene = [](const Faulty& faulty) {
     return unexplained(faulty.rows(), "static", RaySource::scene);
   };
-  // Every boundary between two runs one ray too far, and one only.
+  // Every boundary between two runs moved by one ray, then a single one.
   CHECK(in_scene(Faulty::tracer(std::make_shared<WrongRuns>(mesh, [](FanRuns& runs) {
           for (std::size_t i = 0; i + 1 < runs.size(); ++i)
             if (runs.end[i] == runs.begin[i + 1]) ++runs.end[i], ++runs.begin[i + 1];
@@ -698,7 +698,7 @@ TEST_CASE("a fault planted in runs, indices, ties or altitudes is found by 2e5 r
           return hit.face % 512 == 7 ? hit.index ^= 1u, hit : hit;
         }))) > 0);
 
-  // Each face twice: the reference has the first, a surface the second.
+  // Each face twice: the reference hits the first, a face source the second.
   Faulty ties;
   ties.mesh.faces.insert(ties.mesh.faces.end(), mesh.faces.begin(), mesh.faces.end());
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
@@ -707,7 +707,7 @@ TEST_CASE("a fault planted in runs, indices, ties or altitudes is found by 2e5 r
     return hit ? hit.index = hit.face += faces, hit : hit;
   });
   CHECK(in_scene(ties) > 1000);
-  // An intersector in float may; but not on more than its share of rays.
+  // An intersector in float may do so, but only on its allowed share of rays.
   for (const AgreementRow& row : compare_one(ties.mesh, ties.whole)) {
     CHECK(row.count(Verdict::unexplained) == 0);
     if (row.source == RaySource::scene)
@@ -720,7 +720,7 @@ TEST_CASE("a fault planted in runs, indices, ties or altitudes is found by 2e5 r
 }
 
 TEST_CASE(
-    "what float does to a fan far from home is no rounding, and a ray from far off is coarse") {
+    "float errors of a fan far from the origin are no rounding, and a ray from afar is coarse") {
   refine::TriangleMesh far = rocks();
   std::vector<PingBlock> blocks = rocks_track();
   for (Eigen::Vector3f& position : far.positions) position.x() += 50000.0f;
@@ -728,19 +728,20 @@ TEST_CASE(
     for (auto& ping : block)
       for (RayFan& fan : ping) fan.origin.x() += 50000.0;
   const auto reference = make_intersector("pluecker", far);
-  // What float makes of a fan whose coordinates are not brought home.
+  // A fan in float whose coordinates are not shifted to the mesh.
   const auto rounded = std::make_shared<Spoilt>(far, [&](auto& ray, const Hit& hit, auto& sound) {
     Ray coarse = ray;
     coarse.origin = in_float(ray.origin);
     return hit ? ask(sound, coarse) : hit;
   });
-  const Candidate one{
-      .surface = "static", .intersector = "candidate", .make = [&] { return still(far, rounded); }};
+  const Candidate one{.surface = "static", .intersector = "candidate", .make = [&] {
+                        return static_faces(far, rounded);
+                      }};
   const auto rows = compare(far, *reference, {&one, 1}, blocks, {});
   REQUIRE(rows.size() == 1);
   CHECK(rows[0].count(Verdict::unexplained) > 1000);
 
-  // What is rounding depends on how far the ray is from the mesh, not from where coordinates begin.
+  // Rounding depends on the ray's distance from the mesh, not from the origin of coordinates.
   const Judge judge(far, *reference);
   const Vector3d target(50001.0, 0.5, -18.0), origin = target + Vector3d(-49000.0, 0.0, 9000.0);
   const Ray ray{origin, (target - origin).normalized()};
@@ -752,7 +753,7 @@ TEST_CASE(
                          Precision::in_float));
 }
 
-TEST_CASE("aimed rays meet vertices and edges, and are the same for the same seed") {
+TEST_CASE("aimed rays hit vertices and edges, and are the same for the same seed") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto tracer = make_intersector("pluecker", mesh);
   const AdversarialRays aimed(mesh, 11), again(mesh, 11), other(mesh, 12);
@@ -788,7 +789,7 @@ TEST_CASE("aimed rays meet vertices and edges, and are the same for the same see
   }
   CHECK(hits > 2000);
   CHECK(on_edges > hits / 20);
-  // What the axes lack of unit length a back-end in the fan's frame has in its ranges, twice.
+  // An error in the axes' length appears twice in the ranges of a back-end in the fan's frame.
   for (std::uint64_t number = 0; number < 500; ++number) {
     const RayFan fan = aimed.aim(number, *tracer);
     for (const Vector3d& axis : {fan.array_axis, fan.middle, fan.pole})

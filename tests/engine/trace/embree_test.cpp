@@ -31,7 +31,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-/// A rippled square of cells x cells about the origin, heights about 0, a cell half a metre wide.
+/// A rippled square of cells x cells around the origin, heights near 0, cells half a metre wide.
 refine::TriangleMesh ripples(std::uint32_t cells) {
   refine::TriangleMesh mesh;
   const float half = 0.25f * static_cast<float>(cells);
@@ -51,7 +51,7 @@ refine::TriangleMesh ripples(std::uint32_t cells) {
   return mesh;
 }
 
-/// A fan from 5 m above the middle, to the side of positive y.
+/// A fan from 5 m above the middle, towards positive y.
 RayFan fan_over(int elevations) {
   auto grid = std::make_shared<FanGrid>(FanLayout{.sector_low_rad = 0.05,
                                                   .sector_high_rad = 1.5,
@@ -78,7 +78,7 @@ std::vector<Ray> rays_of(const RayFan& fan) {
   return rays;
 }
 
-/// Rays straight at vertices and at the middles of edges: where faces tie, and where rays leak.
+/// Rays aimed at vertices and at the middles of edges, where faces tie and rays leak.
 std::vector<Ray> rays_at_ties(const refine::TriangleMesh& mesh) {
   std::vector<Ray> rays;
   const Vector3d origin(0.1, 0.2, 5.0);
@@ -109,7 +109,7 @@ std::size_t count(const std::vector<Hit>& hits) {
   return static_cast<std::size_t>(std::ranges::count_if(hits, [](const Hit& h) { return !!h; }));
 }
 
-/// How many differ by as much as a bit.
+/// How many differ by at least one bit.
 std::size_t differences(const std::vector<Hit>& a, const std::vector<Hit>& b) {
   const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
   REQUIRE(a.size() == b.size());
@@ -130,7 +130,7 @@ void on_every_instruction_set(F&& check) {
 
 }  // namespace
 
-TEST_CASE("a tree built again answers as a fresh one does") {
+TEST_CASE("a rebuilt tree answers like a new one") {
   const refine::TriangleMesh one = ripples(60), other = ripples(41), none;
   const RayFan fan = fan_over(300);
   for (const bool for_one_ping : {false, true}) {
@@ -166,7 +166,7 @@ TEST_CASE("trees for one ping and for many give the same hits to the bit, ties i
   });
 }
 
-TEST_CASE("packets give what single rays give, to the bit") {
+TEST_CASE("packets and single rays give the same hits, to the bit") {
   const refine::TriangleMesh mesh = ripples(100);
   on_every_instruction_set([&](const IntersectorOptions& options) {
     const auto packets = make_intersector("embree", mesh, options);
@@ -187,7 +187,7 @@ TEST_CASE("packets give what single rays give, to the bit") {
   });
 }
 
-TEST_CASE("rays of a packet of which one hardly leaves a plane of the tree meet the bed") {
+TEST_CASE("all rays of a packet hit the bed, even if one hardly leaves a plane of the tree") {
   const refine::TriangleMesh mesh = ripples(100);
   RayFan fan = fan_over(16);
   auto grid = std::make_shared<FanGrid>(*fan.grid);
@@ -211,7 +211,7 @@ TEST_CASE("rays of a packet of which one hardly leaves a plane of the tree meet 
   });
 }
 
-TEST_CASE("of faces that lie upon each other the lowest is hit, wherever the tree has them") {
+TEST_CASE("of coincident faces the lowest is hit, at any place in the tree") {
   refine::TriangleMesh mesh = ripples(60);
   const std::size_t once = mesh.faces.size();
   for (int copies = 0; copies < 3; ++copies)
@@ -236,7 +236,7 @@ TEST_CASE("of faces that lie upon each other the lowest is hit, wherever the tre
   });
 }
 
-TEST_CASE("robust trees hold rays at vertices and edges that fast ones let through") {
+TEST_CASE("robust trees stop rays at vertices and edges that fast ones let through") {
   const refine::TriangleMesh mesh = ripples(100);
   const std::vector<Ray> rays = rays_at_ties(mesh);
   const auto lost = [&](bool robust) {
@@ -249,7 +249,7 @@ TEST_CASE("robust trees hold rays at vertices and edges that fast ones let throu
   CHECK(lost(false) > 0.05);
 }
 
-TEST_CASE("a triangle's memory is shared, not changed, and read to its end only") {
+TEST_CASE("the triangles' memory is shared, not changed, and not read beyond its end") {
   // Two pages, of which the second must not be touched; the positions end where the first does.
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   char* memory = static_cast<char*>(
@@ -279,7 +279,7 @@ TEST_CASE("a triangle's memory is shared, not changed, and read to its end only"
 }
 
 TEST_CASE(
-    "an instruction set is pinned by name, and one that is not there refused with those that are") {
+    "an instruction set is chosen by name, and a missing one refused with the existing ones") {
   const refine::TriangleMesh mesh = ripples(40);
   const std::vector<std::string_view> there = instruction_sets();
   REQUIRE(!there.empty());
@@ -296,7 +296,7 @@ TEST_CASE(
 }
 
 #if defined(__x86_64__)
-TEST_CASE("the pinned instruction set is the one that runs: their last bits differ") {
+TEST_CASE("the chosen instruction set is the one that runs: the last bits differ") {
   const std::vector<std::string_view> there = instruction_sets();
   if (std::ranges::count(there, "avx2") == 0) return;
   const refine::TriangleMesh mesh = ripples(100);
@@ -309,7 +309,7 @@ TEST_CASE("the pinned instruction set is the one that runs: their last bits diff
 }
 #endif
 
-TEST_CASE("directions of any length are answered, as far as the distance is a number") {
+TEST_CASE("directions of any length are answered, if the distance is a finite double") {
   const refine::TriangleMesh mesh{.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                                   .faces = {{0, 1, 2}}};
   const auto tracer = make_intersector("embree", mesh);
@@ -324,10 +324,10 @@ TEST_CASE("directions of any length are answered, as far as the distance is a nu
     CHECK(shoot(*tracer, {origin, {0, 0, -length}, 0.0, 2.1 / length}));
     CHECK(!shoot(*tracer, {origin, {0, 0, -length}, std::min(2.1 / length, 1e18)}) ==
           (length > 1e-17));
-    // A sideways component that float would lose beside it, and that is lost on the way, too.
+    // A sideways component too small for float next to the other, and negligible for the hit.
     CHECK(shoot(*tracer, {origin, {1e-60 * length, 0, -length}}).t == Approx(2.0 / length));
   }
-  // Straight down by 5e-324 a unit: 2 m are more units than a double counts.
+  // Straight down with length 5e-324: t would overflow for 2 m.
   CHECK(!shoot(*tracer, {origin, {0, 0, -5e-324}}));
   CHECK(!shoot(*tracer, {origin, {0, 0, -1}, 1e18}));
   for (const double length : {1.0, 3.0, 0.7, 1e-9})  // a ray that begins or ends on the face
@@ -339,7 +339,7 @@ TEST_CASE("directions of any length are answered, as far as the distance is a nu
   CHECK((!far || std::isfinite(far.t + far.u + far.v)));
 }
 
-TEST_CASE("no distance, and no weight, is ever beyond a number, however large the faces") {
+TEST_CASE("distances and weights are always finite, for faces of any size") {
   const auto e = 1e9f;
   const refine::TriangleMesh mesh{.positions = {{-e, -e, 0}, {e, -e, 0}, {0, e, 0}},
                                   .faces = {{0, 1, 2}}};
@@ -363,7 +363,7 @@ TEST_CASE("a tree for one ping leaves the other threads alone") {
   if (std::thread::hardware_concurrency() < 2) return;
   const refine::TriangleMesh mesh = ripples(60);
   const auto tracer = make_intersector("embree", mesh, {.for_one_ping = true});
-  // Two items that wait for each other: only two threads get them done in time.
+  // Two items that wait for each other: only two threads can finish in time.
   std::atomic<int> arrived = 0;
   std::atomic<bool> both = true;
   refine::parallel_for(2, 2, [&](std::size_t, int) {
@@ -376,7 +376,7 @@ TEST_CASE("a tree for one ping leaves the other threads alone") {
 }
 
 #ifdef ENSONIFY_CAN_LIMIT_MEMORY
-TEST_CASE("memory refused is an error, after which a tree can be built again") {
+TEST_CASE("out of memory is an error, after which a tree can be built again") {
   const refine::TriangleMesh mesh = ripples(500), small = ripples(60);
   const RayFan fan = fan_over(300);
   for (const bool for_one_ping : {false, true}) {

@@ -1,4 +1,4 @@
-// What makes refinement worth having: every ray of a fan hits what it hits on the whole mesh.
+// The purpose of refinement: every ray of a fan hits what it hits on the whole mesh.
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
@@ -21,7 +21,7 @@ struct Count {
   std::size_t rays = 0, hits = 0, differences = 0;
 };
 
-/// A fan of some size from a random place about a mesh, turned at random towards it.
+/// A random fan near a mesh, turned towards it.
 RayFan random_fan(tests::Random& random, const refine::Bounds& box) {
   const Eigen::Vector3d middle = 0.5 * (box.lowest + box.highest).cast<double>();
   const double size_m = (box.highest - box.lowest).cast<double>().norm();
@@ -39,7 +39,7 @@ RayFan random_fan(tests::Random& random, const refine::Bounds& box) {
           frame.col(1), frame.col(2), tests::uniform(random, 0.2, 1.2) * size_m};
 }
 
-/// Small steps along and about, as a sonar makes them.
+/// Small steps and rotations, as of a sonar.
 RayFan moved(RayFan fan, tests::Random& random, double step_m) {
   fan.origin += step_m * tests::direction(random);
   const Eigen::AngleAxisd turn(0.002, tests::direction(random));
@@ -61,7 +61,7 @@ void compare(const RayFan& fan, const Intersector& whole, const Intersector& exa
   }
 }
 
-/// Walks of several pings, two sonars at a time, over every kind of exact surface.
+/// Walks of several pings with two sonars, over every kind of exact face source.
 Count walk(const refine::TriangleMesh& mesh,
            std::shared_ptr<const refine::ProgressiveMesh> progressive,
            const std::string& intersector, int walks, int tree_pings) {
@@ -89,7 +89,7 @@ Count walk(const refine::TriangleMesh& mesh,
 
 }  // namespace
 
-TEST_CASE("Refined and footprint surfaces give each ray the hit of the whole mesh, to the bit") {
+TEST_CASE("Refined and footprint faces give each ray the hit of the whole mesh, to the bit") {
   for (const tests::NamedMesh& named : tests::manifold_meshes(false)) {
     CAPTURE(named.name);
     const auto progressive = make_progressive_mesh(named.mesh);
@@ -103,10 +103,11 @@ TEST_CASE("Refined and footprint surfaces give each ray the hit of the whole mes
   }
 }
 
-TEST_CASE("A real wreck, several bodies and all, is hit through its exact faces as it is whole") {
+TEST_CASE(
+    "Rays hit a real wreck of several bodies through its exact faces as through the whole mesh") {
   const auto file = tests::data_file("mesh_underwater/skytteren_wreck.ply");
   if (!file) {
-    WARN("skipped: the real data are not there");
+    WARN("skipped: the real data are missing");
     return;
   }
   const refine::TriangleMesh wreck = refine::repair(refine::read_mesh(*file)).mesh;
@@ -116,7 +117,7 @@ TEST_CASE("A real wreck, several bodies and all, is hit through its exact faces 
 }
 
 TEST_CASE(
-    "Spheres that leave out a part of the closed star lose hits, and the comparison sees it") {
+    "Spheres that leave out a part of the closed star lose hits, and the comparison finds it") {
   const refine::TriangleMesh bed = tests::open_grid(40, 40, 0.5, 0.4, 3);
   refine::ProgressiveMeshArrays broken = tests::arrays_of(*make_progressive_mesh(bed));
   for (refine::Sphere& sphere : broken.spheres) sphere.radius *= 0.7f;
@@ -126,7 +127,7 @@ TEST_CASE(
 
 namespace {
 
-/// Over a place, looking down to one side.
+/// A fan above a place, looking down to one side.
 RayFan fan_over(const Eigen::Vector3d& place) {
   tests::Random random(3);
   const double half = std::sqrt(0.5);
@@ -142,7 +143,7 @@ RayFan fan_over(const Eigen::Vector3d& place) {
 }  // namespace
 
 TEST_CASE(
-    "Faces made ready by a spare thread give each ray the same hit, and leave those in use alone") {
+    "Faces prepared by a spare thread give each ray the same hit, and do not change those in use") {
   const refine::TriangleMesh bed = tests::open_grid(40, 40, 0.5, 0.4, 3);
   const refine::Bounds box = refine::bounds(bed);
   const Eigen::Vector3d middle = (0.5f * (box.lowest + box.highest)).cast<double>();
@@ -160,7 +161,7 @@ TEST_CASE(
       const Intersector* before = nullptr;
       for (int ping = 0; ping < 60; ++ping) {
         const auto at = [&](int p) {
-          const double along_m = 0.05 * p - (p > 40 ? 2.0 : 0.0);  // once it leaps
+          const double along_m = 0.05 * p - (p > 40 ? 2.0 : 0.0);  // with one leap
           return fan_over(middle + Eigen::Vector3d(0.0, along_m, 2.0));
         };
         const RayFan fan = at(ping);
@@ -172,13 +173,13 @@ TEST_CASE(
         before = &exact;
         bool does = true;
         for (int next = ping + 1; does && next < ping + 6; ++next) {
-          // Now and then another ping comes than was expected.
+          // Sometimes another ping comes than was announced.
           const RayFan expected = at(ping % 7 == 0 ? next + 20 : next);
           does = surface->expect({&expected, 1}, spare.threads);
         }
-        compare(fan, *whole, exact, count);  // meanwhile
+        compare(fan, *whole, exact, count);  // while it is being prepared
         spare.settle();
-        compare(fan, *whole, exact, count);  // and when it is there
+        compare(fan, *whole, exact, count);  // and when it is ready
         CHECK(surface->triangles().faces.data() == triangles.faces.data());
         if (ping == 30) surface->reset();
       }
@@ -188,8 +189,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE(
-    "Damage that a spare thread meets is told to the ping that wants those faces, to no other") {
+TEST_CASE("Damage found by a spare thread is reported only to the ping that needs those faces") {
   const refine::TriangleMesh bed = tests::open_grid(60, 20, 0.5, 0.4, 3);
   const refine::Bounds box = refine::bounds(bed);
   const Eigen::Vector3d middle = (0.5f * (box.lowest + box.highest)).cast<double>();
@@ -224,8 +224,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "A tree that is meant to do for several pings is not built at each, and not kept too long") {
+TEST_CASE("A tree for several pings is not built for each, and not kept too long") {
   const refine::TriangleMesh bed = tests::open_grid(40, 40, 0.5, 0.4, 3);
   const FaceSourceParts parts{
       .progressive = make_progressive_mesh(bed), .intersector = "embree", .tree_pings = 5};
@@ -235,7 +234,7 @@ TEST_CASE(
   for_one.tree_pings = 1;
   const auto alone = make_footprint_faces(for_one);
   tests::Random random(3);
-  // Over the bed's middle, looking down to one side.
+  // Above the bed's middle, looking down to one side.
   const refine::Bounds box = refine::bounds(bed);
   const double half = std::sqrt(0.5);
   RayFan fan = random_fan(random, box);
@@ -250,7 +249,7 @@ TEST_CASE(
   for (int ping = 0; ping < 40; ++ping) {
     if (ping == 20) fan.origin.y() += 3.0;  // a jump
     fan.origin += Eigen::Vector3d(0.0, 0.041, 0.003);
-    if (ping > 31) {  // turns as it goes
+    if (ping > 31) {  // turns while moving
       const Eigen::AngleAxisd turn(0.002, Eigen::Vector3d::UnitZ());
       fan.array_axis = turn * fan.array_axis;
       fan.middle = turn * fan.middle;
@@ -262,10 +261,10 @@ TEST_CASE(
     alone->prepare({&fan, 1});
     const std::size_t faces = surface->triangles().faces.size();
     const std::size_t needed = alone->triangles().faces.size();
-    if (ping == 20) CHECK(faces == needed);  // nothing says that it will jump again
+    if (ping == 20) CHECK(faces == needed);  // no second jump is expected
     if (ping == 2) CHECK(faces > needed);
   }
-  // Five pings each, but at first, at the jump and soon after it begins to turn.
+  // Five pings each, except at first, at the jump and soon after the turn begins.
   CHECK(built_at == std::vector{0, 1, 6, 11, 16, 20, 21, 26, 31, 34, 39});
   CHECK(count.hits > 1000);
   CHECK(count.differences == 0);

@@ -26,8 +26,8 @@ struct Case {
 
 int sign_of(Wide x) { return (x > 0) - (x < 0); }
 
-/// The sign with the origin really moved, by (B^-1, B^-2, B^-3) with B = 2^14: in whole numbers, as
-/// B^3 times everything. For components that are integers below 16.
+/// The sign with the origin actually moved, by (B^-1, B^-2, B^-3) with B = 2^14, in integers, that
+/// is with everything times B^3. For components that are integers below 16.
 int sign_by_moving(const Case& c) {
   constexpr Wide b = 1 << 14;
   std::array<Wide, 3> o{b * b, b, 1}, d, p, q;
@@ -70,7 +70,7 @@ Case random_case(std::mt19937& random, int below) {
 
 }  // namespace
 
-TEST_CASE("a side is the sign that a real little move of the ray gives") {
+TEST_CASE("a side is the sign that a small actual move of the ray gives") {
   std::mt19937 random(1);
   int ties = 0;
   for (int i = 0; i < 50000; ++i) {
@@ -82,7 +82,7 @@ TEST_CASE("a side is the sign that a real little move of the ray gives") {
   CHECK(ties > 5000);
 }
 
-TEST_CASE("a side is right where double is not: large integers that nearly cancel") {
+TEST_CASE("a side is right where double is wrong: large integers that nearly cancel") {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> last(-1, 1);
   int wrong_in_double = 0;
@@ -101,7 +101,7 @@ TEST_CASE("a side is right where double is not: large integers that nearly cance
 }
 
 // Stretching space along an axis, or the direction, by a power of two changes no side: so integers
-// reach every corner of the domain.
+// can test the whole domain.
 TEST_CASE("a side is exact for the smallest denormals and for 1e18") {
   std::mt19937 random(3);
   std::uniform_int_distribution<int> of_space(-140, 50), of_direction(-930, 50);
@@ -119,8 +119,8 @@ TEST_CASE("a side is exact for the smallest denormals and for 1e18") {
 }
 
 // The product is linear in the origin: from a tie, the smallest move along an axis gives the sign
-// of that axis' part, and a large one the same.
-TEST_CASE("the smallest denormal decides a tie, and outweighs the tie rule") {
+// of that axis' part, and so does a large one.
+TEST_CASE("the smallest denormal decides a tie before the tie rule does") {
   std::mt19937 random(4);
   int decided = 0;
   for (int i = 0; i < 20000; ++i) {

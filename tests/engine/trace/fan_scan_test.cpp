@@ -1,4 +1,5 @@
-// What is fan_scan's own beside the contract (tests/contract) and the comparison of all back-ends.
+// Tests of fan_scan in addition to the contract (tests/contract) and the comparison of all
+// back-ends.
 
 #include <bit>
 #include <cmath>
@@ -26,7 +27,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-/// A square of 2 n^2 faces about (0, 0), so long on a side, at -depth_m with heights of that rms.
+/// A square of 2 n^2 faces around (0, 0), side_m wide, at -depth_m with heights of rms_m.
 refine::TriangleMesh bed(std::uint32_t n, double side_m, double depth_m, double rms_m,
                          std::uint64_t seed = 5) {
   std::vector<double> heights((n + 1) * (n + 1));
@@ -88,7 +89,7 @@ refine::TriangleMesh stone(int n, double radius_m, std::uint64_t seed) {
   return mesh;
 }
 
-/// Stones, some half buried and some floating, on a bed 20 m deep.
+/// Stones, partly half buried, partly floating, on a bed 20 m deep.
 refine::TriangleMesh clutter(int stones, std::uint32_t bed_cells = 60) {
   refine::TriangleMesh mesh = bed(bed_cells, 60.0, 20.0, 0.05);
   std::vector<double> at(3 * static_cast<std::size_t>(stones));
@@ -109,7 +110,7 @@ struct Look {
   int elevations = 400;
 };
 
-/// A fan that looks to the east (before it is turned).
+/// A fan that looks east (before it is turned).
 RayFan fan_of(const Look& look, std::shared_ptr<const FanGrid> grid = nullptr) {
   if (!grid)
     grid = std::make_shared<const FanGrid>(FanLayout{.sector_low_rad = look.low_rad,
@@ -136,8 +137,8 @@ std::vector<Hit> hits_of(const Intersector& tracer, const RayFan& fan) {
   return hits;
 }
 
-/// fan_scan against the reference on these fans and on fans aimed at the mesh, static and on the
-/// faces that the fans can touch.
+/// Compares fan_scan with the reference on these fans and on fans aimed at the mesh, with static
+/// faces and with the faces that the fans can touch.
 std::vector<AgreementRow> compare_on(const refine::TriangleMesh& mesh,
                                      const std::vector<RayFan>& fans,
                                      std::uint64_t aimed_fan_rays = 30000) {
@@ -182,7 +183,7 @@ void require_sound(const refine::TriangleMesh& mesh, const std::vector<RayFan>& 
 
 }  // namespace
 
-TEST_CASE("fan_scan agrees with the reference, whichever way the sonar is turned and looks") {
+TEST_CASE("fan_scan agrees with the reference, for any attitude and sector of the sonar") {
   std::vector<RayFan> fans;
   for (const double turn : {-0.4, 0.0, 0.3})
     fans.push_back(fan_of({.roll_rad = turn, .pitch_rad = 0.7 * turn, .yaw_rad = 5.0 * turn}));
@@ -192,7 +193,7 @@ TEST_CASE("fan_scan agrees with the reference, whichever way the sonar is turned
   require_sound(bed(60, 60.0, 20.0, 0.2), fans);
 }
 
-TEST_CASE("fan_scan agrees with the reference among stones, overhangs and all") {
+TEST_CASE("fan_scan agrees with the reference among stones with overhangs") {
   std::vector<RayFan> fans;
   for (int i = 0; i < 6; ++i)
     fans.push_back(fan_of({.origin = {2.0 * i - 5.0, -3.0 * i, -18.5 + 0.7 * i},
@@ -206,7 +207,7 @@ TEST_CASE("fan_scan agrees with the reference among stones, overhangs and all") 
 TEST_CASE("fan_scan agrees with the reference on needles and on faces a kilometre long") {
   refine::TriangleMesh mesh = bed(1, 2000.0, 20.0, 0.0);
   add(mesh, bed(30, 30.0, 0.0, 0.2), {10.0, 0.0, -18.0});
-  for (int i = 0; i < 40; ++i) {  // a million times as long as wide, across and along the track
+  for (int i = 0; i < 40; ++i) {  // a million times longer than wide, across and along the track
     const auto n = static_cast<std::uint32_t>(mesh.positions.size());
     const float at = 0.5f * static_cast<float>(i) + 0.3f;
     if (i % 2) {
@@ -223,7 +224,7 @@ TEST_CASE("fan_scan agrees with the reference on needles and on faces a kilometr
                        fan_of({.origin = {3.0, 1.0, -18.99}, .low_rad = -80 * degree})});
 }
 
-TEST_CASE("fan_scan agrees where corners lie in the fan's planes, on its rays and at its height") {
+TEST_CASE("fan_scan agrees where corners are in the fan's planes, on its rays and at its height") {
   // Level faces at the sonar's height, vertical ones in its planes, the sonar over a vertex.
   refine::TriangleMesh mesh = bed(40, 40.0, 20.0, 0.0);
   add(mesh, bed(8, 8.0, 0.0, 0.0), {8.0, 0.0, -15.0});
@@ -239,7 +240,7 @@ TEST_CASE("fan_scan agrees where corners lie in the fan's planes, on its rays an
                          .truncation_rad = 0.5,
                          .main_lobe_rad = 0.4,
                          .elevations = 301});
-  // Through vertices of the bed 5 m below and of the faces abeam: tangents of whole numbers.
+  // Through vertices of the bed 5 m below and of the faces abeam: the tangents are integers.
   grid.planes.clear();
   for (const auto& [across, along] : {std::pair{0, 1}, {1, 8}, {-1, 5}, {1, 4}, {2, 9}, {-3, 10}})
     grid.planes.push_back(
@@ -262,7 +263,7 @@ TEST_CASE("fan_scan agrees where corners lie in the fan's planes, on its rays an
   require_sound(mesh, fans);
 }
 
-TEST_CASE("fan_scan takes tables of any law: two elevations, clusters, one") {
+TEST_CASE("fan_scan takes any tables: two elevations, clusters, one") {
   const refine::TriangleMesh mesh = bed(40, 40.0, 20.0, 0.1);
   FanGrid base(FanLayout{.sector_low_rad = 0.1,
                          .sector_high_rad = 1.5,
@@ -293,13 +294,13 @@ TEST_CASE("fan_scan takes tables of any law: two elevations, clusters, one") {
   CHECK(hits_of(*scan, fan_of({}, with({}))).empty());
 }
 
-TEST_CASE("fan_scan finds no gap between faces that have their own corners, wherever it looks") {
+TEST_CASE("fan_scan finds no gap between faces with separate corners, in any direction") {
   refine::TriangleMesh parted;
   for (const refine::TriangleMesh whole = stone(40, 10.0, 3);
        const refine::Face& face : whole.faces) {
     refine::Face own;
     for (std::size_t k = 0; k < 3; ++k) {
-      // Each second face turned, and wound the other way.
+      // Every second face rotated, and with reversed orientation.
       const std::uint32_t corner = face[parted.faces.size() % 2 ? 2 - k : (k + 1) % 3];
       own[k] = static_cast<std::uint32_t>(parted.positions.size());
       parted.positions.push_back(whole.positions[corner]);
@@ -326,7 +327,7 @@ TEST_CASE("fan_scan finds no gap between faces that have their own corners, wher
   }
 }
 
-TEST_CASE("of faces at one place fan_scan hits the first, whichever way round the others are") {
+TEST_CASE("of faces at one place fan_scan hits the first, in any orientation of the others") {
   const refine::TriangleMesh whole = bed(40, 40.0, 20.0, 0.2);
   refine::TriangleMesh doubled = whole;
   for (const refine::Face& face : whole.faces) {
@@ -344,7 +345,7 @@ TEST_CASE("of faces at one place fan_scan hits the first, whichever way round th
     REQUIRE(once[ray].face == twice[ray].face);
     if (!once[ray]) continue;
     ++met;
-    // Three of a face stand for it, the last of the doubled ones first.
+    // Each face has three copies, the last of the duplicates first.
     const std::size_t faces = whole.faces.size(), last = 3 * faces - 1;
     REQUIRE(backwards[ray].face == last - (faces + 2 * std::size_t{once[ray].face} + 1));
     REQUIRE(backwards[ray].t == Approx(once[ray].t).epsilon(1e-12));
@@ -379,7 +380,7 @@ TEST_CASE("fan_scan's runs are those of its hits, to the last bit") {
       }
 }
 
-TEST_CASE("a run's plane has its rays' hits, and says which side of the face they see") {
+TEST_CASE("a run's plane contains its rays' hits, and gives the side of the face that they see") {
   const refine::TriangleMesh mesh = clutter(60);
   const RayFan fan = fan_of({.roll_rad = 0.1, .yaw_rad = 1.0});
   const std::vector<Hit> hits = hits_of(*make_intersector("pluecker", mesh), fan);
@@ -407,7 +408,7 @@ TEST_CASE("a run's plane has its rays' hits, and says which side of the face the
   CHECK(rays == met);
 }
 
-TEST_CASE("fan_scan gives the same bits on every kind of vector register, and on plain numbers") {
+TEST_CASE("fan_scan gives the same bits on every vector target, and on plain numbers") {
   const refine::TriangleMesh mesh = clutter(60);
   const std::vector<RayFan> fans{
       fan_of(
@@ -436,7 +437,7 @@ TEST_CASE("fan_scan gives the same bits on every kind of vector register, and on
   CHECK(targets >= 2);
 }
 
-TEST_CASE("fan_scan refuses a list of rays with what to do") {
+TEST_CASE("fan_scan refuses a list of rays and names back-ends that take it") {
   const refine::TriangleMesh mesh = bed(2, 2.0, 1.0, 0.0);
   const auto scan = make_intersector("fan_scan", mesh);
   const Ray ray;
@@ -444,7 +445,7 @@ TEST_CASE("fan_scan refuses a list of rays with what to do") {
   CHECK_THROWS_WITH(scan->intersect({&ray, 1}, {&hit, 1}), Catch::Contains("fans only"));
 }
 
-TEST_CASE("fan_scan holds to numbers as large as the contract has") {
+TEST_CASE("fan_scan works up to the contract's largest numbers") {
   constexpr float big = 1e18f;
   const refine::TriangleMesh mesh{
       .positions = {{big, big, -big}, {-big, big, -big}, {0, -big, -big}, {1e-30f, 1, -1}},

@@ -42,10 +42,9 @@ WideVector cross(const WideVector& a, const WideVector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Does the ray hit the face, in whole numbers and by another way: the ray is really moved, by
-/// (B^-1, B^-2, B^-3) with B = 2^14; the point where it meets the face's plane, times the plane's
-/// approach and B^3, is looked up in the face's shadow on a plane of two axes. For integers
-/// below 16.
+/// Whether the ray hits the face, computed in integers in another way: the ray is actually moved,
+/// by (B^-1, B^-2, B^-3) with B = 2^14; the point where it meets the face's plane, times approach
+/// and B^3, is tested in the face's projection on two axes. For integers below 16.
 bool hit_by_moving(const refine::Triangles& mesh, std::uint32_t face, const Ray& ray) {
   constexpr Wide b = 1 << 14, unit = b * b * b;
   const WideVector a = wide(mesh.corner(face, 0));
@@ -54,16 +53,16 @@ bool hit_by_moving(const refine::Triangles& mesh, std::uint32_t face, const Ray&
   const Wide approach = dot(normal, d);
   if (approach == 0) return false;
   if ((dot(normal, a - o) < 0) != (approach < 0) && dot(normal, a - o) != 0)
-    return false;  // behind
+    return false;  // behind the origin
   const std::array<Wide, 3> move{b * b, b, 1};
-  WideVector to_origin, at;  // from a, times B^3; and times approach
+  WideVector to_origin, at;  // relative to a, times B^3; `at` also times approach
   for (std::size_t i = 0; i < 3; ++i) to_origin[i] = (o[i] - a[i]) * unit + move[i];
   for (std::size_t i = 0; i < 3; ++i)
     at[i] = to_origin[i] * approach - d[i] * dot(normal, to_origin);
   std::size_t dropped = 0;
   while (normal[dropped] == 0) ++dropped;
   const std::size_t j = (dropped + 1) % 3, k = (dropped + 2) % 3;
-  // at = beta ab + gamma ac in the shadow, all times the shadow's area and approach * B^3.
+  // at = beta ab + gamma ac in the projection, all times the projection's area and approach * B^3.
   const bool flipped = (normal[dropped] < 0) != (approach < 0);
   const Wide beta = (at[j] * ac[k] - at[k] * ac[j]) * (flipped ? -1 : 1);
   const Wide gamma = (ab[j] * at[k] - ab[k] * at[j]) * (flipped ? -1 : 1);
@@ -98,7 +97,7 @@ bool same_bits(const Hit& a, const Hit& b) {
 
 }  // namespace
 
-TEST_CASE("a face is hit when whole numbers say so, at corners, edges and in its plane too") {
+TEST_CASE("a face is hit as integers decide, at corners, at edges and in its plane too") {
   std::mt19937 random(1);
   std::size_t hits = 0;
   for (int scene = 0; scene < 100; ++scene) {
@@ -133,8 +132,8 @@ TEST_CASE("a face is hit when whole numbers say so, at corners, edges and in its
   CHECK(hits > 2000);
 }
 
-// The boundary of random unit cubes: closed, with edges where four faces meet, all of it in planes
-// of the grid. Each face is an intersector of its own, so that all crossings count.
+// The boundary of random unit cubes: closed, with edges where four faces meet, all in planes of the
+// grid. Each face is a separate intersector, so that all crossings count.
 //
 //    +--+  +--+
 //    |##|  |##|      o--> along grid lines, through vertices, edges, midpoints, within faces'
@@ -201,7 +200,7 @@ TEST_CASE("the tree changes no bit of an answer") {
   std::uniform_real_distribution<double> real(-1.0, 1.0);
   std::size_t hits = 0;
   for (int scene = 0; scene < 20; ++scene) {
-    // Soups of integers, of reals, of faces of all sizes, and of the float's whole range.
+    // Random faces: integers, reals, all sizes, and the whole range of float.
     refine::TriangleMesh mesh = integer_soup(random, 60, 300, 5);
     if (scene % 4 == 1)
       for (Vector3f& p : mesh.positions) p = Vector3f::NullaryExpr([&] { return real(random); });
@@ -258,6 +257,6 @@ TEST_CASE("a direction may be as short as a double can be, and as long as 1e18")
     CHECK(shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, length}, 0.0, 4.0 / length}));
     CHECK(!shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, length}, 0.0, 3.99 / length}));
   }
-  // Four units are more lengths of the smallest denormal than a double can count.
+  // For the smallest denormal, t would overflow at four units.
   CHECK(!shoot(*tracer, {{0, 0, 0}, {0.0, 0.0, std::numeric_limits<double>::denorm_min()}}));
 }

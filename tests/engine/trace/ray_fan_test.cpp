@@ -43,7 +43,8 @@ TEST_CASE("two thirds of a fan's elevations are even in range over a flat bed") 
   CHECK(widest <= (8.0 - 1.0 / std::sin(1.5)) / (0.65 * 999) * (1 + 1e-6));
 }
 
-TEST_CASE("a ray's sine from broadside is cos(elevation) sin(azimuth), and directions are unit") {
+TEST_CASE(
+    "a ray's sine from broadside is cos(elevation) sin(azimuth), and directions are unit vectors") {
   const auto grid = std::make_shared<const FanGrid>(layout);
   const RayFan fan{
       grid, {1, 2, 3}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(),
@@ -57,8 +58,7 @@ TEST_CASE("a ray's sine from broadside is cos(elevation) sin(azimuth), and direc
     }
 }
 
-TEST_CASE(
-    "planes lie even across the main lobe, alike on both sides, and reach the truncation angle") {
+TEST_CASE("planes are even across the main lobe, symmetric, and reach the truncation angle") {
   const FanGrid grid(layout);
   double total = 0.0;
   std::size_t even = 0;
@@ -87,12 +87,12 @@ TEST_CASE("the solid angles of a fan's rays fill the part of the sphere it cover
                   (grid.cos_elevation[j] + grid.cos_elevation[j - 1]) *
                   (grid.elevation_rad[j] - grid.elevation_rad[j - 1]);
   // |psi| <= t cuts the zone of height 2 sin(t) out of the sphere; the sector takes 1.67 rad of its
-  // turn about the array.
+  // rotation about the array.
   const double zone = 2.0 * std::sin(0.3) * 1.67;
   CHECK(filled == Approx(zone).epsilon(0.03));
 }
 
-TEST_CASE("a fan that cannot be laid out is refused") {
+TEST_CASE("an invalid fan layout is refused") {
   for (auto spoil : {+[](FanLayout& l) { l.sector_high_rad = l.sector_low_rad; },
                      +[](FanLayout& l) { l.sector_high_rad = l.sector_low_rad + std::numbers::pi; },
                      +[](FanLayout& l) { l.planes = 7; }, +[](FanLayout& l) { l.elevations = 1; },
@@ -103,8 +103,8 @@ TEST_CASE("a fan that cannot be laid out is refused") {
   }
 }
 
-TEST_CASE("a fan that leans still feeds its far range, as a level one does") {
-  // Of the rays, those that meet a flat bed in the outer half of the range.
+TEST_CASE("a tilted fan still covers its far range, like a level one") {
+  // The share of rays that meet a flat bed in the outer half of the range.
   const auto far_share = [](double lean_rad, double laid_for_rad) {
     const FanGrid grid({.sector_low_rad = -0.2,
                         .sector_high_rad = 1.5,
@@ -123,6 +123,6 @@ TEST_CASE("a fan that leans still feeds its far range, as a level one does") {
   CHECK(level > 0.35);
   for (const double lean_rad : {-0.1, 0.1}) {
     CHECK(far_share(lean_rad, lean_rad) == Approx(level).epsilon(0.1));
-    CHECK(far_share(lean_rad, 0.0) < 0.8 * level);  // laid as if it were level
+    CHECK(far_share(lean_rad, 0.0) < 0.8 * level);  // laid out as if it were level
   }
 }

@@ -1,5 +1,5 @@
-// Bent rays against chords of a hundredth of a millimetre's sagitta through the reference tracer,
-// over the seabeds of scenes and under measured casts. Takes a while: [.soak].
+// Compares bent rays with chords of a hundredth of a millimetre's sagitta through the reference
+// tracer, over the seabeds of scenes and with measured casts. Takes a while: [.soak].
 
 #include <algorithm>
 #include <array>
@@ -17,6 +17,7 @@
 #include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/refraction/refracted_path.h>
 #include <ensonify/scatter/sound_ray.h>
 
@@ -26,7 +27,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// A ray's first hit by short chords; then its own arc cut with that face's plane.
+/// A ray's first hit by short chords; then its arc is intersected with that face's plane.
 class Reference {
  public:
   Reference(const scatter::SoundSpeedProfile& profile, refine::Triangles triangles,
@@ -52,7 +53,7 @@ class Reference {
       double step_m = curvature > 0.0 ? std::sqrt(8e-5 / curvature) : range_m;
       step_m = std::min(step_m, range_m);
       const bool above = ray.point().depth_m < top_m_ - 2.0 && ray.point().down > 0.0;
-      if (above) step_m = std::max(step_m, 0.5);  // nothing is there
+      if (above) step_m = std::max(step_m, 0.5);  // no faces there
       ray.advance(std::min(step_m, ray.path_to_edge_m()));
       if (above && ray.point().depth_m < top_m_ - 1.0) continue;
       const Ray chord{place(from), place(ray) - place(from), 0.0, 1.0};
@@ -89,7 +90,7 @@ class Reference {
   double top_m_, reference_mps_;
 };
 
-constexpr std::size_t places = 3;  // along the track: about a million rays in all
+constexpr std::size_t places = 3;  // along the track: about a million rays in total
 
 struct Tally {
   std::size_t rays = 0, hits = 0, same = 0, near_edge = 0, unexplained = 0;
@@ -109,7 +110,8 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
   Tally tally;
   std::vector<RayFan> fans;
   for (std::size_t i = 1; i <= places; ++i)
-    for (const RayFan& fan : simulator.aim(poses[i * poses.size() / (places + 1)]))
+    for (const RayFan& fan :
+         SimulatorInternals::aim(simulator, poses[i * poses.size() / (places + 1)]))
       fans.push_back(fan);
   for (RayFan& fan : fans) {
     fan.bend = bend(profile, deepest_m, fan.range_m, mps);
@@ -129,7 +131,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
           if (found) tally.worst_s = std::max(tally.worst_s, std::abs(found.t - expected.t) / mps);
           continue;
         }
-        // A millimetre to any side it hits that as well, or the two are one place.
+        // A ray displaced by a millimetre hits the found face too, or both hits are at one place.
         const double t = std::min({found ? found.t : 1e9, expected ? expected.t : 1e9});
         const Vector3d across = d.unitOrthogonal(), other = d.cross(across);
         bool near_edge = (found && expected && std::abs(found.t - expected.t) < 1e-3) ||
@@ -137,7 +139,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
         for (const Vector3d& way : {across, Vector3d(-across), other, Vector3d(-other)}) {
           const Hit beside =
               reference.trace(fan.origin, (d + 1e-3 / t * way).normalized(), fan.range_m);
-          // Its neighbour at a corner is the same place.
+          // A neighbour at a corner is the same place.
           near_edge = near_edge || beside.face == found.face ||
                       (found && beside && std::abs(beside.t - found.t) < 2e-3);
         }
@@ -157,7 +159,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
 
 }  // namespace
 
-TEST_CASE("Bent rays over scenes' seabeds meet what their finest chords meet, when these do",
+TEST_CASE("Bent rays over scenes' seabeds hit what their finest chords hit, at the same time",
           "[.soak]") {
   std::map<std::string, scatter::SoundSpeedProfile> profiles;
   profiles.emplace("thermocline",

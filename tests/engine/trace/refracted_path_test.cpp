@@ -19,7 +19,7 @@ const scatter::SoundSpeedProfile thermocline({{0, 1520}, {6, 1520}, {10, 1490}, 
 const scatter::SoundSpeedProfile duct(
     {{1.81, 1481.35}, {3.35, 1476.16}, {5, 1475.21}, {9.76, 1478.1}, {30, 1482}});
 
-/// A rough bed some 15 m down, with boxes that stand on it and that float over it.
+/// A rough bed about 15 m deep, with boxes on it and floating over it.
 Seafloor rough_bed() {
   Seafloor bed;
   constexpr int n = 160;
@@ -53,7 +53,7 @@ RayFan fan_at(const Eigen::Vector3d& origin, int elevations, double range_m) {
   return {grid, origin, {0, 1, 0}, {c, 0, -s}, {s, 0, c}, range_m};
 }
 
-/// The first hit of a ray's chords of 2 cm, asked from its source on; none beyond the range.
+/// The first hit of a ray's chords of 2 cm from its source on; none beyond the range.
 Hit reference(const scatter::SoundSpeedProfile& profile, const Intersector& pluecker,
               const Ray& launch, double range_m, double reference_mps) {
   const Eigen::Vector3d d = launch.direction;
@@ -79,8 +79,8 @@ Hit reference(const scatter::SoundSpeedProfile& profile, const Intersector& plue
   return {};
 }
 
-/// Rays of a fan whose face or time is not the reference's, but for those that are a millimetre
-/// from where they would be.
+/// Compares the faces and times of a fan's rays with the reference's, except for rays that are
+/// within a millimetre of the expected face.
 void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elevations) {
   const Seafloor bed = rough_bed();
   const auto pluecker = make_intersector("pluecker", bed.mesh);
@@ -139,16 +139,16 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
 
 TEST_CASE("Bent rays hit the faces that their finest chords hit, at the same time") {
   for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
-    for (const double depth_m : {4.0, 8.0, 11.7})  // above all faces, bent most, and among them
+    for (const double depth_m : {4.0, 8.0, 11.7})  // above all faces, most bent, and among them
       compare(*profile, depth_m, 250);
 }
 
-TEST_CASE("So do ten times as many bent rays", "[.soak]") {
+TEST_CASE("Ten times as many bent rays hit the faces that their finest chords hit", "[.soak]") {
   for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
     for (const double depth_m : {4.0, 6.7, 8.0, 9.3, 11.7}) compare(*profile, depth_m, 2500);
 }
 
-TEST_CASE("What a bent fan can touch lies in its view volume") {
+TEST_CASE("Everything that a bent fan can touch is in its view volume") {
   const Seafloor bed = rough_bed();
   const double highest_m = refine::bounds(bed.mesh).highest.z();
   const auto embree = make_intersector("embree", bed.mesh);
@@ -164,8 +164,9 @@ TEST_CASE("What a bent fan can touch lies in its view volume") {
     if (hits[i]) CHECK(test.touches({tracer.tell(i, hits[i]).place.cast<float>(), 0.0f}));
 }
 
-TEST_CASE("In the picture of a bent fan a facet is where its neighbours' times put it") {
-  // Two rays to one plane: the pictured normal predicts the second's time from the first.
+TEST_CASE(
+    "In the straightened space of a bent fan a face is where its neighbours' times place it") {
+  // Two rays to one plane: the straightened normal predicts the second's time from the first's.
   const Seafloor bed = tests::level_bed(15.0);
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -4.0}, 2000, 60.0);

@@ -1,0 +1,61 @@
+# The headers that are installed: what simulate.h, run.h, reader.h, ray_by_ray.h (for a back-end),
+# display.h and seafloor.h include, directly or not. All others are private. A test compiles a
+# program over the installed ones alone, so one that is missing here is noticed.
+set(public_headers
+  engine/image/display.h
+  engine/image/display_options.h
+  engine/image/waterfall.h
+  engine/input_file.h
+  engine/memory.h
+  engine/preparation.h
+  engine/random.h
+  engine/run.h
+  engine/scene/extrapolation.h
+  engine/scene/reader.h
+  engine/scene/scene.h
+  engine/seafloor/bed/fractal.h
+  engine/seafloor/bed/heightfield.h
+  engine/seafloor/bed/ripples.h
+  engine/seafloor/bed/survey_detail.h
+  engine/seafloor/layers/area.h
+  engine/seafloor/layers/bedforms.h
+  engine/seafloor/layers/boulders.h
+  engine/seafloor/layers/layer_draws.h
+  engine/seafloor/layers/outcrops.h
+  engine/seafloor/layers/pits.h
+  engine/seafloor/layers/seabed.h
+  engine/seafloor/layers/trawl_marks.h
+  engine/seafloor/material.h
+  engine/seafloor/objects/object_options.h
+  engine/seafloor/objects/shape_size.h
+  engine/seafloor/seafloor.h
+  engine/seafloor/seafloor_options.h
+  engine/simd/cache_lines.h
+  engine/simulate.h
+  engine/sonar/echo/echo.h
+  engine/sonar/echo/object_view.h
+  engine/sonar/instrument/beam_pattern.h
+  engine/sonar/instrument/mounting.h
+  engine/sonar/instrument/pulse.h
+  engine/sonar/instrument/receiver_options.h
+  engine/sonar/instrument/sonar.h
+  engine/sonar/reception/artefacts.h
+  engine/sonar/reception/other_paths_options.h
+  engine/sonar/vehicle/motion_options.h
+  engine/sonar/vehicle/navigation.h
+  engine/sonar/vehicle/track.h
+  engine/stage_times.h
+  engine/trace/fan_runs.h
+  engine/trace/intersector.h
+  engine/trace/intersector_options.h
+  engine/trace/ray.h
+  engine/trace/ray_by_ray.h
+  engine/trace/ray_fan.h
+  engine/trace/refraction/refraction_mode.h
+  refine/error.h
+  refine/fan_volume.h
+  refine/progressive_mesh.h
+  refine/triangle_mesh.h
+  scatter/sea_water.h
+  scatter/sediment.h
+)

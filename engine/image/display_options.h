@@ -1,0 +1,36 @@
+#pragma once
+
+namespace ensonify::engine {
+
+enum class Palette { grey, copper, bronze, paper, viridis };
+
+/// How amplitude becomes brightness.
+enum class Mapping { gamma, logarithmic, equalised };
+
+/// The layer that a display shows.
+enum class DisplayedLayer { sample, intensity };
+
+/// How a waterfall becomes a picture: time-varied gain, normalisations, then amplitude to
+/// brightness. The layers do not change. Without beam_normalisation, flat_field and equalised
+/// mapping, the picture of a line depends on the scene and that line only, so a line can be shown
+/// at once.
+struct Display {
+  DisplayedLayer of = DisplayedLayer::sample;
+  /// Gain of spreading * log10(range) dB. 30 makes a bed of constant backscatter strength even
+  /// under a line array, 50 a bed with Lambert's law.
+  double spreading = 40.0;
+  bool absorption = true;  ///< compensate the two-way absorption
+  /// Columns are equally spaced in ground range, without the water column.
+  bool slant_range_correction = false;
+  bool beam_normalisation = false;  ///< divide by each side's mean level per depression angle
+  bool flat_field = false;          ///< divide by the mean level of each column
+  /// Added to the automatic gain, which shows the scene's bed, if it were level, with its median
+  /// at mid-brightness.
+  double gain_db = 0.0;
+  Mapping mapping = Mapping::gamma;
+  double gamma = 0.7;      ///< brightness = amplitude^gamma
+  double range_db = 50.0;  ///< of the logarithmic mapping, from black to white
+  Palette palette = Palette::grey;
+};
+
+}  // namespace ensonify::engine

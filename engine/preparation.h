@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string_view>
+
+#include <ensonify/engine/memory.h>
+
+namespace ensonify::engine {
+
+struct PreparedSeafloor;
+
+/// How a scene is made ready.
+struct Preparation {
+  std::filesystem::path cache;  ///< folder for analysed seafloors, made if missing; empty: none
+  int threads = 0;              ///< 0: one per core of the machine
+  /// Called with the name of the next stage ("seafloor", "analysis", "tree"). What it throws ends
+  /// the preparation.
+  std::function<void(std::string_view stage)> progress;
+  /// The scene's seafloor where prepare_seafloor() has made it before. It is shared, not copied.
+  std::shared_ptr<const PreparedSeafloor> seafloor = {};
+  MemoryLimit memory = {};  ///< for the whole process
+  double more_bytes = 0.0;  ///< part of it that the caller will take, as for the images of a run
+};
+
+/// Where analysed seafloors are kept by default: $XDG_CACHE_HOME/ensonify, or
+/// ~/.cache/ensonify; empty where there is neither.
+std::filesystem::path default_cache();
+
+}  // namespace ensonify::engine

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/scene/track_poses.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/stage_times.h>
+#include <ensonify/engine/trace/check/fan_comparison.h>
+#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/refine/spare_threads.h>
+
+namespace ensonify::engine {
+
+class Recorder;
+
+/// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed: a
+/// program does without. The Simulator's thread rule holds for all of it.
+struct SimulatorInternals {
+  /// Announces the poses of the pings after the next one: while that is traced, a spare thread
+  /// makes the faces ready for them. Poses and threads must be there until then; other poses may
+  /// come.
+  static void expect(Simulator& simulator, std::span<const Pose> poses,
+                     refine::SpareThreads& spare);
+
+  /// Forgets what earlier pings left in the face source. Pings do not depend on it; a block of them
+  /// starts with it, so that memory and speed do not either.
+  static void reset(Simulator& simulator);
+
+  /// The fans of a ping, in the order of its lines; good until the next call. Throws as
+  /// ping_numbered().
+  static std::span<const RayFan> aim(Simulator& simulator, const Pose& pose);
+
+  /// The nearest hit of every ray of each of these fans, in that order, along straight rays. Throws
+  /// as ping_numbered().
+  static std::vector<std::vector<Hit>> hits(Simulator& simulator, const Pose& pose);
+
+  /// Compares a ping of the scene with the exact reference, along straight rays: every hit and run
+  /// of its fans, by the face source as it is, and the altitude below; of each sonar. The next ping
+  /// is the same with it and without. The reference does not know the objects that add() brought.
+  /// Throws as ping_numbered().
+  static AgreementCounts verify(Simulator& simulator, const Pose& pose);
+
+  /// The scene's track with its warnings. Throws SceneError.
+  static TrackPoses track_poses(const Simulator& simulator);
+
+  /// How the seafloor was made.
+  static const PreparedSeafloor& prepared(const Simulator& simulator);
+  /// What the intersector's last bits depend on.
+  static std::string_view code_path(const Simulator& simulator);
+
+  /// What a sonar's samples stand for.
+  static const Recorder& recorder(const Simulator& simulator, std::size_t sonar);
+
+  /// From now on pings count what they see of each object, and so do those of clone_for_thread().
+  /// That takes part of their time where many objects are in view. Bent rays (sea.refraction =
+  /// "full") are not counted.
+  static void count_object_visibility(Simulator& simulator);
+  /// What was counted of a sonar's pings, one per object of the seafloor; empty where nothing was.
+  static std::span<const ObjectView> object_visibility(const Simulator& simulator,
+                                                       std::size_t sonar);
+  /// What became of this Simulator's refracted rays.
+  static RefractionCounts refraction_counts(const Simulator& simulator);
+  static const StageTimes& times(const Simulator& simulator);
+};
+
+}  // namespace ensonify::engine

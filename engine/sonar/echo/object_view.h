@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+
+namespace ensonify::engine {
+
+/// How much of an object a sonar sees: the solid angles, summed over all pings, of the rays that
+/// would meet it if it were alone in the water, and of those among them that meet it in the scene.
+/// The part that the bed buries and the part that something in front hides are not seen.
+struct ObjectView {
+  std::uint64_t alone = 0, seen = 0;  ///< in 2^-44 sr: whole numbers, whose sum has no order
+
+  ObjectView& operator+=(const ObjectView& other);
+  /// seen / alone; none for an object that no ray could have met.
+  double share() const { return static_cast<double>(seen) / static_cast<double>(alone); }
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+
+namespace ensonify::engine {
+
+/// Sea state: wind, shipping noise and volume scattering.
+struct SeaState {
+  double wind_mps = 5.0;
+  double shipping = 0.5;                ///< 0: no ships near .. 1: heavy traffic
+  double volume_scattering_db = -80.0;  ///< S_v, dB re 1/m
+};
+
+/// What is received in addition to the direct echo; nothing by default.
+struct OtherPathsOptions {
+  bool surface = false;    ///< first return and reverberation of the sea surface
+  bool volume = false;     ///< reverberation of the water
+  bool multiples = false;  ///< echoes reflected by the sea surface
+  /// Of a reflection at the bed, in multiples; unset: the sediment's at that angle, 10 dB if the
+  /// bed is not a sediment.
+  std::optional<double> bottom_loss_db;
+  bool double_bounce = false;  ///< between a wall and the bed in front of it
+  double wall_loss_db = 5.0;   ///< of the reflection at the wall
+  double burst_m = 0.0;        ///< range over which transmit leakage blinds the receiver; 0: none
+  std::optional<double> crosstalk_db;  ///< level of one side in the other; unset: none
+};
+
+}  // namespace ensonify::engine

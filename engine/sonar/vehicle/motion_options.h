@@ -1,0 +1,25 @@
+#pragma once
+
+namespace ensonify::engine {
+
+/// The random movement of one degree of freedom about its mean: a part driven by waves, a slow
+/// wander, or both. In the unit of the degree of freedom: radians, metres or m/s.
+struct Oscillation {
+  double rms = 0.0;  ///< of the periodic part
+  double period_s = 8.0;
+  double wander_rms = 0.0;  ///< of the slow part
+  double wander_s = 60.0;   ///< its correlation time
+
+  bool still() const { return rms == 0.0 && wander_rms == 0.0; }
+};
+
+/// The vehicle's deviation from its track: a constant attitude and random movements.
+struct MotionOptions {
+  double roll_rad = 0.0, pitch_rad = 0.0;  ///< added to those of the track
+  double crab_rad = 0.0;                   ///< heading minus course, to starboard
+  Oscillation roll, pitch, heading;        ///< radians
+  Oscillation heave, sway, surge;          ///< metres: up, to starboard and ahead of the course
+  Oscillation speed;                       ///< m/s, only of a generated track
+};
+
+}  // namespace ensonify::engine

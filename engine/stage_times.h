@@ -1,0 +1,25 @@
+#pragma once
+
+namespace ensonify::engine {
+
+/// Seconds spent in a ping's stages, summed over pings.
+struct StageTimes {
+  double surface_s = 0.0;  ///< which triangles are there
+  double trace_s = 0.0;    ///< nearest hits
+  double echo_s = 0.0;     ///< scattering and binning
+  double receive_s = 0.0;  ///< scatterers, noise and all to the recorder's samples
+
+  StageTimes& operator+=(const StageTimes& other) {
+    surface_s += other.surface_s;
+    trace_s += other.trace_s;
+    echo_s += other.echo_s;
+    receive_s += other.receive_s;
+    return *this;
+  }
+  StageTimes operator-(const StageTimes& other) const {
+    return {surface_s - other.surface_s, trace_s - other.trace_s, echo_s - other.echo_s,
+            receive_s - other.receive_s};
+  }
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+namespace ensonify::engine {
+
+/// How a back-end is made. A back-end ignores options that it does not use.
+struct IntersectorOptions {
+  /// Makes sure that rays through an edge or a corner hit, at some cost in speed (Embree's robust
+  /// mode); the exact back-ends always do.
+  bool robust = true;
+  /// Each tree is for one ping and one thread: built fast rather than traced fast.
+  bool for_one_ping = false;
+  /// The instruction set that the last bits of a float back-end may depend on (see
+  /// instruction_sets in embree.h); empty: the best that all machines of the last ten years have.
+  std::string instruction_set;
+
+  IntersectorOptions of_one_ping() const {
+    IntersectorOptions same = *this;
+    same.for_one_ping = true;
+    return same;
+  }
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,117 @@
+// The bytes themselves. All other tests compare a run with another run of the same program; these
+// hold what the program computes still against what it computed when the hashes were written.
+//
+// A hash that changed is a change for everyone who keeps datasets: mend the cause, or, if the new
+// bytes are the right ones, copy what the failure prints into the table and say in the commit and
+// in CHANGELOG.md what changed and why.
+//
+// The seafloor has no spectral relief: FFTW chooses its code by the machine. The C library does so,
+// too, so these tests are for machines that have fused multiply-adds.
+
+#include <cstddef>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/trace/embree/embree.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+// Objects, pits and boulders, a vehicle that moves, noise and a signal chain.
+constexpr const char* golden_scene = R"(version = 1
+seed = 7
+[seafloor]
+extent_east_m = 60
+extent_north_m = 30
+cell_m = 0.25
+depth_m = 15
+fractal.height_at_1m_m = 0
+[[seafloor.pits]]
+per_hectare = 200
+[[seafloor.boulders]]
+per_hectare = 150
+[[objects]]
+shape = "cylinder"
+east_m = 12
+north_m = 2
+[track]
+pings = 6
+[sonar.left-right]
+range_m = 25
+bins = 200
+elevations = 256
+[motion]
+roll_deg = 2
+pitch_deg = 1
+heading_deg = 1
+)";
+
+Scene scene_of(std::string_view intersector, std::string_view surface,
+               std::string_view instruction_set) {
+  Scene scene = parse_scene(golden_scene, "golden", {}, {});
+  scene.run.intersector = intersector;
+  scene.run.surface = surface;
+  scene.run.instruction_set = instruction_set;
+  return scene;
+}
+
+template <class T>
+void append(std::string& bytes, const std::vector<T>& values) {
+  const std::size_t size = bytes.size();
+  bytes.resize(size + values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(bytes.data() + size, values.data(), values.size() * sizeof(T));
+}
+
+/// Of all layers of all pings, in the files' order.
+std::string hash_of_run(const Scene& scene) {
+  Simulator simulator(scene);
+  const ScenePings all = ping_all(scene, simulator, 1);
+  std::string bytes;
+  for (const Waterfall& image : all.images)
+    BinLayers::for_each([&](std::string_view, auto layer) { append(bytes, image.pixels.*layer); });
+  return xxh128(bytes);
+}
+
+bool has_fused_multiply_add() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("fma") && __builtin_cpu_supports("avx2");
+#else
+  return false;
+#endif
+}
+
+struct Golden {
+  std::string_view intersector, surface, instruction_set, hash;
+};
+
+}  // namespace
+
+TEST_CASE("the bytes of a run are those of every version since they were written down") {
+  if (!has_fused_multiply_add()) {
+    WARN("skipped: the hashes are those of machines with AVX2 and fused multiply-adds");
+    return;
+  }
+  const std::vector<std::string_view> there = instruction_sets();
+  for (const Golden& golden : {
+           Golden{"pluecker", "static", "", ""},
+           Golden{"fan_scan", "footprint", "", ""},
+           Golden{"embree", "static", "sse2", ""},
+           Golden{"embree", "static", "avx2", ""},
+       }) {
+    const Scene scene = scene_of(golden.intersector, golden.surface, golden.instruction_set);
+    const std::string hash = hash_of_run(scene);
+    CAPTURE(golden.intersector, golden.surface, golden.instruction_set);
+    CHECK(hash == golden.hash);
+  }
+}

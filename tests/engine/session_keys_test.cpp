@@ -1,0 +1,86 @@
+#include <ensonify/engine/session_keys.h>
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+#include "support/tiny_scene.h"
+
+#include <ensonify/refine/error.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+const std::string range_key = "sonar.left-right.range_m";
+
+SessionScene tiny() { return SessionScene(tests::tiny_scene, "tiny", {range_key + "=14"}, {}); }
+
+double range_m(const Scene& scene) { return scene.sonars.front().range_m; }
+
+}  // namespace
+
+TEST_CASE("a session's scene has the last value of each key, over those of its start") {
+  SessionScene session = tiny();
+  CHECK(range_m(session.with()) == 14.0);
+  const std::vector<KeyValue> ten{{range_key, "10"}, {"seed", "7"}}, twelve{{range_key, "12"}};
+  CHECK(range_m(session.with(ten)) == 10.0);
+  CHECK(range_m(session.with()) == 14.0);  // it was not kept
+  session.keep(ten);
+  session.keep(twelve);
+  CHECK(range_m(session.with()) == 12.0);
+  CHECK(session.with().seed == 7);
+  CHECK(range_m(session.with(ten)) == 10.0);
+  CHECK_THROWS_AS(session.with(std::vector<KeyValue>{{range_key, "-1"}}), SceneError);
+}
+
+TEST_CASE("a change that is taken back leaves what was there before, and later changes") {
+  SessionScene session = tiny();
+  session.keep(std::vector<KeyValue>{{range_key, "10"}});
+  const SessionScene before = session;
+  const std::vector<KeyValue> change{{range_key, "11"}, {"seed", "7"}, {"track.pings", "3"}};
+  session.keep(change);
+  session.keep(std::vector<KeyValue>{{"seed", "8"}});
+  session.take_back(change, before);
+  CHECK(range_m(session.with()) == 10.0);
+  CHECK(session.with().seed == 8);
+  CHECK(session.with().track.pings == 9);
+}
+
+TEST_CASE("a session's scene reads its file once") {
+  const tests::TemporaryFolder folder;
+  tests::write_text(folder / "scene.toml", tests::tiny_scene);
+  const SessionScene session = SessionScene::of_file(folder / "scene.toml", {}, {});
+  tests::write_text(folder / "scene.toml", "damaged");
+  CHECK(range_m(session.with()) == 15.0);
+  CHECK(session.paths().scene_folder == folder.path());
+}
+
+TEST_CASE("a session sets its sonars' keys and no others") {
+  SessionScene session = tiny();
+  Simulator simulator(session.with());
+  for (int i = 0; i < 50; ++i)
+    set_sonars(simulator, session, std::vector<KeyValue>{{range_key, i % 2 == 0 ? "10" : "12"}});
+  CHECK(simulator.sonars().front().range_m == 12.0);
+  CHECK(range_m(session.with()) == 12.0);
+  CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{"seed", "3"}}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{range_key, "-3"}}), Error);
+  CHECK(simulator.sonars().front().range_m == 12.0);
+  CHECK(range_m(session.with()) == 12.0);
+}
+
+TEST_CASE("an object's keys make an object") {
+  const MovingObject object = object_of(
+      std::vector<KeyValue>{{"shape", "\"cylinder\""}, {"class", "\"mine\""}}, "'add'", {});
+  CHECK(object.class_name == "mine");
+  CHECK(object.material == "steel");
+  CHECK(!object.mesh.faces.empty());
+  CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"shape", "\"teapot\""}}, "'add'", {}),
+                  SceneError);
+  CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"no such key", "1"}}, "'add'", {}), SceneError);
+}
