@@ -16,7 +16,7 @@
 #include <ensonify/engine/sonar/vehicle/track.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/ray_fan.h>
-#include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 #include <ensonify/refine/spare_threads.h>
 #include <ensonify/refine/triangle_mesh.h>
 

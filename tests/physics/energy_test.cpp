@@ -6,6 +6,7 @@
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
@@ -24,7 +25,7 @@ Seafloor rough_bed(double height_at_1m_m) {
 }
 
 /// The same energy without bins: every ray's own, by the trapezoid rule along each plane.
-double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& beam,
+double energy_of_rays(const RayFan& fan, const RayLayout& layout, const Beam& beam,
                       const ReceiverMotion& listens, std::span<const Hit> hits,
                       const Seafloor& bed) {
   const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
@@ -43,7 +44,7 @@ double energy_of_rays(const RayFan& fan, const RayLayout& aperture, const Beam& 
       double step = 0.0;
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
-      sum += beam.two_way(Side::starboard, aperture.samples_of(k), fan.grid->cos_elevation[j],
+      sum += beam.two_way(Side::starboard, layout.samples_of(k), fan.grid->cos_elevation[j],
                           fan.ray(k, j).direction, hit.t, listens) *
              lambert.sigma_over_sine(sine) / (hit.t * hit.t) * step;
     }
@@ -68,8 +69,8 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         sonar.source_level_db = 0.0;
         const Seafloor bed = rough_bed(height_at_1m_m);
         const Medium medium{1500.0, 0.0};
-        const RayLayout aperture = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
-        const RayFan fan = place_fan(aperture, pose, Side::starboard, 80.0);
+        const RayLayout layout = make_ray_layout(sonar, 1500.0 / sonar.frequency_hz, 9.0);
+        const RayFan fan = place_fan(layout, pose, Side::starboard, 80.0);
         std::vector<Hit> hits(fan.grid->rays());
         make_intersector("embree", bed.mesh)->intersect(fan, hits);
 
@@ -80,16 +81,16 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         EchoLine line;
         line.side = Side::starboard;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
-        const ReceiverMotion listens = reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        const ReceiverMotion listens = receiver_motion(pose, line.side, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
-        former.form(fan, aperture, listens, bed.mesh, runs, line);
+        former.form(fan, layout, listens, bed.mesh, runs, line);
         const std::vector<float>& mean = line.bins.intensity_mean;
         const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
         const double in_bins =
             std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
         CHECK(in_bins ==
-              Approx(energy_of_rays(fan, aperture, beam, listens, hits, bed)).epsilon(1e-3));
+              Approx(energy_of_rays(fan, layout, beam, listens, hits, bed)).epsilon(1e-3));
       }
 }
 

@@ -37,7 +37,7 @@ TEST_CASE("the two-way beam's integral is its equivalent width, 2/3 lambda/L") {
   CHECK(integral == Approx(2.0 / 3.0 * array.wavelength_m / array.length_m).epsilon(1e-3));
 }
 
-TEST_CASE("an aperture's weights sum over planes to the beam's width at every elevation") {
+TEST_CASE("a ray layout's weights sum over planes to the beam's width at every elevation") {
   for (const double receive_m : {0.0, 0.25, 0.8})
     for (const int side_lobes : {0, 3}) {
       CAPTURE(receive_m, side_lobes);
@@ -46,10 +46,10 @@ TEST_CASE("an aperture's weights sum over planes to the beam's width at every el
       sonar.focused = true;
       sonar.receive_array_length_m = receive_m;
       sonar.side_lobes = side_lobes;
-      const RayLayout aperture = make_aperture(sonar, 0.00375, 7.5);
+      const RayLayout layout = make_ray_layout(sonar, 0.00375, 7.5);
       const Beam beam(sonar, 0.00375);
-      const ReceiverMotion still = reception({}, Side::port, 80.0, 1500.0);
-      const std::size_t elevations = aperture.grid->elevation_rad.size();
+      const ReceiverMotion still = receiver_motion({}, Side::port, 80.0, 1500.0);
+      const std::size_t elevations = layout.grid->elevation_rad.size();
       // The integral of sinc^2(a s) sinc^2(b s): two triangles' overlap, (1 - a / 3 b) / b for b >=
       // a.
       const double b = std::max(sonar.array_length_m, sonar.receive_length_m());
@@ -59,9 +59,9 @@ TEST_CASE("an aperture's weights sum over planes to the beam's width at every el
       const double beyond_db = side_lobes > 0 ? 0.01 : receive_m == 0.0 ? 0.015 : 0.25;
       for (std::size_t j = 0; j < elevations; ++j) {
         double sum = 0.0;
-        for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
-          if (aperture.grid->within_beam(k, j))
-            sum += beam.two_way(Side::port, aperture.samples_of(k), aperture.grid->cos_elevation[j],
+        for (std::size_t k = 0; k < layout.grid->planes.size(); ++k)
+          if (layout.grid->within_beam(k, j))
+            sum += beam.two_way(Side::port, layout.samples_of(k), layout.grid->cos_elevation[j],
                                 -still.abeam, 50.0, still);
         REQUIRE(std::abs(to_db(sum / width_rad)) < beyond_db);
       }
@@ -72,11 +72,11 @@ TEST_CASE("in the near field, too, a plane's samples sum to the beam's integral 
   Sonar sonar;
   sonar.vertical.beamwidth_rad = 0.0;
   for (const double height_m : {3.0, 8.0, 30.0}) {
-    const RayLayout aperture = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
+    const RayLayout layout = make_ray_layout(sonar, 0.00375, sonar.range_m / height_m);
     const Beam beam(sonar, 0.00375);
     const LineArray its_array{sonar.array_length_m, 0.00375};
-    const ReceiverMotion still = reception({}, Side::port, 80.0, 1500.0);
-    CHECK(aperture.grid->planes.size() <= 14);
+    const ReceiverMotion still = receiver_motion({}, Side::port, 80.0, 1500.0);
+    CHECK(layout.grid->planes.size() <= 14);
     for (const double range_m : {1.0, 1.1, 1.5, 2.3, 4.0, 9.0}) {
       const double r = range_m * height_m;
       double width_rad = 0.0;
@@ -84,9 +84,9 @@ TEST_CASE("in the near field, too, a plane's samples sum to the beam's integral 
       for (double s = 0.5 * step; s < 0.25; s += step)
         width_rad += 2.0 * step * std::pow(its_array.power(s, r), 2);
       double sum = 0.0;
-      for (std::size_t k = 0; k < aperture.grid->planes.size(); ++k)
-        if (std::abs(aperture.grid->planes[k].sin_azimuth) <= aperture.grid->sin_truncation)
-          sum += beam.two_way(Side::port, aperture.samples_of(k), 1.0, still.down, r, still);
+      for (std::size_t k = 0; k < layout.grid->planes.size(); ++k)
+        if (std::abs(layout.grid->planes[k].sin_azimuth) <= layout.grid->sin_truncation)
+          sum += beam.two_way(Side::port, layout.samples_of(k), 1.0, still.down, r, still);
       CAPTURE(height_m, r);
       CHECK(to_db(sum / width_rad) == Approx(0.0).margin(0.05));
     }
@@ -106,8 +106,8 @@ TEST_CASE("a receiver that has moved and turned sees the echo where its own fram
   const Beam beam(sonar, wavelength_m);
   const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
   for (const Side side : {Side::port, Side::starboard}) {
-    const ReceiverMotion listens = reception(pose, side, 80.0, sound_speed_mps);
-    CHECK_FALSE(listens.still);
+    const ReceiverMotion listens = receiver_motion(pose, side, 80.0, sound_speed_mps);
+    CHECK_FALSE(listens.steady);
     const Eigen::Matrix3d body = body_to_world(pose);
     const double sign = side == Side::port ? -1.0 : 1.0;
     const Eigen::Vector3d direction =
@@ -126,7 +126,7 @@ TEST_CASE("a receiver that has moved and turned sees the echo where its own fram
             Approx(expected).epsilon(0.01));
     }
   }
-  CHECK(reception(Pose{}, Side::port, 80.0, sound_speed_mps).still);
+  CHECK(receiver_motion(Pose{}, Side::port, 80.0, sound_speed_mps).steady);
 }
 
 TEST_CASE(
