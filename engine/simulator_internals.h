@@ -12,7 +12,7 @@
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/ray_fan.h>
-#include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 #include <ensonify/refine/spare_threads.h>
 
 namespace ensonify::engine {

@@ -567,8 +567,8 @@ Agreement compare_over(const Scene& scene, int pings) {
   const Seafloor bed = make_seafloor(scene.seafloor, scene.seed);
   const Sonar& sonar = scene.sonars.front();
   const double altitude_m = scene.track.altitude_m;
-  const RayLayout aperture =
-      make_aperture(sonar, 1500.0 / sonar.frequency_hz, sonar.range_m / altitude_m);
+  const RayLayout layout =
+      make_ray_layout(sonar, 1500.0 / sonar.frequency_hz, sonar.range_m / altitude_m);
   const auto embree = make_intersector("embree", bed.mesh);
   const auto pluecker = make_intersector("pluecker", bed.mesh);
   std::vector<Agreement> counts(2 * static_cast<std::size_t>(pings));
@@ -578,7 +578,7 @@ Agreement compare_over(const Scene& scene, int pings) {
                     .roll_rad = 0.02 * step,
                     .heading_rad = 0.4 * step};
     const RayFan fan =
-        place_fan(aperture, pose, item % 2 ? Side::starboard : Side::port, sonar.range_m);
+        place_fan(layout, pose, item % 2 ? Side::starboard : Side::port, sonar.range_m);
     std::vector<Hit> found(fan.grid->rays()), expected(fan.grid->rays());
     embree->intersect(fan, found);
     pluecker->intersect(fan, expected);

@@ -27,7 +27,7 @@ Seafloor rough_bed(double height_at_1m_m) {
 /// The same energy without bins: the sum of the rays' energies, by the trapezoid rule along each
 /// plane.
 double energy_of_rays(const RayFan& fan, const RayLayout& layout, const Beam& beam,
-                      const ReceiverMotion& receiver_motion, std::span<const Hit> hits,
+                      const ReceiverMotion& motion, std::span<const Hit> hits,
                       const Seafloor& bed) {
   const scatter::BackscatterTable lambert(scatter::Lambert(-27.0));
   const refine::Triangles mesh = bed.mesh;
@@ -46,7 +46,7 @@ double energy_of_rays(const RayFan& fan, const RayLayout& layout, const Beam& be
       if (j > 0 && fan.grid->within_beam(k, j - 1)) step += 0.5 * (e[j] - e[j - 1]);
       if (j + 1 < e.size() && fan.grid->within_beam(k, j + 1)) step += 0.5 * (e[j + 1] - e[j]);
       sum += beam.two_way(Side::starboard, layout.samples_of(k), fan.grid->cos_elevation[j],
-                          fan.ray(k, j).direction, hit.t, receiver_motion) *
+                          fan.ray(k, j).direction, hit.t, motion) *
              lambert.sigma_over_sine(sine) / (hit.t * hit.t) * step;
     }
   return sum;
@@ -70,7 +70,7 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         sonar.source_level_db = 0.0;
         const Seafloor bed = rough_bed(height_at_1m_m);
         const Medium medium{1500.0, 0.0};
-        const RayLayout layout = make_aperture(sonar, 1500.0 / sonar.frequency_hz, 9.0);
+        const RayLayout layout = make_ray_layout(sonar, 1500.0 / sonar.frequency_hz, 9.0);
         const RayFan fan = place_fan(layout, pose, Side::starboard, 80.0);
         std::vector<Hit> hits(fan.grid->rays());
         make_intersector("embree", bed.mesh)->intersect(fan, hits);
@@ -82,17 +82,17 @@ TEST_CASE("the bins hold the energy of the rays, however rough the bed") {
         EchoLine line;
         line.side = Side::starboard;
         line.bins.assign(static_cast<std::size_t>(sonar.bins));
-        const ReceiverMotion receiver_motion =
-            reception(pose, line.side, 80.0, medium.sound_speed_mps);
+        const ReceiverMotion motion =
+            receiver_motion(pose, line.side, 80.0, medium.sound_speed_mps);
         FanRuns runs;
         runs.take(fan, bed.mesh, hits);
-        former.form(fan, layout, receiver_motion, bed.mesh, runs, line);
+        former.form(fan, layout, motion, bed.mesh, runs, line);
         const std::vector<float>& mean = line.bins.intensity_mean;
         const double range_cell_m = sonar.pulse.cell_m(medium.sound_speed_mps);
         const double in_bins =
             std::accumulate(mean.begin(), mean.end(), 0.0) * sonar.bin_m() / range_cell_m;
         CHECK(in_bins ==
-              Approx(energy_of_rays(fan, layout, beam, receiver_motion, hits, bed)).epsilon(1e-3));
+              Approx(energy_of_rays(fan, layout, beam, motion, hits, bed)).epsilon(1e-3));
       }
 }
 

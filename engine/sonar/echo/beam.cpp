@@ -17,9 +17,10 @@ double nearness_of(std::size_t row) {
   return middle_nearness * static_cast<double>(row) / static_cast<double>(rows - row);
 }
 
-/// One row: power times 1 + 2 F, which stays within bounds, at x = column * step.
+/// One row: power times 1 + 2 F, which stays bounded as F grows, at x = column * step.
 void fill_row(double nearness, double step, std::span<float> row) {
-  // The array's integral over one half, by Simpson's rule; cosines of its steps by recurrence.
+  // The Fresnel integral over one half of the array, by Simpson's rule; the cosines of its steps by
+  // recurrence.
   const double last_x = step * static_cast<double>(row.size() - 1);
   const int steps = 64 + 2 * static_cast<int>(4.0 * (nearness + last_x));
   const double du = 0.5 / steps;
@@ -45,7 +46,7 @@ void fill_row(double nearness, double step, std::span<float> row) {
   }
 }
 
-/// A measure of the direction's angle, -2 to 2 once around, that takes no arc tangent.
+/// A measure of a direction's angle that grows from -2 to 2 over a turn and takes no arc tangent.
 double diamond_angle(double abeam, double down) {
   const double t = down / (std::abs(abeam) + std::abs(down));
   return abeam >= 0.0 ? t : down >= 0.0 ? 2.0 - t : -2.0 - t;
@@ -53,7 +54,7 @@ double diamond_angle(double abeam, double down) {
 
 }  // namespace
 
-// One lobe more than asked for, since a moving receiver looks beyond the transmitter's.
+// One lobe more than asked for, because a moving receiver reaches beyond the transmitter's lobes.
 ArrayTable::ArrayTable(int side_lobes)
     : reach_(side_lobes + 2.0),
       columns_(static_cast<std::size_t>(columns_per_lobe * (side_lobes + 2)) + 1),
@@ -66,7 +67,7 @@ ArrayTable::ArrayTable(int side_lobes)
 }
 
 ArrayTable::Row ArrayTable::row(double nearness) const {
-  // One division for three.
+  // One division in place of three.
   const double to_middle = nearness + middle_nearness, to_reach = nearness + reach_,
                to_scale = 1.0 + 2.0 * nearness;
   const double inverse = 1.0 / (to_middle * to_reach * to_scale);
@@ -94,27 +95,28 @@ double VerticalTable::power(double abeam, double down) const {
   return values_[below] + share * (values_[below + 1] - values_[below]);
 }
 
-ReceiverMotion reception(const Pose& pose, Side side, double range_m, double sound_speed_mps) {
+ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m,
+                               double sound_speed_mps) {
   const double back_s = 2.0 * range_m / sound_speed_mps;
-  ReceiverMotion listens;
-  listens.still = pose.velocity_mps.isZero(0.0) && pose.roll_rate_radps == 0.0 &&
+  ReceiverMotion motion;
+  motion.steady = pose.velocity_mps.isZero(0.0) && pose.roll_rate_radps == 0.0 &&
                   pose.pitch_rate_radps == 0.0 && pose.heading_rate_radps == 0.0;
-  listens.drift = 2.0 / sound_speed_mps * pose.velocity_mps;
+  motion.drift = 2.0 / sound_speed_mps * pose.velocity_mps;
   const Eigen::Matrix3d sent = body_to_world(pose);
   const Eigen::Matrix3d turn = (body_to_world(pose.after(back_s)) - sent) / range_m;
   const double to_side = side == Side::port ? -1.0 : 1.0;
-  listens.drift_along = listens.drift.dot(sent.col(0));
-  listens.abeam = to_side * sent.col(1);
-  listens.down = sent.col(2);
-  listens.array_turn = turn.col(0);
-  listens.abeam_turn = to_side * turn.col(1);
-  listens.down_turn = turn.col(2);
-  return listens;
+  motion.drift_along = motion.drift.dot(sent.col(0));
+  motion.abeam = to_side * sent.col(1);
+  motion.down = sent.col(2);
+  motion.array_turn = turn.col(0);
+  motion.abeam_turn = to_side * turn.col(1);
+  motion.down_turn = turn.col(2);
+  return motion;
 }
 
 Beam::Beam(const Sonar& sonar, double wavelength_m)
     : focused_(sonar.focused),
-      alike_(sonar.receive_length_m() == sonar.array_length_m),
+      same_arrays_(sonar.receive_length_m() == sonar.array_length_m),
       table_(sonar.side_lobes),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)} {
@@ -128,27 +130,27 @@ Beam::Beam(const Sonar& sonar, double wavelength_m)
 
 double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
                      const Eigen::Vector3d& direction, double range_m,
-                     const ReceiverMotion& reception) const {
+                     const ReceiverMotion& motion) const {
   const VerticalTable& vertical = vertical_table(side);
-  const double sent = vertical.power(direction.dot(reception.abeam), direction.dot(reception.down));
+  const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
   const auto cosine = static_cast<float>(cos_elevation);
   const ArrayTable::Row row = table_.row(transmit_.nearness_m / range_m);
   float sum = 0.0f;
-  if (reception.still && alike_) {
+  if (motion.steady && same_arrays_) {
     for (const BeamSample& sample : samples) {
       const float one_way = table_.value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
       sum += sample.width_rad * one_way * one_way;
     }
     return cos_elevation * sent * sent * row.scale * row.scale * sum;
   }
-  const ArrayTable::Row heard_row = alike_ ? row : table_.row(receive_.nearness_m / range_m);
+  const ArrayTable::Row heard_row = same_arrays_ ? row : table_.row(receive_.nearness_m / range_m);
   double heard = sent;
   float shift = 0.0f;
-  if (!reception.still) {
-    const Eigen::Vector3d way = direction - reception.drift;
-    shift = static_cast<float>(range_m * way.dot(reception.array_turn) - reception.drift_along);
-    heard = vertical.power(way.dot(reception.abeam) + range_m * way.dot(reception.abeam_turn),
-                           way.dot(reception.down) + range_m * way.dot(reception.down_turn));
+  if (!motion.steady) {
+    const Eigen::Vector3d way = direction - motion.drift;
+    shift = static_cast<float>(range_m * way.dot(motion.array_turn) - motion.drift_along);
+    heard = vertical.power(way.dot(motion.abeam) + range_m * way.dot(motion.abeam_turn),
+                           way.dot(motion.down) + range_m * way.dot(motion.down_turn));
   }
   for (const BeamSample& sample : samples) {
     const float sine = cosine * sample.sin_azimuth;

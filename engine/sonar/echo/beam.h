@@ -14,22 +14,23 @@
 
 namespace ensonify::engine {
 
-/// LineArray::power of an unfocused array as a table, the same for all arrays: over the angle
-/// x = L sin(psi) / lambda and the nearness F = L^2 / (2 lambda r). Bilinear; within 0.3 % of the
-/// axis' power at F below 5. Beyond the side lobes it was made for it is 0.
+/// LineArray::power of an unfocused array as a table, which is the same for all arrays: over the
+/// angle x = L sin(psi) / lambda and the nearness F = L^2 / (2 lambda r). Interpolated linearly in
+/// both; its error is within 0.3 % of the power on the axis for F below 5. It is 0 beyond the side
+/// lobes that it was made for.
 class ArrayTable {
  public:
   explicit ArrayTable(int side_lobes);
 
-  /// Where a nearness lies in the table.
+  /// Two rows of the table, between which a nearness lies.
   struct Row {
-    const float* values;  ///< of the row below; the next follows it
-    float share;          ///< of the next
+    const float* values;  ///< of the lower row; those of the upper row follow
+    float share;          ///< of the upper row
     float columns_per_x;
-    float scale;  ///< from values() to powers
+    float scale;  ///< power over value()
   };
   Row row(double nearness) const;
-  /// Power over the row's scale.
+  /// The power at x, divided by the row's scale.
   float value(const Row& row, float x) const {
     const float place = std::abs(x) * row.columns_per_x;
     if (!(place < last_column_)) return 0.0f;
@@ -46,17 +47,18 @@ class ArrayTable {
   double reach() const { return reach_; }
 
  private:
-  double reach_;  // x of the last column is nearness + reach
+  double reach_;  // the last column is at x = nearness + reach
   std::size_t columns_;
   float last_column_;
   std::vector<float> values_;
 };
 
-/// A side's vertical pattern as a table over direction, without angles.
+/// The vertical pattern of a side as a table over direction, whose lookup takes no arc tangent.
 class VerticalTable {
  public:
   VerticalTable(const VerticalPattern& pattern, Side side);
-  /// Of a direction's parts abeam (to the side) and down, of any length but 0.
+  /// One-way power in a direction, from its components abeam (to the side) and down; of any length
+  /// except 0.
   double power(double abeam, double down) const;
   std::span<const float> values() const { return values_; }
 
@@ -64,49 +66,53 @@ class VerticalTable {
   std::vector<float> values_;
 };
 
-/// Where a side of the sonar listens from: it has moved and turned when an echo comes back.
+/// How a side of the sonar has moved and turned when an echo comes back, against its pose at
+/// transmission. All vectors are in world axes.
 struct ReceiverMotion {
   Eigen::Vector3d abeam = Eigen::Vector3d::Zero();  ///< to the side, at transmission
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
-  bool still = true;                                ///< it has not; the rest does not matter then
-  Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< its way a metre of the echo's range
-  double drift_along = 0.0;                         ///< of that, along the array
-  // What is added to the axes a metre of range.
+  bool steady = true;                               ///< it has not moved: what follows is zero
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();  ///< metres per metre of the echo's range
+  double drift_along = 0.0;                         ///< the part of drift along the array
+  // The change of the array's axis and of the axes above, per metre of range.
   Eigen::Vector3d array_turn = Eigen::Vector3d::Zero();
   Eigen::Vector3d abeam_turn = Eigen::Vector3d::Zero();
   Eigen::Vector3d down_turn = Eigen::Vector3d::Zero();
 };
 
-/// The pose at t + 2 r / c for echoes from all ranges r up to one, the axes being interpolated.
-ReceiverMotion reception(const Pose& pose, Side side, double range_m, double sound_speed_mps);
+/// The motion of a side from its pose at t to that at t + 2 r / c, for echoes from all ranges r up
+/// to range_m. The axes are interpolated linearly over r.
+ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m, double sound_speed_mps);
 
-/// The two-way beam of a sonar at any range, near and far.
+/// The two-way beam of a sonar, in the near field and the far field.
 class Beam {
  public:
   Beam(const Sonar& sonar, double wavelength_m);
 
-  /// Transmit times receive over the samples of a ray's plane, times its solid angle a radian of
-  /// elevation.
+  /// Transmit power times receive power, integrated over the samples of a ray's plane, times the
+  /// cosine of elevation: the weight of the ray per radian of elevation. direction: of the ray,
+  /// unit, world axes.
   double two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
                  const Eigen::Vector3d& direction, double range_m,
                  const ReceiverMotion& reception) const;
 
-  /// Of a line array.
+  /// A line array's scale of the table: x over sin(psi), and nearness times range (0: focused).
   struct Array {
     float x_per_sine;
-    double nearness_m;  ///< nearness times range
+    double nearness_m;
   };
   const Array& transmit() const { return transmit_; }
   const Array& receive() const { return receive_; }
   bool focused() const { return focused_; }
-  bool alike() const { return alike_; }  ///< the two arrays
+  /// Whether the transmit and the receive array are of one length.
+  bool same_arrays() const { return same_arrays_; }
   const ArrayTable& array_table() const { return table_; }
   const VerticalTable& vertical_table(Side side) const {
     return vertical_[static_cast<std::size_t>(side)];
   }
 
  private:
-  bool focused_, alike_;
+  bool focused_, same_arrays_;
   Array transmit_, receive_;
   ArrayTable table_;
   std::array<VerticalTable, 2> vertical_;

@@ -5,21 +5,23 @@
 
 namespace ensonify::engine {
 
-// How the beam's tables (beam.h) are laid out, for the kernel that reads them as well; it takes no
-// header that has more in it.
+// The layout of the beam's tables (beam.h), for echo_kernel.cpp, which reads them too and may
+// include only plain constants and structs.
 
-/// ArrayTable's rows are even in F / (F + 2): 0.008 apart in F where the beam is far, a few percent
-/// of F near by. Its columns are even in x, from 0 to F + its reach.
+/// The rows of ArrayTable are at equal steps of F / (F + 2): in F, steps of 0.008 in the far field,
+/// and of a few percent in the near field. Its columns are at equal steps of x, from 0 to F +
+/// reach.
 inline constexpr std::int32_t array_rows = 256;
 inline constexpr double array_middle_nearness = 2.0;
 
-/// VerticalTable's values, even in the diamond angle, and one more behind.
-inline constexpr std::int32_t vertical_directions = 8192;  // a turn
+/// The values of VerticalTable over a full turn, at equal steps of the diamond angle; one more
+/// value follows them.
+inline constexpr std::int32_t vertical_directions = 8192;
 
-/// Part of a fan's plane, where the beam is sampled.
+/// Where the beam is sampled across a fan's plane.
 struct BeamSample {
   float sin_azimuth;
-  float width_rad;  ///< the azimuth it stands for
+  float width_rad;  ///< the azimuth that the sample stands for
 };
 
 }  // namespace ensonify::engine

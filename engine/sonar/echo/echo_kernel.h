@@ -8,130 +8,164 @@
 
 namespace ensonify::engine {
 
-/// Arrays of the kernel are longer by so much.
+// The inner loops of an echo, compiled once for each kind of vector register. They take plain
+// arrays, because they must share no inline function with the rest of the program. All targets do
+// the same operations on each number, fused ones included: the results are the same to the last
+// bit.
+//
+// A piece is a few neighbouring rays of one plane of a fan that hit one face. Pieces come as
+// columns, one value per piece. The names that end in `_rad` and `_m` are in radians and metres.
+
+/// Columns of pieces have room for this many values behind the last piece: one vector register.
 inline constexpr std::size_t lane_padding = 16;
 
-/// What a vector has of a ray's direction, and of what a receiver drifts while the echo comes back:
-/// the ray of elevation e has cos(e) level + sin(e) pole of it, less the drift.
+/// What pieces are, in the order of their rays. The values in the padding repeat the last piece.
+struct PieceGeometry {
+  std::size_t count;
+  const std::uint32_t *begin, *end;  ///< rays [begin, end) of the plane, by elevation
+  const std::uint32_t* index;        ///< of the face, as in Hit
+  /// The plane of the face, as in FanRuns: a ray of elevation e meets it at the range
+  /// distance / (level cos e + pole sin e).
+  const double *level, *pole, *distance;
+  const std::int32_t* strengths_from;  ///< where the face's material begins in `strengths`
+};
+
+/// The elevations of a fan's rays, as in RayLayout.
+struct RayAngles {
+  const double* edge_rad;         ///< halfway from each elevation to the one before it
+  const double *cosines, *sines;  ///< of each elevation (2 j), and halfway to the next (2 j + 1)
+};
+
+/// A vector as a plane of a fan sees it: along a ray of elevation e it has
+/// cos(e) level + sin(e) pole. `drift` is its part along ReceiverMotion::drift.
 struct AlongPlane {
   float level, pole, drift;
 };
 
-/// What the echo of one plane of a fan is computed from, and the result, as plain arrays: the loop
-/// is compiled once for each kind of vector register, and must share no inline function with the
-/// rest of the program. All do the same operations on each number, fused ones included: the results
-/// are the same to the last bit.
-///
-/// A piece is a few neighbouring rays that hit one face, told by its plane as in FanRuns.
-struct PieceKernelArgs {
-  // Of each piece:
-  const std::uint32_t *begin, *end;  ///< elevations [begin, end)
-  const std::uint32_t* index;        ///< of the face
-  const double *level, *pole, *distance;
-  const std::int32_t* strengths_from;  ///< where its bottom's begin in `strengths`
-  std::size_t pieces;
-  // Of the elevations: the angles between neighbours, and sine and cosine of each (2 j) and of
-  // those between (2 j + 1).
-  const double *edge_rad, *cosines, *sines;
-  std::array<double, 3> direction, pole_direction;  ///< of elevation 0, and along the pole
-  double range_m;
-  // The beam: BeamSamples across the plane, ...
-  const BeamSample* samples;
+/// The two-way beam over one plane: the arguments of Beam::two_way as plain tables.
+struct PlaneBeam {
+  const BeamSample* samples;  ///< across the plane
   std::size_t sample_count;
-  const float* array_power;  ///< ArrayTable's, with so many columns a row
-  std::int32_t columns;
+  // The horizontal pattern: ArrayTable's values, and what turns an array's angle into its columns.
+  const float* array_power;
+  std::int32_t columns;  ///< of one row
   float reach;
   struct Array {
     float nearness_m, x_per_sine;
   } transmit, receive;
-  bool alike;  ///< the two
-  bool far;    ///< focused: nearness is 0
-  // ... the vertical pattern, VerticalTable's, and how the receiver moves.
-  const float* vertical;
-  bool still;
-  AlongPlane abeam, down, array_turn, abeam_turn, down_turn;  ///< as in Reception
+  bool same_arrays;       ///< transmit and receive
+  bool focused;           ///< nearness is 0: only the table's first row counts
+  const float* vertical;  ///< VerticalTable's values
+  // How the receiver moves, as in ReceiverMotion.
+  bool steady;
+  AlongPlane abeam, down, array_turn, abeam_turn, down_turn;
   float drift_along;
-  const float* strengths;  ///< scatter::BackscatterTable's, one after another
-
-  double bin_m;
-
-  // Out, of each piece:
-  double *range_m_of, *energy;  ///< at its middle; energy of all of it
-  double *to_last_m,
-      *to_end_m;    ///< how much range grows from the middle to the last ray, and to the end
-  double* middles;  ///< four a piece: x, y, z from the sonar and the grazing angle of what the
-                    ///< middle saw,
-  double* changes;  ///< and how they change from end to end
-  float* weight;    ///< the two-way beam times the solid angle per radian of elevation; negative
-                  ///< where nothing answers
-  float* slant;      ///< by what share its energy's density over range changes from end to end
-  float* width_rad;  ///< the elevation it stands for, and
-  float* step_rad;   ///< a ray's share of that
-  double *from_m, *until_m;  ///< its ends, halfway to those of its neighbours
-
-  /// Pieces that do not surely go on from the one before on one surface, which has from_m and
-  /// until_m to do.
-  std::uint32_t* breaks;
-  std::size_t break_count;
 };
 
-/// How many rays of a run count as one piece: so many that its range grows no more from end to end
-/// than a straight line can tell.
-struct RunLimits {
-  // Of each run, as in FanRuns, and of the elevations, as above:
+/// What the echoes of one plane's pieces are computed from.
+struct PieceKernelArgs {
+  PieceGeometry pieces;
+  RayAngles rays;
+  std::array<double, 3> direction;       ///< of elevation 0 of the plane, unit
+  std::array<double, 3> pole_direction;  ///< unit
+  double range_m;                        ///< of the fan
+  double bin_m;
+  PlaneBeam beam;
+  const float* strengths;  ///< scatter::BackscatterTable::values of all materials, in a row
+};
+
+/// The echoes of pieces: columns that compute_echoes() fills.
+struct PieceEchoes {
+  /// 1 where sound comes back, 0 where the rays see the back of a face or end before it.
+  std::int32_t* answers;
+  double* range_m;    ///< at the middle of the piece
+  double* to_last_m;  ///< how much the range grows from the middle to the last ray
+  double* to_end_m;   ///< how much it grows from the middle to the end of the piece
+  /// Per bin width of one metre, without absorption and source level:
+  /// beam_weight * sigma / sin(grazing) / range^2 * width_rad.
+  double* energy;
+  /// What the middle of the piece sees: x, y, z from the sonar and the grazing angle, four values
+  /// per piece; and how much they change from end to end.
+  double *middles, *changes;
+  /// The two-way beam times the solid angle per radian of elevation; 0 where nothing answers.
+  float* beam_weight;
+  /// How much the energy's density over range changes from end to end, as a share of its mean.
+  float* energy_slope;
+  float* width_rad;     ///< the elevation that the piece stands for
+  float* ray_step_rad;  ///< the part of it that one ray stands for
+  /// The ranges between which a piece is laid: halfway to those of its neighbours. Not final for
+  /// pieces in `breaks`, nor for those before them.
+  double *from_m, *until_m;
+  /// Ascending: the pieces that do not surely continue the surface of the piece before them.
+  std::uint32_t* breaks;
+};
+
+/// Computes the echo of each piece; returns the number of breaks.
+std::size_t compute_echoes(const PieceKernelArgs& in, const PieceEchoes& out);
+
+/// Runs of rays on one face, as in FanRuns, and how much the range of a piece may grow from end to
+/// end, as a share of itself.
+struct RunLimitArgs {
+  std::size_t count;
   const std::uint32_t *begin, *end;
   const double *level, *pole;
-  std::size_t runs;
-  const double *edge_rad, *cosines, *sines;
-  double max_growth;    ///< as a share of the range
-  std::uint32_t* most;  ///< out
+  RayAngles rays;
+  double max_growth;
 };
-void limit_runs(const RunLimits& limits);
 
-/// Energy is per bin width of one, without absorption and source level: weight * strength / sine /
-/// range^2 times the elevation that the piece stands for. Fills all that is put out.
-void shade_pieces(PieceKernelArgs& plane);
+/// How many rays of each run may form one piece: so few that a straight line describes its ranges.
+void limit_runs(const RunLimitArgs& in, std::uint32_t* max_rays);
 
 /// A range bin while planes are laid into it.
 struct alignas(64) EchoBin {  // one cache line
   static constexpr int branch_bits = 16;
-  static constexpr std::int32_t nobody = -1;
+  static constexpr std::int32_t no_label = -1;
 
-  std::array<double, 4> seen{};  ///< middles times energy
+  std::array<double, 4> seen{};  ///< PieceEchoes::middles times energy
   double energy = 0.0;
-  float lit = 0.0f, shadowed = 0.0f;  ///< beam weights of the planes that see it, or jump over it
-  float darkest = 0.0f;               ///< the largest weight that shadowed it
-  std::uint32_t visit = 0;            ///< the last plane that came here, and which of its branches
-  std::int32_t label = nobody;        ///< of what came first
-  std::uint16_t blocker = 0;          ///< label of the one that was darkest
-  std::uint16_t shadow_plane = 0;     ///< the last that jumped over it
+  float lit = 0.0f;         ///< sum of the beam weights of the planes that see the bin
+  float shadowed = 0.0f;    ///< sum of the beam weights of the planes for which it is in shadow
+  float max_shadow = 0.0f;  ///< the largest of these
+  std::uint32_t visit = 0;  ///< the last plane laid here, and which of its branches
+  std::int32_t label = no_label;   ///< of the first piece that was laid here
+  std::uint16_t shadow_label = 0;  ///< of what casts the shadow of max_shadow
+  std::uint16_t shadow_plane = 0;  ///< the last plane for which it is in shadow
 };
 
-/// Energy in a bin of another label than its first.
+/// Energy in a bin with another label than the bin's first.
 struct OtherShare {
   double energy;
   std::uint32_t bin;
   std::uint16_t label;
 };
 
-/// Where pieces are laid, and where their branch of a plane's profile of ranges over elevation
-/// began.
+/// The bins that pieces are laid into, and the state of laying. A branch is a part of a plane's
+/// pieces over which the range only grows, or only falls, and whose surface does not break.
 struct EchoBins {
   EchoBin* bins;
-  std::uint8_t* layover;
+  std::uint8_t* layover;  ///< per bin: 1 where two branches of one plane meet
   std::size_t count;
   double bin_m;
-  std::uint32_t visit;
-  bool farther;         ///< the branch runs
-  std::size_t turning;  ///< bin
+  std::uint32_t visit;  ///< plane << EchoBin::branch_bits | branch
+  bool farther;         ///< the range grows over this branch
+  std::size_t turning;  ///< the bin where this branch began
   OtherShare* others;
   std::size_t other_count, other_room;
 };
 
-/// Lays pieces from a number on between their ends, those that answer. broken: pieces that another
-/// surface begins with. Returns the first that was not laid, because there may not be room for its
-/// shares.
-std::size_t lay_pieces(const PieceKernelArgs& plane, const std::uint16_t* labels,
-                       const std::uint8_t* broken, EchoBins& bins, std::size_t from);
+/// Pieces as they are laid into bins: columns, the names as in PieceEchoes.
+struct PiecesToLay {
+  std::size_t count;
+  const std::int32_t* answers;
+  const double *from_m, *until_m, *energy;
+  const double *middles, *changes;
+  const float *beam_weight, *energy_slope;
+  const std::uint16_t* label;
+  const std::uint8_t* starts_surface;  ///< 1: does not continue the surface of the piece before it
+};
+
+/// Lays the pieces from number `first` on, each between its two ranges. Returns the number of the
+/// first piece that was not laid because `others` may have no room for its shares, or the count.
+std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first, EchoBins& bins);
 
 }  // namespace ensonify::engine

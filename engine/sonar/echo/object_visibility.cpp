@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double faces_a_ping = 2e3;
+constexpr double faces_per_ping = 2e3;
 constexpr double parts_per_sr = 0x1p44;
 
 /// The solid angle of a ray.
@@ -32,7 +32,7 @@ ObjectVisibility::ObjectVisibility(const Seafloor& seafloor) : views_(seafloor.o
   if (views_.empty()) return;
   for (const ObjectRecord& record : seafloor.objects)
     objects_.push_back({record.middle_m, 0.5 * record.size_m.norm(), 0, 0, 1});
-  // Their faces come after the bed's, one object behind the other.
+  // The objects' faces come after the bed's, object by object.
   for (auto face = static_cast<std::uint32_t>(seafloor.bed_faces); face < seafloor.faces; ++face) {
     const std::size_t instance = seafloor.labels[seafloor.label_of(face)].instance;
     if (instance == 0 || instance > objects_.size()) continue;
@@ -42,7 +42,7 @@ ObjectVisibility::ObjectVisibility(const Seafloor& seafloor) : views_(seafloor.o
   for (std::size_t i = 1; i < objects_.size(); ++i)
     if (objects_[i].faces == 0) objects_[i].first_face = objects_[i - 1].first_face;
   for (Object& object : objects_)
-    object.every = 1 + static_cast<std::uint64_t>(object.faces / faces_a_ping);
+    object.every = 1 + static_cast<std::uint64_t>(object.faces / faces_per_ping);
 }
 
 bool ObjectVisibility::in_view(const Object& object, const RayFan& fan) const {
@@ -53,7 +53,7 @@ bool ObjectVisibility::in_view(const Object& object, const RayFan& fan) const {
              object.radius_m + fan.grid->sin_truncation * distance_m;
 }
 
-/// Where the wanted objects' faces are among the triangles of a ping.
+/// Finds the faces of the wanted objects among the triangles of a ping.
 void ObjectVisibility::find_faces(refine::Triangles triangles) {
   their_faces_.clear();
   if (triangles.numbers.empty()) {  // all, in order
@@ -106,7 +106,7 @@ void ObjectVisibility::look(const RayFan& fan, refine::Triangles triangles,
   }
 }
 
-/// Marks the rays that go through a face, plane by plane.
+/// Marks the rays that go through a face, in every plane that cuts it.
 void ObjectVisibility::cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face) {
   Eigen::Matrix3d corners;  // along the array, towards the middle, along the pole
   for (int k = 0; k < 3; ++k) {

@@ -1,5 +1,7 @@
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 
+#include <ensonify/engine/trace/refraction/ray_bend.h>
+
 namespace ensonify::engine {
 
 PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
@@ -8,13 +10,13 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sound_speed_mps_(medium.sound_speed_mps),
       sides_(sides_of(sonar)),
-      apertures_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
+      layouts_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       former_(sonar, medium, seafloor, by_material, moving),
       lists_(refraction.lists) {
   if (refraction.mode == RefractionMode::time_only)
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
   if (refraction.mode != RefractionMode::full) return;
-  bend_ = bend(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
+  bend_ = bend_of(*refraction.profile, refraction.deepest_m, range_m_, medium.sound_speed_mps);
   if (bend_.turn_rad > 0.0)  // else straight after all
     refracted_.emplace(*refraction.profile, refraction.highest_m, refraction.deepest_m,
                        medium.sound_speed_mps);
@@ -25,10 +27,10 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
 std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m) {
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
-    aims_[i] = &apertures_.at(altitude_m, lean_rad(pose, side));
+    aims_[i] = &layouts_.at(altitude_m, lean_rad(pose, side));
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
     fans_[i].bend = bend_;
-    receptions_[i] = reception(pose, side, range_m_, sound_speed_mps_);
+    receptions_[i] = receiver_motion(pose, side, range_m_, sound_speed_mps_);
     hits_.resize(fans_[i].grid->rays());
   }
   return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
@@ -50,11 +52,11 @@ void PingTracer::trace(const Intersector& intersector, refine::Triangles triangl
 void PingTracer::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
   const auto i = static_cast<std::size_t>(side);
-  IncidenceSource* arrivals = nullptr;
-  if (refracted_) arrivals = &*refracted_;
-  if (travel_time_) arrivals = &*travel_time_;
-  if (arrivals)
-    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, *arrivals, line);
+  IncidenceSource* incidences = nullptr;
+  if (refracted_) incidences = &*refracted_;
+  if (travel_time_) incidences = &*travel_time_;
+  if (incidences)
+    former_.form(fans_[i], *aims_[i], receptions_[i], triangles, hits_, *incidences, line);
   else
     former_.form(fans_[i], *aims_[i], receptions_[i], triangles, runs_, line);
 }

@@ -10,8 +10,9 @@
 #include <ensonify/engine/sonar/echo/echo_former.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
 #include <ensonify/engine/trace/intersector.h>
-#include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 #include <ensonify/engine/trace/refraction/refraction_mode.h>
+#include <ensonify/engine/trace/refraction/travel_time.h>
 
 namespace ensonify::engine {
 
@@ -66,7 +67,7 @@ class PingTracer {
   double range_m_;
   double sound_speed_mps_;
   std::span<const Side> sides_;
-  Apertures apertures_;
+  RayLayouts layouts_;
   EchoFormer former_;
   std::array<const RayLayout*, 2> aims_{};
   std::array<RayFan, 2> fans_;

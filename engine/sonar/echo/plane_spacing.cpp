@@ -12,14 +12,14 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::size_t max_poses = 2000;  // that are looked at
-constexpr double max_planes = 1024;      // that a sonar may have
+constexpr std::size_t max_poses = 2000;  // the most that are checked
+constexpr double max_planes = 1024;      // the most that a sonar may have
 
-/// Something that has an instance of its own.
+/// An object, or a feature of the bed: whatever has an instance.
 struct Thing {
   Eigen::Vector3d middle_m, size_m;
   const Label* label;
-  std::string table;  ///< its table in the scene
+  std::string table;  ///< in the scene
 };
 
 std::vector<Thing> things_of(const Seafloor& seafloor) {

@@ -26,16 +26,15 @@ void RangeBins::reset() {
 
 void RangeBins::begin_plane() {
   to_.visit = ((to_.visit >> EchoBin::branch_bits) + 1) << EchoBin::branch_bits;
-  shades_.clear();
 }
 
-void RangeBins::lay(const PieceKernelArgs& plane, std::span<const std::uint16_t> labels,
-                    std::span<const std::uint8_t> broken) {
-  for (std::size_t piece = 0; piece < plane.pieces; share_out())
-    piece = lay_pieces(plane, labels.data(), broken.data(), to_, piece);
+void RangeBins::lay(const PiecesToLay& pieces) {
+  for (std::size_t piece = 0; piece < pieces.count; sort_shares())
+    piece = lay_pieces(pieces, piece, to_);
 }
 
-void RangeBins::share_out() {
+/// Adds what lay_pieces() put aside to the lists of the bins.
+void RangeBins::sort_shares() {
   for (std::size_t i = 0; i < to_.other_count; ++i) {
     const OtherShare& other = others_[i];
     std::int32_t share = first_share_[other.bin];
@@ -51,29 +50,23 @@ void RangeBins::share_out() {
   to_.other_count = 0;
 }
 
-void RangeBins::shade(double from_m, double until_m, float weight, std::uint16_t label) {
-  const std::size_t first = bin_of(from_m) + 1, last = bin_of(until_m);
-  if (first < last) shades_.push_back({first, last, weight, label});
-}
-
-void RangeBins::end_plane() {
+void RangeBins::shade(const Shadow& shadow) {
   const std::uint32_t plane = to_.visit >> EchoBin::branch_bits;
-  for (const Shade& shade : shades_)
-    for (std::size_t i = shade.first; i < shade.last; ++i) {
-      EchoBin& bin = bins_[i];
-      if (bin.visit >> EchoBin::branch_bits == plane || bin.shadow_plane == plane)
-        continue;  // seen after all
-      bin.shadow_plane = static_cast<std::uint16_t>(plane);
-      bin.shadowed += shade.weight;
-      if (shade.weight > bin.darkest) {
-        bin.darkest = shade.weight;
-        bin.blocker = shade.label;
-      }
+  const std::size_t end = bin_of(shadow.until_m);
+  for (std::size_t i = bin_of(shadow.from_m) + 1; i < end; ++i) {
+    EchoBin& bin = bins_[i];
+    if (bin.visit >> EchoBin::branch_bits == plane || bin.shadow_plane == plane) continue;
+    bin.shadow_plane = static_cast<std::uint16_t>(plane);
+    bin.shadowed += shadow.beam_weight;
+    if (shadow.beam_weight > bin.max_shadow) {
+      bin.max_shadow = shadow.beam_weight;
+      bin.shadow_label = shadow.label;
     }
+  }
 }
 
-// The label with the most of a bin's energy, and how much.
-std::uint16_t RangeBins::strongest(std::size_t bin, double& energy) const {
+/// The label with the most of a bin's energy, and how much that is.
+std::uint16_t RangeBins::strongest_label(std::size_t bin, double& energy) const {
   auto label = static_cast<std::uint16_t>(bins_[bin].label);
   energy = bins_[bin].energy;
   const std::int32_t first = first_share_[bin];
@@ -90,7 +83,8 @@ std::uint16_t RangeBins::strongest(std::size_t bin, double& energy) const {
   return label;
 }
 
-void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const {
+void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
+                      EchoLine& line) const {
   BinLayers& out = line.bins;
   line.first_return = -1;
   line.starved = 0;
@@ -101,7 +95,7 @@ void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, Ech
 
     Label label{};
     double most = 0.0;
-    if (lit) label = labels[strongest(i, most)];
+    if (lit) label = labels[strongest_label(i, most)];
     out.sediment[i] = label.sediment;
     out.class_id[i] = label.class_id;
     out.instance[i] = label.instance;
@@ -115,7 +109,7 @@ void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, Ech
     const float weight = bin.lit + bin.shadowed;
     const float dark = weight > 0.0f ? bin.shadowed / weight : 0.0f;
     out.shadow_fraction[i] = dark;
-    out.shadow_instance[i] = bin.shadowed > 0.0f ? labels[bin.blocker].instance : 0;
+    out.shadow_instance[i] = bin.shadowed > 0.0f ? labels[bin.shadow_label].instance : 0;
     out.layover[i] = layover_[i];
 
     Region region = Region::no_data;
@@ -129,7 +123,7 @@ void RangeBins::tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, Ech
       ++line.starved;
     out.region[i] = static_cast<std::uint32_t>(region);
   }
-  if (line.first_return < 0)  // nothing at all: not even water that an echo ends
+  if (line.first_return < 0)  // no echo at all, so there is no water column that one ends
     std::fill(out.region.begin(), out.region.end(), static_cast<std::uint32_t>(Region::no_data));
 }
 

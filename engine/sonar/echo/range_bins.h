@@ -15,54 +15,56 @@
 
 namespace ensonify::engine {
 
-/// The range bins of one side of one ping while its planes are walked: energy, and what it came
-/// from. Energies are sums over [bin edges) of slant range; reset() forgets everything but the
-/// memory.
+/// Slant ranges at which a plane of a fan sees nothing because something nearer is in front.
+struct Shadow {
+  double from_m, until_m;
+  float beam_weight;    ///< as in PieceEchoes: with which the plane would see what is there
+  std::uint16_t label;  ///< of what casts the shadow
+};
+
+/// The range bins of one side of one ping, filled plane by plane: energy, what it came from, and
+/// what is in shadow. Bin i sums over slant ranges [i, i + 1) * bin_m. For each plane:
+/// begin_plane(), lay(), then shade() for each shadow.
 class RangeBins {
  public:
   RangeBins(double bin_m, std::size_t bins);
 
+  /// Empties all bins; keeps the memory.
   void reset();
   void begin_plane();
-  /// The pieces of the plane, with their labels; `broken` as lay_pieces has it.
-  void lay(const PieceKernelArgs& plane, std::span<const std::uint16_t> labels,
-           std::span<const std::uint8_t> broken);
-  /// The plane sees nothing between two ranges because something with that label is in front; it
-  /// would with that weight.
-  void shade(double from_m, double until_m, float weight, std::uint16_t label);
-  void end_plane();
+  /// Lays the pieces of the plane.
+  void lay(const PiecesToLay& pieces);
+  /// Marks the bins that lie wholly between the ends of a shadow, except those where the plane sees
+  /// something, or which another shadow of the plane has marked.
+  void shade(const Shadow& shadow);
 
   std::size_t size() const { return bins_.size(); }
   double bin_m() const { return bin_m_; }
   double energy(std::size_t bin) const { return bins_[bin].energy; }
-  /// Writes everything but ranges and intensities, and counts first return and starved bins.
-  void tell(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const;
+  /// Writes all layers of a line except ranges and intensities, its first return and its number of
+  /// starved bins. `sonar` is the fan's origin.
+  void write(const FaceLabels& labels, const Eigen::Vector3d& sonar, EchoLine& line) const;
 
  private:
-  struct Share {  // of another label than the first in a bin's energy; a list a bin
+  /// The energy in a bin of a label that is not the bin's first; a list per bin.
+  struct Share {
     double energy;
-    std::int32_t next;
-    std::uint16_t label;
-  };
-  struct Shade {
-    std::size_t first, last;  // bins [first, last)
-    float weight;
+    std::int32_t next;  // in shares_; -1: the last
     std::uint16_t label;
   };
   std::size_t bin_of(double range_m) const {
     return static_cast<std::size_t>(
         std::clamp(range_m / bin_m_, 0.0, static_cast<double>(bins_.size() - 1)));
   }
-  void share_out();
-  std::uint16_t strongest(std::size_t bin, double& energy) const;
+  void sort_shares();
+  std::uint16_t strongest_label(std::size_t bin, double& energy) const;
 
   double bin_m_;
   CacheLines<EchoBin> bins_;
   std::vector<std::uint8_t> layover_;
-  std::vector<OtherShare> others_;  // not yet in the lists
-  std::vector<std::int32_t> first_share_;
+  std::vector<OtherShare> others_;         // from lay_pieces(), not yet in the lists
+  std::vector<std::int32_t> first_share_;  // by bin, in shares_; -1: none
   std::vector<Share> shares_;
-  std::vector<Shade> shades_;
   EchoBins to_;
 };
 

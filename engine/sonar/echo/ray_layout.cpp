@@ -11,7 +11,7 @@ namespace ensonify::engine {
 
 namespace {
 
-/// The parts of a plane's cell in which the beam is sampled at two Gauss points each.
+/// Samples the beam over the azimuths of a plane: two Gauss points in each of some equal parts.
 void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamSample>& samples) {
   const double azimuth = std::asin(plane.sin_azimuth);
   // Where only the near field reaches, the beam changes over a larger angle.
@@ -26,13 +26,14 @@ void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamS
     }
 }
 
-/// How far from broadside a beam reaches: to a null, and in the near field beyond the array's end.
+/// How far from broadside a beam reaches: to one of its nulls, and in the near field farther, as
+/// the array's ends see it.
 double reach_rad(const Sonar& sonar, const LineArray& array, int null, double nearest_m) {
   const double near_rad = sonar.focused ? 0.0 : std::atan(0.5 * array.length_m / nearest_m);
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
 }
 
-/// Those of a plane; returns the number of their rays.
+/// Adds the stretches of a plane; returns the number of their rays.
 std::uint64_t add_stretches(const FanGrid& grid, std::size_t plane,
                             std::vector<RayLayout::Stretch>& stretches) {
   std::uint64_t rays = 0;
@@ -47,8 +48,8 @@ std::uint64_t add_stretches(const FanGrid& grid, std::size_t plane,
   return rays;
 }
 
-/// How many rays count as one: what lies between them must be even, and straight in what they
-/// share, which is the vertical pattern. (How their ranges differ is their face's affair.)
+/// How many rays may form one piece: their steps must be equal, and the vertical pattern over them
+/// must be nearly a straight line. (How their ranges differ depends on the face: limit_runs().)
 class Steps {
  public:
   Steps(const FanGrid& grid, const VerticalPattern& pattern) : elevation_rad_(grid.elevation_rad) {
@@ -58,7 +59,7 @@ class Steps {
             pattern.power(grid.middle_depression_rad - elevation_rad, side));
   }
 
-  std::size_t longest(std::size_t j) const {
+  std::size_t max_rays_from(std::size_t j) const {
     std::size_t rays = 1;
     while (even(j) && rays < most && even(j + rays) &&
            elevation_rad_[j + rays] - elevation_rad_[j] < widest_rad)
@@ -71,15 +72,15 @@ class Steps {
   static constexpr double widest_rad = 0.01, unevenness = 0.05, bend = 0.002;
   static constexpr std::size_t most = 255;
 
-  /// Each ray is in the middle of what it stands for.
+  /// Whether a ray is in the middle of the elevations that it stands for.
   bool even(std::size_t j) const {
     if (j == 0 || j + 1 >= elevation_rad_.size()) return false;
     const double below = elevation_rad_[j] - elevation_rad_[j - 1];
     const double above = elevation_rad_[j + 1] - elevation_rad_[j];
     return std::abs(above - below) < unevenness * below;
   }
-  /// From the rays' neighbours on one side to those on the other, whose difference tells how the
-  /// beam changes.
+  /// Whether the pattern is nearly straight from the neighbours below the rays to those above,
+  /// since their difference is taken for the beam's slope.
   bool straight(std::size_t j, std::size_t rays) const {
     const std::size_t from = j - std::min(j, rays);
     const std::size_t last = std::min(j + 2 * rays, elevation_rad_.size()) - 1;
@@ -97,28 +98,28 @@ class Steps {
   std::array<std::vector<double>, 2> power_;  // one-way, by side
 };
 
-void lay_steps(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& aperture) {
+void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& layout) {
   const std::vector<double>& elevation_rad = grid.elevation_rad;
   const Steps steps(grid, pattern);
   const std::size_t count = elevation_rad.size();
   const auto add = [&](double angle_rad) {
-    aperture.cosines.push_back(std::cos(angle_rad));
-    aperture.sines.push_back(std::sin(angle_rad));
+    layout.cosines.push_back(std::cos(angle_rad));
+    layout.sines.push_back(std::sin(angle_rad));
   };
-  aperture.edge_rad.push_back(elevation_rad.front());
+  layout.edge_rad.push_back(elevation_rad.front());
   for (std::size_t j = 0; j < count; ++j) {
     const double halfway_rad = 0.5 * (elevation_rad[j] + elevation_rad[std::min(j + 1, count - 1)]);
     add(elevation_rad[j]);
     add(halfway_rad);
-    aperture.edge_rad.push_back(halfway_rad);
-    aperture.longest.push_back(static_cast<std::uint8_t>(steps.longest(j)));
+    layout.edge_rad.push_back(halfway_rad);
+    layout.max_rays_per_piece.push_back(static_cast<std::uint8_t>(steps.max_rays_from(j)));
   }
 }
 
 }  // namespace
 
-RayLayout make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
-                        double lean_rad) {
+RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
+                          double lean_rad) {
   const LineArray transmit{sonar.array_length_m, wavelength_m};
   const LineArray receive{sonar.receive_length_m(), wavelength_m};
   const double nearest_m = sonar.range_m / range_over_height;  // the first return
@@ -127,7 +128,7 @@ RayLayout make_aperture(const Sonar& sonar, double wavelength_m, double range_ov
                     reach_rad(sonar, receive, null, nearest_m));
   };
   const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
-  RayLayout aperture;
+  RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.sector_low_rad,
       .sector_high_rad = sonar.sector_high_rad,
@@ -140,16 +141,16 @@ RayLayout make_aperture(const Sonar& sonar, double wavelength_m, double range_ov
       .lean_rad = lean_rad,
   });
   for (const FanGrid::Plane& plane : grid->planes) {
-    aperture.first_sample.push_back(aperture.samples.size());
-    add_samples(plane, null_rad, aperture.samples);
+    layout.first_sample.push_back(layout.samples.size());
+    add_samples(plane, null_rad, layout.samples);
   }
-  aperture.first_sample.push_back(aperture.samples.size());
+  layout.first_sample.push_back(layout.samples.size());
 
   for (std::size_t plane = 0; plane < grid->planes.size(); ++plane)
-    aperture.rays += add_stretches(*grid, plane, aperture.within.emplace_back());
-  lay_steps(*grid, sonar.vertical, aperture);
-  aperture.grid = std::move(grid);
-  return aperture;
+    layout.rays += add_stretches(*grid, plane, layout.within.emplace_back());
+  add_angles(*grid, sonar.vertical, layout);
+  layout.grid = std::move(grid);
+  return layout;
 }
 
 double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
@@ -163,18 +164,18 @@ double lean_rad(const Pose& pose, Side side) {
   return std::atan2(-out, -body(2, 2));
 }
 
-RayFan place_fan(const RayLayout& aperture, const Pose& pose, Side side, double range_m) {
+RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double range_m) {
   const Eigen::Matrix3d body = body_to_world(pose);
   const Eigen::Vector3d abeam =
       side == Side::starboard ? body.col(1) : Eigen::Vector3d(-body.col(1));
   const Eigen::Vector3d down = body.col(2);
-  const double c = std::cos(aperture.grid->middle_depression_rad);
-  const double s = std::sin(aperture.grid->middle_depression_rad);
-  return {aperture.grid,        nearest_floats(pose.position), body.col(0),
+  const double c = std::cos(layout.grid->middle_depression_rad);
+  const double s = std::sin(layout.grid->middle_depression_rad);
+  return {layout.grid,          nearest_floats(pose.position), body.col(0),
           c * abeam + s * down, s * abeam - c * down,          range_m};
 }
 
-const RayLayout& Apertures::at(double altitude_m, double lean_rad) {
+const RayLayout& RayLayouts::at(double altitude_m, double lean_rad) {
   constexpr double steps_per_octave = 4.0;
   constexpr double lean_step_rad = 0.008726646259971648;  // half a degree
   const double lowest_m = 1e-3 * sonar_.range_m;
@@ -186,8 +187,8 @@ const RayLayout& Apertures::at(double altitude_m, double lean_rad) {
     const double height_m = std::exp2(step / steps_per_octave);
     found = made_
                 .emplace(std::pair{step, lean_step},
-                         make_aperture(sonar_, wavelength_m_, sonar_.range_m / height_m,
-                                       lean_step * lean_step_rad))
+                         make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
+                                         lean_step * lean_step_rad))
                 .first;
   }
   return found->second;

@@ -14,26 +14,28 @@
 
 namespace ensonify::engine {
 
-/// A sonar as its rays see it: the fan's grid, and what of the beam does not change from ping to
+/// How the rays of a sonar's fan are laid out, and what of the beam does not change from ping to
 /// ping.
 ///
-/// A ray stands for a cell of azimuth about its plane, over which the beam is integrated: two Gauss
-/// points in parts of half a null's width, and of more where only the near field is that wide.
+/// A ray stands for the azimuths about its plane that are nearest to it. Over these the beam is
+/// integrated with two Gauss points in each part of half a null's width; in wider parts where only
+/// the near field reaches.
 struct RayLayout {
-  /// Rays [from, until) of a plane are within the beam.
+  /// Rays [from, until) of a plane, by elevation, that are within the beam.
   struct Stretch {
     std::size_t from, until;
   };
   std::shared_ptr<const FanGrid> grid;
-  std::vector<BeamSample> samples;           ///< plane by plane
-  std::vector<std::size_t> first_sample;     ///< of each plane, and their end
-  std::vector<std::vector<Stretch>> within;  ///< by plane
-  std::uint64_t rays = 0;                    ///< within the beam, in all
-  std::vector<double> edge_rad;  ///< halfway from each elevation to the one before it; the last
-                                 ///< one itself
-  std::vector<double> cosines, sines;  ///< of the elevations, and of those halfway, in turns
-  std::vector<std::uint8_t>
-      longest;  ///< how many rays from each on can count as one where all hit one face
+  std::vector<BeamSample> samples;           ///< plane by plane, see samples_of()
+  std::vector<std::size_t> first_sample;     ///< of each plane, and the end
+  std::vector<std::vector<Stretch>> within;  ///< by plane, ascending
+  std::uint64_t rays = 0;                    ///< all rays within the beam
+  /// By elevation: halfway to the one before it; then the last elevation itself.
+  std::vector<double> edge_rad;
+  /// Of each elevation (2 j), and halfway to the next (2 j + 1).
+  std::vector<double> cosines, sines;
+  /// By elevation: how many rays from it on may form one piece if all hit one face.
+  std::vector<std::uint8_t> max_rays_per_piece;
 
   std::span<const BeamSample> samples_of(std::size_t plane) const {
     return std::span(samples).subspan(first_sample[plane],
@@ -41,33 +43,32 @@ struct RayLayout {
   }
 };
 
-/// The aperture for flying so high that range_over_height is the sonar's range over its altitude,
-/// and for leaning so: its rays are laid for what they will meet, and mean the same wherever they
-/// lie.
-RayLayout make_aperture(const Sonar& sonar, double wavelength_m, double range_over_height,
-                        double lean_rad = 0.0);
+/// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
+/// (lean_rad()). It lays more rays where they meet the bed; what a ray means does not depend on it.
+RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
+                          double lean_rad = 0.0);
 
-/// How much lower than level a side looks at a pose, because of roll.
+/// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
 double lean_rad(const Pose& pose, Side side);
 
-/// Rays end a little beyond the last bin, so that the pulse finds its energy there too.
+/// The range of the rays: a little beyond the last bin, whose pulse reaches there too.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
-/// The fan of one side at a pose, from the place nearest to it that floats can tell
-/// (nearest_floats.h).
-RayFan place_fan(const RayLayout& aperture, const Pose& pose, Side side, double range_m);
+/// The fan of one side at a pose. Its origin is the position rounded to floats (nearest_floats.h).
+RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double range_m);
 
-/// A sonar's apertures over altitude, made as they are needed: altitudes within a step of 19 % and
-/// leans within half a degree share one, so that a steady ping makes none.
-class Apertures {
+/// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
+/// tilts within half a degree share one, so that a steady ping makes none.
+class RayLayouts {
  public:
-  Apertures(const Sonar& sonar, double wavelength_m) : sonar_(sonar), wavelength_m_(wavelength_m) {}
+  RayLayouts(const Sonar& sonar, double wavelength_m)
+      : sonar_(sonar), wavelength_m_(wavelength_m) {}
   const RayLayout& at(double altitude_m, double lean_rad);
 
  private:
   Sonar sonar_;
   double wavelength_m_;
-  std::map<std::pair<int, int>, RayLayout> made_;  ///< by steps of altitude and lean
+  std::map<std::pair<int, int>, RayLayout> made_;  ///< by steps of altitude and tilt
 };
 
 }  // namespace ensonify::engine

@@ -10,7 +10,6 @@
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/fan_scan/fan_scan.h>
-#include <ensonify/engine/trace/refraction/refracted_path.h>
 
 namespace ensonify::engine {
 namespace {
@@ -21,13 +20,13 @@ using Eigen::Vector3f;
 using scatter::SoundSpeedLayer;
 using scatter::SoundSpeedProfile;
 
-constexpr double longest_edge_m = 2.0;  // in the picture
-constexpr double clearance_m = 0.1;     // of all faces below the sonar
+constexpr double longest_edge_m = 2.0;  // of the faces in straightened space
+constexpr double clearance_m = 0.1;     // all faces lie at least so far below the sonar
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-constexpr double min_spreading = 0.01;  // of the path squared, as SoundRay has it at caustics
+constexpr double min_spreading = 0.01;  // as a share of the path squared, as in SoundRay
 
-/// The fastest speed at depths from one to another.
+/// The fastest speed between two depths.
 double fastest_mps(const SoundSpeedProfile& profile, double from_m, double to_m) {
   double fastest = std::max(profile.speed_mps(from_m), profile.speed_mps(to_m));
   for (const SoundSpeedLayer& layer : profile.layers())
@@ -35,8 +34,8 @@ double fastest_mps(const SoundSpeedProfile& profile, double from_m, double to_m)
   return fastest;
 }
 
-/// A fan's beam as a wedge about its broadside plane, for boxes: tighter for flat ones than for the
-/// balls around them.
+/// A fan's beam as a wedge about its broadside plane, to test boxes: for flat boxes a tighter test
+/// than that of the balls around them.
 struct Wedge {
   Vector3f apex, axis, abs_axis;
   float sine, range_m, margin_m;
@@ -64,10 +63,10 @@ StraightenedSpace::StraightenedSpace(const SoundSpeedProfile& profile, double sh
       deepest_m_(deepest_m),
       reference_mps_(reference_mps),
       tolerance_m_(tolerance_m),
-      ways_(profile, shallowest_m, deepest_m),
+      eigenrays_(profile, shallowest_m, deepest_m),
       scan_(make_fan_scan({})) {}
 
-void StraightenedSpace::group() {
+void StraightenedSpace::group_faces() {
   const auto take = [](auto& groups, const Vector3f& low, const Vector3f& high) {
     groups.push_back({0.5f * (low + high), 0.5f * (high - low) * 1.0001f});
   };
@@ -75,9 +74,9 @@ void StraightenedSpace::group() {
   larger_.clear();
   const Vector3f far = Vector3f::Constant(std::numeric_limits<float>::infinity());
   Vector3f all_low = far, all_high = -far;
-  for (std::size_t first = 0; first < triangles_.faces.size(); first += group_faces) {
+  for (std::size_t first = 0; first < triangles_.faces.size(); first += group_size) {
     Vector3f low = far, high = -far;
-    const std::size_t end = std::min(first + group_faces, triangles_.faces.size());
+    const std::size_t end = std::min(first + group_size, triangles_.faces.size());
     for (std::size_t face = first; face < end; ++face)
       for (const std::uint32_t corner : triangles_.faces[face]) {
         low = low.cwiseMin(triangles_.positions[corner]);
@@ -93,9 +92,9 @@ void StraightenedSpace::group() {
   }
 }
 
-/// Which faces the fan can touch, and some more.
-void StraightenedSpace::gather() {
-  places_.clear();
+/// Collects the faces that the fan can touch, and some more.
+void StraightenedSpace::collect_faces() {
+  collected_.clear();
   const refine::FanVolume volume = view_volume(*fan_);
   const Wedge wedge(volume);
   view_.look_at({&volume, 1});
@@ -108,29 +107,29 @@ void StraightenedSpace::gather() {
     const std::size_t end = std::min((i + 1) * groups_together, groups_.size());
     for (std::size_t k = i * groups_together; k < end; ++k) {
       if (!touches(groups_[k])) continue;
-      const std::size_t last = std::min((k + 1) * group_faces, triangles_.faces.size());
-      for (std::size_t face = k * group_faces; face < last; ++face) {
+      const std::size_t last = std::min((k + 1) * group_size, triangles_.faces.size());
+      for (std::size_t face = k * group_size; face < last; ++face) {
         const auto& [a, b, c] = triangles_.faces[face];
         const Vector3f &p = triangles_.positions[a], &q = triangles_.positions[b],
                        &r = triangles_.positions[c];
         const Vector3f low = p.cwiseMin(q).cwiseMin(r), high = p.cwiseMax(q).cwiseMax(r);
         if (wedge.touches(0.5f * (low + high), 0.5001f * (high - low)))
-          places_.push_back(static_cast<std::uint32_t>(face));
+          collected_.push_back(static_cast<std::uint32_t>(face));
       }
     }
   }
 }
 
-/// Puts a point into the picture. What its ray is does not depend on what was asked before.
-std::uint32_t StraightenedSpace::see(const Vector3d& point) {
+/// Adds a point of the sea; returns its number. Its ray does not depend on points added before.
+std::uint32_t StraightenedSpace::add_point(const Vector3d& point) {
   const Vector2d out = (point - fan_->origin).head<2>();
   const double range_m = out.norm(), below_m = fan_->origin.z() - point.z();
   points_.push_back(point);
-  Seen& seen = seen_.emplace_back();
+  RayToPoint& ray = rays_.emplace_back();
   Vector3f& to = mesh_.positions.emplace_back(Vector3f::Zero());
   scatter::DirectRays::Eigenray way;
   stands_high_ = stands_high_ || !(below_m > clearance_m);
-  if (!stands_high_ && ways_.find(range_m, -point.z(), way)) {
+  if (!stands_high_ && eigenrays_.find(range_m, -point.z(), way)) {
     const double sine = 1.0 / std::sqrt(1.0 + way.cotangent * way.cotangent);
     const double t = reference_mps_ * way.time_s;
     const double level = range_m > 0.0 ? t * way.cotangent * sine / range_m : 0.0;
@@ -138,36 +137,36 @@ std::uint32_t StraightenedSpace::see(const Vector3d& point) {
     const double along = way.cotangent * sine * way.sound_speed_mps / source_mps_;  // Snell
     const double spread_m =
         way.range_per_cotangent_m / (sine * sine) * std::sqrt(1.0 - along * along);
-    seen = {way.cotangent, way.sound_speed_mps, t / spread_m};
+    ray = {way.cotangent, way.sound_speed_mps, t / spread_m};
   }
   return static_cast<std::uint32_t>(points_.size() - 1);
 }
 
-/// A vertex's number in the picture.
-std::uint32_t StraightenedSpace::vertex_of(std::uint32_t vertex) {
-  const std::size_t mask = slots_.size() - 1;
-  const int shift = 32 - std::countr_zero(slots_.size());
+/// The point of a vertex, added if it is not there yet.
+std::uint32_t StraightenedSpace::point_of(std::uint32_t vertex) {
+  const std::size_t mask = point_slots_.size() - 1;
+  const int shift = 32 - std::countr_zero(point_slots_.size());
   for (std::size_t slot = (vertex * 2654435769u) >> shift;; slot = (slot + 1) & mask) {
-    auto& [number, place] = slots_[slot];
+    auto& [number, place] = point_slots_[slot];
     if (number == vertex) return place;
     if (number != none) continue;
     number = vertex;
-    return place = see(triangles_.positions[vertex].cast<double>());
+    return place = add_point(triangles_.positions[vertex].cast<double>());
   }
 }
 
-/// How far the middle of an edge lies from its chord's in the picture: between two points whose
-/// scales differ by ds, ds / 8 of the length of a smooth one.
-double StraightenedSpace::bow_m(const Seen& a, const Seen& b, double length_m) const {
+/// How far the middle of an edge is from the middle of its chord in straightened space. For a
+/// smooth curve between two points whose scales differ by ds that is ds / 8 of the length.
+double StraightenedSpace::bow_m(const RayToPoint& a, const RayToPoint& b, double length_m) const {
   if (length_m > longest_edge_m) return inf;
   if (a.cotangent == inf || b.cotangent == inf) return 0.0;
   return 0.125 * length_m *
          (std::abs(a.scale - b.scale) + reference_mps_ * std::abs(1.0 / a.mps - 1.0 / b.mps));
 }
 
-/// Puts a face into the picture, cut along its edges until all are straight enough: faces that
-/// share an edge cut it in the same places.
-void StraightenedSpace::lay(const refine::Face& whole, std::uint32_t place) {
+/// Adds a face, cut along its edges until all of them are straight enough. Faces that share an edge
+/// cut it at the same points.
+void StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place) {
   open_.assign(1, whole);
   while (!open_.empty()) {
     const refine::Face face = open_.back();
@@ -177,62 +176,61 @@ void StraightenedSpace::lay(const refine::Face& whole, std::uint32_t place) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = face[k], to = face[(k + 1) % 3];
       const double length_m = (points_[to] - points_[from]).norm();
-      const double edge_bow_m = bow_m(seen_[from], seen_[to], length_m);
+      const double edge_bow_m = bow_m(rays_[from], rays_[to], length_m);
       if (length_m > longest_m && edge_bow_m > tolerance_m_) {
         longest_m = length_m;
         longest = k;
       }
-      most = std::max(most, seen_[from].cotangent);
-      least = std::min(least, seen_[from].cotangent);
+      most = std::max(most, rays_[from].cotangent);
+      least = std::min(least, rays_[from].cotangent);
     }
     if (longest_m > 0.0) {
       const std::uint32_t a = face[longest], b = face[(longest + 1) % 3],
                           c = face[(longest + 2) % 3];
-      const std::uint32_t middle = see(0.5 * (points_[a] + points_[b]));
+      const std::uint32_t middle = add_point(0.5 * (points_[a] + points_[b]));
       open_.push_back({a, middle, c});
       open_.push_back({middle, b, c});
-    } else if (most ==
-               inf) {  // no known ray comes to all of it: those to what it is part of are left
+    } else if (most == inf) {  // part of it no known ray reaches: the rays towards it are undecided
       flattest_ = std::min(flattest_, least);
     } else {
       mesh_.faces.push_back(face);
-      picture_place_.push_back(place);
+      face_place_.push_back(place);
     }
   }
 }
 
-/// The picture of the gathered faces; false where it would not hold.
-bool StraightenedSpace::picture() {
-  slots_.assign(std::bit_ceil(4 * places_.size() + 16), {none, none});
+/// Straightens the collected faces; false where one of them stands too high.
+bool StraightenedSpace::straighten_faces() {
+  point_slots_.assign(std::bit_ceil(4 * collected_.size() + 16), {none, none});
   points_.clear();
-  seen_.clear();
+  rays_.clear();
   mesh_.positions.clear();
   mesh_.faces.clear();
-  picture_place_.clear();
+  face_place_.clear();
   stands_high_ = false;
   source_mps_ = profile_->speed_mps(-fan_->origin.z());
-  ways_.start_at(-fan_->origin.z());
-  flattest_ = ways_.rays().flattest();
-  for (const std::uint32_t place : places_) {
+  eigenrays_.start_at(-fan_->origin.z());
+  flattest_ = eigenrays_.rays().flattest();
+  for (const std::uint32_t place : collected_) {
     refine::Face face;
-    for (std::size_t k = 0; k < 3; ++k) face[k] = vertex_of(triangles_.faces[place][k]);
+    for (std::size_t k = 0; k < 3; ++k) face[k] = point_of(triangles_.faces[place][k]);
     if (stands_high_) return false;
-    lay(face, place);
+    add_face(face, place);
   }
   return true;
 }
 
-/// Whether a ray that the picture does not hold may come to a face within range.
+/// Whether an undecided ray may meet a face within range.
 bool StraightenedSpace::may_hit(double level, double down, double farthest_m) const {
-  // One that goes up comes back only from where the water is fast enough to turn it; and then, as
-  // one that goes down, it is farther out at every depth than the flattest that is known, unless it
-  // is steeper than that.
+  // A ray that goes up comes back only from where the water is fast enough to turn it. Then, as one
+  // that goes down, it is farther out at every depth than the flattest known ray, unless it is
+  // steeper than that.
   if (down <= 0.0 && fastest_above_mps_ * level <= source_mps_) return false;
-  return std::abs(down) * ways_.rays().flattest() > level || min_range_m_ <= farthest_m;
+  return std::abs(down) * eigenrays_.rays().flattest() > level || min_range_m_ <= farthest_m;
 }
 
 bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, std::uint64_t version,
-                              std::span<Hit> hits, std::vector<std::uint32_t>& left) {
+                              std::span<Hit> hits, std::vector<std::uint32_t>& undecided) {
   constexpr double right_angle = 0.5 * std::numbers::pi;  // as far as a scan sees
   if (fan.grid->elevation_rad.front() < -right_angle ||
       fan.grid->elevation_rad.back() > right_angle)
@@ -240,11 +238,11 @@ bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, st
   fan_ = &fan;
   triangles_ = triangles;
   if (grouped_version_ != version) {
-    group();
+    group_faces();
     grouped_version_ = version;
   }
-  gather();
-  if (!picture()) return false;
+  collect_faces();
+  if (!straighten_faces()) return false;
   const double source_m = -fan.origin.z();
   fastest_above_mps_ = fastest_mps(*profile_, std::min(0.0, source_m), source_m);
   const double depth_m = std::max(shallowest_m_, source_m + clearance_m);  // of the highest face
@@ -252,23 +250,21 @@ bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, st
     // Where the flattest known ray comes to that depth. Flatter ones that go down are farther out
     // there if none of them turns first.
     const bool none_turns = fastest_mps(*profile_, source_m, depth_m) <= source_mps_;
-    min_range_m_ = none_turns ? ways_.rays().farthest_m(depth_m) : 0.0;
+    min_range_m_ = none_turns ? eigenrays_.rays().farthest_m(depth_m) : 0.0;
   }
   RayFan straight = fan;
   straight.origin.setZero();
   scan_->build({mesh_.positions, mesh_.faces});
   scan_->intersect(straight, hits);
 
-  // Whether a ray can be at that depth within range. Of two rays, whichever way they set out, the
-  // flatter one has a smaller sine wherever both are, so that it takes longer from the source's
-  // depth down.
+  // Whether a ray can be at that depth within range. Of two rays, upwards or downwards, the flatter
+  // one has the smaller sine at each depth, so that it takes longer from the source's depth down.
   const auto way_down_m = [&](double cotangent) {
     scatter::DirectRays::Eigenray way;
-    ways_.rays().follow(cotangent, depth_m, way);
+    eigenrays_.rays().follow(cotangent, depth_m, way);
     return reference_mps_ * way.time_s;
   };
-  // One that goes up and turns has been as high as the water there is so much faster, and back,
-  // before.
+  // A ray that goes up first climbs to the water that is fast enough to turn it, and comes back.
   double slowest_above = source_mps_, steepest_above = 0.0;
   for (const SoundSpeedLayer& layer : profile_->layers())
     if (layer.top_m < source_m) {
@@ -280,7 +276,7 @@ bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, st
     const double slow = level * slowest_above / source_mps_;
     return 2.0 * height_m * reference_mps_ / (fastest_above_mps_ * std::sqrt(1.0 - slow * slow));
   };
-  const double flattest = ways_.rays().flattest(), longest_m = way_down_m(flattest);
+  const double flattest = eigenrays_.rays().flattest(), longest_m = way_down_m(flattest);
   const auto comes_in_time = [&](double level, double down) {
     const double above_m = down < 0.0 && steepest_above > 0.0 ? way_back_m(level) : 0.0;
     if (!(above_m <= fan.range_m)) return false;
@@ -288,8 +284,8 @@ bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, st
     return above_m + (known ? way_down_m(level / std::abs(down)) : longest_m) <= fan.range_m;
   };
   const double farthest_m = fan.range_m * fan.bend.lengthening;
-  left.clear();
-  piece_.resize(hits.size());
+  undecided.clear();
+  hit_piece_.resize(hits.size());
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     const Vector3d in_plane = fan.plane_direction(plane);
     for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
@@ -299,29 +295,30 @@ bool StraightenedSpace::trace(const RayFan& fan, refine::Triangles triangles, st
       const double level2 = direction.head<2>().squaredNorm(), down = -direction.z();
       if (down > 0.0 && level2 < flattest_ * flattest_ * down * down) {
         if (!hit) continue;
-        piece_[number] = hit.index;
-        hit.index = picture_place_[hit.index];
+        hit_piece_[number] = hit.index;
+        hit.index = face_place_[hit.index];
         hit.face = triangles.number(hit.index);
       } else {
         hit = Hit{};
         const double level = std::sqrt(level2);
         if (fan.grid->within_beam(plane, elevation) && comes_in_time(level, down) &&
             may_hit(level, down, farthest_m))
-          left.push_back(static_cast<std::uint32_t>(number));
+          undecided.push_back(static_cast<std::uint32_t>(number));
       }
     }
   }
   return true;
 }
 
-// The way to the place that the picture has for the hit is known, and the ray's own is next to it,
-// by far less than their curvature: at one depth it is farther by its cotangent's difference, and
-// later by Snell's constant times that. From there it goes straight on to the face's plane.
-RayIncidence StraightenedSpace::tell(std::size_t number, Hit& hit) {
+// The ray to the hit as straightened space has it is known. The fan's own ray is next to it, by far
+// less than their radius of curvature: at one depth it is farther out by the difference of their
+// cotangents (times range_per_cotangent_m), and later by Snell's constant times that. From there it
+// goes straight on to the plane of the face.
+RayIncidence StraightenedSpace::incidence_of(std::size_t number, Hit& hit) {
   const RayFan& fan = *fan_;
   const Vector3d direction =
       fan.direction(fan.plane_direction(number / fan.elevations()), number % fan.elevations());
-  const refine::Face& piece = mesh_.faces[piece_[number]];
+  const refine::Face& piece = mesh_.faces[hit_piece_[number]];
   Vector3d point = (1.0 - hit.u - hit.v) * points_[piece[0]] + hit.u * points_[piece[1]] +
                    hit.v * points_[piece[2]];
   const Vector3d a = triangles_.corner(hit.index, 0);
@@ -332,7 +329,7 @@ RayIncidence StraightenedSpace::tell(std::size_t number, Hit& hit) {
   const Vector2d outwards = level > 1e-6 ? Vector2d(direction.head<2>() / level) : Vector2d::Zero();
   double range_m = (point - fan.origin).head<2>().norm();
   scatter::DirectRays::Eigenray way;
-  if (!ways_.find(range_m, -point.z(), way))  // beyond the last by rounding
+  if (!eigenrays_.find(range_m, -point.z(), way))  // beyond the last by rounding
     way = {cotangent,
            hit.t / reference_mps_,
            hit.t,

@@ -12,85 +12,90 @@
 
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refraction/ray_incidence.h>
 #include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/eigenray_grid.h>
 
 namespace ensonify::engine {
 
-struct RayIncidence;
-
-/// The fan's bent rays, all at once: each vertex that the fan can touch is put where its own bent
-/// ray would have it, were that straight and as long as its time; there all rays are straight, and
-/// a scan of the fan finds their faces. The picture of a face is not quite flat: faces are cut
-/// until theirs are, within a tolerance, and where that would still be a time's, the exact ray is
-/// cut with the face.
+/// The sea deformed so that the fan's bent rays are straight: each point that a face has is put
+/// where its own bent ray would reach it if that ran straight on in its launch direction, as long
+/// as its travel time at the reference speed. In that space a scan of the fan finds the faces that
+/// the rays hit.
 ///
-/// It holds for rays that go down to what lies below the sonar without turning. What others may
-/// hit, it leaves to be asked.
+/// A flat face is not quite flat there. Faces are cut until their parts are flat within a
+/// tolerance; incidence_of() removes what error that leaves in time, by cutting the exact ray with
+/// the face.
+///
+/// It decides rays that go down, without turning, to what lies below the sonar. It leaves the
+/// others undecided if they may hit something.
 class StraightenedSpace {
  public:
-  /// Faces lie between these depths. The profile must outlive this.
+  /// Faces lie between these two depths. The profile must outlive this.
   StraightenedSpace(const scatter::SoundSpeedProfile& profile, double shallowest_m,
                     double deepest_m, double reference_mps, double tolerance_m);
 
-  /// Nearest hits by ray number, of the rays within the beam, but for those that `left` names (by
-  /// number, ascending), which are misses. Their t is within the tolerance until they are told; u
-  /// and v are of a part of the face. False where something of the seafloor stands as high as the
-  /// sonar, or the fan is wider than a half turn: nothing is told of any ray then. The fan's bend
-  /// must be the profile's. Fan and triangles must stay while hits are told; triangles of one
-  /// version are the same ones.
+  /// Finds the nearest hits, by ray number, of the rays within the beam. The undecided rays (their
+  /// numbers, ascending) are misses. The t of a hit is within the tolerance until incidence_of() is
+  /// asked; its u and v are those of a part of the face. False, with no ray decided, where
+  /// something of the seafloor stands as high as the sonar, or the fan is wider than a half turn.
+  /// The fan's bend must be the profile's (bend_of). The fan and the triangles must stay until the
+  /// last incidence_of(); triangles of one version are the same ones.
   bool trace(const RayFan& fan, refine::Triangles triangles, std::uint64_t version,
-             std::span<Hit> hits, std::vector<std::uint32_t>& left);
+             std::span<Hit> hits, std::vector<std::uint32_t>& undecided);
 
-  /// How a ray that was traced last came to its hit, which gets its exact t.
-  RayIncidence tell(std::size_t number, Hit& hit);
+  /// How a ray of the last trace arrives at its hit, whose t becomes exact.
+  RayIncidence incidence_of(std::size_t number, Hit& hit);
 
  private:
-  struct Group {  // of faces in a row
+  /// The box around some faces that follow each other.
+  struct Group {
     Eigen::Vector3f middle, half;
   };
-  struct Seen {                                                  // a point as its ray sees it
-    double cotangent = std::numeric_limits<double>::infinity();  // none comes there
-    double mps = 0.0;
-    double scale =
-        0.0;  // metres in the picture for one there, across the ray in its vertical plane
+  /// The ray to a point.
+  struct RayToPoint {
+    double cotangent = std::numeric_limits<double>::infinity();  // at launch; infinite: no ray
+    double mps = 0.0;                                            // the sound speed at the point
+    // Metres of straightened space for one at the point, across the ray in its vertical plane.
+    double scale = 0.0;
   };
-  static constexpr std::size_t group_faces = 16, groups_together = 16;
+  static constexpr std::size_t group_size = 16, groups_together = 16;
 
-  void group();
-  void gather();
-  std::uint32_t see(const Eigen::Vector3d& point);
-  std::uint32_t vertex_of(std::uint32_t vertex);
-  double bow_m(const Seen& a, const Seen& b, double length_m) const;
-  void lay(const refine::Face& whole, std::uint32_t place);
-  bool picture();
+  void group_faces();
+  void collect_faces();
+  std::uint32_t add_point(const Eigen::Vector3d& point);
+  std::uint32_t point_of(std::uint32_t vertex);
+  double bow_m(const RayToPoint& a, const RayToPoint& b, double length_m) const;
+  void add_face(const refine::Face& whole, std::uint32_t place);
+  bool straighten_faces();
   bool may_hit(double level, double down, double farthest_m) const;
 
   const scatter::SoundSpeedProfile* profile_;
   double shallowest_m_, deepest_m_, reference_mps_;
   double tolerance_m_;
-  scatter::EigenrayGrid ways_;
+  scatter::EigenrayGrid eigenrays_;
   std::unique_ptr<Intersector> scan_;
 
-  // Of a surface as long as it stays: boxes around its faces' groups, and around groups of these.
+  // Of the triangles as long as their version stays: boxes around groups of faces, and around
+  // groups of these.
   std::optional<std::uint64_t> grouped_version_;
   std::vector<Group> groups_, larger_;
 
-  // Of a fan.
+  // Of the fan that was traced last:
   const RayFan* fan_ = nullptr;
   refine::Triangles triangles_;
   refine::ViewTest view_;
-  std::vector<std::uint32_t> places_;                           // of the faces gathered
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> slots_;  // vertex and point, by the hash
-  std::vector<Eigen::Vector3d> points_;                         // of the sea, local metres
-  std::vector<Seen> seen_;                                      // one a point
-  refine::TriangleMesh mesh_;                 // of the picture, about the fan's origin; one a point
-  std::vector<refine::Face> open_;            // pieces of a face that is being cut
-  std::vector<std::uint32_t> picture_place_;  // of the picture's faces, among the triangles
-  std::vector<std::uint32_t> piece_;          // of the picture that a ray hit, by its number
-  bool stands_high_ = false;
-  double flattest_ = 0.0;  // cotangent of the rays that the picture is whole for
+  std::vector<std::uint32_t> collected_;  // faces, by their place among the triangles
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> point_slots_;  // hash table: vertex, point
+  std::vector<Eigen::Vector3d> points_;    // by point: its place in the sea, local metres
+  std::vector<RayToPoint> rays_;           // by point
+  refine::TriangleMesh mesh_;              // of straightened space, about the fan's origin
+  std::vector<refine::Face> open_;         // parts of a face that are still to be cut
+  std::vector<std::uint32_t> face_place_;  // by face of mesh_: its place among the triangles
+  std::vector<std::uint32_t> hit_piece_;   // by ray number: the face of mesh_ that it hit
+  bool stands_high_ = false;               // a face is as high as the sonar
+  double flattest_ = 0.0;                  // rays of smaller cotangent meet no missing face
   double source_mps_ = 0.0, fastest_above_mps_ = 0.0, min_range_m_ = 0.0;
 };
 

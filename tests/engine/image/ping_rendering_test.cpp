@@ -45,10 +45,10 @@ struct Stage {
     Sonar sonar;
     sonar.array_length_m = 0.03;
     sonar.elevations = 400;
-    const RayLayout aperture = make_aperture(sonar, 0.00375, 4.0);
+    const RayLayout layout = make_ray_layout(sonar, 0.00375, 4.0);
     std::vector<refine::FanVolume> volumes;
     for (const Side side : {Side::port, Side::starboard}) {
-      fans.push_back(place_fan(aperture, track[10], side, 25.0));
+      fans.push_back(place_fan(layout, track[10], side, 25.0));
       volumes.push_back(view_volume(fans.back()));
     }
     mesh.refine(volumes);

@@ -46,9 +46,9 @@ TEST_CASE("a ray layout's weights sum over planes to the beam's width at every e
       sonar.focused = true;
       sonar.receive_array_length_m = receive_m;
       sonar.side_lobes = side_lobes;
-      const RayLayout layout = make_aperture(sonar, 0.00375, 7.5);
+      const RayLayout layout = make_ray_layout(sonar, 0.00375, 7.5);
       const Beam beam(sonar, 0.00375);
-      const ReceiverMotion fixed = reception({}, Side::port, 80.0, 1500.0);
+      const ReceiverMotion fixed = receiver_motion({}, Side::port, 80.0, 1500.0);
       const std::size_t elevations = layout.grid->elevation_rad.size();
       // The integral of sinc^2(a s) sinc^2(b s) is the overlap of two triangles, (1 - a / 3
       // b) / b for b >= a.
@@ -72,10 +72,10 @@ TEST_CASE("in the near field too, a plane's samples sum to the beam's integral a
   Sonar sonar;
   sonar.vertical.beamwidth_rad = 0.0;
   for (const double height_m : {3.0, 8.0, 30.0}) {
-    const RayLayout layout = make_aperture(sonar, 0.00375, sonar.range_m / height_m);
+    const RayLayout layout = make_ray_layout(sonar, 0.00375, sonar.range_m / height_m);
     const Beam beam(sonar, 0.00375);
     const LineArray its_array{sonar.array_length_m, 0.00375};
-    const ReceiverMotion fixed = reception({}, Side::port, 80.0, 1500.0);
+    const ReceiverMotion fixed = receiver_motion({}, Side::port, 80.0, 1500.0);
     CHECK(layout.grid->planes.size() <= 14);
     for (const double range_m : {1.0, 1.1, 1.5, 2.3, 4.0, 9.0}) {
       const double r = range_m * height_m;
@@ -107,8 +107,8 @@ TEST_CASE(
   const Beam beam(sonar, wavelength_m);
   const std::array<BeamSample, 1> sample{{{0.0021f, 1.0f}}};
   for (const Side side : {Side::port, Side::starboard}) {
-    const ReceiverMotion receiver_motion = reception(pose, side, 80.0, sound_speed_mps);
-    CHECK_FALSE(receiver_motion.still);
+    const ReceiverMotion motion = receiver_motion(pose, side, 80.0, sound_speed_mps);
+    CHECK_FALSE(motion.steady);
     const Eigen::Matrix3d body = body_to_world(pose);
     const double sign = side == Side::port ? -1.0 : 1.0;
     const Eigen::Vector3d direction =
@@ -124,11 +124,11 @@ TEST_CASE(
                               its_array.power(way.dot(its_body.col(0))) * sent_power *
                               received_power;
       CAPTURE(r, static_cast<int>(side));
-      CHECK(beam.two_way(side, sample, 1.0, direction, r, receiver_motion) ==
+      CHECK(beam.two_way(side, sample, 1.0, direction, r, motion) ==
             Approx(expected).epsilon(0.01));
     }
   }
-  CHECK(reception(Pose{}, Side::port, 80.0, sound_speed_mps).still);
+  CHECK(receiver_motion(Pose{}, Side::port, 80.0, sound_speed_mps).steady);
 }
 
 TEST_CASE(

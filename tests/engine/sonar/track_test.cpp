@@ -39,7 +39,7 @@ TEST_CASE("heading, pitch and roll are applied in that order") {
 
 TEST_CASE("a fan looks to its side, and its pole points upwards") {
   Sonar sonar;
-  const RayLayout layout = make_aperture(sonar, 0.00375, 7.5);
+  const RayLayout layout = make_ray_layout(sonar, 0.00375, 7.5);
   const Pose north{};
   const RayFan starboard = place_fan(layout, north, Side::starboard, 75.0);
   const RayFan port = place_fan(layout, north, Side::port, 75.0);

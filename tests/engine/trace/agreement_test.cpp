@@ -17,6 +17,7 @@
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/face_sources/static_faces.h>
 #include <ensonify/refine/tile_collapse.h>
 
 using namespace ensonify;

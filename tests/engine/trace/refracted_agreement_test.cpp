@@ -18,7 +18,8 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator_internals.h>
-#include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/engine/trace/refraction/ray_bend.h>
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 #include <ensonify/scatter/sound_ray.h>
 
 using namespace ensonify;
@@ -114,7 +115,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
          SimulatorInternals::aim(simulator, poses[i * poses.size() / (places + 1)]))
       fans.push_back(fan);
   for (RayFan& fan : fans) {
-    fan.bend = bend(profile, deepest_m, fan.range_m, mps);
+    fan.bend = bend_of(profile, deepest_m, fan.range_m, mps);
     std::vector<Hit> hits(fan.grid->rays());
     tracer.trace(fan, embree.get(), seafloor.mesh, 0, hits);
     for (std::size_t k = 0; k < fan.planes(); ++k)
@@ -123,7 +124,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
         ++tally.rays;
         const Vector3d d = fan.direction(fan.plane_direction(k), j).normalized();
         Hit& found = hits[k * fan.elevations() + j];
-        if (found) tracer.tell(k * fan.elevations() + j, found);
+        if (found) tracer.incidence_of(k * fan.elevations() + j, found);
         const Hit expected = reference.trace(fan.origin, d, fan.range_m);
         tally.hits += static_cast<bool>(expected);
         if (found.face == expected.face) {
@@ -153,7 +154,7 @@ Tally compare(const Scene& scene, const scatter::SoundSpeedProfile& profile) {
   WARN(tally.rays << " rays, " << tally.hits << " hits, " << tally.same << " of the same face, "
                   << tally.near_edge << " within a millimetre of an edge, " << tally.unexplained
                   << " unexplained; times within " << tally.worst_s << " s; " << counts.straightened
-                  << " of " << counts.rays << " in the picture, " << counts.chords << " chords");
+                  << " of " << counts.rays << " in straightened space, " << counts.chords << " chords");
   return tally;
 }
 

@@ -1,4 +1,4 @@
-#include <ensonify/engine/trace/refraction/refracted_path.h>
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "support/meshes.h"
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/refraction/ray_bend.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -86,7 +87,7 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
   const auto pluecker = make_intersector("pluecker", bed.mesh);
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -depth_m}, elevations, 60.0);
-  fan.bend = bend(profile, 16.5, fan.range_m, 1490.0);
+  fan.bend = bend_of(profile, 16.5, fan.range_m, 1490.0);
   RefractedTracer tracer(profile, refine::bounds(bed.mesh).highest.z(), 16.5, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
   tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
@@ -102,7 +103,7 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
       if (found.face == expected.face) {
         ++same;
         if (!found) continue;
-        const RayIncidence at = tracer.tell(k * fan.elevations() + j, found);
+        const RayIncidence at = tracer.incidence_of(k * fan.elevations() + j, found);
         CHECK(found.t == Approx(expected.t).margin(2e-3));
         const refine::Face& face = bed.mesh.faces[found.face];
         const Eigen::Vector3d a = bed.mesh.positions[face[0]].cast<double>();
@@ -153,7 +154,7 @@ TEST_CASE("Everything that a bent fan can touch is in its view volume") {
   const double highest_m = refine::bounds(bed.mesh).highest.z();
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -4.0}, 250, 60.0);
-  fan.bend = bend(thermocline, 17.0, fan.range_m, 1490.0);
+  fan.bend = bend_of(thermocline, 17.0, fan.range_m, 1490.0);
   CHECK(fan.bend.turn_rad > 0.0);
   const refine::FanVolume volume = view_volume(fan);
   const refine::ViewTest test(std::span(&volume, 1));
@@ -161,7 +162,7 @@ TEST_CASE("Everything that a bent fan can touch is in its view volume") {
   std::vector<Hit> hits(fan.grid->rays());
   tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
   for (std::size_t i = 0; i < hits.size(); ++i)
-    if (hits[i]) CHECK(test.touches({tracer.tell(i, hits[i]).place.cast<float>(), 0.0f}));
+    if (hits[i]) CHECK(test.touches({tracer.incidence_of(i, hits[i]).place.cast<float>(), 0.0f}));
 }
 
 TEST_CASE(
@@ -170,7 +171,7 @@ TEST_CASE(
   const Seafloor bed = tests::level_bed(15.0);
   const auto embree = make_intersector("embree", bed.mesh);
   RayFan fan = fan_at({0, 0, -4.0}, 2000, 60.0);
-  fan.bend = bend(thermocline, 15.0, fan.range_m, 1490.0);
+  fan.bend = bend_of(thermocline, 15.0, fan.range_m, 1490.0);
   RefractedTracer tracer(thermocline, -15.0, 15.0, 1490.0);
   std::vector<Hit> hits(fan.grid->rays());
   tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
@@ -180,8 +181,8 @@ TEST_CASE(
     if (!hits[first + j] || !hits[first + j + 1]) continue;
     const Eigen::Vector3d here = fan.ray(k, j).direction, there = fan.ray(k, j + 1).direction;
     Hit near = hits[first + j], next = hits[first + j + 1];
-    const Eigen::Vector3d normal = tracer.tell(first + j, near).straightened({0, 0, 1}, here);
-    tracer.tell(first + j + 1, next);
+    const Eigen::Vector3d normal = tracer.incidence_of(first + j, near).straightened({0, 0, 1}, here);
+    tracer.incidence_of(first + j + 1, next);
     const double predicted_m = near.t * normal.dot(here) / normal.dot(there);
     CHECK(predicted_m == Approx(next.t).epsilon(1e-3));
     ++looked;

@@ -1,0 +1,172 @@
+#include <ensonify/engine/sonar/echo/surface_walk.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+namespace ensonify::engine {
+
+void SurfaceWalk::walk(const SideView& view, std::size_t plane, PieceTable& pieces) {
+  view_ = &view;
+  plane_ = plane;
+  pieces_ = &pieces;
+  stretches_ = view.layout->within[plane];
+  caster_ = none;
+  shadows_.clear();
+  const std::size_t count = pieces.count;  // the walk may add some behind
+  if (count == 0) return;
+  std::fill_n(pieces.starts_surface.begin(), count, std::uint8_t{0});
+  for (std::size_t k = 0; k < pieces.break_count; ++k) {
+    const std::size_t piece = pieces.breaks[k];
+    if (piece > 0 && pieces.answers[piece - 1]) {
+      if (continues(piece - 1, piece)) continue;
+      end_surface(piece - 1, piece);
+    }
+    for (; pieces.begin[piece] >= stretches_.front().until; stretches_ = stretches_.subspan(1))
+      caster_ = none;
+    if (pieces.answers[piece])
+      begin_surface(piece);
+    else
+      caster_ = none;  // a back: the surface's hole, not its shadow
+  }
+  end_plane(count - 1);
+}
+
+bool SurfaceWalk::continues(std::size_t a, std::size_t b) const {
+  return pieces_->end[a] == pieces_->begin[b] && pieces_->answers[b] && meet(a, b);
+}
+
+// As in find_breaks (echo_kernel.cpp); and two facets that are farther apart than that do not meet
+// if they are farther apart than they are long.
+bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
+  const PieceTable& pieces = *pieces_;
+  const auto half_step_m = [&](std::size_t piece) {
+    return std::abs(pieces.to_end_m[piece] - pieces.to_last_m[piece]);
+  };
+  const double apart_m = std::abs(pieces.first_ray_m(b) - pieces.last_ray_m(a));
+  if (apart_m > 4.0 * std::max(half_step_m(a), half_step_m(b))) return false;
+  const std::vector<double>& elevation_rad = view_->fan->grid->elevation_rad;
+  const double across_m =
+      pieces.last_ray_m(a) * (elevation_rad[pieces.begin[b]] - elevation_rad[pieces.begin[b] - 1]);
+  return std::hypot(apart_m, across_m) <=
+         2.0 * bin_m_ + longest_edge_m(pieces.index[a]) + longest_edge_m(pieces.index[b]);
+}
+
+// The surface does not go on in the next piece.
+void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
+  PieceTable& pieces = *pieces_;
+  if (pieces.end[last] == pieces.begin[next]) {
+    pieces.until_m[last] = pieces.range_m[last] + half_m(last);
+    caster_ = last;
+    if (pieces.answers[next])
+      shadows_.push_back({pieces.last_ray_m(last), pieces.first_ray_m(next),
+                          pieces.beam_weight[next], pieces.label[last]});
+  } else if (pieces.end[last] < stretches_.front().until) {
+    end_in_water(last);
+  } else {  // with its stretch of rays
+    pieces.until_m[last] = pieces.range_m[last] + half_m(last);
+  }
+}
+
+void SurfaceWalk::begin_surface(std::size_t piece) {
+  pieces_->from_m[piece] = pieces_->range_m[piece] - half_m(piece);
+  pieces_->starts_surface[piece] = 1;
+}
+
+// The next ray met nothing, perhaps because its hit is beyond the range: then the surface goes on
+// there, and hides nothing.
+void SurfaceWalk::end_in_water(std::size_t piece) {
+  const double next_m = next_ray_m(piece);
+  if (next_m >= view_->fan->range_m && std::isfinite(next_m)) {
+    continue_beyond_range(piece, next_m);
+    caster_ = none;
+  } else {
+    pieces_->until_m[piece] = pieces_->range_m[piece] + half_m(piece);
+    caster_ = piece;
+  }
+}
+
+void SurfaceWalk::end_plane(std::size_t last) {
+  PieceTable& pieces = *pieces_;
+  bool at_edge = false;  // a surface goes on to the last ray of the stretch
+  if (pieces.answers[last]) {
+    at_edge = pieces.end[last] >= stretches_.front().until;
+    if (at_edge)
+      pieces.until_m[last] = pieces.range_m[last] + half_m(last);
+    else
+      end_in_water(last);
+  }
+  if (stretches_.size() > 1) return;  // there are rays above, which met nothing
+  // A surface at the upper edge of a fan that looks down hides nothing.
+  if (at_edge) caster_ = last_ray(last).z() >= 0.0 ? last : none;
+  if (caster_ != none) shade_beyond(caster_);
+}
+
+// The direction of a piece's last ray.
+Eigen::Vector3d SurfaceWalk::last_ray(std::size_t piece) const {
+  const RayFan& fan = *view_->fan;
+  return fan.direction(fan.plane_direction(plane_), pieces_->end[piece] - 1);
+}
+
+// How far a piece goes on from its middle where nothing joins it. A single ray keeps to its range:
+// it does not know how far its face goes.
+double SurfaceWalk::half_m(std::size_t piece) const {
+  return pieces_->end[piece] - pieces_->begin[piece] > 1 ? pieces_->to_end_m[piece] : 0.0;
+}
+
+// Where the ray after a piece would meet its facet if that went on; infinite if never.
+double SurfaceWalk::next_ray_m(std::size_t piece) const {
+  const FanGrid& grid = *view_->fan->grid;
+  const std::size_t next = pieces_->end[piece];
+  const double facing = pieces_->level[piece] * grid.cos_elevation[next] +
+                        pieces_->pole[piece] * grid.sin_elevation[next];
+  return facing < 0.0 ? pieces_->distance[piece] / facing : std::numeric_limits<double>::infinity();
+}
+
+// Adds the half step of elevation between a piece and the next ray as a piece of its own.
+void SurfaceWalk::continue_beyond_range(std::size_t piece, double next_m) {
+  PieceTable& pieces = *pieces_;
+  const std::size_t added = pieces.count++, end = pieces.end[piece];
+  pieces.until_m[piece] = pieces.from_m[added] = 0.5 * (pieces.last_ray_m(piece) + next_m);
+  pieces.until_m[added] = next_m;
+  const std::vector<double>& edge_rad = view_->layout->edge_rad;
+  const double half_step_rad = 0.5 * (edge_rad[end + 1] - edge_rad[end]);
+  pieces.energy[added] = pieces.energy[piece] * half_step_rad / double(pieces.width_rad[piece]);
+  std::copy_n(&pieces.middles[4 * piece], 4, &pieces.middles[4 * added]);
+  std::copy_n(&pieces.changes[4 * piece], 4, &pieces.changes[4 * added]);
+  pieces.answers[added] = 1;
+  pieces.beam_weight[added] = pieces.beam_weight[piece];
+  pieces.energy_slope[added] = pieces.energy_slope[piece];
+  pieces.label[added] = pieces.label[piece];
+  pieces.starts_surface[added] = 1;
+}
+
+// Up to the range limit, or to where the line of sight leaves the seafloor: nothing is known there.
+void SurfaceWalk::shade_beyond(std::size_t caster) {
+  const RayFan& fan = *view_->fan;
+  const Eigen::Vector3d direction = last_ray(caster);
+  double leaves_m = fan.range_m;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double speed = direction[axis];
+    if (speed == 0.0) continue;
+    const double border = speed > 0.0 ? highest_[axis] : lowest_[axis];
+    leaves_m = std::min(leaves_m, (border - fan.origin[axis]) / speed);
+  }
+  const double begins_m = pieces_->last_ray_m(caster);
+  if (!(leaves_m > begins_m)) return;
+  const double weight = view_->beam->two_way(view_->side, view_->layout->samples_of(plane_),
+                                             fan.grid->cos_elevation[pieces_->end[caster] - 1],
+                                             direction, leaves_m, *view_->motion);
+  shadows_.push_back({begins_m, leaves_m, static_cast<float>(weight), pieces_->label[caster]});
+}
+
+double SurfaceWalk::longest_edge_m(std::uint32_t index) const {
+  const refine::Triangles& triangles = view_->triangles;
+  const Eigen::Vector3d a = triangles.corner(index, 0), b = triangles.corner(index, 1),
+                        c = triangles.corner(index, 2);
+  return std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+}
+
+}  // namespace ensonify::engine

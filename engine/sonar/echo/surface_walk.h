@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/sonar/echo/beam.h>
+#include <ensonify/engine/sonar/echo/piece_table.h>
+#include <ensonify/engine/sonar/echo/range_bins.h>
+#include <ensonify/engine/sonar/echo/ray_layout.h>
+#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// One side of one ping, from which its echo is formed. What it points to must outlive it.
+struct SideView {
+  Side side;
+  const Beam* beam;
+  const RayFan* fan;
+  const RayLayout* layout;  ///< the fan's
+  const ReceiverMotion* motion;
+  refine::Triangles triangles;
+};
+
+/// Walks over the pieces of a plane in the order of elevation, from the lowest ray upwards, and
+/// decides where one surface goes on from piece to piece, where it ends, and what casts a shadow.
+/// This is the only place where a shadow's label is decided.
+///
+/// Between two neighbouring rays that hit different surfaces, the lower one's hides what lies
+/// between their ranges. A surface that ends in the water (the next ray within the beam hits
+/// nothing) hides all behind it up to the range of the fan, or up to where the line of sight leaves
+/// the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks up.
+/// Where a surface turns its back there is a hole in it, and no shadow.
+class SurfaceWalk {
+ public:
+  /// lowest and highest are the seafloor's bounds in x and y, local metres.
+  SurfaceWalk(const Eigen::Vector2d& lowest, const Eigen::Vector2d& highest, double bin_m)
+      : lowest_(lowest), highest_(highest), bin_m_(bin_m) {}
+
+  /// Sets from_m, until_m and starts_surface of the pieces of a plane where they break; adds a
+  /// piece for each surface that goes on beyond the range. Before, compute_echoes() must have
+  /// filled the table.
+  void walk(const SideView& view, std::size_t plane, PieceTable& pieces);
+
+  /// Those of the plane that was walked last.
+  std::span<const Shadow> shadows() const { return shadows_; }
+
+ private:
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+  bool continues(std::size_t a, std::size_t b) const;
+  bool meet(std::size_t a, std::size_t b) const;
+  void end_surface(std::size_t last, std::size_t next);
+  void begin_surface(std::size_t piece);
+  void end_in_water(std::size_t piece);
+  void end_plane(std::size_t last);
+  Eigen::Vector3d last_ray(std::size_t piece) const;
+  double half_m(std::size_t piece) const;
+  double next_ray_m(std::size_t piece) const;
+  void continue_beyond_range(std::size_t piece, double next_m);
+  void shade_beyond(std::size_t caster);
+  double longest_edge_m(std::uint32_t index) const;
+
+  Eigen::Vector2d lowest_, highest_;
+  double bin_m_;
+  std::vector<Shadow> shadows_;
+
+  // Of the plane that is walked:
+  const SideView* view_ = nullptr;
+  std::size_t plane_ = 0;
+  PieceTable* pieces_ = nullptr;
+  std::span<const RayLayout::Stretch> stretches_;  // the one at hand, and those to come
+  std::size_t caster_ = none;  // the last surface that ended and hides what is behind
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/trace/ray.h>
+
+namespace ensonify::engine {
+
+/// How the sound of a ray arrives at its hit.
+///
+/// An echo treats a bent ray as the straight one of the same launch direction, as long as its
+/// travel time at one reference speed: the ray in straightened space (StraightenedSpace). That
+/// space stretches the sea around the hit a little, by one factor for each of three directions.
+struct RayIncidence {
+  Eigen::Vector3d place;      ///< of the hit, local metres
+  Eigen::Vector3d direction;  ///< of travel at the hit, unit
+  double spreading_m2;        ///< of the way back: SoundRay::spreading_back_m2
+  double absorption_db;       ///< one way
+  // Metres of the sea for one metre of straightened space: along the ray, across it in its vertical
+  // plane, and across it horizontally.
+  double along, upwards, sideways;
+
+  /// The unit normal that a facet at the hit has in straightened space, from its unit normal in the
+  /// sea and the ray's launch direction.
+  Eigen::Vector3d straightened(const Eigen::Vector3d& normal, const Eigen::Vector3d& launch) const;
+};
+
+/// Computes how rays arrive at their hits, one by one, because an echo asks for few of them.
+class IncidenceSource {
+ public:
+  virtual ~IncidenceSource() = default;
+  /// How a ray of the fan that was traced last arrives, by its number. `hit` is its hit as the
+  /// tracer left it. Makes its t exact, which before may be off by half a millimetre. (Its u and v
+  /// may be those of a part of the face.)
+  virtual RayIncidence incidence_of(std::size_t number, Hit& hit) = 0;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,275 @@
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/trace/refraction/horizontal.h>
+
+namespace ensonify::engine {
+namespace {
+
+using scatter::SoundRay;
+using scatter::SoundSpeedLayer;
+using scatter::SoundSpeedProfile;
+
+constexpr double inf = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr double fine_sagitta_m = 1e-6;  // below what a tracer in float keeps of a kilometre
+constexpr double overlap_m = 1e-4;       // of chords, so that no face lies between two
+constexpr std::size_t batch = 256;       // rays followed at a time: they fit the cache
+
+/// The same speeds with one more layer's edge at that depth; or a little above it, where it would
+/// merge with a sample. None above the sea surface.
+SoundSpeedProfile with_edge(const SoundSpeedProfile& profile, double& depth_m) {
+  constexpr double apart_m = 2e-3;
+  std::vector<scatter::SoundSpeedSample> samples;
+  for (const SoundSpeedLayer& layer : profile.layers())
+    if (std::isfinite(layer.top_m))
+      samples.push_back({layer.top_m, layer.top_mps, layer.top_db_per_m});
+  for (auto s = samples.rbegin(); s != samples.rend(); ++s)
+    if (std::abs(s->depth_m - depth_m) < apart_m) depth_m = s->depth_m - apart_m;
+  if (depth_m >= 0.0)
+    samples.push_back(
+        {depth_m, profile.speed_mps(depth_m), profile.mean_absorption_db_per_m(depth_m, depth_m)});
+  return SoundSpeedProfile(std::move(samples));
+}
+
+double fastest(const SoundSpeedProfile& profile) {
+  return std::ranges::max(profile.layers(), {}, &SoundSpeedLayer::top_mps).top_mps;
+}
+
+Eigen::Vector3d direction_of(const SoundRay& ray, const Eigen::Vector2d& outwards) {
+  const double along = ray.point().along, down = ray.point().down;
+  return {along * outwards.x(), along * outwards.y(), -down};
+}
+
+void advance_by(SoundRay& ray, double path_m) {
+  for (double edge_m; (edge_m = ray.path_to_edge_m()) <= path_m; path_m -= edge_m)
+    ray.advance(edge_m);
+  if (path_m != 0.0) ray.advance(path_m);
+}
+
+}  // namespace
+
+RefractionCounts& RefractionCounts::operator+=(const RefractionCounts& other) {
+  rays += other.rays;
+  straightened += other.straightened;
+  chords += other.chords;
+  refined += other.refined;
+  return *this;
+}
+
+RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highest_m,
+                                 double deepest_m, double reference_mps, double sagitta_m)
+    : top_m_(-highest_m),
+      profile_(with_edge(profile, top_m_)),
+      reference_mps_(reference_mps),
+      sagitta_m_(sagitta_m),
+      fastest_mps_(fastest(profile)),
+      straightened_space_(profile, -highest_m, deepest_m, reference_mps, 0.5 * sagitta_m) {}
+
+void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
+                            refine::Triangles triangles, std::uint64_t version,
+                            std::span<Hit> hits) {
+  triangles_ = triangles;
+  version_ = version;
+  courses_.clear();
+  by_chords_.clear();
+  chord_place_.assign(hits.size(), none);
+  const bool straightened = straightened_space_.trace(fan, triangles, version, hits, undecided_);
+  if (!straightened) {
+    std::ranges::fill(hits, Hit{});
+    undecided_.clear();
+  }
+  std::size_t rays = 0;
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+    for (std::size_t elevation = 0; elevation < fan.elevations(); ++elevation) {
+      if (!fan.grid->within_beam(plane, elevation)) continue;
+      ++rays;
+      if (!straightened)
+        undecided_.push_back(static_cast<std::uint32_t>(plane * fan.elevations() + elevation));
+    }
+  counts_.rays += rays;
+  counts_.straightened += rays - undecided_.size();
+  for (const std::uint32_t number : undecided_) {
+    start(fan, number);
+    if (courses_.size() == batch) follow(fan, lists, hits);
+  }
+  follow(fan, lists, hits);
+}
+
+RayIncidence RefractedTracer::incidence_of(std::size_t number, Hit& hit) {
+  const std::uint32_t place = chord_place_[number];
+  return place == none ? straightened_space_.incidence_of(number, hit) : by_chords_[place];
+}
+
+const Intersector& RefractedTracer::own_tree() {
+  if (own_version_ != version_) {
+    own_tree_ = make_intersector("pluecker", triangles_);
+    own_version_ = version_;
+  }
+  return *own_tree_;
+}
+
+/// The place of a ray of a course.
+Eigen::Vector3d RefractedTracer::place(const Course& course, const Eigen::Vector3d& origin,
+                                       const SoundRay& at) {
+  const double range_m = at.point().range_m;
+  return {origin.x() + range_m * course.outwards.x(), origin.y() + range_m * course.outwards.y(),
+          -at.point().depth_m};
+}
+
+/// Its t runs from 0 to a little beyond 1.
+Ray RefractedTracer::chord_of(const Course& course, const Eigen::Vector3d& origin) {
+  const Eigen::Vector3d from = place(course, origin, course.from);
+  const Eigen::Vector3d way = place(course, origin, course.to) - from;
+  return {from, way, 0.0, 1.0 + overlap_m / way.norm()};
+}
+
+/// Starts to follow a ray, if it reaches the depths where faces are.
+void RefractedTracer::start(const RayFan& fan, std::uint32_t number) {
+  const Eigen::Vector3d in_plane = fan.plane_direction(number / fan.elevations());
+  const Eigen::Vector3d direction = fan.direction(in_plane, number % fan.elevations()).normalized();
+  SoundRay ray(profile_, -fan.origin.z(), direction.head<2>().norm(), -direction.z());
+  if (reach_faces(ray, fan.range_m)) courses_.push_back({ray, ray, horizontal(direction), number});
+}
+
+/// Follows all started rays chord by chord, until each has hit or ended.
+void RefractedTracer::follow(const RayFan& fan, const Intersector* lists, std::span<Hit> hits) {
+  while (!courses_.empty()) {
+    chords_.clear();
+    std::erase_if(courses_, [&](Course& course) {
+      if (!reach_faces(course.to, fan.range_m) ||
+          !next_chord(course, sagitta_m_, end_path_m(course.to, fan.range_m)))
+        return true;
+      chords_.push_back(chord_of(course, fan.origin));
+      return false;
+    });
+    if (chords_.empty()) return;
+    counts_.chords += chords_.size();
+    found_.resize(chords_.size());
+    const Intersector& tree = lists ? *lists : own_tree();
+    tree.intersect(chords_, found_);
+    std::size_t i = 0;
+    std::erase_if(courses_, [&](const Course& course) {
+      const Hit& found = found_[i++];
+      if (!found) return false;
+      RayIncidence incidence;
+      Hit hit = cut_arc(course, fan.origin, found, false, incidence);
+      if (!hit) {
+        ++counts_.refined;
+        hit = trace_finely(course, fan, tree, incidence);
+      }
+      if (!hit) return false;
+      if (hit.t <= fan.range_m) {
+        hits[course.number] = hit;
+        chord_place_[course.number] = static_cast<std::uint32_t>(by_chords_.size());
+        by_chords_.push_back(incidence);
+      }
+      return true;
+    });
+  }
+}
+
+/// Moves a ray on through the sea above all faces; false if it ends there.
+bool RefractedTracer::reach_faces(SoundRay& ray, double range_m) const {
+  for (;;) {
+    const scatter::SoundRayPoint& p = ray.point();
+    if (reference_mps_ * p.time_s >= range_m) return false;
+    if (p.depth_m > top_m_ || (p.depth_m == top_m_ && p.down >= 0.0)) return true;
+    if (ray.path_to_edge_m() == inf) return false;
+    ray.advance(ray.path_to_edge_m());
+  }
+}
+
+/// The path at which the ray ends, or a longer one.
+double RefractedTracer::end_path_m(const SoundRay& ray, double range_m) const {
+  const double left_s = range_m / reference_mps_ - ray.point().time_s;
+  return ray.point().path_m + left_s * fastest_mps_ + overlap_m;
+}
+
+/// Moves a course on by one chord: as far as the ray stays within the sagitta of it, below the
+/// highest face, and before the end of the path. False at that end.
+bool RefractedTracer::next_chord(Course& course, double sagitta_m, double end_path_m) const {
+  course.from = course.to;
+  SoundRay& ray = course.to;
+  const double left_m = end_path_m - ray.point().path_m;
+  if (!(left_m > 0.0)) return false;
+  double turned = 0.0, length_m = 0.0;
+  while (length_m < left_m) {
+    const double curvature = std::abs(ray.curvature_per_m());
+    const double on_m = std::min(ray.path_to_edge_m(), left_m - length_m);
+    if ((turned + curvature * on_m) * (length_m + on_m) > 4.0 * sagitta_m) {
+      const double room = 4.0 * sagitta_m - turned * length_m;
+      const double b = turned + curvature * length_m;
+      ray.advance(2.0 * room / (b + std::sqrt(b * b + 4.0 * curvature * room)));
+      return true;
+    }
+    ray.advance(on_m);
+    turned += curvature * on_m;
+    length_m += on_m;
+    if (ray.point().depth_m <= top_m_ && ray.point().down < 0.0) break;
+  }
+  return true;
+}
+
+/// Cuts the exact ray with the face that its chord found. No hit where it misses the face; in the
+/// last try it then takes the chord's.
+Hit RefractedTracer::cut_arc(const Course& course, const Eigen::Vector3d& origin, const Hit& found,
+                             bool last_try, RayIncidence& incidence) const {
+  const Eigen::Vector3d a = triangles_.corner(found.index, 0);
+  const Eigen::Vector3d ab = triangles_.corner(found.index, 1) - a;
+  const Eigen::Vector3d ac = triangles_.corner(found.index, 2) - a;
+  const Eigen::Vector3d normal = ab.cross(ac);
+  const double chord_m = course.to.point().path_m - course.from.point().path_m;
+  SoundRay at = course.from;
+  advance_by(at, std::min(found.t, 1.0) * chord_m);
+  Eigen::Vector3d point = place(course, origin, at);
+  // Newton's steps onto the plane: few, because arcs are almost straight.
+  for (int i = 0; i < 8; ++i) {
+    const double step_m = normal.dot(a - point) / normal.dot(direction_of(at, course.outwards));
+    if (!(std::abs(step_m) <= chord_m)) {  // seen edge on
+      if (!last_try) return {};
+      break;
+    }
+    advance_by(at, step_m);
+    point = place(course, origin, at);
+    if (std::abs(step_m) < 1e-9) break;
+  }
+  const Eigen::Vector3d way = point - a;
+  const double area2 = normal.squaredNorm();
+  double u = way.cross(ac).dot(normal) / area2, v = ab.cross(way).dot(normal) / area2;
+  if (!(u >= 0.0 && v >= 0.0 && u + v <= 1.0)) {
+    if (!last_try) return {};
+    u = found.u, v = found.v;
+  }
+  const double t = reference_mps_ * at.point().time_s;
+  incidence = {.place = point,
+               .direction = direction_of(at, course.outwards),
+               .spreading_m2 = at.spreading_back_m2(),
+               .absorption_db = at.point().absorption_db,
+               .along = at.point().sound_speed_mps / reference_mps_,
+               .upwards = std::max(std::abs(at.spread_m()) / t, 0.01),
+               .sideways = at.sideways_m() / t};
+  return {found.face, found.index, t, u, v};
+}
+
+/// Traces the arc of a course's chord again, by chords so short that they are the arc.
+Hit RefractedTracer::trace_finely(Course course, const RayFan& fan, const Intersector& tree,
+                                  RayIncidence& incidence) {
+  const double end_path_m = course.to.point().path_m;
+  course.to = course.from;
+  while (next_chord(course, fine_sagitta_m, end_path_m)) {
+    const Ray chord = chord_of(course, fan.origin);
+    Hit found;
+    tree.intersect({&chord, 1}, {&found, 1});
+    ++counts_.chords;
+    if (found) return cut_arc(course, fan.origin, found, true, incidence);
+  }
+  return {};
+}
+
+}  // namespace ensonify::engine

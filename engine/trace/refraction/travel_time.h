@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/engine/trace/refraction/ray_incidence.h>
+#include <ensonify/scatter/sound_speed_profile.h>
+
+namespace ensonify::engine {
+
+/// Straight rays in a layered sea: they hit what they hit in even water, but their echoes come
+/// after the time that sound takes along the straight line at the profile's speeds. The quickest
+/// way is bent, and quicker only by the second order of the bend (Fermat).
+class TravelTime final : public IncidenceSource {
+ public:
+  /// The profile must outlive this.
+  TravelTime(const scatter::SoundSpeedProfile& profile, double reference_mps);
+  /// Sets the t of straight hits, by ray number, to travel time times the reference speed; removes
+  /// those beyond the fan's range. The fan must stay until the last incidence_of().
+  void apply(const RayFan& fan, std::span<Hit> hits);
+  RayIncidence incidence_of(std::size_t number, Hit& hit) override;
+
+ private:
+  struct Depth {
+    double time_s;     // straight down to it from the surface
+    double speed_mps;  // of sound there
+  };
+  Depth at(double depth_m) const;
+
+  const scatter::SoundSpeedProfile* profile_;
+  double reference_mps_;
+  std::vector<double> layer_top_s_;  // by layer: the time straight down to its top
+  const RayFan* fan_ = nullptr;
+  std::vector<double> straight_m_;  // by ray number: the length of the straight line
+};
+
+}  // namespace ensonify::engine
