@@ -62,7 +62,7 @@ Scene scene_of(std::string_view intersector, std::string_view surface,
   Scene scene = parse_scene(golden_scene, "golden", {}, {});
   scene.run.intersector = intersector;
   scene.run.surface = surface;
-  scene.run.instruction_set = instruction_set;
+  scene.run.intersection.instruction_set = instruction_set;
   return scene;
 }
 

@@ -61,7 +61,9 @@ struct Place {
   explicit Place(const fs::path& file) : floor(file.begin()->string()) {
     if (floor != "engine") return;
     const fs::path inside = file.lexically_relative("engine");
-    const std::string by_itself = (inside.parent_path() / inside.stem()).string();
+    std::string by_itself = (inside.parent_path() / inside.stem()).string();
+    // The second header of simulate.cpp.
+    if (by_itself == "simulator_internals") by_itself = "simulate";
     const bool is_room = std::ranges::find(rooms, by_itself) != rooms.end();
     room = is_room || inside.parent_path().empty() ? by_itself : inside.parent_path().string();
     if (room == "simulator_internals") room = "simulate";  // simulate.cpp has the code of both
