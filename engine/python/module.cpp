@@ -580,8 +580,8 @@ origin: z up, y where the heading points. Raises SceneError for wrong keys.)")
 Puts a mesh into the scene, and returns its instance number.
 
 vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
-Both sides of a face answer. Raises ValueError for other shapes or an unknown material, MeshError for
-a vertex that is not there or not finite.)")
+Both sides of a face scatter. Raises ValueError for other shapes or an unknown material, MeshError
+for a vertex that is not there or not finite.)")
       .def(
           "move",
           [](Session& self, std::uint32_t instance, const Pose& pose) {

@@ -30,6 +30,7 @@
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/refine/atomic_file.h>
 
 using namespace ensonify;
@@ -324,7 +325,8 @@ Recording imitation(const Scene& scene, std::vector<Pose>& poses) {
       const auto value = [&](std::size_t column) {
         const std::size_t pixel = ping * 2 * bins + column;
         return scene.speckle ? static_cast<float>(image.pixels.sample[pixel])
-                             : static_cast<float>(full_scale) * simulator.recorder(0).gain(bin) *
+                             : static_cast<float>(full_scale) *
+                                   SimulatorInternals::recorder(simulator, 0).gain(bin) *
                                    std::sqrt(image.pixels.intensity_mean[pixel]);
       };
       recording.samples[0][ping * bins + bin] = value(bins - 1 - bin);
