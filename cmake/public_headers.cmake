@@ -23,6 +23,8 @@ set(public_headers
   engine/seafloor/layers/layer_draws.h
   engine/seafloor/layers/outcrops.h
   engine/seafloor/layers/pits.h
+  engine/seafloor/layers/relief_kind.h
+  engine/seafloor/layers/roughness.h
   engine/seafloor/layers/seabed.h
   engine/seafloor/layers/trawl_marks.h
   engine/seafloor/material.h

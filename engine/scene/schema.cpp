@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/output_formats.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/seafloor.h>

@@ -66,7 +66,6 @@ struct Place {
     if (by_itself == "simulator_internals") by_itself = "simulate";
     const bool is_room = std::ranges::find(rooms, by_itself) != rooms.end();
     room = is_room || inside.parent_path().empty() ? by_itself : inside.parent_path().string();
-    if (room == "simulator_internals") room = "simulate";  // simulate.cpp has the code of both
   }
   bool is_library() const {
     return floor != "bench" && room != "live" && room != "app" && room != "python";
