@@ -94,7 +94,7 @@ class Beam {
   /// unit, world axes.
   double two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
                  const Eigen::Vector3d& direction, double range_m,
-                 const ReceiverMotion& reception) const;
+                 const ReceiverMotion& motion) const;
 
   /// A line array's scale of the table: x over sin(psi), and nearness times range (0: focused).
   struct Array {

@@ -76,12 +76,12 @@ struct PieceKernelArgs {
 
 /// The echoes of pieces: columns that compute_echoes() fills.
 struct PieceEchoes {
-  /// 1 where sound comes back, 0 where the rays see the back of a face or end before it.
+  /// 1 where sound comes back, 0 where the rays see the back of a face, or nearly its edge.
   std::int32_t* answers;
   double* range_m;    ///< at the middle of the piece
   double* to_last_m;  ///< how much the range grows from the middle to the last ray
   double* to_end_m;   ///< how much it grows from the middle to the end of the piece
-  /// Per bin width of one metre, without absorption and source level:
+  /// Of the whole piece, without absorption and source level:
   /// beam_weight * sigma / sin(grazing) / range^2 * width_rad.
   double* energy;
   /// What the middle of the piece sees: x, y, z from the sonar and the grazing angle, four values

@@ -25,8 +25,8 @@ struct Refraction {
   bool lists = true;       ///< the intersectors answer lists of rays
 };
 
-/// One sonar at work on one thread: aims its fans, then finds the expected echo. Its
-/// memory is kept from ping to ping.
+/// One sonar on one thread: places its fans, traces them, and forms the expected echo. It keeps its
+/// memory from ping to ping.
 class PingTracer {
  public:
   /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer.
@@ -34,28 +34,29 @@ class PingTracer {
              std::span<const scatter::BackscatterTable> by_material,
              const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr);
 
-  /// The fans of its sides, port first, at the sonar's own pose so high over the bed; good until
-  /// the next call.
+  /// Places the fans of its sides for the sonar's own pose and its altitude over the bed. Returns
+  /// them, port first; valid until the next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
-  /// Finds what the aimed fan of one side meets of the intersector's triangles, which are the same
-  /// ones as long as their version is.
+  /// Finds what the fan of one side hits of the intersector's triangles. Triangles of one version
+  /// are the same ones.
   void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
              Side side) {
     trace(intersector, triangles, version, side, false);
   }
-  /// The same, and returns the nearest hits, good until the next call. Refracted rays' t is the
-  /// range that their time stands for at the medium's speed.
+  /// The same, and returns the nearest hits by ray number; valid until the next call. The t of a
+  /// refracted ray is its travel time times the medium's sound speed.
   std::span<const Hit> trace_hits(const Intersector& intersector, refine::Triangles triangles,
                                   std::uint64_t version, Side side) {
     trace(intersector, triangles, version, side, true);
     return hits_;
   }
-  /// The aimed fan of one side.
+  /// The fan of one side, as aim() placed it.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
-  /// The expected echo of the side that was traced last, over these triangles.
+  /// Forms the expected echo of the side that was traced last, over these triangles. Sets the side
+  /// of the line.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
-  /// What became of all its refracted rays.
+  /// How its refracted rays were decided, all of them since it was made.
   RefractionCounts refraction_counts() const {
     return refracted_ ? refracted_->counts() : RefractionCounts{};
   }
@@ -73,7 +74,7 @@ class PingTracer {
   std::array<RayFan, 2> fans_;
   std::array<ReceiverMotion, 2> receptions_;
   FanBend bend_;
-  std::optional<RefractedTracer> refracted_;  // one of the two, or none
+  std::optional<RefractedTracer> refracted_;  // at most one of the two
   std::optional<TravelTime> travel_time_;
   FanRuns runs_;  // of straight rays
   std::vector<Hit> hits_;

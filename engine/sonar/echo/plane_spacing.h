@@ -10,10 +10,10 @@
 
 namespace ensonify::engine {
 
-/// What should be said of a track's objects, pits and boulders that are shorter along the track
-/// than a fan's planes are apart where they pass nearest: a ping may miss such a thing, or count it
-/// for a whole plane. One sentence of the one that is shortest against it, and how many more there
-/// are; none if none is.
+/// A warning about objects and features that are shorter along the track than the distance between
+/// two planes of a fan, where the track passes nearest: a ping may miss such a thing, or count it
+/// for a whole plane. It names the one that is shortest against that distance, and the number of
+/// the others. None if there is no such thing.
 std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
                                                  double sound_speed_mps, const Seafloor& seafloor,
                                                  std::span<const Pose> poses);
