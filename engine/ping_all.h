@@ -21,9 +21,9 @@ struct ScenePings {
   std::uint64_t rays = 0, hits = 0;
   RefractionCounts refraction;
   StageTimes stages;                  ///< summed over threads
-  std::vector<std::string> warnings;  ///< of the track
-  std::uint64_t verified_pings = 0;   ///< that were compared with the reference,
-  AgreementCounts verified;           ///< and what was found
+  std::vector<std::string> warnings;  ///< about the track
+  std::uint64_t verified_pings = 0;   ///< pings that were compared with the reference
+  AgreementCounts verified;           ///< the result of the comparison
 };
 
 /// A scene's track, ping by ping.
@@ -38,7 +38,7 @@ class TrackPings {
 
   struct RecordedPing {
     PingRow record;
-    std::span<const EchoLine> lines;  ///< of a lost ping none; good until the simulator's next ping
+    std::span<const EchoLine> lines;  ///< none of a lost ping; valid until the next ping
   };
   /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may call
   /// this, each with its own simulator. Spare threads make the faces of the block's next pings
@@ -59,13 +59,14 @@ class TrackPings {
   std::uint64_t seed_;
   std::size_t block_pings_;
   std::vector<Pose> poses_, reported_;
-  std::vector<std::size_t> recorded_;    // by ping, which ping's echo; or none
-  std::vector<Pose> sent_;               // of those echoes, in turn,
-  std::vector<std::size_t> sent_until_;  // and how many of them there are up to a ping
+  std::vector<std::size_t> recorded_;    // by ping: the ping whose echo is recorded, or none
+  std::vector<Pose> sent_;               // poses of the recorded echoes, in order
+  std::vector<std::size_t> sent_until_;  // by ping: the number of recorded echoes up to it
   std::vector<std::string> warnings_;
 };
 
-/// Called after every block, by one thread while all others wait; what it throws ends the pings.
+/// Called after every block by one thread, while all others wait. An exception from it ends the
+/// run.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
@@ -77,7 +78,7 @@ ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
                     const AfterBlock& after_block = {}, const MemoryLimit& memory = {},
                     std::size_t verify_pings = 0);
 
-/// The bytes in memory of the sonars' images of this many pings; their files come on top.
+/// The bytes in memory of the sonars' images of this many pings; their files need more.
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);
 /// Throws MemoryError unless they fit.
 void require_images(const MemoryLimit& memory, std::span<const Sonar> sonars, std::size_t pings);
