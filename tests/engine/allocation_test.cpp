@@ -60,7 +60,7 @@ Scene small_scene() {
   scene.sonars.front().range_m = 40.0;
   scene.sonars.front().bins = 200;
   scene.sonars.front().elevations = 300;
-  scene.run.surface = "static";  // a tree that is built anew is Embree's own business
+  scene.run.surface = "static";  // Embree allocates when it builds a tree
   return scene;
 }
 
@@ -80,7 +80,7 @@ TEST_CASE("a steady ping allocates nothing") {
     scene.sea.profile = {"cast.csv", folder / "cast.csv"};
     scene.sea.refraction = RefractionMode::full;
   }
-  SECTION("beside objects, of which the visible share is taken") {
+  SECTION("near objects whose visible share is counted") {
     for (const double east_m : {-12.0, 9.0, 20.0})
       scene.objects.push_back({.shape = "sphere", .east_m = east_m});
   }
@@ -91,11 +91,11 @@ TEST_CASE("a steady ping allocates nothing") {
   const std::size_t before = allocations;
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping_numbered(poses[i], i);
   CHECK(allocations == before);
-  CHECK(before > 0);  // the count counts
+  CHECK(before > 0);  // the counter works
 }
 
 TEST_CASE(
-    "a steady ping whose faces a spare thread made ready allocates nothing, nor does that thread") {
+    "a steady ping whose faces a spare thread prepared allocates nothing, nor does that thread") {
   Scene scene = small_scene();
   scene.run.intersector = "fan_scan";
   scene.run.surface = "footprint";
@@ -118,7 +118,7 @@ TEST_CASE(
   CHECK(before > 0);
 }
 
-TEST_CASE("a steady ping of an object that moves allocates nothing, and what went leaves nothing") {
+TEST_CASE("a steady ping of a moving object allocates nothing, and its removal frees its memory") {
   Scene scene = small_scene();
   scene.run.intersector = "fan_scan";
   scene.run.surface = "footprint";

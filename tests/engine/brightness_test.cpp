@@ -1,4 +1,5 @@
-// A picture of samples is as bright as its scene's bed, whatever automatic gain the recorder has.
+// The brightness of a picture of samples follows the scene's bed, for every automatic gain of the
+// recorder.
 
 #include <algorithm>
 #include <string>

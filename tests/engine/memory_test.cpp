@@ -33,7 +33,7 @@ double read_bytes() {
   return bytes;
 }
 
-/// A text grid whose header is honest: the file is as long as it must be, and all holes.
+/// A text grid with a correct header: the file has the right length and contains only holes.
 void write_huge_grid(const fs::path& file, int columns, int rows) {
   std::ofstream(file) << "ncols " << columns << "\nnrows " << rows
                       << "\nxllcorner 500000\nyllcorner 4000000\ncellsize 0.5\n"
@@ -61,7 +61,8 @@ Scene fractal_scene(double cell_m) {
 
 }  // namespace
 
-TEST_CASE("what does not fit is refused with what it is, how much, the limit and the cure") {
+TEST_CASE(
+    "a refusal names what does not fit, how much memory it needs, the limit and what to change") {
   const MemoryLimit limit{5.0 * gb};
   CHECK_NOTHROW(limit.require(0.0, "pictures", "fewer"));
   CHECK_NOTHROW(limit.require(1.0 * gb, "pictures", "fewer"));
@@ -74,7 +75,7 @@ TEST_CASE("what does not fit is refused with what it is, how much, the limit and
 }
 
 #ifdef ENSONIFY_CAN_LIMIT_MEMORY
-TEST_CASE("the memory that is available heeds the limit of the address space") {
+TEST_CASE("the available memory respects the limit of the address space") {
   const double before = available_memory_bytes();
   CHECK(before > 0.0);
   const tests::LittleMemory little(std::size_t{1} << 28);
@@ -91,9 +92,9 @@ TEST_CASE("a seafloor that does not fit in the address space is refused before i
                         Catch::Contains("seafloor.cell_m larger"));
 }
 
-TEST_CASE("memory that runs out in spite of the estimate says what was being made") {
+TEST_CASE("if memory runs out in spite of the estimate, the message says what was being made") {
   const tests::LittleMemory little(std::size_t{1} << 27);
-  // Allowed by a limit that is not the machine's.
+  // Allowed by a limit above that of the machine.
   CHECK_THROWS_WITH(prepare_seafloor(fractal_scene(0.02), {.memory = {1e15}}),
                     Catch::Contains("out of memory while making the seafloor"));
 }

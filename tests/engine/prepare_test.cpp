@@ -119,7 +119,7 @@ TEST_CASE("a run's bytes are the same without a cache, with a cold one and with 
     CHECK(warm.warnings == cold.warnings);
     CHECK(contents(cache).size() == 1);
 
-    // The manifest names the surface; but for that, it changes nothing.
+    // The manifest names the surface; nothing else may differ.
     Scene whole = scene;
     whole.run.surface = "static";
     auto by_static = run_into(folder / (name + "-static"), whole, cache);
@@ -128,7 +128,8 @@ TEST_CASE("a run's bytes are the same without a cache, with a cold one and with 
   }
 }
 
-TEST_CASE("a cached seafloor that is damaged or another's is noticed and made anew") {
+TEST_CASE(
+    "a cached seafloor that is damaged or belongs to another scene is noticed and made again") {
   const TemporaryFolder folder;
   const Scene scene = scene_with_object(folder.path());
   const fs::path cache = folder / "cache";
@@ -148,7 +149,7 @@ TEST_CASE("a cached seafloor that is damaged or another's is noticed and made an
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{100},
                                  std::size_t{4096}, good.size() / 2, good.size() - 1})
     CHECK(check_rebuilt(good.substr(0, size)) == warnings + 1);
-  // Somewhere that is looked at when it is opened, or in the middle of the run, or never.
+  // Damage that is found when the file is opened, in the middle of the run, or never.
   int noticed = 0;
   for (std::size_t i = 0; i < 24; ++i) {
     std::string bad = good;
@@ -185,8 +186,7 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   const TemporaryFolder folder;
   const fs::path cache = folder / "cache";
   fs::create_directories(cache);
-  // A file beyond the cache's limit, which takes no room on the disk, and a clock that was put
-  // back.
+  // A sparse file above the limit of the cache, and a clock that was set back.
   write_text(cache / "huge.mesh", "");
   fs::resize_file(cache / "huge.mesh", std::uintmax_t{17} << 30);
   fs::last_write_time(cache / "huge.mesh",
@@ -197,7 +197,7 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   CHECK(!fs::exists(cache / "huge.mesh"));
 }
 
-TEST_CASE("surface auto is refined, unless the run is too short for the analysis, and says why") {
+TEST_CASE("surface auto means refined unless the run is too short, and the reason is given") {
   Scene scene = small_scene();
   scene.run.surface = "auto";
   scene.seafloor.cell_m = 0.1;  // 360,000 faces

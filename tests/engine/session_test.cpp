@@ -1,5 +1,5 @@
-// A simulator that somebody drives: pings at his times, other settings, objects that come, move and
-// go.
+// Sessions of a Simulator: pings at given times, changed settings, objects that are added, moved
+// and removed.
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator_internals.h>
@@ -85,7 +85,7 @@ refine::TriangleMesh cube(float half_m) {
 
 }  // namespace
 
-TEST_CASE("a session's pings are numbered in turn") {
+TEST_CASE("the pings of a session are numbered in order") {
   Simulator session(bare_scene()), other(bare_scene());
   for (const std::uint64_t number : {0u, 1u, 2u}) {
     Pose pose = beside;
@@ -117,7 +117,7 @@ TEST_CASE("an object that is added gives the same numbers as one of the scene") 
     CHECK(session.classes().back() == "box");
     CHECK(session.materials().back() == "wood");
     CHECK(numbers(session.ping_numbered(beside, 0)) == expected);
-    CHECK(numbers(session.ping_numbered(beside, 0)) == expected);  // its tree still stands
+    CHECK(numbers(session.ping_numbered(beside, 0)) == expected);  // the tree is still valid
 
     session.remove(instance);
     CHECK(numbers(session.ping_numbered(beside, 0)) == empty);
@@ -154,7 +154,7 @@ TEST_CASE("an object under the bed is hidden by it") {
   CHECK(numbers(session.ping_numbered(beside, 0)) == before);
 }
 
-TEST_CASE("an object's y goes ahead and its z up") {
+TEST_CASE("the y axis of an object points along its heading, its z axis up") {
   // A box 4 m ahead of the place, 3 m over it, nearer than the bed.
   Seafloor holder;
   tests::add_box(holder, {-0.5f, 3.5f, 2.5f}, {0.5f, 4.5f, 3.5f});
@@ -172,7 +172,7 @@ TEST_CASE("an object's y goes ahead and its z up") {
   CHECK(seen > 0);
 }
 
-TEST_CASE("a sonar that was set hears what one of the scene would") {
+TEST_CASE("a sonar that was set receives the same as a sonar of the scene") {
   Scene scene = bare_scene();
   Simulator session(scene);
   session.ping_numbered(beside, 0);
@@ -187,7 +187,7 @@ TEST_CASE("a sonar that was set hears what one of the scene would") {
   CHECK(session.sonars().front().bins == 90);
 }
 
-TEST_CASE("what cannot be is refused, and changes nothing") {
+TEST_CASE("invalid calls are refused and change nothing") {
   Simulator session(bare_scene());
   const std::vector<double> before = numbers(session.ping_numbered(beside, 0));
   const auto nowhere = Pose{.position = {0.0, infinity, 0.0}};
@@ -213,8 +213,7 @@ TEST_CASE("what cannot be is refused, and changes nothing") {
   CHECK(numbers(session.ping_numbered(beside, 0)) == before);
 }
 
-TEST_CASE(
-    "a pose that puts a sonar out of the water is refused as a run refuses it, on any surface") {
+TEST_CASE("a pose that puts a sonar out of the water is refused as in a run, on each face source") {
   using Catch::Contains;
   Scene scene = bare_scene();
   scene.track.pings = 1;
@@ -247,7 +246,7 @@ TEST_CASE(
       CHECK(second != first);
       CHECK(second == numbers(session.ping_numbered(at(-7.0), 1)));
 
-      // A run draws the same borders.
+      // A run has the same limits.
       for (const double over_m : {-0.05, 0.05}) {
         Scene flown = scene;
         flown.track.middle_east_m = 0.3;
@@ -267,7 +266,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a ping does not depend on earlier ones, however near the bed these were") {
+TEST_CASE("a ping does not depend on earlier pings, even if these were near the bed") {
   Simulator session(bare_scene());
   const double bed_m = -session.altitude_m({0.3, 0.2, 0.0});
   const auto heard = [&](double z_m) {
@@ -280,7 +279,7 @@ TEST_CASE("a ping does not depend on earlier ones, however near the bed these we
   }
 }
 
-TEST_CASE("a sonar off the seafloor or over a hole pings, and hears what it can reach") {
+TEST_CASE("a sonar off the seafloor or over a hole pings and receives what it can reach") {
   Scene scene = bare_scene();
   scene.speckle = false;
   Simulator session(scene);
@@ -293,7 +292,7 @@ TEST_CASE("a sonar off the seafloor or over a hole pings, and hears what it can 
   CHECK(heard(lines[0]) > 0);  // port looks west, at the bed
 }
 
-TEST_CASE("eight threads with a simulator each hear the same as one") {
+TEST_CASE("eight threads, each with a simulator, receive the same as one thread") {
   const Scene scene = bare_scene();
   const auto session = [&] {
     Simulator simulator(scene);

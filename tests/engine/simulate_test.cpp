@@ -1,4 +1,4 @@
-// A whole ping, whatever stands behind it.
+// A whole ping, for all face sources and back-ends.
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator_internals.h>
@@ -24,7 +24,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// A rough bed with a box on it, under two sonars that look aside and one that looks ahead.
+/// A rough bed with a box on it, under two sonars that look to the sides and one that looks ahead.
 Scene busy_scene(const tests::TemporaryFolder& folder) {
   Seafloor holder;
   tests::add_box(holder, {0, 0, 0}, {4, 2, 3});
@@ -71,7 +71,7 @@ std::vector<double> everything(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("the surface changes no number of any ping, nor does keeping its trees") {
+TEST_CASE("neither the face source nor kept trees change a number of a ping") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);
   const std::vector<double> whole = everything(scene);
@@ -84,7 +84,7 @@ TEST_CASE("the surface changes no number of any ping, nor does keeping its trees
     }
 }
 
-TEST_CASE("a sonar of one side hears the same as that side of one with two, to the bit") {
+TEST_CASE("a sonar with one side receives the same as that side of a sonar with two, to the bit") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);
   scene.sonars.resize(1);
@@ -137,7 +137,8 @@ TEST_CASE("a sonar that looks ahead sees what lies ahead, before the sidescan do
     }
 }
 
-TEST_CASE("a million rays of each scene hit the same on every surface, to the bit", "[.][soak]") {
+TEST_CASE("a million rays of each scene have the same hits on each face source, to the bit",
+          "[.][soak]") {
   const auto data = tests::data_file("mesh_underwater/skytteren_wreck.ply");
   if (!data) WARN("skipped two scenes: the real data are not there");
   for (const char* name : {"ripples", "rocky", "wreck", "survey_portsmouth"}) {
@@ -195,7 +196,7 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
     const BinLayers& bins = starboard.bins;
     if (bins.instance[i] == 1) {
       object = true;
-      // Where most planes jump over the bin it is shadow, whatever the others see.
+      // Where most planes skip the bin it is shadow, whatever the other planes see.
       CHECK((bins.region[i] == static_cast<std::uint32_t>(Region::object) ||
              bins.shadow_fraction[i] > 0.5f));
       CHECK(simulator.seafloor().classes.at(bins.class_id[i]) == "box");
@@ -213,7 +214,7 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
   CHECK(simulator.altitude_m({12.0, 3.0, -10.0}) == Approx(10.0));
 }
 
-TEST_CASE("a stranger's plate answers from its back as from its front") {
+TEST_CASE("an imported plate scatters from its back as from its front") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);
   scene.objects.front().height_m = 1.0;
@@ -233,11 +234,11 @@ TEST_CASE("a stranger's plate answers from its back as from its front") {
   CHECK(differ <= up.size() / 10000);  // the last bits of t depend on the corners' order
 }
 
-TEST_CASE("a cast gives the sound speed down to the bed, and says where it ends too soon") {
+TEST_CASE("a cast gives the sound speed down to the bed; a cast that ends above it is reported") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);
   scene.sea.sound_speed_mps = 1497.0;
-  scene.sea.absorption_db_per_km = 100.0;  // else it is the cast's as well
+  scene.sea.absorption_db_per_km = 100.0;  // otherwise absorption comes from the cast, too
   const std::vector<double> by_number = everything(scene);
 
   scene.sea.sound_speed_mps.reset();
@@ -304,7 +305,7 @@ TEST_CASE("Refraction in water of one speed changes nothing, and times alone shi
   scene.sea.refraction = RefractionMode::full;
   CHECK(everything(scene) == straight);
 
-  // Slow where the rays run: what comes later, seems farther off by the ratio of the speeds.
+  // Slow where the rays run: echoes arrive later and seem farther away by the ratio of the speeds.
   scene.sea.profile = cast("slow.csv", "0,1530\n8,1530\n8.1,1470\n30,1470\n");
   const auto first = [&](RefractionMode mode) {
     scene.sea.refraction = mode;
@@ -321,7 +322,7 @@ TEST_CASE("Refraction in water of one speed changes nothing, and times alone shi
   CHECK(first(RefractionMode::full) > off);
 
   const std::vector<double> by_embree = everything(scene);
-  scene.run.intersector = "fan_scan";  // what it cannot answer goes to a tree of lists
+  scene.run.intersector = "fan_scan";  // rays that it cannot trace go to a tree
   const std::vector<double> by_scan = everything(scene);
   REQUIRE(by_scan.size() == by_embree.size());
   for (std::size_t i = 0; i < by_scan.size(); ++i)

@@ -14,7 +14,7 @@ using namespace ensonify::engine;
 
 namespace {
 
-/// Blocks of 4 pings, so that repeated ones lie in other blocks than what they repeat.
+/// With blocks of 4 pings, so that repeated pings lie in other blocks than the pings they repeat.
 Scene spoilt_scene() {
   Scene scene = parse_scene(ensonify::tests::tiny_scene, "tiny", {}, {});
   scene.track.pings = 61;
@@ -42,8 +42,7 @@ std::vector<double> row_of(const Waterfall& image, std::size_t row) {
 }  // namespace
 
 TEST_CASE(
-    "a run with lost and repeated pings has the others' rows as they are, and says which were "
-    "what") {
+    "lost and repeated pings of a run are recorded as such, and the other rows do not change") {
   const Scene scene = spoilt_scene();
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
@@ -55,7 +54,7 @@ TEST_CASE(
   const Waterfall& whole = unspoilt.images.front();
 
   int lost = 0, repeated = 0, repeated_after_lost = 0, kept = 0;
-  std::size_t recorded = 0;  // the last ping that was
+  std::size_t recorded = 0;  // the last recorded ping
   bool any_yet = false;
   for (std::size_t ping = 0; ping < image.rows(); ++ping) {
     CAPTURE(ping);
@@ -81,7 +80,7 @@ TEST_CASE(
       any_yet = true;
       ++kept;
     }
-    // The record beside it is the ping's own.
+    // The record of the row is that of the ping itself.
     REQUIRE(same_pose(image.pings[ping].pose, whole.pings[ping].pose));
   }
   CHECK(lost > 5);
@@ -90,7 +89,7 @@ TEST_CASE(
   CHECK(kept > 20);
 }
 
-TEST_CASE("while the navigation stands still a run reports the pose it had, and says so") {
+TEST_CASE("while the navigation is stale a run reports the last pose and records this") {
   const Scene scene = spoilt_scene();
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
@@ -108,7 +107,7 @@ TEST_CASE("while the navigation stands still a run reports the pose it had, and 
   CHECK(stale < int(pings.size()) - 5);
 }
 
-TEST_CASE("a spoilt run is the same whichever thread does which block") {
+TEST_CASE("a run with artefacts does not depend on which thread makes which block") {
   const Scene scene = spoilt_scene();
   Simulator one(scene), several(scene);
   const ScenePings alone = ping_all(scene, one, 1), shared = ping_all(scene, several, 3);
