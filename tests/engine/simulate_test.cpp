@@ -234,7 +234,7 @@ TEST_CASE("an imported plate scatters from its back as from its front") {
   CHECK(differ <= up.size() / 10000);  // the last bits of t depend on the corners' order
 }
 
-TEST_CASE("a cast gives the sound speed down to the bed; a cast that ends above it is reported") {
+TEST_CASE("a cast gives the sound speed down to the bed, and a cast that ends above it is reported") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);
   scene.sea.sound_speed_mps = 1497.0;
