@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <shared_mutex>
 #include <type_traits>
 #include <utility>
@@ -14,6 +15,7 @@
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
+
 TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
     : artefacts_(scene.artefacts),
       seed_(scene.seed),
@@ -42,13 +44,25 @@ std::size_t TrackPings::recorded_at(std::size_t ping) const {
   return lost(then) ? none : then;
 }
 
+// The shorter of the times to its neighbours, because a track may pause between its legs.
+double TrackPings::interval_s(std::size_t ping) const {
+  if (poses_.size() < 2) return 0.0;
+  double shortest_s = std::numeric_limits<double>::infinity();
+  if (ping > 0) shortest_s = poses_[ping].t_s - poses_[ping - 1].t_s;
+  if (ping + 1 < poses_.size())
+    shortest_s = std::min(shortest_s, poses_[ping + 1].t_s - poses_[ping].t_s);
+  return shortest_s;
+}
+
 TrackPings::RecordedPing TrackPings::hear(Simulator& simulator, std::size_t ping,
                                           refine::SpareThreads* spare) const {
   const Pose& pose = poses_[ping];
   RecordedPing heard{.record = {.pose = pose,
                                 .reported = reported_[ping],
                                 .altitude_m = simulator.altitude_m(pose.position),
-                                .block = static_cast<int>(block_of(ping))}};
+                                .block = static_cast<int>(block_of(ping)),
+                                .recorded = recorded_[ping] != none,
+                                .interval_s = interval_s(ping)}};
   if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
     heard.record.artefacts.add(Artefact::stale_navigation);
   const std::size_t then = recorded_[ping];
@@ -74,76 +88,147 @@ bool TrackPings::verify(Simulator& simulator, std::size_t ping, AgreementCounts&
 
 namespace {
 
-/// A scene's pings while they are made: what their threads share.
+/// What a simulator has counted in its life.
+struct Counted {
+  explicit Counted(const Simulator& simulator)
+      : refraction(SimulatorInternals::refraction_counts(simulator)),
+        stages(SimulatorInternals::times(simulator)) {
+    for (std::size_t i = 0; i < simulator.sonars().size(); ++i) {
+      const std::span<const ObjectView> views = SimulatorInternals::object_visibility(simulator, i);
+      object_visibility.emplace_back(views.begin(), views.end());
+    }
+  }
+  std::vector<std::vector<ObjectView>> object_visibility;
+  RefractionCounts refraction;
+  StageTimes stages;
+};
+
+/// Adds what was counted between two moments of a simulator's life.
+void add_counts(const Counted& before, const Counted& after, ScenePings& to) {
+  to.stages += after.stages - before.stages;
+  to.refraction += after.refraction - before.refraction;
+  to.object_visibility.resize(after.object_visibility.size());
+  for (std::size_t i = 0; i < after.object_visibility.size(); ++i) {
+    const std::vector<ObjectView>& now = after.object_visibility[i];
+    std::vector<ObjectView> then = before.object_visibility[i];
+    then.resize(now.size());  // a simulator has no counts before its first ping
+    to.object_visibility[i].resize(now.size());
+    for (std::size_t k = 0; k < now.size(); ++k) to.object_visibility[i][k] += now[k] - then[k];
+  }
+}
+
+/// A part while its pings are made.
+struct OpenPart {
+  OpenPart(const PingRange& its_range, std::span<const Sonar> sonars)
+      : range(its_range), next(range.first), left(range.count) {
+    for (const Sonar& sonar : sonars) pings.images.emplace_back(sonar, range.count, range.first);
+  }
+  PingRange range;
+  std::size_t next;  // the first ping that no thread has taken
+  std::size_t left;  // pings that are not done
+  ScenePings pings;
+};
+
+/// Pings while they are made: what their threads share.
 class Pings {
  public:
-  Pings(const Scene& scene, Simulator& simulator, const MemoryLimit& memory,
-        std::size_t verify_pings)
-      : scene_(scene), track_(scene, simulator), verify_(std::min(verify_pings, track_.count())) {
-    require_images(memory, simulator.sonars(), track_.count());
-    all_.warnings = track_.warnings();
+  Pings(const Scene& scene, Simulator& simulator, const TrackPings& track, const PartWork& work)
+      : block_pings_(static_cast<std::size_t>(scene.run.block_pings)),
+        simulator_(simulator),
+        track_(track),
+        work_(work),
+        verify_(std::min(work.verify_pings, track.count())) {
     SimulatorInternals::count_object_visibility(simulator);
-    for (const Sonar& sonar : simulator.sonars()) all_.images.emplace_back(sonar, track_.count());
   }
 
-  ScenePings make(Simulator& simulator, int threads, const AfterBlock& after_block) {
-    const auto block_pings = static_cast<std::size_t>(scene_.run.block_pings);
-    const std::size_t blocks = (track_.count() + block_pings - 1) / block_pings;
+  void make(int threads) {
     threads = refine::thread_count(threads);
-    std::vector<std::optional<Simulator>> others(static_cast<std::size_t>(threads));
-    if (after_block) after_block(all_.images, 0, track_.count());
-    refine::SpareThreads spare;
-    const auto do_block = [&](std::size_t block, int worker) {
-      std::optional<Simulator>& other = others[static_cast<std::size_t>(worker)];
-      if (worker > 0 && !other) other = simulator.clone_for_thread();
-      Simulator& mine = worker > 0 ? *other : simulator;
-      const std::size_t begin = block * block_pings;
-      const std::size_t end = std::min(begin + block_pings, track_.count());
-      SimulatorInternals::reset(mine);
-      for (std::size_t ping = begin; ping < end; ++ping) do_ping(mine, ping, spare);
-      const std::unique_lock alone(images_lock_);
-      done_ += end - begin;
-      if (after_block) after_block(all_.images, done_, track_.count());
-    };
-    refine::parallel_for(blocks, threads, do_block, &spare);
-    all_.rays = rays_;
-    all_.hits = hits_;
-    take_counts(simulator);
-    for (const std::optional<Simulator>& other : others)
-      if (other) take_counts(*other);
-    return std::move(all_);
+    clones_.resize(static_cast<std::size_t>(threads));
+    if (work_.after_block) work_.after_block({}, 0);
+    refine::parallel_for(
+        clones_.size(), threads,
+        [&](std::size_t, int worker) {
+          try {
+            do_blocks(static_cast<std::size_t>(worker));
+          } catch (...) {
+            stop_ = true;
+            throw;
+          }
+        },
+        &spare_);
   }
 
  private:
-  void take_counts(const Simulator& simulator) {
-    all_.stages += SimulatorInternals::times(simulator);
-    all_.refraction += SimulatorInternals::refraction_counts(simulator);
-    all_.object_visibility.resize(all_.images.size());
-    for (std::size_t i = 0; i < all_.images.size(); ++i) {
-      const std::span<const ObjectView> views = SimulatorInternals::object_visibility(simulator, i);
-      all_.object_visibility[i].resize(views.size());
-      for (std::size_t k = 0; k < views.size(); ++k) all_.object_visibility[i][k] += views[k];
+  struct Block {
+    std::shared_ptr<OpenPart> part;
+    PingRange pings;
+  };
+
+  std::optional<Block> next_block() {
+    const std::lock_guard lock(parts_lock_);
+    if (stop_) return std::nullopt;
+    if (!newest_ || newest_->next == newest_->range.end()) {
+      newest_.reset();
+      const std::optional<PingRange> range = work_.next_part();
+      if (!range) return std::nullopt;
+      newest_ = std::make_shared<OpenPart>(*range, simulator_.sonars());
+    }
+    const std::size_t first = newest_->next;
+    const std::size_t end =
+        std::min((track_.block_of(first) + 1) * block_pings_, newest_->range.end());
+    newest_->next = end;
+    return Block{newest_, {first, end - first}};
+  }
+
+  void do_blocks(std::size_t worker) {
+    while (std::optional<Block> block = next_block()) {
+      std::optional<Simulator>& clone = clones_[worker];
+      if (worker > 0 && !clone) clone = simulator_.clone_for_thread();
+      Simulator& mine = worker > 0 ? *clone : simulator_;
+      OpenPart& part = *block->part;
+      const Counted before(mine);
+      SimulatorInternals::reset(mine);
+      for (std::size_t ping = block->pings.first; ping < block->pings.end(); ++ping)
+        do_ping(mine, ping, part);
+      if (!close(part, block->pings.count, before, mine)) continue;
+      const std::shared_ptr<OpenPart> whole = std::move(block->part);
+      work_.finished(whole->range, std::move(whole->pings), mine);
     }
   }
 
-  void do_ping(Simulator& simulator, std::size_t ping, refine::SpareThreads& spare) {
-    TrackPings::RecordedPing heard = track_.hear(simulator, ping, &spare);
-    const std::shared_lock rows_differ(images_lock_);
-    for (Waterfall& image : all_.images) {
-      const std::size_t sides = heard.lines.empty() ? 0 : sides_of(image.sonar).size();
-      image.set_row(ping, heard.lines.first(sides), heard.record);
-      for (const EchoLine& line : heard.lines.first(sides)) {
-        rays_ += line.rays;
-        hits_ += line.hits;
+  /// Counts a block. Returns true if it was the last one of its part.
+  bool close(OpenPart& part, std::size_t pings, const Counted& before, const Simulator& mine) {
+    const std::unique_lock alone(images_lock_);
+    add_counts(before, Counted(mine), part.pings);
+    part.left -= pings;
+    done_ += pings;
+    if (work_.after_block) work_.after_block(part.pings.images, done_);
+    return part.left == 0;
+  }
+
+  void do_ping(Simulator& simulator, std::size_t ping, OpenPart& part) {
+    TrackPings::RecordedPing heard = track_.hear(simulator, ping, &spare_);
+    std::uint64_t rays = 0, hits = 0;
+    {
+      const std::shared_lock rows_differ(images_lock_);
+      for (Waterfall& image : part.pings.images) {
+        const std::size_t sides = heard.lines.empty() ? 0 : sides_of(image.sonar).size();
+        image.set_row(ping - part.range.first, heard.lines.first(sides), heard.record);
+        for (const EchoLine& line : heard.lines.first(sides)) {
+          rays += line.rays;
+          hits += line.hits;
+        }
+        heard.lines = heard.lines.subspan(sides);
       }
-      heard.lines = heard.lines.subspan(sides);
     }
-    if (!is_verified(ping)) return;
     AgreementCounts counts;
-    if (!track_.verify(simulator, ping, counts)) return;
-    const std::lock_guard alone(verified_lock_);
-    ++all_.verified_pings;
-    all_.verified += counts;
+    const bool verified = is_verified(ping) && track_.verify(simulator, ping, counts);
+    const std::lock_guard alone(counts_lock_);
+    part.pings.rays += rays;
+    part.pings.hits += hits;
+    if (!verified) return;
+    ++part.pings.verified_pings;
+    part.pings.verified += counts;
   }
 
   /// The middle pings of equal parts of the track.
@@ -152,24 +237,46 @@ class Pings {
     return verify_ > 0 && ping == (2 * part + 1) * track_.count() / (2 * verify_);
   }
 
-  const Scene& scene_;
-  TrackPings track_;
+  std::size_t block_pings_;
+  Simulator& simulator_;  // of worker 0
+  const TrackPings& track_;
+  const PartWork& work_;
   std::size_t verify_;
-  ScenePings all_;
-  std::mutex verified_lock_;
+  std::vector<std::optional<Simulator>> clones_;  // by worker
+  refine::SpareThreads spare_;
+  std::mutex parts_lock_;  // of newest_
+  std::shared_ptr<OpenPart> newest_;
+  std::atomic<bool> stop_ = false;
+  std::mutex counts_lock_;         // of the counts of parts
   std::shared_mutex images_lock_;  // shared: each thread writes its own rows; alone: all are read
-  std::atomic<std::uint64_t> rays_ = 0, hits_ = 0;
   std::size_t done_ = 0;
 };
 
 }  // namespace
 
+void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
+                const PartWork& work) {
+  with_memory_for("the pings", [&] { Pings(scene, simulator, track, work).make(threads); });
+}
+
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
-                    const AfterBlock& after_block, const MemoryLimit& memory,
-                    std::size_t verify_pings) {
-  return with_memory_for("the pings", [&] {
-    return Pings(scene, simulator, memory, verify_pings).make(simulator, threads, after_block);
-  });
+                    const AfterBlock& after_block, const MemoryLimit& memory) {
+  const TrackPings track(scene, simulator);
+  require_images(memory, simulator.sonars(), track.count());
+  ScenePings all;
+  bool taken = false;
+  ping_parts(scene, simulator, track, threads,
+             {.next_part = [&]() -> std::optional<PingRange> {
+                if (std::exchange(taken, true)) return std::nullopt;
+                return PingRange{0, track.count()};
+              },
+              .finished = [&](const PingRange&, ScenePings pings,
+                              const Simulator&) { all = std::move(pings); },
+              .after_block =
+                  [&](std::span<const Waterfall> images, std::size_t pings) {
+                    if (after_block) after_block(images, pings, track.count());
+                  }});
+  return all;
 }
 
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {

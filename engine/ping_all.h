@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,17 +14,22 @@
 
 namespace ensonify::engine {
 
-/// The result of all pings of a scene.
+/// Consecutive pings of a track.
+struct PingRange {
+  std::size_t first = 0, count = 0;
+  std::size_t end() const { return first + count; }
+};
+
+/// The result of pings of a scene.
 struct ScenePings {
   std::vector<Waterfall> images;  ///< one per sonar
   std::vector<std::vector<ObjectView>>
       object_visibility;  ///< by sonar, as SimulatorInternals::object_visibility()
   std::uint64_t rays = 0, hits = 0;
   RefractionCounts refraction;
-  StageTimes stages;                  ///< summed over threads
-  std::vector<std::string> warnings;  ///< about the track
-  std::uint64_t verified_pings = 0;   ///< pings that were compared with the reference
-  AgreementCounts verified;           ///< the result of the comparison
+  StageTimes stages;                 ///< summed over threads
+  std::uint64_t verified_pings = 0;  ///< pings that were compared with the reference
+  AgreementCounts verified;          ///< the result of the comparison
 };
 
 /// A scene's track, ping by ping.
@@ -54,6 +60,7 @@ class TrackPings {
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   std::size_t recorded_at(std::size_t ping) const;
+  double interval_s(std::size_t ping) const;
 
   ArtefactOptions artefacts_;
   std::uint64_t seed_;
@@ -65,18 +72,35 @@ class TrackPings {
   std::vector<std::string> warnings_;
 };
 
-/// Called after every block by one thread, while all others wait. An exception from it ends the
-/// run.
+/// What ping_parts() asks its caller for.
+struct PartWork {
+  /// The next part to ping; none: no more. Called by one thread at a time.
+  std::function<std::optional<PingRange>()> next_part;
+  /// Takes a part whose pings are done. Called by the thread that made the last of them, with the
+  /// Simulator that this thread uses, while other threads may ping other parts.
+  std::function<void(const PingRange& part, ScenePings pings, const Simulator& simulator)> finished;
+  /// Called after every block by one thread, while no other thread sets rows, and once before the
+  /// first: the images of the block's part (none before the first block), and how many pings are
+  /// done. An exception from it ends the work.
+  std::function<void(std::span<const Waterfall> images, std::size_t pings)> after_block = {};
+  std::size_t verify_pings = 0;  ///< of the whole track, spread over it
+};
+
+/// Pings parts of a scene's track, in aligned blocks over threads (0: one per core of the machine),
+/// by simulators that share the seafloor of this one. The images of a part exist from its first
+/// ping until finished() returns; at most one part per thread and one more exist at a time. Throws
+/// as Simulator::ping_numbered(), and what PartWork throws.
+void ping_parts(const Scene& scene, Simulator& simulator, const TrackPings& track, int threads,
+                const PartWork& work);
+
+/// As PartWork::after_block, with the number of all pings.
 using AfterBlock =
     std::function<void(std::span<const Waterfall> images, std::size_t pings, std::size_t of)>;
 
-/// Every ping of a scene's track, in aligned blocks over threads (0: one per core of the machine),
-/// by simulators that share the seafloor of this one. `verify_pings` of them, spread over the
-/// track, are compared with the exact reference. Throws SceneError for a track that leaves the
-/// seafloor, MemoryError for images that do not fit, and as Simulator::ping_numbered().
+/// Every ping of a scene's track. Throws SceneError for a track that leaves the seafloor,
+/// MemoryError for images that do not fit, and as ping_parts().
 ScenePings ping_all(const Scene& scene, Simulator& simulator, int threads,
-                    const AfterBlock& after_block = {}, const MemoryLimit& memory = {},
-                    std::size_t verify_pings = 0);
+                    const AfterBlock& after_block = {}, const MemoryLimit& memory = {});
 
 /// The bytes in memory of the sonars' images of this many pings; their files need more.
 double image_bytes(std::span<const Sonar> sonars, std::size_t pings);

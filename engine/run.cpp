@@ -1,32 +1,33 @@
 #include <ensonify/engine/run.h>
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
+#include <chrono>
 #include <map>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string_view>
+#include <system_error>
+#include <thread>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/image/display.h>
-#include <ensonify/engine/image/label_names.h>
-#include <ensonify/engine/image/target_record.h>
-#include <ensonify/engine/image/truth_picture.h>
-#include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/output/pings_csv.h>
-#include <ensonify/engine/output/png.h>
-#include <ensonify/engine/output/recording.h>
-#include <ensonify/engine/output/targets_json.h>
+#include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/ping_all.h>
-#include <ensonify/engine/scene/output_formats.h>
+#include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/part_record.h>
+#include <ensonify/engine/run/parts.h>
+#include <ensonify/engine/run/run_files.h>
+#include <ensonify/engine/run/run_plan.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
 namespace {
@@ -34,8 +35,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double nominal_sound_speed_mps = 1500.0;  // for the bins of a digitiser
+constexpr std::size_t max_differences = 5;          // that a message lists
 
-/// The folder of a run. Removes the files that it wrote, unless the run is kept.
+/// The folder of a run. Removes the files that it wrote, unless the run is kept. Several threads
+/// may write.
 class OutputFolder {
  public:
   explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
@@ -53,11 +56,10 @@ class OutputFolder {
   void write(const std::string& name, std::span<const std::byte> content) {
     const Clock::time_point start = Clock::now();
     refine::write_file(folder_ / name, content);
+    const FileRecord record{name, content.size(), xxh128(content)};
+    const std::lock_guard lock(mutex_);
     disk_s_ += seconds_since(start);
-    records_[name] = {name, content.size(), xxh128(content)};
-  }
-  void write(const std::string& name, std::string_view text) {
-    write(name, std::as_bytes(std::span(text)));
+    records_[name] = record;
   }
   void keep() { kept_ = true; }
   /// By name, whatever the order of writing.
@@ -73,25 +75,126 @@ class OutputFolder {
   fs::path folder_;
   bool made_ = false;
   bool kept_ = false;
+  std::mutex mutex_;  // of the members below
   double disk_s_ = 0.0;
   std::map<std::string, FileRecord> records_;
 };
 
-/// How many sonars have a lower frequency, or the same and come before.
-int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
-  int rank = 0;
-  for (std::size_t other = 0; other < sonars.size(); ++other) {
-    const double more_hz = sonars[other].frequency_hz - sonars[sonar].frequency_hz;
-    if (more_hz < 0.0 || (more_hz == 0.0 && other < sonar)) ++rank;
+/// Warnings that follow from a whole run's counts.
+std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector) {
+  std::vector<std::string> warnings;
+  if (!run.verification.empty()) {
+    AgreementCounts found;
+    found.rays = run.verification.at("rays");
+    found.coarse = run.verification.at("coarse");
+    found.wrong_index = run.verification.at("wrong_index");
+    found.wrong_run = run.verification.at("wrong_run");
+    for (std::size_t i = 0; i < verdict_names.size(); ++i)
+      found.verdicts[i] = run.verification.at(verdict_names[i]);
+    for (const Limit& limit : limits(RaySource::scene, intersector_kind(intersector).precision))
+      if (exceeds(limit, found))
+        warnings.push_back(fmt::format(
+            "of {} rays that were verified {} are of the class '{}', more than sound arithmetic "
+            "makes (a share of {:g})",
+            found.rays, limit.of(found), limit.name, limit.share));
   }
-  return rank;
+  if (run.pings_over_hole > 0)
+    warnings.push_back(fmt::format(
+        "{} of {} pings have no bed straight below (a hole in the seafloor); their altitude is "
+        "empty",
+        run.pings_over_hole, run.pings.count));
+  return warnings;
+}
+
+std::map<std::string, std::uint64_t> counts_of(const PartRecord& run) {
+  std::map<std::string, std::uint64_t> counts = run.counts;
+  counts.insert(run.seafloor.begin(), run.seafloor.end());
+  return counts;
+}
+
+std::string manifest_of(const PartRecord& run, const std::string& scene_toml, std::uint64_t seed,
+                        const std::string& intersector, std::vector<ManifestPart> parts) {
+  return manifest_json({.scene_toml = scene_toml,
+                        .seed = seed,
+                        .surface = run.surface,
+                        .intersector = intersector,
+                        .code_path = run.code_path,
+                        .classes = run.names.classes,
+                        .materials = run.names.materials,
+                        .counts = counts_of(run),
+                        .verification = run.verification,
+                        .warnings = run.warnings,
+                        .parts = std::move(parts),
+                        .files = run.files});
+}
+
+FileRecord record_of(const fs::path& folder, const std::string& name) {
+  return {name, fs::file_size(folder / name), xxh128_of_file(folder / name)};
+}
+
+/// The claim to a place; waits while another process holds it.
+template <class Waiting>
+Claim wait_for(const fs::path& place, Waiting&& waiting) {
+  while (true) {
+    if (std::optional<Claim> claim = StagingFolder::try_claim(place)) return std::move(*claim);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    waiting();
+  }
+}
+
+/// Writes what the whole run has: pictures, targets and the manifest. Returns its record.
+template <class Waiting>
+PartRecord finish(const fs::path& folder, const RunPlan& plan, Waiting&& waiting) {
+  const RunParts& parts = plan.parts;
+  PartRecord whole;
+  std::vector<ManifestPart> listed;
+  std::vector<FileRecord> files;
+  for (std::size_t part = 0; part < parts.count(); ++part) {
+    const std::string its = parts.folder(part);
+    PartRecord record = read_part_json(folder / its / "part.json");
+    listed.push_back({its, record.pings.first, record.pings.count});
+    for (FileRecord& file : record.files) file.name = its + "/" + file.name;
+    record.files.push_back(record_of(folder, its + "/part.json"));
+    if (part == 0)
+      whole = std::move(record);
+    else
+      whole += record;
+  }
+  for (const auto& [sonar, visibility] : whole.object_visibility) {
+    const std::string picture = sonar + ".png", targets = sonar + "_targets.json";
+    {
+      const Claim claim = wait_for(folder / picture, waiting);
+      join_pictures(folder, parts, parts.count(), sonar);
+    }
+    files.push_back(record_of(folder, picture));
+    if (std::ranges::none_of(whole.files, [](const FileRecord& file) {
+          return file.name.ends_with("_targets.json");
+        }))
+      continue;
+    const Claim claim = wait_for(folder / targets, waiting);
+    refine::write_file(folder / targets, join_targets(folder, parts, sonar, visibility));
+    files.push_back(record_of(folder, targets));
+  }
+  whole.files.insert(whole.files.end(), files.begin(), files.end());
+  std::ranges::sort(whole.files, {}, &FileRecord::name);
+  const std::vector<std::string> more = warnings_of(whole, plan.intersector);
+  whole.warnings.insert(whole.warnings.end(), more.begin(), more.end());
+  const Claim claim = wait_for(folder / "manifest.json", waiting);
+  refine::write_file(folder / "manifest.json", manifest_of(whole, plan.scene_toml, plan.seed,
+                                                           plan.intersector, std::move(listed)));
+  return whole;
 }
 
 /// A scene's run while it goes on.
 class Run {
  public:
   Run(const Scene& scene, const fs::path& folder, const RunControl& control)
-      : scene_(scene), control_(control), folder_(folder) {}
+      : scene_(scene),
+        output_(folder),
+        folder_(folder),
+        control_(control),
+        threads_(refine::thread_count(control.threads)),
+        scene_toml_(dump_scene(scene, false)) {}
 
   RunReport report() {
     Clock::time_point start = Clock::now();
@@ -109,34 +212,24 @@ class Run {
     report_.cache_file = prepared.cache_file;
     report_.cached = prepared.cached;
     const std::vector<std::string> cache_warnings = prepared.warnings;
-    report_.counts["vertices"] = simulator.seafloor().vertices;
-    report_.counts["faces"] = simulator.seafloor().faces;
-    report_.counts["repairs"] = simulator.seafloor().repairs;
-    report_.warnings.assign(simulator.warnings().begin(), simulator.warnings().end());
     report_.extrapolation = {simulator.sonars(), simulator.materials(), scene_.materials};
 
-    start = Clock::now();
-    pings_ = ping_all(
-        scene_, simulator, control_.threads,
-        [&](std::span<const Waterfall> images, std::size_t done, std::size_t of) {
-          report_stage("pings", done, of);
-          if (done > 0) grow_pictures(simulator, images);
-        },
-        control_.memory, control_.verify_pings);
-    if (control_.verify_pings > 0) take_verification();
-    report_.warnings.insert(report_.warnings.end(), pings_.warnings.begin(), pings_.warnings.end());
-    report_.stages = pings_.stages;
-    report_.pings_s = seconds_since(start);
-
-    start = Clock::now();
-    with_memory_for("the files", [&] { write_files(simulator); });
-    report_.files_s = seconds_since(start);
-    report_.disk_s = folder_.disk_s();
-    folder_.keep();
+    const TrackPings track(scene_, simulator);
+    warnings_.assign(simulator.warnings().begin(), simulator.warnings().end());
+    warnings_.insert(warnings_.end(), track.warnings().begin(), track.warnings().end());
+    const RunParts parts(track.count(), pings_of_a_part(simulator.sonars(), track.count()));
+    require_images(control_.memory, simulator.sonars(), pings_in_memory(parts));
+    PartRecord whole =
+        parts.count() > 1 ? make_parts(simulator, track, parts) : make_one(simulator, track);
+    report_.counts = counts_of(whole);
+    report_.verification = whole.verification;
+    report_.parts = parts.count();
+    for (const FileRecord& file : whole.files) report_.files.push_back(folder_ / file.name);
+    report_.warnings = warnings_;
+    const std::vector<std::string> more = warnings_of(whole, scene_.run.intersector);
+    report_.warnings.insert(report_.warnings.end(), more.begin(), more.end());
     // Not in the manifest: the files do not depend on the cache.
     report_.warnings.insert(report_.warnings.end(), cache_warnings.begin(), cache_warnings.end());
-    for (const FileRecord& file : folder_.records())
-      report_.files.push_back(folder_.path() / file.name);
     return std::move(report_);
   }
 
@@ -144,6 +237,15 @@ class Run {
   void report_stage(std::string_view stage, std::size_t done, std::size_t of) {
     if (control_.progress && !control_.progress(stage, done, of))
       throw Stopped("stopped on request; the files of this run were removed");
+  }
+
+  std::size_t pings_of_a_part(std::span<const Sonar> sonars, std::size_t pings) const {
+    return control_.on_outputs ? pings : pings_per_part(scene_.output, sonars, pings);
+  }
+  /// While one part is written by each thread, another one is pinged.
+  std::size_t pings_in_memory(const RunParts& parts) const {
+    return std::min(parts.pings(),
+                    parts.pings_per_part() * (static_cast<std::size_t>(threads_) + 1));
   }
 
   /// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws
@@ -154,151 +256,304 @@ class Run {
     for (Sonar& sonar : sonars)
       sonar = sonar.sampled(scene_.sea.sound_speed_mps.value_or(nominal_sound_speed_mps));
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    require_images(control_.memory, sonars, pings);
-    return image_bytes(sonars, pings);
+    const std::size_t at_once = pings_in_memory({pings, pings_of_a_part(sonars, pings)});
+    require_images(control_.memory, sonars, at_once);
+    return image_bytes(sonars, at_once);
   }
 
-  // The picture grows while the run goes on, from the first block, and takes a twentieth of the
-  // time at most.
+  /// Whether a picture of the unfinished run is to be written now: from the first block on, for a
+  /// twentieth of the time at most.
+  bool picture_is_due() const {
+    return control_.growing_picture &&
+           seconds_since(picture_written_) >= std::max(1.0, 20.0 * picture_s_);
+  }
+
+  PartRecord record_files(ScenePings& pings, const Simulator& simulator, const std::string& ending,
+                          int threads, const TakeFile& take) const {
+    PartRecord record =
+        write_files(scene_, xxh128(scene_toml_), pings, simulator, ending, threads, take);
+    if (control_.verify_pings == 0) record.verification.clear();
+    record.surface = report_.surface;
+    record.warnings = report_.extrapolation.behind(warnings_);
+    return record;
+  }
+
+  // A run of one part: all images stay in memory until their files are written.
+
+  PartRecord make_one(Simulator& simulator, const TrackPings& track) {
+    if (control_.shard.count > 1)
+      throw SceneError(
+          "the run has one part, so there are no shares of it; set output.pings_per_file");
+    if (is_run_in_parts(folder_))
+      throw SceneError(
+          fmt::format("{}: the folder holds a run in several parts; choose another folder with -o",
+                      folder_.string()));
+    Clock::time_point start = Clock::now();
+    ScenePings pings;
+    bool taken = false;
+    ping_parts(scene_, simulator, track, threads_,
+               {.next_part = [&]() -> std::optional<PingRange> {
+                  if (std::exchange(taken, true)) return std::nullopt;
+                  return PingRange{0, track.count()};
+                },
+                .finished = [&](const PingRange&, ScenePings all,
+                                const Simulator&) { pings = std::move(all); },
+                .after_block =
+                    [&](std::span<const Waterfall> images, std::size_t done) {
+                      report_stage("pings", done, track.count());
+                      if (done > 0) grow_pictures(simulator, images);
+                    },
+                .verify_pings = control_.verify_pings});
+    report_.stages = pings.stages;
+    report_.pings_s = seconds_since(start);
+
+    start = Clock::now();
+    PartRecord record;
+    with_memory_for("the files", [&] { record = write_one(simulator, pings); });
+    report_.files_s = seconds_since(start);
+    report_.disk_s = output_.disk_s();
+    output_.keep();
+    return record;
+  }
+
   void grow_pictures(const Simulator& simulator, std::span<const Waterfall> images) {
-    if (!control_.growing_picture ||
-        seconds_since(picture_written_) < std::max(1.0, 20.0 * picture_s_))
-      return;
+    if (!picture_is_due()) return;
     const Clock::time_point start = Clock::now();
-    for (std::size_t i = 0; i < images.size(); ++i) write_picture(simulator, images[i], i);
+    for (std::size_t i = 0; i < images.size(); ++i)
+      output_.write(images[i].sonar.name + ".png", encode_picture(scene_, images[i], simulator, i));
     picture_s_ = seconds_since(start);
     picture_written_ = Clock::now();
   }
 
-  void write_picture(const Simulator& simulator, const Waterfall& image, std::size_t sonar) {
-    folder_.write(image.sonar.name + ".png",
-                  encode_png(render(image, scene_.display, simulator.calibration(sonar),
-                                    scene_.output.png_bits)));
+  PartRecord write_one(const Simulator& simulator, ScenePings& pings) {
+    report_stage("files", 0, 1);
+    PartRecord record =
+        record_files(pings, simulator, "", threads_,
+                     [&](const std::string& name, std::span<const std::byte> bytes) {
+                       output_.write(name, bytes);
+                     });
+    if (control_.on_outputs)
+      control_.on_outputs({simulator, pings.images, pings.object_visibility});
+    const std::vector<std::string> more = warnings_of(record, scene_.run.intersector);
+    record.warnings = report_.extrapolation.behind(joined(warnings_, more));
+    record.files = output_.records();
+    const std::string manifest =
+        manifest_of(record, scene_toml_, scene_.seed, scene_.run.intersector, {});
+    output_.write("manifest.json", std::as_bytes(std::span(manifest)));
+    record.files = output_.records();
+    report_stage("files", 1, 1);
+    return record;
   }
 
-  void write_files(const Simulator& simulator) {
-    const std::string scene_toml = dump_scene(scene_, false);
-    const Seafloor& seafloor = simulator.seafloor();
-    std::vector<Waterfall>& images = pings_.images;
-    const OutputOptions& output = scene_.output;
-    const LabelNames names = renumber({seafloor.classes, seafloor.materials},
-                                      {output.class_names, output.sediment_names}, images);
-    const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(scene_toml), names};
-    std::uint64_t starved = 0;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      report_stage("files", i, images.size());
-      const std::string& name = images[i].sonar.name;
-      write_picture(simulator, images[i], i);
-      write_formats(simulator, i, origin);
-      folder_.write(name + "_pings.csv", pings_csv(images[i]));
-      if (!seafloor.objects.empty() || !seafloor.features.empty())
-        folder_.write(name + "_targets.json",
-                      targets_json(target_records(images[i], seafloor, pings_.object_visibility[i]),
-                                   images[i], seafloor));
-      Display over_layers = scene_.display;
-      over_layers.slant_range_correction = false;
-      if (scene_.output.truth)
-        folder_.write(name + "_truth.png",
-                      encode_png(with_legend(lay_truth(
-                          images[i], render(images[i], over_layers, simulator.calibration(i)),
-                          names.classes, names.materials))));
-      for (const PingRow& ping : images[i].pings)
-        starved += static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
-    }
-    if (control_.on_outputs) control_.on_outputs({simulator, images, pings_.object_visibility});
-    report_.counts["pings"] = images.front().rows();
-    report_.counts["rays"] = pings_.rays;
-    if (const RefractionCounts& bent = pings_.refraction; bent.rays > 0) {
-      report_.counts["bent_rays"] = bent.rays;
-      report_.counts["bent_rays_by_chords"] = bent.rays - bent.straightened;
-      report_.counts["chords"] = bent.chords;
-    }
-    report_.counts["hits"] = pings_.hits;
-    report_.counts["starved_bins"] = starved;
-    warn_of_holes();
-
-    Manifest manifest{.scene_toml = scene_toml,
-                      .seed = scene_.seed,
-                      .surface = report_.surface,
-                      .intersector = scene_.run.intersector,
-                      .code_path = std::string(SimulatorInternals::code_path(simulator)),
-                      .classes = names.classes,
-                      .materials = names.materials,
-                      .counts = report_.counts,
-                      .verification = report_.verification,
-                      .warnings = report_.extrapolation.behind(report_.warnings),
-                      .files = folder_.records()};
-    folder_.write("manifest.json", manifest_json(manifest));
-    report_stage("files", images.size(), images.size());
+  static std::vector<std::string> joined(std::vector<std::string> first,
+                                         const std::vector<std::string>& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
   }
 
-  void take_verification() {
-    const AgreementCounts& found = pings_.verified;
-    std::map<std::string, std::uint64_t>& counts = report_.verification;
-    counts = {{"pings", pings_.verified_pings},
-              {"rays", found.rays},
-              {"coarse", found.coarse},
-              {"wrong_index", found.wrong_index},
-              {"wrong_run", found.wrong_run}};
-    for (std::size_t i = 0; i < verdict_names.size(); ++i)
-      counts[verdict_names[i]] = found.verdicts[i];
-    const Precision precision = intersector_kind(scene_.run.intersector).precision;
-    for (const Limit& limit : limits(RaySource::scene, precision))
-      if (exceeds(limit, found))
-        report_.warnings.push_back(fmt::format(
-            "of {} rays that were verified {} are of the class '{}', more than sound arithmetic "
-            "makes (a share of {:g})",
-            found.rays, limit.of(found), limit.name, limit.share));
-  }
+  // A run in parts.
 
-  void write_formats(const Simulator& simulator, std::size_t sonar, const ImageOrigin& origin) {
-    const Waterfall& image = pings_.images[sonar];
-    std::optional<Recording> recording;  // made once, for all formats
-    for (const OutputFormat& format : output_formats()) {
-      if (!(scene_.output.*format.wanted)) continue;
-      const std::string file = fmt::format("{}.{}", image.sonar.name, format.name);
-      if (const auto* layers = std::get_if<EncodeLayers>(&format.encode)) {
-        folder_.write(file, (*layers)(image, origin));
-      } else {
-        if (!recording) recording = recording_of(simulator, sonar);
-        folder_.write(file, std::get<EncodeRecording>(format.encode)(*recording));
+  PartRecord make_parts(Simulator& simulator, const TrackPings& track, const RunParts& parts) {
+    const RunPlan plan{.scene_toml = scene_toml_,
+                       .seed = scene_.seed,
+                       .intersector = scene_.run.intersector,
+                       .verify_pings = control_.verify_pings,
+                       .parts = parts,
+                       .version = std::string(program_version()),
+                       .libraries = library_versions()};
+    begin_folder(plan);
+    output_.keep();
+    find_parts(parts);
+    if (control_.on_parts) control_.on_parts(size_of(simulator.sonars(), parts));
+    const Clock::time_point start = Clock::now();
+    try {
+      while (!todo_.empty()) {
+        ping_missing(simulator, track, parts);
+        if (todo_.empty()) break;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));  // others make these
+        report_part_pings(0);
       }
+    } catch (const Stopped&) {
+      throw StoppedBetweenParts("stopped on request; " + left_to_do(parts));
+    } catch (const std::system_error& error) {
+      throw std::runtime_error(fmt::format("{}; {}", error.what(), left_to_do(parts)));
     }
+    report_.pings_s = seconds_since(start);
+    report_.complete = control_.shard.count == 1;
+    const Clock::time_point finish_start = Clock::now();
+    PartRecord whole = report_.complete ? finish(folder_, plan, [&] { report_part_pings(0); })
+                                        : share_record(parts);
+    report_.files_s += seconds_since(finish_start);
+    return whole;
   }
 
-  Recording recording_of(const Simulator& simulator, std::size_t sonar) const {
-    const TrackOptions& track = scene_.track;
-    const Seafloor& seafloor = simulator.seafloor();
-    RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
-                         .utm_zone = seafloor.utm_zone,
-                         .start_time = scene_.output.start_time,
-                         .sound_speed_mps = simulator.sound_speed_mps(),
-                         .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
-                         .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
-    if (track.origin_latitude_rad)
-      frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
-    return make_recording(pings_.images[sonar], SimulatorInternals::recorder(simulator, sonar),
-                          frame);
+  std::string left_to_do(const RunParts& parts) const {
+    return fmt::format("{} of {} parts are finished, and the same command makes the others",
+                       finished_.size(), parts.count());
   }
 
-  void warn_of_holes() {
-    const auto over_hole =
-        std::count_if(pings_.images.front().pings.begin(), pings_.images.front().pings.end(),
-                      [](const PingRow& p) { return std::isnan(p.altitude_m); });
-    if (over_hole > 0)
-      report_.warnings.push_back(
-          fmt::format("{} of {} pings have no bed straight below (a hole in the seafloor); their "
-                      "altitude is empty",
-                      over_hole, pings_.images.front().rows()));
+  /// Writes the plan, or compares with the one that is there.
+  void begin_folder(const RunPlan& plan) {
+    const fs::path file = plan_file(folder_);
+    const Claim claim = wait_for(file, [&] { report_stage("pings", 0, 1); });
+    if (!fs::exists(file)) {
+      if (fs::exists(folder_ / "manifest.json"))
+        throw SceneError(fmt::format(
+            "{}: the folder holds another run; choose another folder with -o", folder_.string()));
+      refine::write_file(file, plan_json(plan));
+      return;
+    }
+    const RunPlan before = read_plan(folder_);
+    if (plan_json(before) == plan_json(plan)) return;
+    std::vector<std::string> changes = differences(before, plan);
+    if (changes.size() > max_differences) {
+      const std::size_t more = changes.size() - max_differences;
+      changes.resize(max_differences);
+      changes.push_back(fmt::format("{} more", more));
+    }
+    throw SceneError(fmt::format(
+        "{}: the folder holds parts of another run: {}; set it back, or choose another folder "
+        "with -o",
+        folder_.string(), fmt::join(changes, ", ")));
+  }
+
+  void find_parts(const RunParts& parts) {
+    const Shard& shard = control_.shard;
+    for (std::size_t part = 0; part < parts.count(); ++part) {
+      const fs::path place = folder_ / parts.folder(part);
+      if (fs::exists(StagingFolder::lock_of(place))) StagingFolder::try_claim(place);
+      const bool wanted = part >= parts.count() * shard.index / shard.count &&
+                          part < parts.count() * (shard.index + 1) / shard.count;
+      if (fs::exists(place))
+        finished_.insert(part);
+      else if (wanted)
+        todo_.push_back(part);
+    }
+    report_.parts_found = finished_.size();
+    for (const std::size_t part : todo_) pings_to_do_ += parts.range(part).count;
+  }
+
+  RunSize size_of(std::span<const Sonar> sonars, const RunParts& parts) const {
+    return {.parts = parts.count(),
+            .pings = parts.pings(),
+            .finished_parts = finished_.size(),
+            .max_disk_bytes = image_bytes(sonars, pings_to_do_),
+            .memory_bytes = image_bytes(sonars, pings_in_memory(parts))};
+  }
+
+  void report_part_pings(std::size_t more) {
+    pings_done_ += more;
+    report_stage("pings", pings_done_, pings_to_do_);
+  }
+
+  /// Pings the missing parts that no other process makes. Those that another one makes stay in
+  /// todo_, unless it has finished them.
+  void ping_missing(Simulator& simulator, const TrackPings& track, const RunParts& parts) {
+    std::vector<std::size_t> elsewhere;
+    std::map<std::size_t, Claim> claims;  // by the first ping
+    std::mutex mutex;                     // of claims, finished_ and the pictures
+    std::size_t next = 0, done_before = 0;
+    ping_parts(scene_, simulator, track, threads_,
+               {.next_part = [&]() -> std::optional<PingRange> {
+                  while (next < todo_.size()) {
+                    const std::size_t part = todo_[next++];
+                    const fs::path place = folder_ / parts.folder(part);
+                    std::optional<Claim> claim = StagingFolder::try_claim(place);
+                    const std::lock_guard lock(mutex);
+                    if (!claim) {
+                      elsewhere.push_back(part);
+                    } else if (fs::exists(place)) {
+                      finished_.insert(part);
+                    } else {
+                      claims.emplace(parts.range(part).first, std::move(*claim));
+                      return parts.range(part);
+                    }
+                  }
+                  return std::nullopt;
+                },
+                .finished =
+                    [&](const PingRange& range, ScenePings pings, const Simulator& its) {
+                      const std::size_t part = range.first / parts.pings_per_part();
+                      const Clock::time_point start = Clock::now();
+                      with_memory_for("the files", [&] { write_part(its, pings, parts, part); });
+                      const std::lock_guard lock(mutex);
+                      report_.stages += pings.stages;
+                      report_.files_s += seconds_since(start);
+                      claims.erase(range.first);
+                      finished_.insert(part);
+                      grow_joined_pictures(parts, its.sonars());
+                    },
+                .after_block =
+                    [&](std::span<const Waterfall>, std::size_t done) {
+                      report_part_pings(done - std::exchange(done_before, done));
+                    },
+                .verify_pings = control_.verify_pings});
+    todo_ = std::move(elsewhere);
+  }
+
+  void write_part(const Simulator& simulator, ScenePings& pings, const RunParts& parts,
+                  std::size_t part) {
+    StagingFolder staging(folder_ / parts.folder(part));
+    std::vector<FileRecord> files;
+    PartRecord record =
+        record_files(pings, simulator, fmt::format("_{}", parts.number(part)), 1,
+                     [&](const std::string& name, std::span<const std::byte> content) {
+                       refine::write_staged(staging.path() / name, content);
+                       files.push_back({name, content.size(), xxh128(content)});
+                     });
+    pings.images.clear();
+    std::ranges::sort(files, {}, &FileRecord::name);
+    record.files = std::move(files);
+    const std::string json = part_json(record);
+    refine::write_staged(staging.path() / "part.json", std::as_bytes(std::span(json)));
+    staging.put_in_place();
+  }
+
+  /// The picture of the finished parts from the first one on.
+  void grow_joined_pictures(const RunParts& parts, std::span<const Sonar> sonars) {
+    if (!picture_is_due() || control_.shard.count > 1) return;
+    std::size_t from_first = 0;
+    while (finished_.contains(from_first)) ++from_first;
+    if (from_first == 0 || from_first == parts.count()) return;
+    const Clock::time_point start = Clock::now();
+    for (const Sonar& sonar : sonars)
+      if (const std::optional<Claim> claim =
+              StagingFolder::try_claim(folder_ / (sonar.name + ".png")))
+        join_pictures(folder_, parts, from_first, sonar.name);
+    picture_s_ = seconds_since(start);
+    picture_written_ = Clock::now();
+  }
+
+  /// The counts of this share's parts.
+  PartRecord share_record(const RunParts& parts) const {
+    const Shard& shard = control_.shard;
+    PartRecord sum;
+    for (std::size_t part = parts.count() * shard.index / shard.count, first = part;
+         part < parts.count() * (shard.index + 1) / shard.count; ++part) {
+      PartRecord record = read_part_json(folder_ / parts.folder(part) / "part.json");
+      for (FileRecord& file : record.files) file.name = parts.folder(part) + "/" + file.name;
+      if (part == first)
+        sum = std::move(record);
+      else
+        sum += record;
+    }
+    return sum;
   }
 
   const Scene& scene_;
+  OutputFolder output_;
+  fs::path folder_;
   const RunControl& control_;
-  OutputFolder folder_;
+  int threads_;
+  std::string scene_toml_;
+  std::vector<std::string> warnings_;  // about the scene and its track
   RunReport report_;
-  ScenePings pings_;
   Clock::time_point picture_written_{};  // long ago, so that the first block shows
   double picture_s_ = 0.0;
+  std::vector<std::size_t> todo_;  // parts
+  std::set<std::size_t> finished_;
+  std::size_t pings_to_do_ = 0;
+  std::size_t pings_done_ = 0;
 };
 
 }  // namespace
@@ -318,6 +573,35 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
     report.warnings.push_back(fmt::format("{}; it was made again", damage.what()));
     return report;
   }
+}
+
+bool is_run_in_parts(const fs::path& folder) { return fs::exists(plan_file(folder)); }
+
+RunMergeReport merge_run(const fs::path& folder,
+                         const std::function<bool(std::size_t done, std::size_t of)>& progress) {
+  const RunPlan plan = read_plan(folder);
+  const RunParts& parts = plan.parts;
+  RunMergeReport report{.parts = parts.count()};
+  for (std::size_t part = 0; part < parts.count(); ++part) {
+    if (progress && !progress(part, parts.count())) throw Stopped("stopped on request");
+    const fs::path place = folder / parts.folder(part);
+    if (!fs::exists(place)) {
+      report.missing.push_back(part + 1);
+      continue;
+    }
+    for (const FileRecord& file : read_part_json(place / "part.json").files)
+      if (FileRecord there{file.name, 0, xxh128_of_file(place / file.name)};
+          there.xxh128 != file.xxh128)
+        report.damaged.push_back(fmt::format(
+            "{}: {}", (place / file.name).string(),
+            fs::exists(place / file.name) ? "its content has changed" : "the file is missing"));
+  }
+  if (!report.missing.empty() || !report.damaged.empty()) return report;
+  report.warnings = finish(folder, plan, [&] {
+                      if (progress && !progress(parts.count(), parts.count()))
+                        throw Stopped("stopped on request");
+                    }).warnings;
+  return report;
 }
 
 }  // namespace ensonify::engine

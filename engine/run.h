@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -23,6 +24,23 @@ namespace ensonify::engine {
 struct Stopped : Error {
   using Error::Error;
 };
+/// The same for a run in parts: the finished ones remain, and the same call makes the others.
+struct StoppedBetweenParts : Stopped {
+  using Stopped::Stopped;
+};
+
+/// Share `index` of `count` of a dataset's samples or of a run's parts: consecutive ones.
+struct Shard {
+  std::size_t index = 0, count = 1;
+};
+
+/// The size of a run in parts, known before its first ping.
+struct RunSize {
+  std::size_t parts = 0, pings = 0;
+  std::size_t finished_parts = 0;  ///< found in the folder
+  double max_disk_bytes = 0.0;     ///< of the layers before compression, for the missing parts
+  double memory_bytes = 0.0;       ///< of the images
+};
 
 /// What a run made, for RunControl::on_outputs; good during that call.
 struct RunOutputs {
@@ -45,7 +63,12 @@ struct RunControl {
   MemoryLimit memory = {};                                ///< as in Preparation
   std::size_t verify_pings = 0;  ///< how many pings are compared with the exact reference
   bool growing_picture = true;   ///< whether pictures are written during the run
-  /// Called once all files except the manifest are written.
+  /// The parts to make of a run in several parts. A run of which a share is made is completed by
+  /// merge_run().
+  Shard shard = {};
+  /// Called before the first ping of a run in several parts.
+  std::function<void(const RunSize&)> on_parts = {};
+  /// Called once all files except the manifest are written. If this is set, the run has one part.
   std::function<void(const RunOutputs&)> on_outputs = {};
 };
 
@@ -60,6 +83,9 @@ struct RunReport {
   std::filesystem::path cache_file;          ///< the same
   bool cached = false;                       ///< the same
   std::vector<std::filesystem::path> files;  ///< by name
+  std::size_t parts = 1;                     ///< of the whole run
+  std::size_t parts_found = 0;               ///< that were finished before
+  bool complete = true;                      ///< false: a share of the parts was made
   StageTimes stages;                         ///< summed over threads
   double prepare_s = 0.0;                    ///< seafloor and surface
   double pings_s = 0.0;                      ///< wall time of all pings
@@ -69,8 +95,33 @@ struct RunReport {
 
 /// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the
 /// threads, each sonar's picture while they go on, its layers and tables at the end, the manifest
-/// last. On any failure, or a stop, the files of this run are removed again and the reason is
-/// thrown: Stopped, SceneError, refine::MeshError, MemoryError, std::system_error.
+/// last.
+///
+/// A run of one part (see OutputOptions::pings_per_file) that fails or is stopped removes its
+/// files. A run in several parts writes each part's files into a folder of its own while the next
+/// ones are made; this folder appears complete, in one step. Its images take the memory of a few
+/// parts. After a failure or a stop, or if the process is killed, the same call makes the missing
+/// parts, to the same bytes. Several processes may share the folder: each part is made by one.
+///
+/// Throws Stopped, SceneError (also if the folder holds parts of another run), refine::MeshError,
+/// MemoryError, std::system_error.
 RunReport run(const Scene& scene, const std::filesystem::path& folder, const RunControl& control);
+
+/// What merge_run() found.
+struct RunMergeReport {
+  std::size_t parts = 0;
+  std::vector<std::size_t> missing;   ///< parts, counted from 1
+  std::vector<std::string> damaged;   ///< one message per file
+  std::vector<std::string> warnings;  ///< of the manifest
+};
+
+/// Whether a folder holds a run in several parts, finished or not.
+bool is_run_in_parts(const std::filesystem::path& folder);
+
+/// Checks the hash of every file of a run in several parts; if all are there and sound, writes the
+/// whole run's pictures, targets and manifest. progress(done, of) counts parts; if it returns
+/// false, Stopped is thrown. Throws std::runtime_error, std::system_error.
+RunMergeReport merge_run(const std::filesystem::path& folder,
+                         const std::function<bool(std::size_t done, std::size_t of)>& progress);
 
 }  // namespace ensonify::engine

@@ -81,6 +81,23 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
       ->transform(CLI::Validator(size_in_bytes, ""));
 }
 
+Shard parse_shard(std::string_view option, const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const auto number = [&](std::string_view digits) {
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(value)
+                                                                        : std::nullopt;
+  };
+  if (slash != std::string::npos) {
+    const auto index = number(std::string_view(text).substr(0, slash));
+    const auto count = number(std::string_view(text).substr(slash + 1));
+    if (index && count && *index < *count) return {*index, *count};
+  }
+  throw UsageError(
+      fmt::format("{0} {1}: expected I/N with I from 0 to N-1, for example {0} 0/4", option, text));
+}
+
 void print(std::string_view text) {
   if (text.empty()) return;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)

@@ -17,6 +17,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <ensonify/engine/memory.h>
+#include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>
 
 namespace ensonify::engine::app {
@@ -78,6 +79,9 @@ void add_cache(CLI::App& command, std::filesystem::path& cache);
 void add_memory(CLI::App& command, MemoryLimit& memory);
 /// --threads: the number of threads. Without the option: 0.
 void add_threads(CLI::App& command, int& threads);
+
+/// Reads the value I/N of an option; I counts from 0. Throws UsageError.
+Shard parse_shard(std::string_view option, const std::string& text);
 
 /// Writes data to stdout. Throws std::runtime_error if that fails.
 void print(std::string_view text);

@@ -2,7 +2,6 @@
 #include <ensonify/engine/prepare.h>
 #include <ensonify/refine/parallel_for.h>
 
-#include <charconv>
 #include <memory>
 
 #include <fmt/format.h>
@@ -23,24 +22,6 @@ struct Arguments {
   MemoryLimit memory;
   bool dry_run = false, json = false, quiet = false;
 };
-
-/// Reads I/N; I counts from 0.
-Shard parse_shard(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  const auto number = [&](std::string_view digits) {
-    std::size_t value = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(value)
-                                                                        : std::nullopt;
-  };
-  if (slash != std::string::npos) {
-    const auto index = number(std::string_view(text).substr(0, slash));
-    const auto count = number(std::string_view(text).substr(slash + 1));
-    if (index && count && *index < *count) return {*index, *count};
-  }
-  throw UsageError(
-      fmt::format("--shard {}: expected I/N with I from 0 to N-1, for example --shard 0/4", text));
-}
 
 double samples_per_hour(const GenerateReport& report) {
   return report.wall_s > 0.0 ? 3600.0 * static_cast<double>(report.made) / report.wall_s : 0.0;
@@ -104,7 +85,7 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
 }
 
 void generate_dataset(const Arguments& arguments) {
-  const Shard shard = parse_shard(arguments.shard);
+  const Shard shard = parse_shard("--shard", arguments.shard);
   const Recipe recipe(arguments.recipe, arguments.data_folder);
   if (arguments.dry_run) return rehearse(recipe, arguments, shard);
   const int threads = refine::thread_count(arguments.threads);

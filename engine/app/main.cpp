@@ -37,6 +37,8 @@ int perform(const app::Action& action) {
   try {
     action();
     return 0;
+  } catch (const ensonify::engine::StoppedBetweenParts& stopped) {
+    return failed(interrupted, stopped.what());
   } catch (const ensonify::engine::Stopped& stopped) {
     return failed(by_signal + app::SignalWatch::caught(), stopped.what());
   } catch (const app::Interrupted& error) {

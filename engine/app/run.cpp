@@ -29,13 +29,23 @@ struct Arguments {
   bool json = false;
   bool quiet = false;
   std::size_t verify = 0;
+  std::string part = "0/1";
 };
 
 double pings_per_s(const RunReport& report) {
   return static_cast<double>(report.counts.at("pings")) / report.pings_s;
 }
 
-void print_report(const RunReport& report, int threads) {
+void print_size(const RunSize& size) {
+  constexpr double gb = 1e9;
+  fmt::print(stderr,
+             "{} pings in {} parts, of which {} are finished; the others need at most {:.3g} GB on "
+             "the disk, and {:.2g} GB of memory for the images\n",
+             size.pings, size.parts, size.finished_parts, size.max_disk_bytes / gb,
+             size.memory_bytes / gb);
+}
+
+void print_report(const RunReport& report, const fs::path& folder, int threads) {
   const StageTimes& stages = report.stages;
   if (!report.surface_why.empty())
     fmt::print(stderr, "surface: {}, because {}\n", report.surface, report.surface_why);
@@ -60,8 +70,13 @@ void print_report(const RunReport& report, int threads) {
                report.verification.at("rays"), report.verification.at("pings"),
                report.verification.at("rays") - report.verification.at("same"),
                report.verification.at("unexplained"));
+  if (!report.complete)
+    fmt::print(stderr,
+               "the run has {} parts; when all are made, `ensonify merge {}` completes it\n",
+               report.parts, folder.string());
   for (const fs::path& file : report.files)
-    if (file.extension() == ".png") fmt::print(stderr, "picture: {}\n", file.string());
+    if (file.extension() == ".png" && file.parent_path() == folder)
+      fmt::print(stderr, "picture: {}\n", file.string());
 }
 
 void print_json(const RunReport& report, const fs::path& folder, int threads) {
@@ -73,6 +88,8 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
   nlohmann::ordered_json json = {
       {"folder", folder.string()},
       {"files", files},
+      {"parts",
+       {{"of_run", report.parts}, {"found", report.parts_found}, {"complete", report.complete}}},
       {"counts", report.counts},
       {"warnings", report.extrapolation.behind(report.warnings)},
       {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
@@ -118,11 +135,16 @@ void run_scene(Arguments arguments) {
                       },
                   .cache = arguments.cache,
                   .memory = arguments.memory,
-                  .verify_pings = arguments.verify});
+                  .verify_pings = arguments.verify,
+                  .shard = parse_shard("--part", arguments.part),
+                  .on_parts =
+                      [&](const RunSize& size) {
+                        if (!arguments.quiet) print_size(size);
+                      }});
   }
   print_warnings(report.warnings);
   if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
-  if (!arguments.quiet) print_report(report, threads);
+  if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
   if (arguments.verify > 0 && report.verification.at("unexplained") > 0)
     throw std::runtime_error(fmt::format(
@@ -149,6 +171,11 @@ void add_run(CLI::App& app, Action& action) {
       .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
+  command
+      .add_option("--part", arguments->part,
+                  "Make share I of N of the parts of a run in several parts, counting from 0; "
+                  "`ensonify merge DIR` completes the run")
+      ->type_name("I/N");
   command
       .add_option("--verify", arguments->verify,
                   "Compare N pings, spread over the track, with the exact reference; the manifest "

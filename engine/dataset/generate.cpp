@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,12 +16,14 @@
 #include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/products.h>
 #include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -50,15 +50,6 @@ Interval samples_of(const Recipe& recipe, const Interval& units) {
 std::string without_numbers(std::string text) {
   std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
   return text;
-}
-
-std::vector<std::byte> read_file(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::vector<char> content((std::istreambuf_iterator<char>(stream)), {});
-  if (!stream && !stream.eof())
-    throw std::system_error(std::make_error_code(std::errc::io_error), file.string());
-  const auto bytes = std::as_bytes(std::span(content));
-  return {bytes.begin(), bytes.end()};
 }
 
 void stage(const fs::path& file, const std::string& text) {
@@ -186,8 +177,7 @@ class Generator {
       const Claim claim = wait_for(file);
       if (!fs::exists(file)) refine::write_file(file, text);
     }
-    if (const auto there = read_file(file);
-        !std::ranges::equal(there, std::as_bytes(std::span(text)))) {
+    if (refine::read_file(file) != text) {
       throw SceneError(
           fmt::format("{}: the folder holds a dataset made from another recipe, from other data "
                       "files or by another version; choose another folder with -o",
@@ -196,7 +186,7 @@ class Generator {
     report_.samples = samples_.end - samples_.begin;
     for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
       if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
-        try_claim(folders_.sample(sample));
+        StagingFolder::try_claim(folders_.sample(sample));
       if (folders_.finished(sample))
         ++report_.found;
       else
@@ -206,16 +196,9 @@ class Generator {
     report_progress();
   }
 
-  /// The claim to a place, after removing the remains of killed processes; none while another
-  /// process holds it.
-  static std::optional<Claim> try_claim(const fs::path& place) {
-    std::optional<Claim> claim = Claim::try_take(StagingFolder::lock_of(place));
-    if (claim && claim->exclusive()) StagingFolder::clear(place);
-    return claim;
-  }
   Claim wait_for(const fs::path& place) {
     while (true) {
-      if (std::optional<Claim> claim = try_claim(place)) return std::move(*claim);
+      if (std::optional<Claim> claim = StagingFolder::try_claim(place)) return std::move(*claim);
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
       report_progress();
     }
@@ -264,7 +247,7 @@ class Generator {
     bool claimed_elsewhere = false;
     try {
       const fs::path place = folders_.sample(sample);
-      const std::optional<Claim> claim = try_claim(place);
+      const std::optional<Claim> claim = StagingFolder::try_claim(place);
       if (!claim) {
         claimed_elsewhere = true;
       } else if (!folders_.finished(sample)) {
@@ -377,7 +360,10 @@ class Generator {
         if (entry.is_regular_file())
           files[SampleFolders::name_in_tar(
               sample, entry.path().lexically_relative(folder).string())] = entry.path();
-      for (const auto& [name, file] : files) tar.add(name, read_file(file));
+      for (const auto& [name, file] : files) {
+        const std::string content = refine::read_file(file);
+        tar.add(name, std::as_bytes(std::span(content)));
+      }
       report_progress();
     }
     tar.finish();

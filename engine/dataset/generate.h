@@ -11,18 +11,14 @@
 
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/memory.h>
+#include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/extrapolation.h>
 
 namespace ensonify::engine {
 
-/// Part `index` of `count` of a dataset: consecutive samples, whole tars.
-struct Shard {
-  std::size_t index = 0, count = 1;
-};
-
 struct GenerateControl {
-  int threads = 0;  ///< 0: all of the machine's
-  Shard shard;
+  int threads = 0;                   ///< 0: all of the machine's
+  Shard shard;                       ///< whole tars
   std::filesystem::path cache = {};  ///< for analysed seafloors
   MemoryLimit memory = {};           ///< shared by the samples that are made at the same time
   /// Called with the number of finished samples of the shard. If it returns false, generate stops;

@@ -23,7 +23,8 @@ TargetRecord record_of(Target target, const Waterfall& waterfall, const Seafloor
     return record;
   }
   const ObjectRecord& object = seafloor.objects[number];
-  const Pose& pose = waterfall.pings.at(static_cast<std::size_t>(target.ping)).pose;
+  const Pose& pose =
+      waterfall.pings.at(static_cast<std::size_t>(target.ping) - waterfall.first_ping).pose;
   const double sight_rad =
       pose.heading_rad + (target.side == Side::port ? -0.5 : 0.5) * std::numbers::pi;
   TargetRecord record = labelled(object);

@@ -184,7 +184,7 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
     }
   const auto n = static_cast<double>(pixels);
   target.range_m = range_m / n;
-  target.ping = ping / n;
+  target.ping = static_cast<double>(image.first_ping) + ping / n;
   target.side = 2 * port > pixels ? Side::port : Side::starboard;
   if (seen && body > 0.0 && bed > 0.0)
     target.contrast_db = scatter::to_db((body / n) / (bed / static_cast<double>(bed_pixels)));

@@ -5,13 +5,13 @@
 
 namespace ensonify::engine {
 
-Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count)
-    : sonar(its_sonar), pings(ping_count) {
+Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping)
+    : sonar(its_sonar), pings(ping_count), first_ping(its_first_ping) {
   pixels.assign(ping_count * columns());
 }
 
-void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record) {
-  if (ping >= rows()) throw std::invalid_argument("Waterfall: the ping is beyond the last row");
+void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record) {
+  if (row >= rows()) throw std::invalid_argument("Waterfall: the row is beyond the last one");
   const auto bins = static_cast<std::ptrdiff_t>(sonar.bins);
   const std::ptrdiff_t starboard = sonar.sides == Sides::both ? bins : 0;
   for (const EchoLine& side : sides) {
@@ -21,14 +21,14 @@ void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides, const
       const auto& from = side.bins.*layer;
       if (std::ssize(from) != bins)
         throw std::invalid_argument("Waterfall: the echo line's bins are not the sonar's");
-      const auto row = (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(ping * columns());
+      const auto place = (pixels.*layer).begin() + static_cast<std::ptrdiff_t>(row * columns());
       if (side.side == Side::port)
-        std::reverse_copy(from.begin(), from.end(), row);
+        std::reverse_copy(from.begin(), from.end(), place);
       else
-        std::copy(from.begin(), from.end(), row + starboard);
+        std::copy(from.begin(), from.end(), place + starboard);
     });
   }
-  PingRow& row_record = pings[ping] = record;
+  PingRow& row_record = pings[row] = record;
   for (const EchoLine& side : sides) {
     const bool port = side.side == Side::port;
     (port ? row_record.first_return_port : row_record.first_return_starboard) = side.first_return;

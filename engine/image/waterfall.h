@@ -18,6 +18,8 @@ struct PingRow {
   int first_return_port = -1, first_return_starboard = -1;  ///< bins
   int starved_port = 0, starved_starboard = 0;
   Artefacts artefacts;
+  bool recorded = true;     ///< false: nothing was recorded, and the row is empty
+  double interval_s = 0.0;  ///< to the nearer neighbouring ping; 0 if there is none
 };
 
 /// Stacked echo lines of one sonar: one row per ping, the oldest first; columns port far..near,
@@ -26,16 +28,17 @@ struct Waterfall {
   Sonar sonar;
   BinLayers pixels;  ///< pings * columns() values per layer
   std::vector<PingRow> pings;
+  std::size_t first_ping = 0;  ///< the run's number of the first row's ping
 
-  Waterfall(const Sonar& its_sonar, std::size_t ping_count);
+  Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping = 0);
   std::size_t rows() const { return pings.size(); }
   std::size_t columns() const {
     return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
   }
-  /// Sets the row of a ping: pixels from the echo lines of its sides, the rest from `record`, of
+  /// Sets a row: pixels from the echo lines of its sides, the rest from `record`, of
   /// which first returns, starved bins and artefacts are completed from the lines. Several threads
   /// may set different rows at once.
-  void set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record);
+  void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
 };
 
 }  // namespace ensonify::engine

@@ -43,8 +43,11 @@ std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageO
   };
   if (sonar.sides != Sides::both)
     attributes.push_back({"sides", sonar.sides == Sides::port ? "port" : "starboard"});
+  if (waterfall.first_ping > 0)
+    attributes.push_back({"first_ping", static_cast<int>(waterfall.first_ping)});
   BinLayers::for_each([&](std::string_view layer, auto) {
-    attributes.push_back({"units_" + std::string(layer), units(layer)});
+    if (origin.has_layer(layer))
+      attributes.push_back({"units_" + std::string(layer), units(layer)});
   });
   return attributes;
 }

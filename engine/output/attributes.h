@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -8,15 +10,22 @@
 
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/output/layer_encoding.h>
 
 namespace ensonify::engine {
 
-/// Where an image comes from, for the attributes of its file.
+/// What a file of layers needs in addition to its image.
 struct ImageOrigin {
   /// World coordinates = world_origin + (x_m, y_m, z_m).
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   std::string scene_hash;
   LabelNames names;  ///< of the image's classes and sediments
+  LayerEncoding encoding = {};
+
+  bool has_layer(std::string_view name) const {
+    return encoding.layers.empty() ||
+           std::ranges::find(encoding.layers, name) != encoding.layers.end();
+  }
 };
 
 /// One attribute of an image file.
@@ -28,7 +37,7 @@ struct Attribute {
 /// The attributes of every image file: row_order, sonar, frequency_hz, range_m, bins, full_scale
 /// (of a sample), world_origin_x_m, _y_m, _z_m, scene_hash, class_names and sediment_names (entry k
 /// names number k of the layer), `sides` (port or starboard; only for a sonar with one side), and
-/// units_LAYER for every layer.
+/// units_LAYER for every layer of the file; of a part of a run also first_ping.
 std::vector<Attribute> image_attributes(const Waterfall& waterfall, const ImageOrigin& origin);
 
 }  // namespace ensonify::engine

@@ -40,9 +40,19 @@ class MemoryStream final : public Imf::OStream {
   std::size_t place_ = 0;
 };
 
+Imf::Compression compression(ExrCompression chosen) {
+  switch (chosen) {
+    case ExrCompression::none: return Imf::NO_COMPRESSION;
+    case ExrCompression::rle: break;
+    case ExrCompression::zip: return Imf::ZIP_COMPRESSION;
+    case ExrCompression::piz: return Imf::PIZ_COMPRESSION;
+  }
+  return Imf::RLE_COMPRESSION;
+}
+
 Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
   Imf::Header header(static_cast<int>(waterfall.columns()), static_cast<int>(waterfall.rows()));
-  header.compression() = Imf::ZIP_COMPRESSION;
+  header.compression() = compression(origin.encoding.exr_compression);
   for (const auto& [name, value] : image_attributes(waterfall, origin)) {
     if (const auto* text = std::get_if<std::string>(&value))
       header.insert(name, Imf::StringAttribute(*text));
@@ -65,6 +75,7 @@ std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin&
   Imf::Header header = make_header(waterfall, origin);
   Imf::FrameBuffer frame;
   BinLayers::for_each([&](std::string_view name, auto layer) {
+    if (!origin.has_layer(name)) return;
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;

@@ -110,7 +110,7 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.put<std::int16_t>(h + 168, 0);   // weighting factor
   bytes.put<std::uint16_t>(h + 220, 1);  // first packet of the ping
 
-  const std::span<const std::uint16_t> samples = recording.side(ping.number, side);
+  const std::span<const std::uint16_t> samples = recording.side(ping.row, side);
   std::vector<std::uint16_t> near_to_far(samples.begin(), samples.end());
   if (side == Side::port) std::ranges::reverse(near_to_far);
   bytes.samples(message_header + sonar_header, near_to_far);

@@ -94,6 +94,9 @@ std::string manifest_json(const Manifest& manifest) {
       {"warnings", manifest.warnings},
       {"files", files},
   };
+  for (const ManifestPart& part : manifest.parts)
+    json["parts"].push_back(
+        {{"folder", part.folder}, {"first_ping", part.first_ping}, {"pings", part.pings}});
   if (!manifest.verification.empty()) json["verification"] = manifest.verification;
   // Bytes that are not UTF-8 become U+FFFD here; scene_hash is of the original bytes.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -17,6 +17,12 @@ struct FileRecord {
   std::string xxh128;
 };
 
+/// A part of a run that has files of its own.
+struct ManifestPart {
+  std::string folder;
+  std::size_t first_ping = 0, pings = 0;
+};
+
 /// The content of a run's manifest.json. It does not depend on when or where the run was made.
 struct Manifest {
   std::string scene_toml;  ///< all keys, defaults included; reads back as the same scene
@@ -26,6 +32,7 @@ struct Manifest {
   std::map<std::string, std::uint64_t> counts;        ///< pings, rays, hits, starved bins, …
   std::map<std::string, std::uint64_t> verification;  ///< of the verified pings; empty: left out
   std::vector<std::string> warnings;
+  std::vector<ManifestPart> parts;  ///< of a run in several parts; empty: left out
   std::vector<FileRecord> files;
 };
 

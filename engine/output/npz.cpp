@@ -102,6 +102,7 @@ std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin&
   Zip zip;
   const std::string shape = fmt::format("({}, {})", waterfall.rows(), waterfall.columns());
   BinLayers::for_each([&](std::string_view name, auto layer) {
+    if (!origin.has_layer(name)) return;
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     zip.add(fmt::format("{}.npy", name), npy(std::is_same_v<Value, float> ? "<f4" : "<u4", shape,

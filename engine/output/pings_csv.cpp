@@ -23,8 +23,8 @@ std::string pings_csv(const Waterfall& waterfall) {
       "first_return_starboard,block,starved_port,starved_starboard,artefacts\n";
   for (std::size_t i = 0; i < waterfall.rows(); ++i) {
     const PingRow& ping = waterfall.pings[i];
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{}\n", i, ping.pose.t_s,
-                   where(ping.pose), where(ping.reported),
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{},{},{},{},{}\n",
+                   waterfall.first_ping + i, ping.pose.t_s, where(ping.pose), where(ping.reported),
                    std::isnan(ping.altitude_m) ? "" : fmt::format("{}", ping.altitude_m),
                    bin(ping.first_return_port), bin(ping.first_return_starboard), ping.block,
                    ping.starved_port, ping.starved_starboard, ping.artefacts.text());

@@ -1,6 +1,8 @@
 #include <ensonify/engine/output/png.h>
 
 #include <csetjmp>
+#include <cstring>
+#include <exception>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -11,14 +13,24 @@
 namespace ensonify::engine {
 namespace {
 
-/// libpng's structures, and what it writes.
+bool is_grey_or_rgb(const PngFormat& format) {
+  return format.width > 0 && format.height > 0 && (format.channels == 1 || format.channels == 3) &&
+         (format.bits == 8 || format.bits == 16);
+}
+
+/// libpng's structures for writing, and where the bytes go.
 struct Writer {
+  explicit Writer(std::function<void(std::span<const std::byte>)> its_sink)
+      : sink(std::move(its_sink)) {}
+  ~Writer() { png_destroy_write_struct(&png, &info); }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  std::function<void(std::span<const std::byte>)> sink;
   png_structp png = nullptr;
   png_infop info = nullptr;
-  std::vector<std::byte> bytes;
   std::string error;
-  bool full = false;
-  ~Writer() { png_destroy_write_struct(&png, &info); }
+  std::exception_ptr thrown;  // by the sink; an exception must not pass through C code
 };
 
 void fail(png_structp png, png_const_charp message) {
@@ -26,48 +38,146 @@ void fail(png_structp png, png_const_charp message) {
   png_longjmp(png, 1);
 }
 
-void append(png_structp png, png_bytep data, png_size_t size) {
+void take_bytes(png_structp png, png_bytep data, png_size_t size) {
   auto& writer = *static_cast<Writer*>(png_get_io_ptr(png));
+  if (writer.thrown) return;
   try {
-    const auto* bytes = reinterpret_cast<const std::byte*>(data);
-    writer.bytes.insert(writer.bytes.end(), bytes, bytes + size);
-  } catch (const std::bad_alloc&) {  // an exception must not pass through C code
-    writer.full = true;
+    writer.sink({reinterpret_cast<const std::byte*>(data), size});
+  } catch (...) {
+    writer.thrown = std::current_exception();
   }
 }
 
-/// Returns false on an error. No local may have a destructor here: libpng leaves by longjmp.
-bool write(Writer& writer, const Picture& picture) {
+// These return false on an error. No local may have a destructor here: libpng leaves by longjmp.
+
+bool begin(Writer& writer, const PngFormat& format) {
   if (setjmp(png_jmpbuf(writer.png))) return false;
-  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(picture.width),
-               static_cast<png_uint_32>(picture.height), picture.bits,
-               picture.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(format.width),
+               static_cast<png_uint_32>(format.height), format.bits,
+               format.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  // Speckle has no gradients: a filter makes the file larger, and takes three times as long with
+  // level 6.
+  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+  png_set_compression_level(writer.png, 1);
   png_write_info(writer.png, writer.info);
-  const std::size_t row_bytes = picture.pixels.size() / picture.height;
-  for (std::size_t row = 0; row < picture.height; ++row)
-    png_write_row(writer.png, picture.pixels.data() + row * row_bytes);
+  return true;
+}
+
+bool write_row(Writer& writer, const std::uint8_t* row) {
+  if (setjmp(png_jmpbuf(writer.png))) return false;
+  png_write_row(writer.png, row);
+  return true;
+}
+
+bool end(Writer& writer) {
+  if (setjmp(png_jmpbuf(writer.png))) return false;
   png_write_end(writer.png, nullptr);
+  return true;
+}
+
+void require(bool done, const Writer& writer) {
+  if (writer.thrown) std::rethrow_exception(writer.thrown);
+  if (!done) throw std::runtime_error("cannot make a PNG: " + writer.error);
+}
+
+}  // namespace
+
+struct PngWriter::Impl : Writer {
+  using Writer::Writer;
+};
+
+PngWriter::PngWriter(const PngFormat& format, std::function<void(std::span<const std::byte>)> sink)
+    : row_bytes_(format.row_bytes()), impl_(std::make_unique<Impl>(std::move(sink))) {
+  if (!is_grey_or_rgb(format))
+    throw std::invalid_argument("PngWriter: not a grey or RGB picture of 8 or 16 bits");
+  Writer& writer = *impl_;
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
+  if (writer.png) writer.info = png_create_info_struct(writer.png);
+  if (!writer.info) throw std::bad_alloc();
+  png_set_write_fn(writer.png, &writer, take_bytes, nullptr);
+  require(begin(writer, format), writer);
+}
+PngWriter::~PngWriter() = default;
+
+void PngWriter::add_rows(std::span<const std::uint8_t> rows) {
+  for (std::size_t at = 0; at < rows.size(); at += row_bytes_)
+    require(write_row(*impl_, &rows[at]), *impl_);
+}
+
+void PngWriter::finish() { require(end(*impl_), *impl_); }
+
+std::vector<std::byte> encode_png(const Picture& picture) {
+  const PngFormat format{picture.width, picture.height, picture.channels, picture.bits};
+  if (picture.pixels.empty() || picture.pixels.size() != format.height * format.row_bytes())
+    throw std::invalid_argument("encode_png: the pixels do not fit the picture's size");
+  std::vector<std::byte> bytes;
+  PngWriter writer(format, [&](std::span<const std::byte> more) {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+  });
+  writer.add_rows(picture.pixels);
+  writer.finish();
+  return bytes;
+}
+
+namespace {
+
+/// libpng's structures for reading, and what it reads.
+struct Reader {
+  std::span<const std::byte> left;
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::string error;
+  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+};
+
+void fail_reading(png_structp png, png_const_charp message) {
+  static_cast<Reader*>(png_get_error_ptr(png))->error = message;
+  png_longjmp(png, 1);
+}
+
+void give_bytes(png_structp png, png_bytep data, png_size_t size) {
+  auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
+  if (size > reader.left.size()) png_error(png, "it ends too soon");
+  std::memcpy(data, reader.left.data(), size);
+  reader.left = reader.left.subspan(size);
+}
+
+bool read_header(Reader& reader, Picture& picture) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
+  png_read_info(reader.png, reader.info);
+  picture.width = png_get_image_width(reader.png, reader.info);
+  picture.height = png_get_image_height(reader.png, reader.info);
+  picture.channels = png_get_channels(reader.png, reader.info);
+  picture.bits = png_get_bit_depth(reader.png, reader.info);
+  return true;
+}
+
+bool read_row(Reader& reader, std::uint8_t* row) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;
+  png_read_row(reader.png, row, nullptr);
   return true;
 }
 
 }  // namespace
 
-std::vector<std::byte> encode_png(const Picture& picture) {
-  if (picture.pixels.empty() || (picture.channels != 1 && picture.channels != 3) ||
-      (picture.bits != 8 && picture.bits != 16) ||
-      picture.pixels.size() != picture.width * picture.height *
-                                   static_cast<std::size_t>(picture.channels) *
-                                   static_cast<std::size_t>(picture.bits / 8))
-    throw std::invalid_argument("encode_png: the pixels do not fit the picture's size");
-  Writer writer;
-  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, fail, nullptr);
-  if (writer.png) writer.info = png_create_info_struct(writer.png);
-  if (!writer.info) throw std::bad_alloc();
-  png_set_write_fn(writer.png, &writer, append, nullptr);
-  if (!write(writer, picture)) throw std::runtime_error("cannot make a PNG: " + writer.error);
-  if (writer.full) throw std::bad_alloc();
-  return std::move(writer.bytes);
+Picture decode_png(std::span<const std::byte> bytes) {
+  Reader reader{.left = bytes};
+  reader.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reader, fail_reading, nullptr);
+  if (reader.png) reader.info = png_create_info_struct(reader.png);
+  if (!reader.info) throw std::bad_alloc();
+  png_set_read_fn(reader.png, &reader, give_bytes);
+  const auto require_read = [&](bool done) {
+    if (!done) throw std::runtime_error("the PNG is damaged: " + reader.error);
+  };
+  Picture picture;
+  require_read(read_header(reader, picture));
+  const PngFormat format{picture.width, picture.height, picture.channels, picture.bits};
+  if (!is_grey_or_rgb(format)) throw std::runtime_error("the PNG is neither grey nor RGB");
+  picture.pixels.resize(picture.height * format.row_bytes());
+  for (std::size_t row = 0; row < picture.height; ++row)
+    require_read(read_row(reader, &picture.pixels[row * format.row_bytes()]));
+  return picture;
 }
 
 std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels) {

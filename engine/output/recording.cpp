@@ -4,7 +4,6 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include <ensonify/engine/sonar/instrument/mounting.h>
@@ -48,22 +47,10 @@ std::vector<std::uint16_t> with_both_sides(const Waterfall& waterfall,
   return both;
 }
 
-/// The interval at ping i: the shorter of the times to its neighbours, because a track may pause
-/// between its legs.
-double interval_s(std::span<const PingRow> pings, std::size_t i) {
-  if (pings.size() < 2) return 0.0;
-  double shortest_s = std::numeric_limits<double>::infinity();
-  if (i > 0) shortest_s = pings[i].pose.t_s - pings[i - 1].pose.t_s;
-  if (i + 1 < pings.size())
-    shortest_s = std::min(shortest_s, pings[i + 1].pose.t_s - pings[i].pose.t_s);
-  return shortest_s;
-}
-
 }  // namespace
 
-std::span<const std::uint16_t> Recording::side(std::size_t number, Side which) const {
-  return std::span(samples).subspan(2 * bins * number + (which == Side::starboard ? bins : 0),
-                                    bins);
+std::span<const std::uint16_t> Recording::side(std::size_t row, Side which) const {
+  return std::span(samples).subspan(2 * bins * row + (which == Side::starboard ? bins : 0), bins);
 }
 
 std::optional<std::int64_t> unix_time(std::string_view text) {
@@ -112,18 +99,16 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       unix_time(frame.start_time).value_or(first_s > counts_from_1970_s ? 0 : usual_start_s);
   for (std::size_t i = 0; i < waterfall.pings.size(); ++i) {
     const PingRow& ping = waterfall.pings[i];
-    // A ping can only repeat one that was recorded before.
-    if (ping.artefacts.has(Artefact::lost) ||
-        (ping.artefacts.has(Artefact::repeated) && recording.pings.empty()))
-      continue;
+    if (!ping.recorded) continue;
     const Pose pose = mounted(ping.reported, sonar.mounting);
     const double altitude_m = frame.altitude_m(mounted(ping.pose, sonar.mounting).position);
     const PlaceOnEarth there = place_of(pose.position, frame);
     double heading_rad = std::fmod(pose.heading_rad + there.convergence_rad, 2.0 * pi);
     if (heading_rad < 0.0) heading_rad += 2.0 * pi;
-    recording.pings.push_back({.number = i,
+    recording.pings.push_back({.row = i,
+                               .number = waterfall.first_ping + i,
                                .unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
-                               .interval_s = interval_s(waterfall.pings, i),
+                               .interval_s = ping.interval_s,
                                .place = there.where,
                                .heading_rad = heading_rad,
                                .pitch_rad = pose.pitch_rad,

@@ -31,7 +31,8 @@ struct RecordingFrame {
 /// Navigation of one recorded ping. Position, attitude and speed are those of the sonar: the
 /// vehicle's reported pose plus the sonar's mounting. The altitude is the true one.
 struct NavPing {
-  std::size_t number = 0;  ///< of the scene's ping; a lost ping leaves a gap
+  std::size_t row = 0;     ///< of its samples
+  std::size_t number = 0;  ///< of the run's ping; a lost ping leaves a gap
   std::int64_t unix_ms = 0;
   double interval_s = 0.0;  ///< to the nearer neighbouring ping
   GeographicPlace place;
@@ -57,11 +58,11 @@ struct Recording {
   std::size_t bins = 0;  ///< per side
   bool port = true, starboard = true;
   std::vector<NavPing> pings;
-  /// 2 * bins for each ping of the scene: port far..near, starboard near..far; at most 32767.
+  /// 2 * bins for each row of the waterfall: port far..near, starboard near..far; at most 32767.
   std::vector<std::uint16_t> samples;
 
-  /// The samples of one side of ping `number`.
-  std::span<const std::uint16_t> side(std::size_t number, Side which) const;
+  /// The samples of one side of a ping, by its row.
+  std::span<const std::uint16_t> side(std::size_t row, Side which) const;
 };
 
 /// Unix seconds of a time written as `2025-06-01T12:00:00Z`; none for any other form.
@@ -70,8 +71,8 @@ std::optional<std::int64_t> unix_time(std::string_view text);
 /// A recording of a waterfall. Without an origin, positions follow the frame's UTM zone; without a
 /// zone either, they lie in the North Sea. Without a start time it begins on 2000-01-01, or at the
 /// track's first time if the track counts seconds from 1970. A side that the sonar does not have
-/// is silent. Lost pings are left out. Throws std::invalid_argument in a build without
-/// GeographicLib.
+/// is silent. Pings that were not recorded are left out. Throws std::invalid_argument in a build
+/// without GeographicLib.
 Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
                          const RecordingFrame& frame);
 

@@ -105,7 +105,7 @@ void add_ping(PackedBytes& bytes, const Recording& recording, const NavPing& pin
     bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
     bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm per ping
     bytes.samples(at + channel_header,
-                  recording.side(ping.number, k == 0 ? Side::port : Side::starboard));
+                  recording.side(ping.row, k == 0 ? Side::port : Side::starboard));
   }
 }
 

@@ -124,6 +124,19 @@ void check_scene(const Scene& scene,
     return fmt::format("'output.png_bits' is {}, expected 8 or 16", scene.output.png_bits);
   });
 
+  std::string known_layers;
+  std::size_t found = 0;
+  BinLayers::for_each([&](std::string_view layer, auto) {
+    known_layers += fmt::format("{}{}", known_layers.empty() ? "" : ", ", layer);
+    found += std::ranges::count(scene.output.encoding.layers, layer) > 0;
+  });
+  require(found == scene.output.encoding.layers.size(), "output.layers", [&] {
+    return fmt::format(
+        "'output.layers' names a layer twice or one that does not exist, expected "
+        "names of {}",
+        known_layers);
+  });
+
   for (const auto& [key, names] :
        {std::pair("output.class_names", &scene.output.class_names),
         std::pair("output.sediment_names", &scene.output.sediment_names)})

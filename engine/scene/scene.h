@@ -9,6 +9,7 @@
 
 #include <ensonify/engine/image/display_options.h>
 #include <ensonify/engine/input_file.h>
+#include <ensonify/engine/output/layer_encoding.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/seafloor/objects/object_options.h>
 #include <ensonify/engine/seafloor/seafloor_options.h>
@@ -51,10 +52,12 @@ struct RunOptions {
 
 struct OutputOptions {
   bool exr = true, npz = false, xtf = false, jsf = false;  ///< see output_formats()
+  LayerEncoding encoding;                                  ///< of EXR and NPZ
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
   std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
   std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
+  int pings_per_file = 0;  ///< 0: one part for short runs, see pings_per_part()
 };
 
 /// Every option of a run. The defaults make a scene with a good image.

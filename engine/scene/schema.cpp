@@ -111,6 +111,19 @@ std::vector<Key<Scene>> output_keys() {
   for (const OutputFormat& format : output_formats())
     keys.push_back({format.name, "", {}, format.help, at(&Scene::output, format.wanted)});
   const std::vector<Key<Scene>> others = {
+      {"exr_compression", "", {},
+       "How EXR compresses, always without loss. zip and piz take three to five times as long as "
+       "rle, and a third less space.",
+       at(&Scene::output, &OutputOptions::encoding, &LayerEncoding::exr_compression),
+       {"none", "rle", "zip", "piz"}},
+      {"layers", "", {}, "The layers that EXR and NPZ have, such as [\"intensity\", \"region\"]; "
+       "unset: all.",
+       at(&Scene::output, &OutputOptions::encoding, &LayerEncoding::layers)},
+      {"pings_per_file", "", {0, 1e9},
+       "Pings of each part of a run. A run in parts has the files of each part in a folder, "
+       "part_0001/NAME_0001.exr and so on, and continues after a stop. 0: one part, or for images "
+       "of more than 1 GiB parts of about 64 MiB.",
+       at(&Scene::output, &OutputOptions::pings_per_file)},
       {"png_bits", "", {8, 16}, "Bits per channel of NAME.png, 8 or 16.",
        at(&Scene::output, &OutputOptions::png_bits)},
       {"truth", "", {}, "The truth drawn over the image, with a legend, as NAME_truth.png.",

@@ -25,7 +25,7 @@ using OptionTypes =
                std::optional<double>, std::string, std::vector<std::string>, InputFile,
                std::vector<Eigen::Vector2d>, RefractionMode, SeafloorKind, FractalSpectrum,
                TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer, PulseKind, PulseWindow,
-               Detector, TransferCurve>;
+               Detector, TransferCurve, ExrCompression>;
 /// The option behind a key, to be set.
 using Option = OptionTypes::Pointer;
 /// The same, to be read.

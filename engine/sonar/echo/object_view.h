@@ -11,6 +11,9 @@ struct ObjectView {
   std::uint64_t alone = 0, seen = 0;  ///< in 2^-44 sr: whole numbers, whose sum has no order
 
   ObjectView& operator+=(const ObjectView& other);
+  ObjectView operator-(const ObjectView& other) const {
+    return {alone - other.alone, seen - other.seen};
+  }
   /// seen / alone; none for an object that no ray could have met.
   double share() const { return static_cast<double>(seen) / static_cast<double>(alone); }
 };

@@ -62,6 +62,11 @@ RefractionCounts& RefractionCounts::operator+=(const RefractionCounts& other) {
   return *this;
 }
 
+RefractionCounts RefractionCounts::operator-(const RefractionCounts& other) const {
+  return {rays - other.rays, straightened - other.straightened, chords - other.chords,
+          refined - other.refined};
+}
+
 RefractedTracer::RefractedTracer(const SoundSpeedProfile& profile, double highest_m,
                                  double deepest_m, double reference_mps, double sagitta_m)
     : top_m_(-highest_m),

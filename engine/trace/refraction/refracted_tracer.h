@@ -24,6 +24,7 @@ struct RefractionCounts {
   std::uint64_t refined = 0;       ///< chords' hits whose arc misses the face: traced again, finer
 
   RefractionCounts& operator+=(const RefractionCounts& other);
+  RefractionCounts operator-(const RefractionCounts& other) const;
 };
 
 /// The rays of a fan as sound runs, bent by a sound speed profile, each in the vertical plane of

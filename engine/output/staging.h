@@ -1,0 +1,56 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+namespace ensonify::engine {
+
+// Folders that appear complete, in one step, although several processes may make them:
+//
+//     000003          a finished folder
+//     .000003.0.tmp   the same while it is made
+//     .000003.lock    locked (flock) by the process that makes it, until it ends
+
+/// The exclusive right to make a folder or a file at a place, held during this object's life. On a
+/// file system without locks every process gets it: two may make the same bytes, and one result is
+/// discarded.
+class Claim {
+ public:
+  /// None while another Claim, of this or another process, holds it. Throws std::system_error if
+  /// the lock file cannot be made.
+  static std::optional<Claim> try_take(const std::filesystem::path& lock_file);
+  Claim(Claim&& other) noexcept;
+  Claim& operator=(Claim&&) = delete;
+  ~Claim();                                      ///< removes the lock file
+  bool exclusive() const { return exclusive_; }  ///< false on a file system without locks
+
+ private:
+  Claim(std::filesystem::path file, int descriptor)
+      : file_(std::move(file)), descriptor_(descriptor) {}
+  std::filesystem::path file_;
+  int descriptor_;
+  bool exclusive_ = true;
+};
+
+/// A temporary folder next to its final place. Removed on destruction unless put_in_place().
+class StagingFolder {
+ public:
+  explicit StagingFolder(const std::filesystem::path& place);
+  ~StagingFolder();
+  StagingFolder(const StagingFolder&) = delete;
+  StagingFolder& operator=(const StagingFolder&) = delete;
+  const std::filesystem::path& path() const { return folder_; }
+  /// Writes folders and names to the disk (the files must already be there) and renames the folder
+  /// to its final place, unless that exists already.
+  void put_in_place();
+
+  static std::filesystem::path lock_of(const std::filesystem::path& place);
+  /// The claim to a place, after removing the temporary folders that killed processes left there;
+  /// none while another process holds it. Throws as Claim::try_take().
+  static std::optional<Claim> try_claim(const std::filesystem::path& place);
+
+ private:
+  std::filesystem::path place_, folder_;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,325 @@
+#include <ensonify/engine/run/join.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/output/png.h>
+#include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/read_file.h>
+#include <ensonify/scatter/decibel.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t max_rows = 30000;
+
+fs::path file_of(const fs::path& folder, const RunParts& parts, std::size_t part,
+                 const std::string& sonar, std::string_view extension) {
+  return folder / parts.folder(part) / fmt::format("{}_{}{}", sonar, parts.number(part), extension);
+}
+
+Picture picture_of(const fs::path& file) {
+  const std::string content = refine::read_file(file);
+  try {
+    return decode_png(std::as_bytes(std::span(content)));
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("{}: {}; remove the part's folder and run it again",
+                                         file.string(), error.what()));
+  }
+}
+
+/// Averages rows of pixels by groups.
+class RowMeans {
+ public:
+  RowMeans(const PngFormat& format, std::size_t group, std::size_t first_group)
+      : format_(format),
+        group_(group),
+        left_(first_group),
+        sums_(format.width * static_cast<std::size_t>(format.channels)) {}
+
+  /// Calls finished(row) whenever a group is complete.
+  template <class Finished>
+  void add(const std::uint8_t* row, Finished&& finished) {
+    const bool wide = format_.bits == 16;
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      sums_[i] += wide ? 256u * row[2 * i] + row[2 * i + 1] : row[i];
+    ++added_;
+    if (--left_ > 0) return;
+    std::vector<std::uint8_t> mean;
+    for (std::uint64_t& sum : sums_) {
+      const std::uint64_t value = (sum + added_ / 2) / added_;
+      if (wide) mean.push_back(static_cast<std::uint8_t>(value >> 8));
+      mean.push_back(static_cast<std::uint8_t>(value & 0xff));
+      sum = 0;
+    }
+    added_ = 0;
+    left_ = group_;
+    finished(mean);
+  }
+
+ private:
+  PngFormat format_;
+  std::size_t group_, left_, added_ = 0;
+  std::vector<std::uint64_t> sums_;
+};
+
+/// Pixels [begin, end) of a picture, counted column by column from the top.
+struct PixelRun {
+  std::size_t begin = 0, end = 0;
+};
+
+/// A body or a shadow, put together from those of the parts, in the rows of the whole run.
+class JoinedOutline {
+ public:
+  JoinedOutline(std::size_t rows, std::size_t columns) : rows_(rows), columns_(columns) {}
+
+  std::size_t area_px() const { return area_px_; }
+
+  /// Adds an outline of targets_json() whose rows begin at `first_row` of the run.
+  void add(const Json& outline, std::size_t first_row) {
+    if (outline.is_null()) return;
+    const auto area = outline.at("area_px").get<std::size_t>();
+    const auto box = outline.at("box").get<std::array<std::size_t, 4>>();
+    const std::array<std::size_t, 4> its{box[0], box[1] + first_row, box[0] + box[2],
+                                         box[1] + first_row + box[3]};
+    if (area_px_ == 0) corners_ = its;
+    for (std::size_t k : {0u, 1u}) corners_[k] = std::min(corners_[k], its[k]);
+    for (std::size_t k : {2u, 3u}) corners_[k] = std::max(corners_[k], its[k]);
+    area_px_ += area;
+    std::vector<std::vector<std::size_t>> polygons;
+    outline.at("polygons").get_to(polygons);
+    for (std::vector<std::size_t>& polygon : polygons) {
+      for (std::size_t i = 1; i < polygon.size(); i += 2) polygon[i] += first_row;
+      if (!outline.contains("rle")) fill(polygon);
+      polygons_.push_back(std::move(polygon));
+    }
+    if (outline.contains("rle")) {
+      holes_ = true;
+      add_runs(outline.at("rle"), first_row);
+    }
+  }
+
+  Json json() const {
+    if (area_px_ == 0) return nullptr;
+    std::vector<std::vector<std::size_t>> polygons = polygons_;
+    std::ranges::stable_sort(polygons, std::ranges::greater(), area_of);
+    Json json = {
+        {"box", {corners_[0], corners_[1], corners_[2] - corners_[0], corners_[3] - corners_[1]}},
+        {"area_px", area_px_},
+        {"polygons", polygons}};
+    if (holes_) json["rle"] = {{"size", {rows_, columns_}}, {"counts", counts()}};
+    return json;
+  }
+
+ private:
+  static std::size_t area_of(const std::vector<std::size_t>& polygon) {
+    std::int64_t twice = 0;
+    for (std::size_t i = 0; i < polygon.size(); i += 2) {
+      const std::size_t next = (i + 2) % polygon.size();
+      twice += static_cast<std::int64_t>(polygon[i] * polygon[next + 1]) -
+               static_cast<std::int64_t>(polygon[next] * polygon[i + 1]);
+    }
+    return static_cast<std::size_t>(std::abs(twice) / 2);
+  }
+
+  /// The pixels of a polygon along pixel edges: in each column between its horizontal edges.
+  void fill(const std::vector<std::size_t>& polygon) {
+    std::map<std::size_t, std::vector<std::size_t>> edges;  // rows by column
+    for (std::size_t i = 0; i < polygon.size(); i += 2) {
+      const std::size_t next = (i + 2) % polygon.size();
+      if (polygon[i + 1] != polygon[next + 1]) continue;
+      const auto [from, to] = std::minmax(polygon[i], polygon[next]);
+      for (std::size_t column = from; column < to; ++column)
+        edges[column].push_back(polygon[i + 1]);
+    }
+    for (auto& [column, rows] : edges) {
+      std::ranges::sort(rows);
+      for (std::size_t i = 0; i + 1 < rows.size(); i += 2)
+        runs_.push_back({column * rows_ + rows[i], column * rows_ + rows[i + 1]});
+    }
+  }
+
+  void add_runs(const Json& rle, std::size_t first_row) {
+    const auto part_rows = rle.at("size").at(0).get<std::size_t>();
+    if (part_rows == 0) throw std::runtime_error("a picture without rows");
+    std::size_t at = 0;
+    bool inside = false;
+    for (const Json& count : rle.at("counts")) {
+      const std::size_t end = at + count.get<std::size_t>();
+      while (inside && at < end) {  // a run may go on in the next column
+        const std::size_t column = at / part_rows, row = at % part_rows;
+        const std::size_t rows = std::min(end - at, part_rows - row);
+        const std::size_t begin = column * rows_ + first_row + row;
+        runs_.push_back({begin, begin + rows});
+        at += rows;
+      }
+      at = end;
+      inside = !inside;
+    }
+  }
+
+  std::vector<std::size_t> counts() const {
+    std::vector<PixelRun> runs = runs_;
+    std::ranges::sort(runs, {}, &PixelRun::begin);
+    std::vector<std::size_t> counts;
+    std::size_t counted = 0;
+    for (const PixelRun& run : runs) {
+      if (run.begin > counted || counts.empty()) {
+        counts.push_back(run.begin - counted);
+        counts.push_back(0);
+      }
+      counts.back() += run.end - run.begin;
+      counted = run.end;
+    }
+    if (counted < rows_ * columns_) counts.push_back(rows_ * columns_ - counted);
+    return counts;
+  }
+
+  std::size_t rows_, columns_;
+  std::size_t area_px_ = 0;
+  std::array<std::size_t, 4> corners_{};  // low column and row, high column and row
+  std::vector<std::vector<std::size_t>> polygons_;
+  std::vector<PixelRun> runs_;
+  bool holes_ = false;
+};
+
+/// A target, put together from those of the parts.
+class JoinedTarget {
+ public:
+  JoinedTarget(std::size_t rows, std::size_t columns)
+      : body_(rows, columns), shadow_(rows, columns) {}
+
+  void add(const Json& target, std::size_t first_row) {
+    const Json &body = target.at("body"), &shadow = target.at("shadow");
+    body_.add(body, first_row);
+    shadow_.add(shadow, first_row);
+    // Means of the shadow serve only a target without a body.
+    Means& means = body.is_null() ? of_shadow_ : of_body_;
+    means.add(target, (body.is_null() ? shadow : body).at("area_px").get<double>());
+  }
+
+  Json json(std::span<const ObjectView> visibility) const {
+    const bool seen = body_.area_px() > 0;
+    Json json = (seen ? of_body_ : of_shadow_).json();
+    if (json.contains("visible_fraction")) {
+      const std::size_t object = json.at("instance").get<std::size_t>() - 1;
+      const bool counted = object < visibility.size() && visibility[object].alone > 0;
+      json["visible_fraction"] = counted ? Json(visibility[object].share()) : Json(nullptr);
+    }
+    json["body"] = body_.json();
+    json["shadow"] = shadow_.json();
+    return json;
+  }
+
+ private:
+  /// Means over the parts, weighted by area.
+  class Means {
+   public:
+    void add(const Json& target, double area_px) {
+      if (area_px > largest_px_) {
+        largest_px_ = area_px;
+        largest_ = target;
+      }
+      area_px_ += area_px;
+      range_m_ += area_px * target.at("range_m").get<double>();
+      ping_ += area_px * target.at("ping").get<double>();
+      port_px_ += target.at("side").get<std::string>() == "port" ? area_px : 0.0;
+      if (const Json& db = target.at("contrast_db"); !db.is_null()) {
+        contrast_px_ += area_px;
+        contrast_ += area_px * scatter::from_db(db.get<double>());
+      }
+    }
+    Json json() const {
+      Json json = largest_;
+      json["range_m"] = range_m_ / area_px_;
+      json["side"] = 2.0 * port_px_ > area_px_ ? "port" : "starboard";
+      json["ping"] = ping_ / area_px_;
+      json["contrast_db"] =
+          contrast_px_ > 0.0 ? Json(scatter::to_db(contrast_ / contrast_px_)) : Json(nullptr);
+      return json;
+    }
+
+   private:
+    Json largest_;
+    double largest_px_ = 0.0, area_px_ = 0.0, range_m_ = 0.0, ping_ = 0.0, port_px_ = 0.0;
+    double contrast_px_ = 0.0, contrast_ = 0.0;
+  };
+
+  JoinedOutline body_, shadow_;
+  Means of_body_, of_shadow_;
+};
+
+}  // namespace
+
+std::size_t pings_per_row(std::size_t pings) { return (pings + max_rows - 1) / max_rows; }
+
+void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t finished_parts,
+                   const std::string& sonar) {
+  const std::size_t pings = parts.range(finished_parts - 1).end();
+  const std::size_t group = pings_per_row(parts.pings());
+  refine::NewFile file(folder / (sonar + ".png"));
+  std::unique_ptr<PngWriter> writer;
+  std::unique_ptr<RowMeans> means;
+  // The newest ping is on top. Groups are counted from the oldest ping, so the first may be short.
+  for (std::size_t part = finished_parts; part-- > 0;) {
+    const Picture picture = picture_of(file_of(folder, parts, part, sonar, ".png"));
+    if (!writer) {
+      const PngFormat format{picture.width, (pings + group - 1) / group, picture.channels,
+                             picture.bits};
+      writer = std::make_unique<PngWriter>(
+          format, [&](std::span<const std::byte> bytes) { file.write(bytes); });
+      means = std::make_unique<RowMeans>(format, group, pings % group > 0 ? pings % group : group);
+    }
+    const std::size_t row_bytes = picture.pixels.size() / picture.height;
+    for (std::size_t row = 0; row < picture.height; ++row)
+      means->add(&picture.pixels[row * row_bytes],
+                 [&](const std::vector<std::uint8_t>& mean) { writer->add_rows(mean); });
+  }
+  writer->finish();
+  file.commit();
+}
+
+std::string join_targets(const fs::path& folder, const RunParts& parts, const std::string& sonar,
+                         std::span<const ObjectView> visibility) {
+  std::map<std::uint32_t, JoinedTarget> targets;
+  Json whole;
+  for (std::size_t part = 0; part < parts.count(); ++part) {
+    const fs::path file = file_of(folder, parts, part, sonar, "_targets.json");
+    try {
+      const Json json = Json::parse(refine::read_file(file));
+      const auto columns = json.at("picture").at("columns").get<std::size_t>();
+      if (part == 0) {
+        whole = json;
+        whole["picture"]["rows"] = parts.pings();
+        if (pings_per_row(parts.pings()) > 1)
+          whole["picture"]["pings_per_row"] = pings_per_row(parts.pings());
+      }
+      for (const Json& target : json.at("targets"))
+        targets.try_emplace(target.at("instance").get<std::uint32_t>(), parts.pings(), columns)
+            .first->second.add(target, parts.pings() - parts.range(part).end());
+    } catch (const nlohmann::json::exception& error) {
+      throw std::runtime_error(
+          fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "
+                      "again",
+                      file.string(), error.what()));
+    }
+  }
+  Json& list = whole["targets"] = Json::array();
+  for (const auto& [instance, target] : targets) list.push_back(target.json(visibility));
+  return whole.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace ensonify::engine

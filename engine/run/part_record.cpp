@@ -1,0 +1,132 @@
+#include <ensonify/engine/run/part_record.h>
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/refine/read_file.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void add(const std::map<std::string, std::uint64_t>& more,
+         std::map<std::string, std::uint64_t>& to) {
+  for (const auto& [name, count] : more) to[name] += count;
+}
+
+/// [object, alone, seen, object, ...] of the objects that a ray could have met.
+Json visibility_json(const std::vector<ObjectView>& views) {
+  Json numbers = Json::array();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (views[i].alone == 0) continue;
+    numbers.push_back(i);
+    numbers.push_back(views[i].alone);
+    numbers.push_back(views[i].seen);
+  }
+  return {{"objects", views.size()}, {"views", numbers}};
+}
+
+std::vector<ObjectView> visibility_of(const Json& json) {
+  std::vector<ObjectView> views(json.at("objects").get<std::size_t>());
+  const Json& numbers = json.at("views");
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
+    views.at(numbers[i].get<std::size_t>()) = {numbers[i + 1].get<std::uint64_t>(),
+                                               numbers[i + 2].get<std::uint64_t>()};
+  return views;
+}
+
+}  // namespace
+
+PartRecord& PartRecord::operator+=(const PartRecord& next) {
+  const auto require_same = [&](std::string_view what, const std::string& mine,
+                                const std::string& its) {
+    if (mine != its)
+      throw std::runtime_error(
+          fmt::format("the parts that begin at pings {} and {} were made with another {}: {} and "
+                      "{}; set run.instruction_set, remove one part and run it again",
+                      pings.first, next.pings.first, what, mine, its));
+  };
+  require_same("surface", surface, next.surface);
+  require_same("code path", code_path, next.code_path);
+  if (seafloor != next.seafloor)
+    throw std::runtime_error(
+        fmt::format("the parts that begin at pings {} and {} were made over different seafloors; "
+                    "remove one and run it again",
+                    pings.first, next.pings.first));
+  pings.count += next.pings.count;
+  add(next.counts, counts);
+  add(next.verification, verification);
+  pings_over_hole += next.pings_over_hole;
+  for (const auto& [sonar, its] : next.object_visibility) {
+    std::vector<ObjectView>& views = object_visibility[sonar];
+    views.resize(its.size());
+    for (std::size_t i = 0; i < its.size(); ++i) views[i] += its[i];
+  }
+  files.insert(files.end(), next.files.begin(), next.files.end());
+  return *this;
+}
+
+std::string part_json(const PartRecord& record) {
+  Json files = Json::array();
+  for (const FileRecord& file : record.files)
+    files.push_back(
+        {{"name", file.name}, {"size_bytes", file.size_bytes}, {"xxh128", file.xxh128}});
+  Json visibility = Json::object();
+  for (const auto& [sonar, views] : record.object_visibility)
+    visibility[sonar] = visibility_json(views);
+  const Json json = {
+      {"program", "ensonify"},
+      {"version", program_version()},
+      {"first_ping", record.pings.first},
+      {"pings", record.pings.count},
+      {"surface", record.surface},
+      {"instruction_set", record.code_path},
+      {"classes", record.names.classes},
+      {"materials", record.names.materials},
+      {"seafloor", record.seafloor},
+      {"counts", record.counts},
+      {"verification", record.verification},
+      {"pings_over_hole", record.pings_over_hole},
+      {"object_visibility", visibility},
+      {"warnings", record.warnings},
+      {"files", files},
+  };
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+PartRecord read_part_json(const std::filesystem::path& file) {
+  try {
+    const Json json = Json::parse(refine::read_file(file));
+    PartRecord record;
+    record.pings = {json.at("first_ping").get<std::size_t>(), json.at("pings").get<std::size_t>()};
+    json.at("surface").get_to(record.surface);
+    json.at("instruction_set").get_to(record.code_path);
+    json.at("classes").get_to(record.names.classes);
+    json.at("materials").get_to(record.names.materials);
+    json.at("seafloor").get_to(record.seafloor);
+    json.at("counts").get_to(record.counts);
+    json.at("verification").get_to(record.verification);
+    json.at("pings_over_hole").get_to(record.pings_over_hole);
+    for (const auto& [sonar, views] : json.at("object_visibility").items())
+      record.object_visibility[sonar] = visibility_of(views);
+    json.at("warnings").get_to(record.warnings);
+    for (const Json& its : json.at("files"))
+      record.files.push_back({its.at("name").get<std::string>(),
+                              its.at("size_bytes").get<std::uint64_t>(),
+                              its.at("xxh128").get<std::string>()});
+    return record;
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(
+        fmt::format("{}: not the record of a part ({}); remove the part's folder and run it again",
+                    file.string(), error.what()));
+  } catch (const std::out_of_range&) {
+    throw std::runtime_error(
+        fmt::format("{}: an object that is not there; remove the part's folder and run it again",
+                    file.string()));
+  }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/image/label_names.h>
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/ping_all.h>
+
+namespace ensonify::engine {
+
+/// What is known of a part of a run when its files are written, or of the whole run: the content of
+/// a part's part.json. Counts and verification as in RunReport.
+struct PartRecord {
+  PingRange pings;
+  std::string surface;    ///< as in PreparedSeafloor
+  std::string code_path;  ///< as SimulatorInternals::code_path()
+  LabelNames names;       ///< of the labels in the files
+  /// Of the seafloor: vertices, faces, repairs. The same for all parts.
+  std::map<std::string, std::uint64_t> seafloor;
+  /// Pings, rays, hits, starved bins, ...; those of several parts add up.
+  std::map<std::string, std::uint64_t> counts;
+  std::map<std::string, std::uint64_t> verification;
+  std::uint64_t pings_over_hole = 0;
+  /// By name of the sonar: what was seen of the seafloor's objects; empty where it was not counted.
+  std::map<std::string, std::vector<ObjectView>> object_visibility;
+  std::vector<std::string> warnings;  ///< about the scene and its track; the same for all parts
+  std::vector<FileRecord> files;
+
+  /// Adds the part that follows. Throws std::runtime_error if it was made in another way: with
+  /// other code, or over another seafloor.
+  PartRecord& operator+=(const PartRecord& next);
+};
+
+std::string part_json(const PartRecord& record);
+/// Throws std::runtime_error with the file's name if it cannot be read.
+PartRecord read_part_json(const std::filesystem::path& file);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,161 @@
+#include <ensonify/engine/run/run_files.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/label_names.h>
+#include <ensonify/engine/image/target_record.h>
+#include <ensonify/engine/image/truth_picture.h>
+#include <ensonify/engine/output/pings_csv.h>
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/output/recording.h>
+#include <ensonify/engine/output/targets_json.h>
+#include <ensonify/engine/scene/output_formats.h>
+#include <ensonify/engine/trace/check/agreement.h>
+#include <ensonify/refine/parallel_for.h>
+
+namespace ensonify::engine {
+namespace {
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
+
+/// How many sonars have a lower frequency, or the same and come before.
+int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
+  int rank = 0;
+  for (std::size_t other = 0; other < sonars.size(); ++other) {
+    const double more_hz = sonars[other].frequency_hz - sonars[sonar].frequency_hz;
+    if (more_hz < 0.0 || (more_hz == 0.0 && other < sonar)) ++rank;
+  }
+  return rank;
+}
+
+Recording recording_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
+                       std::size_t sonar) {
+  const TrackOptions& track = scene.track;
+  const Seafloor& seafloor = simulator.seafloor();
+  RecordingFrame frame{.world_origin = seafloor.mesh.world_origin,
+                       .utm_zone = seafloor.utm_zone,
+                       .start_time = scene.output.start_time,
+                       .sound_speed_mps = simulator.sound_speed_mps(),
+                       .altitude_m = std::bind_front(&Simulator::altitude_m, &simulator),
+                       .frequency_rank = frequency_rank(simulator.sonars(), sonar)};
+  if (track.origin_latitude_rad)
+    frame.origin = {*track.origin_latitude_rad, *track.origin_longitude_rad};
+  return make_recording(image, SimulatorInternals::recorder(simulator, sonar), frame);
+}
+
+std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
+                                    const Simulator& simulator, std::size_t sonar,
+                                    const LabelNames& names) {
+  Display over_layers = scene.display;
+  over_layers.slant_range_correction = false;
+  return encode_png(
+      with_legend(lay_truth(image, render(image, over_layers, simulator.calibration(sonar)),
+                            names.classes, names.materials)));
+}
+
+void count(const ScenePings& pings, PartRecord& record) {
+  std::map<std::string, std::uint64_t>& counts = record.counts;
+  counts["pings"] = pings.images.front().rows();
+  counts["rays"] = pings.rays;
+  counts["hits"] = pings.hits;
+  counts["starved_bins"] = 0;
+  if (const RefractionCounts& bent = pings.refraction; bent.rays > 0) {
+    counts["bent_rays"] = bent.rays;
+    counts["bent_rays_by_chords"] = bent.rays - bent.straightened;
+    counts["chords"] = bent.chords;
+  }
+  for (const Waterfall& image : pings.images)
+    for (const PingRow& ping : image.pings)
+      counts["starved_bins"] +=
+          static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
+  record.pings_over_hole = static_cast<std::uint64_t>(std::ranges::count_if(
+      pings.images.front().pings, [](const PingRow& ping) { return std::isnan(ping.altitude_m); }));
+  for (std::size_t i = 0; i < pings.images.size(); ++i)
+    record.object_visibility[pings.images[i].sonar.name] = pings.object_visibility[i];
+}
+
+std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
+  const AgreementCounts& found = pings.verified;
+  std::map<std::string, std::uint64_t> counts = {{"pings", pings.verified_pings},
+                                                 {"rays", found.rays},
+                                                 {"coarse", found.coarse},
+                                                 {"wrong_index", found.wrong_index},
+                                                 {"wrong_run", found.wrong_run}};
+  for (std::size_t i = 0; i < verdict_names.size(); ++i)
+    counts[verdict_names[i]] = found.verdicts[i];
+  return counts;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
+                                      const Simulator& simulator, std::size_t sonar) {
+  return encode_png(
+      render(image, scene.display, simulator.calibration(sonar), scene.output.png_bits));
+}
+
+PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
+                       const Simulator& simulator, const std::string& ending, int threads,
+                       const TakeFile& take) {
+  const Seafloor& seafloor = simulator.seafloor();
+  const OutputOptions& output = scene.output;
+  PartRecord record{.pings = {pings.images.front().first_ping, pings.images.front().rows()},
+                    .code_path = std::string(SimulatorInternals::code_path(simulator)),
+                    .names = renumber({seafloor.classes, seafloor.materials},
+                                      {output.class_names, output.sediment_names}, pings.images),
+                    .seafloor = {{"vertices", seafloor.vertices},
+                                 {"faces", seafloor.faces},
+                                 {"repairs", seafloor.repairs}}};
+  const ImageOrigin origin{seafloor.mesh.world_origin, scene_hash, record.names, output.encoding};
+
+  std::vector<std::function<void()>> tasks;
+  for (std::size_t i = 0; i < pings.images.size(); ++i) {
+    const Waterfall& image = pings.images[i];
+    const std::string name = image.sonar.name + ending;
+    std::vector<const OutputFormat*> recordings;
+    for (const OutputFormat& format : output_formats()) {
+      if (!(output.*format.wanted)) continue;
+      if (const auto* layers = std::get_if<EncodeLayers>(&format.encode))
+        tasks.push_back([&, layers, name, &format = format] {
+          take(fmt::format("{}.{}", name, format.name), (*layers)(image, origin));
+        });
+      else
+        recordings.push_back(&format);
+    }
+    if (!recordings.empty())
+      tasks.push_back([&, recordings, name, i] {
+        const Recording recording = recording_of(scene, image, simulator, i);
+        for (const OutputFormat* format : recordings)
+          take(fmt::format("{}.{}", name, format->name),
+               std::get<EncodeRecording>(format->encode)(recording));
+      });
+    tasks.push_back(
+        [&, name, i] { take(name + ".png", encode_picture(scene, image, simulator, i)); });
+    tasks.push_back([&, name] { take(name + "_pings.csv", bytes_of(pings_csv(image))); });
+    if (!seafloor.objects.empty() || !seafloor.features.empty())
+      tasks.push_back([&, name, i] {
+        take(name + "_targets.json",
+             bytes_of(targets_json(target_records(image, seafloor, pings.object_visibility[i]),
+                                   image, seafloor)));
+      });
+    if (output.truth)
+      tasks.push_back([&, name, i] {
+        take(name + "_truth.png", encode_truth(scene, image, simulator, i, record.names));
+      });
+  }
+  refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });
+  count(pings, record);
+  if (pings.verified_pings > 0) record.verification = verification_of(pings);
+  return record;
+}
+
+}  // namespace ensonify::engine

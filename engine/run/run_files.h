@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/run/part_record.h>
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+
+/// Takes the content of a finished file. Several threads may call it at once.
+using TakeFile = std::function<void(const std::string& name, std::span<const std::byte> content)>;
+
+/// Encodes the files of the pings of a run or of one of its parts, on several threads: for each
+/// sonar NAME the picture, the layers and recordings that the scene asks for, the table of pings
+/// and the targets. `ending` follows NAME in all file names. Renumbers the labels as the scene
+/// asks. Returns the names and counts of these pings, without files and warnings.
+PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
+                       const Simulator& simulator, const std::string& ending, int threads,
+                       const TakeFile& take);
+
+/// The picture of a sonar's pings, as write_files() encodes it.
+std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
+                                      const Simulator& simulator, std::size_t sonar);
+
+}  // namespace ensonify::engine

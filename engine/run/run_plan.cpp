@@ -1,0 +1,95 @@
+#include <ensonify/engine/run/run_plan.h>
+
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/refine/read_file.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The values of a dumped scene by their keys: seafloor.cell_m, objects 2.shape.
+std::map<std::string, std::string> values_of(const std::string& scene_toml) {
+  std::map<std::string, std::string> values;
+  std::map<std::string, int> tables;  // how many there are of a [[name]]
+  std::istringstream lines(scene_toml);
+  std::string table;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("[[")) {
+      const std::string name = line.substr(2, line.find(']') - 2);
+      table = fmt::format("{} {}.", name, ++tables[name]);
+    } else if (line.starts_with('[')) {
+      table = line.substr(1, line.find(']') - 1) + ".";
+    } else if (const std::size_t equals = line.find(" = "); equals != line.npos) {
+      values[table + line.substr(0, equals)] = line.substr(equals + 3);
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
+std::filesystem::path plan_file(const std::filesystem::path& folder) { return folder / "run.json"; }
+
+std::string plan_json(const RunPlan& plan) {
+  const Json json = {{"program", "ensonify"},
+                     {"version", plan.version},
+                     {"libraries", Json::parse(plan.libraries)},
+                     {"scene", plan.scene_toml},
+                     {"seed", plan.seed},
+                     {"intersector", plan.intersector},
+                     {"verify_pings", plan.verify_pings},
+                     {"pings", plan.parts.pings()},
+                     {"pings_per_part", plan.parts.pings_per_part()}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+RunPlan read_plan(const std::filesystem::path& folder) {
+  try {
+    const Json json = Json::parse(refine::read_file(plan_file(folder)));
+    return {.scene_toml = json.at("scene").get<std::string>(),
+            .seed = json.at("seed").get<std::uint64_t>(),
+            .intersector = json.at("intersector").get<std::string>(),
+            .verify_pings = json.at("verify_pings").get<std::size_t>(),
+            .parts = RunParts(json.at("pings").get<std::size_t>(),
+                              json.at("pings_per_part").get<std::size_t>()),
+            .version = json.at("version").get<std::string>(),
+            .libraries = json.at("libraries").dump()};
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(
+        fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(
+        fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
+  }
+}
+
+std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) {
+  std::vector<std::string> found;
+  const auto compare = [&](std::string_view what, const std::string& was, const std::string& is) {
+    if (was != is) found.push_back(fmt::format("{} was {} and is {}", what, was, is));
+  };
+  compare("the version of ensonify", before.version, now.version);
+  const Json old_libraries = Json::parse(before.libraries), libraries = Json::parse(now.libraries);
+  for (const auto& [name, version] : libraries.items())
+    compare("the version of " + name, old_libraries.value(name, "none"),
+            version.get<std::string>());
+  compare("--verify", std::to_string(before.verify_pings), std::to_string(now.verify_pings));
+  std::map<std::string, std::string> were = values_of(before.scene_toml);
+  for (const auto& [key, value] : values_of(now.scene_toml)) {
+    const auto was = were.extract(key);
+    compare(key, was.empty() ? "not set" : was.mapped(), value);
+  }
+  for (const auto& [key, value] : were) compare(key, value, "not set");
+  compare("the number of pings", std::to_string(before.parts.pings()),
+          std::to_string(now.parts.pings()));
+  return found;
+}
+
+}  // namespace ensonify::engine

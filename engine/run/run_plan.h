@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/run/parts.h>
+
+namespace ensonify::engine {
+
+/// What a run in several parts was asked for: the content of its run.json. The bytes of the parts
+/// depend on nothing else.
+struct RunPlan {
+  std::string scene_toml;  ///< all keys, defaults included
+  std::uint64_t seed = 0;
+  std::string intersector;
+  std::size_t verify_pings = 0;
+  RunParts parts;
+  std::string version, libraries;  ///< program_version(), library_versions()
+};
+
+std::filesystem::path plan_file(const std::filesystem::path& folder);  ///< run.json
+std::string plan_json(const RunPlan& plan);
+/// Throws std::runtime_error with the file's name if it is not the plan of a run.
+RunPlan read_plan(const std::filesystem::path& folder);
+
+/// What differs between two plans, in words: "sonar.sidescan.range_m was 50 and is 75".
+std::vector<std::string> differences(const RunPlan& before, const RunPlan& now);
+
+}  // namespace ensonify::engine
