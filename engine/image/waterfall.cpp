@@ -3,11 +3,18 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include <ensonify/engine/sonar/instrument/mounting.h>
+
 namespace ensonify::engine {
 
 Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count)
     : sonar(its_sonar), pings(ping_count) {
   pixels.assign(ping_count * columns());
+}
+
+double Waterfall::sonar_altitude_m(std::size_t ping) const {
+  const PingRow& row = pings[ping];
+  return row.altitude_m + (mounted(row.pose, sonar.mounting).position.z() - row.pose.position.z());
 }
 
 void Waterfall::set_row(std::size_t ping, std::span<const EchoLine> sides, const PingRow& record) {
