@@ -1,3 +1,4 @@
+#include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -122,6 +123,7 @@ void run_scene(Arguments arguments) {
   if (arguments.folder.empty()) arguments.folder = arguments.scene.file.stem().string() + "-run";
   const int threads = refine::thread_count(arguments.threads);
 
+  set_exr_threads(threads);
   RunReport report;
   {
     const SignalWatch signals;

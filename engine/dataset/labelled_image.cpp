@@ -89,7 +89,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
     while (ping + 1 < way.size() && std::abs(way[ping + 1] - at_m) <= std::abs(way[ping] - at_m))
       ++ping;
     view.labels.pings[row] = line.pings[ping];
-    const double height_m = line.pings[ping].altitude_m;
+    const double height_m = line.sonar_altitude_m(ping);
     if (!(height_m >= 0.0)) continue;  // over a hole
     for (std::size_t column = 0; column < columns; ++column) {
       const bool to_port = port && column < bins;

@@ -29,9 +29,10 @@ struct LabelledImage {
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures);
 
 /// The line in ground range, as if the bed were level below each ping (Blondel, The Handbook of
-/// Sidescan Sonar, 2009, slant-range correction): square pixels of side pixel_m, each with the
-/// values of the nearest ping and the bin at its slant range. Pixels without such a bin have no
-/// data. Throws std::invalid_argument if pixel_m is longer than the range.
+/// Sidescan Sonar, 2009, slant-range correction), from the sonar's height over it: square pixels of
+/// side pixel_m, each with the values of the nearest ping and the bin at its slant range. Pixels
+/// without such a bin have no data. Throws std::invalid_argument if pixel_m is longer than the
+/// range.
 LabelledImage ground_view(const LabelledImage& slant, double pixel_m);
 
 /// A rectangle of a view.

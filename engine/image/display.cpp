@@ -35,6 +35,7 @@ class Levels {
         bins_(static_cast<std::size_t>(waterfall.sonar.bins)),
         ports_(renderer.ports_),
         columns_(waterfall.columns()) {
+    for (std::size_t row = 0; row < waterfall.rows(); ++row) height_m_.push_back(height_m(row));
     if (renderer.display_.beam_normalisation) normalise_beams();
     if (renderer.display_.flat_field) flatten();
     // Normalised levels have a mean of 1; this brings their median to 1.
@@ -52,7 +53,7 @@ class Levels {
   std::size_t over_ground(std::size_t row, std::size_t column) const {
     const double bin_m = waterfall_.sonar.bin_m();
     const double over_m = (static_cast<double>(bin_of(column, ports_)) + 0.5) * bin_m;
-    const double height_m = height(row);
+    const double height_m = height_m_[row];
     const auto bin =
         static_cast<std::size_t>(std::sqrt(over_m * over_m + height_m * height_m) / bin_m);
     if (bin >= bins_) return none;
@@ -66,16 +67,18 @@ class Levels {
     if (!column_.empty()) level *= column_[column];
     return level;
   }
-  /// Altitude above the bed: from the ping's record, or else the slant range of the first echo.
-  double height(std::size_t row) const {
+  /// The sonar's height above the bed: from the ping's record, or else the slant range of the first
+  /// echo.
+  double height_m(std::size_t row) const {
     const PingRow& ping = waterfall_.pings[row];
-    if (ping.altitude_m > 0.0) return ping.altitude_m;
+    const double altitude_m = waterfall_.sonar_altitude_m(row);
+    if (ping.altitude_m > 0.0 && altitude_m > 0.0) return altitude_m;
     return std::max({ping.first_return_port, ping.first_return_starboard, 0}) *
            waterfall_.sonar.bin_m();
   }
   std::size_t beam_cell(std::size_t row, std::size_t column) const {
     const double r = (static_cast<double>(bin_of(column, ports_)) + 0.5) * waterfall_.sonar.bin_m();
-    const double depression = std::asin(std::min(1.0, height(row) / r));
+    const double depression = std::asin(std::min(1.0, height_m_[row] / r));
     const auto cell =
         static_cast<std::size_t>(depression * 2.0 / std::numbers::pi * (depressions - 1));
     return (column < ports_ ? 0 : depressions) + cell;
@@ -107,8 +110,9 @@ class Levels {
   const Waterfall& waterfall_;
   std::size_t bins_, ports_, columns_;
   double scale_ = 1.0;
-  std::vector<double> beam_;    // by depression, first port, then starboard
-  std::vector<double> column_;  // by column
+  std::vector<double> height_m_;  // of the sonar, by row
+  std::vector<double> beam_;      // by depression, first port, then starboard
+  std::vector<double> column_;    // by column
 };
 
 namespace {

@@ -3,11 +3,19 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include <ensonify/engine/sonar/instrument/mounting.h>
+
 namespace ensonify::engine {
 
 Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping)
     : sonar(its_sonar), pings(ping_count), first_ping(its_first_ping) {
   pixels.assign(ping_count * columns());
+}
+
+double Waterfall::sonar_altitude_m(std::size_t row) const {
+  const PingRow& ping = pings[row];
+  return ping.altitude_m +
+         (mounted(ping.pose, sonar.mounting).position.z() - ping.pose.position.z());
 }
 
 void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record) {

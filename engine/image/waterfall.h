@@ -13,7 +13,7 @@ namespace ensonify::engine {
 struct PingRow {
   Pose pose;                ///< the vehicle's true pose
   Pose reported;            ///< the pose that its navigation reports
-  double altitude_m = 0.0;  ///< above the bed straight below; NaN over a hole
+  double altitude_m = 0.0;  ///< the vehicle's, above the bed straight below; NaN over a hole
   int block = 0;
   int first_return_port = -1, first_return_starboard = -1;  ///< bins
   int starved_port = 0, starved_starboard = 0;
@@ -35,6 +35,10 @@ struct Waterfall {
   std::size_t columns() const {
     return sides_of(sonar).size() * static_cast<std::size_t>(sonar.bins);
   }
+  /// The height of the sonar over the bed at a row's ping, if the bed is level below the vehicle:
+  /// the vehicle's altitude, less how far the mounting puts the sonar below it at its attitude. NaN
+  /// over a hole.
+  double sonar_altitude_m(std::size_t row) const;
   /// Sets a row: pixels from the echo lines of its sides, the rest from `record`, of
   /// which first returns, starved bins and artefacts are completed from the lines. Several threads
   /// may set different rows at once.

@@ -14,6 +14,7 @@
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
 #include <nlohmann/json.hpp>
 
 namespace ensonify::engine {
@@ -22,7 +23,9 @@ namespace {
 /// OpenEXR would leave a truncated file on a full disk, so it writes to memory.
 class MemoryStream final : public Imf::OStream {
  public:
-  MemoryStream() : Imf::OStream("memory") {}
+  explicit MemoryStream(std::size_t expected_bytes) : Imf::OStream("memory") {
+    bytes.reserve(expected_bytes);
+  }
 
   void write(const char* data, int count) override {
     const auto size = static_cast<std::size_t>(count);
@@ -69,13 +72,17 @@ Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
 
 }  // namespace
 
+void set_exr_threads(int threads) { Imf::setGlobalThreadCount(threads > 1 ? threads : 0); }
+
 std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin) {
   if (waterfall.rows() == 0 || waterfall.columns() == 0)
     throw std::invalid_argument("encode_exr: the waterfall has no pixels");
   Imf::Header header = make_header(waterfall, origin);
   Imf::FrameBuffer frame;
+  std::size_t frame_layers = 0;
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (!origin.has_layer(name)) return;
+    ++frame_layers;
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
@@ -85,9 +92,9 @@ std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin&
     frame.insert(std::string(name),
                  Imf::Slice(type, data, sizeof(Value), sizeof(Value) * waterfall.columns()));
   });
-  MemoryStream stream;
+  MemoryStream stream(waterfall.rows() * waterfall.columns() * 4 * frame_layers);
   {
-    Imf::OutputFile file(stream, header, 0);
+    Imf::OutputFile file(stream, header);
     file.setFrameBuffer(frame);
     file.writePixels(static_cast<int>(waterfall.rows()));
   }

@@ -13,4 +13,8 @@ namespace ensonify::engine {
 /// the number of threads. Throws std::invalid_argument if the waterfall has no pixels.
 std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin);
 
+/// The number of threads that encode_exr() may use in this process, all calls together. At first it
+/// is one.
+void set_exr_threads(int threads);
+
 }  // namespace ensonify::engine

@@ -9,8 +9,11 @@
 
 #include "support/catch.h"
 
+#include <ensonify/engine/dataset/labelled_image.h>
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator_internals.h>
 #include <ensonify/engine/sonar/echo/object_visibility.h>
@@ -229,6 +232,49 @@ TEST_CASE("A target's box lies at its object and has the size of object and beam
     // The shadow follows the body, away from the sonar.
     CHECK((port ? target.shadow.low[0] < target.body.low[0]
                 : target.shadow.high[0] > target.body.high[0]));
+  }
+}
+
+TEST_CASE("In ground range an object lies at its distance, also below a vehicle's origin") {
+  constexpr double middle_m = 14.0, width_m = 1.0;
+  for (const double down_m : {0.0, 3.0}) {
+    std::vector<ObjectOptions> objects = {thing("box", middle_m, 0.0)};
+    objects[0].size = {.length_m = 4.0, .width_m = width_m, .shape_height_m = 0.05};
+    Scene scene = level_scene(objects);
+    scene.sonars[0].mounting.down_m = down_m;
+    Simulator simulator(scene);
+    Waterfall line = ping_all(scene, simulator, 1).images[0];
+    CHECK(line.pings[60].altitude_m == Approx(altitude_m).margin(1e-3));  // the vehicle's
+
+    // A picture with the object alone.
+    for (std::size_t i = 0; i < line.pixels.intensity.size(); ++i)
+      line.pixels.intensity[i] = line.pixels.instance[i] == 1 ? 1.0f : 0.0f;
+    const Calibration calibration{.level_bed = std::vector<double>(line.columns(), 1.0)};
+    Display display{.of = DisplayedLayer::intensity, .slant_range_correction = true};
+    const Picture picture = render(line, display, calibration);
+    const LabelledImage ground = ground_view(slant_view(line, {}), line.sonar.bin_m());
+
+    const std::size_t bins = ground.labels.columns() / 2;
+    REQUIRE(bins == picture.width / 2);
+    const auto check_place = [&](auto&& shows) {
+      double low_m = 1e9, high_m = 0.0;
+      for (std::size_t bin = 0; bin < bins; ++bin)
+        if (shows(bins + bin)) {
+          low_m = std::min(low_m, static_cast<double>(bin) * line.sonar.bin_m());
+          high_m = static_cast<double>(bin + 1) * line.sonar.bin_m();
+        }
+      CAPTURE(down_m);
+      CHECK(low_m == Approx(middle_m - 0.5 * width_m).margin(0.15));
+      CHECK(high_m == Approx(middle_m + 0.5 * width_m).margin(0.15));
+    };
+    const std::size_t row = line.rows() / 2;
+    check_place([&](std::size_t column) {
+      return picture.pixels[(picture.height - 1 - row) * picture.width + column] > 0;
+    });
+    const std::size_t ground_row = ground.labels.rows() / 2;
+    check_place([&](std::size_t column) {
+      return ground.labels.pixels.instance[ground_row * ground.labels.columns() + column] == 1;
+    });
   }
 }
 

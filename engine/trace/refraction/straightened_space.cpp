@@ -14,6 +14,7 @@
 namespace ensonify::engine {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -134,10 +135,27 @@ std::uint32_t StraightenedSpace::add_point(const Vector3d& point) {
     const double t = reference_mps_ * way.time_s;
     const double level = range_m > 0.0 ? t * way.cotangent * sine / range_m : 0.0;
     to = Vector3d(level * out.x(), level * out.y(), -t * sine).cast<float>();
-    const double along = way.cotangent * sine * way.sound_speed_mps / source_mps_;  // Snell
-    const double spread_m =
-        way.range_per_cotangent_m / (sine * sine) * std::sqrt(1.0 - along * along);
-    ray = {way.cotangent, way.sound_speed_mps, t / spread_m};
+    ray.cotangent = way.cotangent;
+    const double cosine = way.cotangent * sine;
+    const double along = cosine * way.sound_speed_mps / source_mps_;  // Snell
+    const double down = std::sqrt(1.0 - along * along);
+    const double spread_m = way.range_per_cotangent_m / (sine * sine) * down;
+    // A step along the ray changes its time, a step across it its launch direction. So they become
+    // steps along and across the launch direction, with these factors.
+    const double forwards = reference_mps_ / way.sound_speed_mps, across = t / spread_m;
+    const double out_by_out = forwards * cosine * along + across * sine * down;
+    const double out_by_down = forwards * cosine * down - across * sine * along;
+    const double down_by_out = forwards * sine * along - across * cosine * down;
+    const double down_by_down = forwards * sine * down + across * cosine * along;
+    const bool aside = cosine > 1e-6;  // else straight below
+    const double sideways = aside ? level : t / way.range_per_cotangent_m;
+    const double x = aside ? out.x() / range_m : 1.0, y = aside ? out.y() / range_m : 0.0;
+    const double aslant = (out_by_out - sideways) * x * y;
+    Matrix3d jacobian;
+    jacobian << out_by_out * x * x + sideways * y * y, aslant, -out_by_down * x,  //
+        aslant, out_by_out * y * y + sideways * x * x, -out_by_down * y,          //
+        -down_by_out * x, -down_by_out * y, down_by_down;
+    ray.jacobian.topRows<3>() = jacobian.cast<float>();
   }
   return static_cast<std::uint32_t>(points_.size() - 1);
 }
@@ -155,36 +173,39 @@ std::uint32_t StraightenedSpace::point_of(std::uint32_t vertex) {
   }
 }
 
-/// How far the middle of an edge is from the middle of its chord in straightened space. For a
-/// smooth curve between two points whose scales differ by ds that is ds / 8 of the length.
-double StraightenedSpace::bow_m(const RayToPoint& a, const RayToPoint& b, double length_m) const {
-  if (length_m > longest_edge_m) return inf;
-  if (a.cotangent == inf || b.cotangent == inf) return 0.0;
-  return 0.125 * length_m *
-         (std::abs(a.scale - b.scale) + reference_mps_ * std::abs(1.0 / a.mps - 1.0 / b.mps));
+/// Eight times the distance, squared, from the middle of an edge to the middle of its chord in
+/// straightened space. A curve of constant second derivative is off by an eighth of the difference
+/// of its tangents at the ends. The Jacobians turn with the direction to the point, so an edge
+/// across the rays has a bow too, although rays of equal length lead to its ends.
+float StraightenedSpace::bow8_m2(const RayToPoint& a, const RayToPoint& b, const Vector3d& edge) {
+  if (a.cotangent == inf || b.cotangent == inf) return 0.0f;
+  return ((b.jacobian - a.jacobian) * edge.cast<float>()).squaredNorm();
 }
 
 /// Adds a face, cut along its edges until all of them are straight enough. Faces that share an edge
 /// cut it at the same points.
 void StraightenedSpace::add_face(const refine::Face& whole, std::uint32_t place) {
+  // If the middles of three edges are off by one bow, the middle of the face is off by 4/3 of it.
+  const auto max_bow8_m2 = static_cast<float>(std::pow(8.0 * 0.75 * tolerance_m_, 2));
   open_.assign(1, whole);
   while (!open_.empty()) {
     const refine::Face face = open_.back();
     open_.pop_back();
     std::size_t longest = 0;
-    double longest_m = 0.0, most = 0.0, least = inf;
+    double longest_m2 = 0.0, most = 0.0, least = inf;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t from = face[k], to = face[(k + 1) % 3];
-      const double length_m = (points_[to] - points_[from]).norm();
-      const double edge_bow_m = bow_m(rays_[from], rays_[to], length_m);
-      if (length_m > longest_m && edge_bow_m > tolerance_m_) {
-        longest_m = length_m;
+      const Vector3d edge = points_[to] - points_[from];
+      const double length_m2 = edge.squaredNorm();
+      if (length_m2 > longest_m2 && (length_m2 > longest_edge_m * longest_edge_m ||
+                                     bow8_m2(rays_[from], rays_[to], edge) > max_bow8_m2)) {
+        longest_m2 = length_m2;
         longest = k;
       }
       most = std::max(most, rays_[from].cotangent);
       least = std::min(least, rays_[from].cotangent);
     }
-    if (longest_m > 0.0) {
+    if (longest_m2 > 0.0) {
       const std::uint32_t a = face[longest], b = face[(longest + 1) % 3],
                           c = face[(longest + 2) % 3];
       const std::uint32_t middle = add_point(0.5 * (points_[a] + points_[b]));

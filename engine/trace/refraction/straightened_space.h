@@ -56,9 +56,9 @@ class StraightenedSpace {
   /// The ray to a point.
   struct RayToPoint {
     double cotangent = std::numeric_limits<double>::infinity();  // at launch; infinite: no ray
-    double mps = 0.0;                                            // the sound speed at the point
-    // Metres of straightened space for one at the point, across the ray in its vertical plane.
-    double scale = 0.0;
+    // Of the map from the sea to straightened space, at the point. The last row is zero: it fills
+    // the vector registers.
+    Eigen::Matrix<float, 4, 3> jacobian = Eigen::Matrix<float, 4, 3>::Zero();
   };
   static constexpr std::size_t group_size = 16, groups_together = 16;
 
@@ -66,7 +66,7 @@ class StraightenedSpace {
   void collect_faces();
   std::uint32_t add_point(const Eigen::Vector3d& point);
   std::uint32_t point_of(std::uint32_t vertex);
-  double bow_m(const RayToPoint& a, const RayToPoint& b, double length_m) const;
+  static float bow8_m2(const RayToPoint& a, const RayToPoint& b, const Eigen::Vector3d& edge);
   void add_face(const refine::Face& whole, std::uint32_t place);
   bool straighten_faces();
   bool may_hit(double level, double down, double farthest_m) const;

@@ -67,6 +67,14 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("a ground view does not depend on how far above its sonar the vehicle's origin is") {
+  const LabelledImage at_origin = sample_view(8, 100, 20.0, 0.25, 6.0);
+  LabelledImage below = sample_view(8, 100, 20.0, 0.25, 9.0);
+  below.labels.sonar.mounting.down_m = 3.0;
+  CHECK(ground_view(below, 0.25).labels.pixels.instance ==
+        ground_view(at_origin, 0.25).labels.pixels.instance);
+}
+
 TEST_CASE("a part of a view has that part of its pictures and labels") {
   const LabelledImage view = sample_view(12, 10, 5.0, 0.5, 2.0);
   const LabelledImage piece = cut(view, {3, 2, 7, 4});

@@ -197,6 +197,19 @@ TEST_CASE(
   CHECK(render16(marked, display).at(3, bins + 20) == 0);
 }
 
+TEST_CASE("a picture does not depend on how far above its sonar the vehicle's origin is") {
+  const Waterfall at_origin = bed(16, pattern);
+  Waterfall below = at_origin;
+  below.sonar.mounting.down_m = 3.0;
+  for (PingRow& ping : below.pings) ping.altitude_m += 3.0;
+  for (const bool over_ground : {false, true}) {
+    Display display = levelling();
+    display.slant_range_correction = over_ground;
+    display.beam_normalisation = !over_ground;
+    CHECK(shown(below, display).pixels == shown(at_origin, display).pixels);
+  }
+}
+
 TEST_CASE(
     "a higher level is never darker in any mapping and palette, and on paper never brighter") {
   const auto ramp = [](std::size_t, std::size_t column, double) {

@@ -1,5 +1,7 @@
 #include <ensonify/engine/image/waterfall.h>
 
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -93,4 +95,22 @@ TEST_CASE("Rows set from several threads equal rows set from one") {
       });
   }
   CHECK(one.pixels.intensity == several.pixels.intensity);
+}
+
+TEST_CASE("A sonar's altitude is its vehicle's, less what its mounting puts it below") {
+  Waterfall waterfall({}, 1);
+  PingRow& ping = waterfall.pings[0];
+  ping.pose.position = {3.0, 4.0, -10.1};
+  ping.altitude_m = 9.7;
+  CHECK(waterfall.sonar_altitude_m(0) == 9.7);  // to the bit, without a mounting
+  waterfall.sonar.mounting.down_m = 3.0;
+  CHECK(waterfall.sonar_altitude_m(0) == Approx(6.7));
+  waterfall.sonar.mounting = {.forward_m = 4.0, .starboard_m = 2.0};
+  ping.pose.pitch_rad = std::numbers::pi / 6.0;  // lifts the nose
+  CHECK(waterfall.sonar_altitude_m(0) == Approx(11.7));
+  ping.pose.pitch_rad = 0.0;
+  ping.pose.roll_rad = std::numbers::pi / 6.0;  // lowers the starboard side
+  CHECK(waterfall.sonar_altitude_m(0) == Approx(8.7));
+  ping.altitude_m = std::nan("");  // over a hole
+  CHECK(std::isnan(waterfall.sonar_altitude_m(0)));
 }

@@ -126,9 +126,8 @@ void compare(const scatter::SoundSpeedProfile& profile, double depth_m, int elev
       }
       ++(near ? near_edge : unexplained);
       if (!near)
-        UNSCOPED_INFO("plane " << k << ", ray " << j << ": " << found.t << " m to face "
-                               << found.face << ", not " << expected.t << " m to "
-                               << expected.face);
+        WARN("plane " << k << ", ray " << j << ": " << found.t << " m to face " << found.face
+                      << ", not " << expected.t << " m to " << expected.face);
     }
   CAPTURE(depth_m, same, near_edge, hit_count);
   CHECK(hit_count > 2 * elevations);
@@ -147,6 +146,40 @@ TEST_CASE("Bent rays hit the faces that their finest chords hit, at the same tim
 TEST_CASE("Ten times as many bent rays hit the faces that their finest chords hit", "[.soak]") {
   for (const scatter::SoundSpeedProfile* profile : {&thermocline, &duct})
     for (const double depth_m : {4.0, 6.7, 8.0, 9.3, 11.7}) compare(*profile, depth_m, 2500);
+}
+
+TEST_CASE("Faces are flat in straightened space within half a millimetre") {
+  // A hit's time before it is exact is that of the flat part. The distance of the two, across the
+  // face, is how far the face is from flat there.
+  for (const Seafloor& bed : {rough_bed(), tests::level_bed(15.0, 100.0)})
+    for (const double depth_m : {4.0, 6.7, 8.0}) {
+      RayFan fan = fan_at({0, 0, -depth_m}, 1000, 60.0);
+      fan.bend = bend_of(thermocline, 16.5, fan.range_m, 1490.0);
+      RefractedTracer tracer(thermocline, refine::bounds(bed.mesh).highest.z(), 16.5, 1490.0);
+      const auto embree = make_intersector("embree", bed.mesh);
+      std::vector<Hit> hits(fan.grid->rays());
+      tracer.trace(fan, embree.get(), bed.mesh, 0, hits);
+      double worst_m = 0.0;
+      int looked = 0;
+      for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (!hits[i]) continue;
+        Hit exact = hits[i];
+        const RayIncidence at = tracer.incidence_of(i, exact);
+        const Eigen::Vector3d launch =
+            fan.direction(fan.plane_direction(i / fan.elevations()), i % fan.elevations());
+        const refine::Triangles triangles(bed.mesh);
+        const Eigen::Vector3d a = triangles.corner(exact.index, 0);
+        const Eigen::Vector3d normal = (triangles.corner(exact.index, 1) - a)
+                                           .cross(triangles.corner(exact.index, 2) - a)
+                                           .normalized();
+        worst_m = std::max(
+            worst_m, std::abs((exact.t - hits[i].t) * at.straightened(normal, launch).dot(launch)));
+        ++looked;
+      }
+      CAPTURE(depth_m, bed.mesh.faces.size());
+      CHECK(looked > 3000);
+      CHECK(worst_m < 0.5e-3);
+    }
 }
 
 TEST_CASE("Everything that a bent fan can touch is in its view volume") {
@@ -181,7 +214,8 @@ TEST_CASE(
     if (!hits[first + j] || !hits[first + j + 1]) continue;
     const Eigen::Vector3d here = fan.ray(k, j).direction, there = fan.ray(k, j + 1).direction;
     Hit near = hits[first + j], next = hits[first + j + 1];
-    const Eigen::Vector3d normal = tracer.incidence_of(first + j, near).straightened({0, 0, 1}, here);
+    const Eigen::Vector3d normal =
+        tracer.incidence_of(first + j, near).straightened({0, 0, 1}, here);
     tracer.incidence_of(first + j + 1, next);
     const double predicted_m = near.t * normal.dot(here) / normal.dot(there);
     CHECK(predicted_m == Approx(next.t).epsilon(1e-3));
