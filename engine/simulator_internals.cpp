@@ -2,7 +2,7 @@
 
 #include <ensonify/engine/simulator_parts.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
-#include <ensonify/engine/trace/check/agreement.h>
+#include <ensonify/engine/trace/check/ping_comparison.h>
 
 namespace ensonify::engine {
 
