@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/check/adversarial_rays.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -228,8 +229,8 @@ class Comparison {
 std::uint64_t rays_within_beam(const FanGrid& grid) {
   std::uint64_t rays = 0;
   for (std::size_t plane = 0; plane < grid.planes.size(); ++plane)
-    for (std::size_t elevation = 0; elevation < grid.elevation_rad.size(); ++elevation)
-      rays += grid.within_beam(plane, elevation);
+    for_beam_ranges(grid, plane, true,
+                    [&](std::size_t from, std::size_t until) { rays += until - from; });
   return rays;
 }
 
