@@ -7,6 +7,7 @@ set(public_headers
   engine/image/waterfall.h
   engine/input_file.h
   engine/memory.h
+  engine/moving_object.h
   engine/output/layer_encoding.h
   engine/preparation.h
   engine/random.h

@@ -9,11 +9,11 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/moving_object.h>
 #include <ensonify/engine/preparation.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/vehicle/track.h>
-#include <ensonify/refine/triangle_mesh.h>
 
 // The libraries are static and promise no binary interface: build a program against the headers of
 // the library that it links.
@@ -29,15 +29,6 @@ struct RayFan;              // trace/ray_fan.h
 struct Scene;               // scene/scene.h; scene/reader.h reads one
 struct Seafloor;            // seafloor/seafloor.h
 struct SimulatorInternals;  // simulator_internals.h
-
-/// What a session puts into a scene, and moves: a vehicle, a buoy on its line, a diver.
-struct MovingObject {
-  /// Metres, z up, y where its heading points, about the point that a pose places. Both sides of
-  /// its faces scatter.
-  refine::TriangleMesh mesh;
-  std::string material = "steel";  ///< one of the scene's own, or a name that material.h knows
-  std::string class_name = "object";
-};
 
 /// A scene made ready: its seafloor is there, and pings can be made from any pose.
 ///
@@ -109,13 +100,12 @@ class Simulator {
 
  private:
   friend struct SimulatorInternals;
-  struct Ready;   // what all threads share
-  struct Worker;  // one thread's own
+  struct Ready;   // what all threads share; simulator_parts.h
+  struct Worker;  // what one thread owns
   explicit Simulator(std::shared_ptr<const Ready> ready);
   std::span<const RayFan> aim(const Pose& pose);
   void look_ahead(refine::SpareThreads& spare);
   double bed_height_m(double x_m, double y_m) const;
-  std::size_t mesh_of(std::uint32_t instance) const;
   std::shared_ptr<const Ready> ready_;
   std::unique_ptr<Worker> worker_;
 };

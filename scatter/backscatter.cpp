@@ -10,6 +10,7 @@
 
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/kirchhoff.h>
 #include <ensonify/scatter/large_roughness.h>
 #include <ensonify/scatter/sediment_volume.h>
@@ -109,12 +110,7 @@ double Lambert::cross_section(double grazing_rad) const {
 std::span<const BottomModelKind> bottom_model_kinds() { return models; }
 
 const BottomModelKind& bottom_model_kind(std::string_view name) {
-  const auto found = std::ranges::find(models, name, &BottomModelKind::name);
-  if (found != models.end()) return *found;
-  std::string names;
-  for (const BottomModelKind& kind : models) names += fmt::format(", {}", kind.name);
-  throw std::invalid_argument(
-      fmt::format("bottom model '{}' is not known, expected one of{}", name, names.substr(1)));
+  return kind_named(models, "bottom model", name);
 }
 
 double gentle_relief_weight(double slope) {

@@ -73,7 +73,7 @@ struct BottomModelKind {
 
 /// All models, the default one first. A new model is a row here.
 std::span<const BottomModelKind> bottom_model_kinds();
-/// By its name. Throws std::invalid_argument, with all names, for another.
+/// By its name; - and _ are alike. Throws std::invalid_argument, with all names, for another.
 const BottomModelKind& bottom_model_kind(std::string_view name);
 
 /// A sediment at one frequency: S_b = 10 log10(roughness + volume) + strength_offset_db, TR 9407

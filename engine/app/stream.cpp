@@ -13,6 +13,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/scatter/kind_named.h>
+
 #include "app.h"
 #include "progress.h"
 
@@ -99,10 +101,14 @@ class PoseSession {
         scene_(for_stream(source_.with())),
         simulator_(make_simulator(scene_, arguments)) {
     BinLayers::for_each([&](std::string_view name, auto) { known_layers_.emplace_back(name); });
-    for (const std::string& name : arguments.layers)
-      if (std::ranges::find(known_layers_, name) == known_layers_.end())
+    for (std::string& name : arguments_.layers) {
+      const auto known = std::ranges::find_if(
+          known_layers_, [&](std::string_view one) { return scatter::same_name(one, name); });
+      if (known == known_layers_.end())
         throw UsageError(fmt::format("--layers: there is no layer '{}', expected {}", name,
                                      fmt::join(known_layers_, ", ")));
+      name = *known;  // in the answers it is spelled as everywhere
+    }
     report_scene();
     if (!arguments.quiet)
       print_warnings(

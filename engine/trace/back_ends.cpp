@@ -2,10 +2,6 @@
 // needs to be listed, tested and timed.
 
 #include <array>
-#include <stdexcept>
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/exact/brute_force.h>
@@ -16,6 +12,7 @@
 #include <ensonify/engine/trace/fan_scan/fan_scan.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/tile_collapse.h>
+#include <ensonify/scatter/kind_named.h>
 
 namespace ensonify::engine {
 namespace {
@@ -59,13 +56,7 @@ constexpr std::array surfaces{
 std::span<const IntersectorKind> intersector_kinds() { return intersectors; }
 
 const IntersectorKind& intersector_kind(std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const IntersectorKind& kind : intersectors) {
-    if (kind.name == name) return kind;
-    names.push_back(kind.name);
-  }
-  throw std::invalid_argument(
-      fmt::format("there is no intersector '{}'; there are: {}", name, fmt::join(names, ", ")));
+  return scatter::kind_named(intersectors, "intersector", name);
 }
 
 std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,
@@ -84,10 +75,7 @@ std::vector<std::string_view> face_source_names() {
 }
 
 const FaceSourceKind& face_source_kind(std::string_view name) {
-  for (const FaceSourceKind& kind : surfaces)
-    if (kind.name == name) return kind;
-  throw std::invalid_argument(fmt::format("there is no surface '{}'; there are: {}", name,
-                                          fmt::join(face_source_names(), ", ")));
+  return scatter::kind_named(surfaces, "surface", name);
 }
 
 double build_bytes_per_face(const FaceSourceKind& surface, const IntersectorKind& intersector) {

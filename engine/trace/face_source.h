@@ -56,7 +56,7 @@ struct FaceSourceKind {
 std::span<const FaceSourceKind> face_source_kinds();
 std::vector<std::string_view> face_source_names();
 
-/// The kind of that name. Throws std::invalid_argument, listing the names there are.
+/// The kind of that name; - and _ are alike. Throws std::invalid_argument, listing the names.
 const FaceSourceKind& face_source_kind(std::string_view name);
 
 /// Peak memory, in bytes per face and in addition to the mesh, for making its parts: the analysis,

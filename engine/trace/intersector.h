@@ -73,7 +73,7 @@ struct IntersectorKind {
 };
 std::span<const IntersectorKind> intersector_kinds();
 
-/// The kind of that name. Throws std::invalid_argument, listing the known names.
+/// The kind of that name; - and _ are alike. Throws std::invalid_argument, listing the names.
 const IntersectorKind& intersector_kind(std::string_view name);
 
 /// The back-end of that name over triangles. Throws as intersector_kind and build() do.

@@ -276,7 +276,7 @@ TEST_CASE("a model is known by its name") {
     CHECK(Bottom(sediment_named("clay"), 1e5, 1500.0, kind.name).cross_section(0.5) > 0.0);
   }
   CHECK_THROWS_WITH(bottom_model_kind("cosine"),
-                    Catch::Contains("expected one of tr9407, small-slope, lambert"));
+                    Catch::Contains("there are: tr9407, small-slope, lambert"));
   CHECK_THROWS_AS(Bottom(Sediment{}, 1e5, 1500.0), std::invalid_argument);
   CHECK_THROWS_AS(Bottom(sediment_named("clay"), -1.0, 1500.0), std::invalid_argument);
 }

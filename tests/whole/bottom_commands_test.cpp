@@ -105,6 +105,8 @@ TEST_CASE("the other models fill only the columns of their terms") {
   CHECK(std::stod(slope[44].at("roughness")) > 0.0);
   CHECK(std::stod(slope[44].at("volume")) > 0.0);
   CHECK(std::stod(slope[89].at("kirchhoff")) == 0.0);
+  CHECK(backscatter(at_30_khz + "--sediment clay --model small_slope").out ==
+        backscatter(at_30_khz + "--sediment clay --model small-slope").out);
 }
 
 TEST_CASE("a frequency outside the model's range gives one warning on stderr") {

@@ -323,7 +323,7 @@ TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by r
       "0.25,0.125,0,0,0,-1,0,inf\r\n0.25,0.125,-30,0,0,1,0,100\r\n50,0,0,0,0,-1,0,inf\r\n"
       "0,0,0,0,0,-1,0,19.9\r\n\r\n-1.5,0.25,-18,1,0,-1,0,1e3\r\n";
   write_text(folder / "rays.csv", "\xef\xbb\xbfox,oy,oz,dx,dy,dz,t_min,t_max\r\n" + rays);
-  for (const std::string name : {"embree", "brute_force"}) {
+  for (const std::string name : {"embree", "brute_force", "brute-force", "embree_single"}) {
     const Outcome traced =
         run_program(folder.path(), {"trace", "flat.ply", "rays.csv", "--intersector", name});
     INFO(traced.err);

@@ -45,6 +45,10 @@ constexpr std::array rooms{"clock",
                            "scene",
                            "preparation",
                            "prepare",
+                           "prepared_water",
+                           "prepared_sonar",
+                           "moving_object",
+                           "session_objects",
                            "stage_times",
                            "simulate",
                            "session_keys",
@@ -62,8 +66,8 @@ struct Place {
     if (floor != "engine") return;
     const fs::path inside = file.lexically_relative("engine");
     std::string by_itself = (inside.parent_path() / inside.stem()).string();
-    // The second header of simulate.cpp.
-    if (by_itself == "simulator_internals") by_itself = "simulate";
+    // The other files of class Simulator.
+    if (by_itself.starts_with("simulator_")) by_itself = "simulate";
     const bool is_room = std::ranges::find(rooms, by_itself) != rooms.end();
     room = is_room || inside.parent_path().empty() ? by_itself : inside.parent_path().string();
   }

@@ -159,6 +159,14 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
 }
 
+TEST_CASE("a stream takes the names of layers with - or _ and answers with _") {
+  const Folder folder;
+  const tests::Outcome lines = folder.stream(pose, {"--layers", "shadow-instance"});
+  CHECK(lines.code == 0);
+  CHECK(lines.out.find("\"shadow_instance\"") != std::string::npos);
+  CHECK(lines.out == folder.stream(pose, {"--layers", "shadow_instance"}).out);
+}
+
 TEST_CASE("a stream ends at the end of its input, and at a signal while it waits") {
   const Folder folder;
   CHECK(folder.stream("").code == 0);

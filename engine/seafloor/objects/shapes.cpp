@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/scatter/kind_named.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -65,11 +67,7 @@ const std::vector<ShapeKind>& shape_kinds() {
 }
 
 const ShapeKind& shape_named(std::string_view name) {
-  const auto& kinds = shape_kinds();
-  const auto found = std::ranges::find(kinds, name, &ShapeKind::name);
-  if (found == kinds.end())
-    throw std::invalid_argument(fmt::format("there is no shape '{}'", name.substr(0, 64)));
-  return *found;
+  return scatter::kind_named(shape_kinds(), "shape", name);
 }
 
 std::span<const Dimension> all_dimensions() {

@@ -33,7 +33,7 @@ struct ShapeKind {
 };
 
 const std::vector<ShapeKind>& shape_kinds();
-/// Throws std::invalid_argument for a name that is not one of shape_kinds().
+/// By its name; - and _ are alike. Throws std::invalid_argument, with all names, for another.
 const ShapeKind& shape_named(std::string_view name);
 /// All dimensions, each once.
 std::span<const Dimension> all_dimensions();

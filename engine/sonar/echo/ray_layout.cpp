@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/nearest_floats.h>
 
 namespace ensonify::engine {
@@ -31,21 +32,6 @@ void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamS
 double reach_rad(const Sonar& sonar, const LineArray& array, int null, double nearest_m) {
   const double near_rad = sonar.focused ? 0.0 : std::atan(0.5 * array.length_m / nearest_m);
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
-}
-
-/// Adds the stretches of a plane; returns the number of their rays.
-std::uint64_t add_stretches(const FanGrid& grid, std::size_t plane,
-                            std::vector<RayLayout::Stretch>& stretches) {
-  std::uint64_t rays = 0;
-  bool before = false;
-  for (std::size_t j = 0; j < grid.elevation_rad.size(); ++j) {
-    const bool within = grid.within_beam(plane, j);
-    if (within && !before) stretches.push_back({j, j});
-    if (within) stretches.back().until = j + 1;
-    rays += within;
-    before = within;
-  }
-  return rays;
 }
 
 /// How many rays may form one piece: their steps must be equal, and the vertical pattern over them
@@ -146,8 +132,13 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
   }
   layout.first_sample.push_back(layout.samples.size());
 
-  for (std::size_t plane = 0; plane < grid->planes.size(); ++plane)
-    layout.rays += add_stretches(*grid, plane, layout.within.emplace_back());
+  for (std::size_t plane = 0; plane < grid->planes.size(); ++plane) {
+    std::vector<RayLayout::Stretch>& stretches = layout.within.emplace_back();
+    for_beam_ranges(*grid, plane, true, [&](std::size_t from, std::size_t until) {
+      stretches.push_back({from, until});
+      layout.rays += until - from;
+    });
+  }
   add_angles(*grid, sonar.vertical, layout);
   layout.grid = std::move(grid);
   return layout;

@@ -1,12 +1,10 @@
 #include <ensonify/engine/sonar/instrument/presets.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
-#include <fmt/format.h>
+#include <ensonify/scatter/kind_named.h>
 
 namespace ensonify::engine {
 namespace {
@@ -114,11 +112,7 @@ std::vector<std::string_view> preset_names() {
 }
 
 const Sonar& preset_sonar(std::string_view name) {
-  const auto found = std::ranges::find(presets(), name, &Preset::name);
-  if (found == presets().end())
-    throw std::invalid_argument(fmt::format("there is no preset '{}'; there are: {}", name,
-                                            fmt::join(preset_names(), ", ")));
-  return found->sonar;
+  return scatter::kind_named(presets(), "preset", name).sonar;
 }
 
 }  // namespace ensonify::engine

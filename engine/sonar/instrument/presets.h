@@ -22,7 +22,7 @@ struct Preset {
 
 std::span<const Preset> presets();
 std::vector<std::string_view> preset_names();
-/// The sonar of the preset of that name. Throws std::invalid_argument if there is none.
+/// A preset's sonar, by its name; - and _ are alike. Throws std::invalid_argument for another.
 const Sonar& preset_sonar(std::string_view name);
 
 }  // namespace ensonify::engine

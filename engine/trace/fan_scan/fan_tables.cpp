@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/fan_scan/scan_kernel.h>
 #include <ensonify/engine/trace/intersector.h>
 
@@ -46,13 +47,14 @@ void FanTables::take(std::shared_ptr<const FanGrid> grid) {
     sin_azimuth.push_back(grid->planes[k].sin_azimuth);
     cos_azimuth.push_back(grid->planes[k].cos_azimuth);
     tan_azimuth.push_back(static_cast<float>(sin_azimuth.back() / cos_azimuth.back()));
-    std::int64_t from = 0, until = 0, outside = 0;
-    for (std::size_t e = 0; e < elevations; ++e) {
-      if (grid->within_beam(k, e)) continue;
-      if (outside++ == 0) from = static_cast<std::int64_t>(e);
-      until = static_cast<std::int64_t>(e) + 1;
-    }
-    const bool even = until - from == outside;
+    std::int64_t from = 0, until = 0;
+    int ranges = 0;
+    for_beam_ranges(*grid, k, false, [&](std::size_t begin, std::size_t end) {
+      from = static_cast<std::int64_t>(begin);
+      until = static_cast<std::int64_t>(end);
+      ++ranges;
+    });
+    const bool even = ranges <= 1;
     left_out_from.push_back(even ? from : 0);
     left_out_until.push_back(even ? until : 0);
     uneven.push_back(!even);

@@ -21,7 +21,7 @@ namespace {
 
 using F = hn::ScalableTag<float>;
 
-constexpr std::int64_t block_faces = 16;
+constexpr std::int64_t block_faces = FaceBlocks::faces, block_rows = FaceBlocks::rows;
 static_assert(block_faces % lanes == 0);
 
 constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin
@@ -122,7 +122,7 @@ HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64
     const V3 to_b = sign * cross(ac, a), to_c = sign * cross(a, ab);
     const V3 to_a = normal - to_b - to_c;
     // The face's corners are the source's, rotated by `turn`.
-    const V turn = promoted(&batch.rows[0] + 9 * batch_room + place);
+    const V turn = promoted(&batch.rows[0] + FaceBlocks::turn_row * batch_room + place);
     const M once = hn::Eq(turn, hn::Set(d, 1.0)), twice = hn::Eq(turn, hn::Set(d, 2.0));
     const V3 u = choose(once, to_a, choose(twice, to_c, to_b));
     const V3 v = choose(once, to_b, choose(twice, to_a, to_c));
@@ -205,7 +205,7 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
   const double* o = &args.frame.origin[0];
   const double* axes = &args.frame.axes[0];
   const float origin_size = static_cast<float>(std::fabs(o[0]) + std::fabs(o[1]) + std::fabs(o[2]));
-  const float* rows = args.block_rows + std::int64_t{block} * 10 * block_faces;
+  const float* rows = args.block_rows + std::int64_t{block} * block_rows * block_faces;
   for (std::int64_t i = 0; i < block_faces; i += width, rows += width) {
     VF min_y = set(0.0), least = min_y, greatest = min_y, size = min_y;
     const auto see = [&](std::int64_t corner) HWY_ATTR {
@@ -238,7 +238,8 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
     float* to = &batch.rows[0] + batch.count;
     const auto keep = [&](std::int64_t row, VF values)
                           HWY_ATTR { store_some(f, values, may_cross, to + row * batch_room); };
-    for (std::int64_t row = 0; row < 10; ++row) keep(row, hn::LoadU(f, rows + row * block_faces));
+    for (std::int64_t row = 0; row < block_rows; ++row)
+      keep(row, hn::LoadU(f, rows + row * block_faces));
     keep(ScanBatch::min_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
     keep(ScanBatch::max_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
     const auto number =
@@ -361,7 +362,7 @@ HWY_INLINE double precise_nearness(const ScanArgs& args, std::uint32_t candidate
                                    std::int64_t plane, std::int64_t ray) {
   const std::int64_t index = args.index[candidate];
   const float* rows =
-      args.block_rows + index / block_faces * 10 * block_faces + index % block_faces;
+      args.block_rows + index / block_faces * block_rows * block_faces + index % block_faces;
   const double *o = &args.frame.origin[0], *axes = &args.frame.axes[0];
   double corners[3][3];
   for (std::int64_t k = 0; k < 3; ++k) {

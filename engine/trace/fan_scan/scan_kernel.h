@@ -6,6 +6,7 @@
 
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/trace/fan_frame.h>
+#include <ensonify/engine/trace/fan_scan/face_blocks.h>
 #include <ensonify/engine/trace/ray.h>
 
 namespace ensonify::engine {
@@ -62,8 +63,9 @@ struct ScanArgs {
 inline constexpr std::int64_t batch_faces = 256, batch_room = batch_faces + widest_vector;
 struct ScanBatch {
   std::int64_t count;  // faces
-  static constexpr std::int64_t min_tangent = 10, max_tangent = 11;
-  std::array<float, 12 * batch_room> rows;  // as in a block; then the range of azimuths' tangents
+  static constexpr std::int64_t min_tangent = FaceBlocks::rows, max_tangent = min_tangent + 1;
+  // As in a block; then the range of azimuths' tangents.
+  std::array<float, (max_tangent + 1) * batch_room> rows;
   // The normal over the distance, the least 1 / t (negative: needs double), the greatest.
   std::array<float, 5 * batch_room> planes;
   std::array<double, 3 * batch_room> precise_planes;  // the same normal over distance in double

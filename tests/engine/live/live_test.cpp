@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/page.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
@@ -198,6 +199,42 @@ TEST_CASE("The truth of a bin equals the run's while the line is kept") {
   CHECK(std::stod(truth.substr(at)) == Approx(layers.x_m[3 * 200 + 10]));
   CHECK_THROWS_AS(session.truth(9, 0), std::out_of_range);
   CHECK_THROWS_AS(session.truth(3, 200), std::out_of_range);
+}
+
+TEST_CASE("A mailbox keeps changes until they are taken, and prepares one seabed at a time") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  const SessionScene source = SessionScene::of_file(folder / "tiny.toml", {}, {});
+  Mailbox mailbox(source, source.with(), 5.0, true);
+  CHECK(mailbox.control().hold);
+  CHECK(mailbox.control().pings_per_s == 5.0);
+
+  SceneChange sonar{.before = source, .scene = source.with()};
+  sonar.sonars.emplace_back(0, sonar.scene.sonars[0]);
+  mailbox.accept({.set = sonar, .hold = false});
+  mailbox.accept({.set = sonar, .again = true});
+  CHECK(!mailbox.control().hold);
+  mailbox.wait_for_changes(std::chrono::hours(1));  // there are some
+  std::optional<PendingChanges> taken = mailbox.take();
+  REQUIRE(taken);
+  CHECK(taken->sonars.size() == 2);
+  CHECK(taken->again);
+  CHECK(mailbox.take()->sonars.empty());
+
+  SceneChange seabed{.before = source, .scene = source.with(), .seabed = true};
+  mailbox.accept({.set = seabed});
+  CHECK(mailbox.status().preparing);
+  CHECK_THROWS_AS(mailbox.accept({.set = seabed}), std::invalid_argument);
+  mailbox.give_up(seabed, "too steep");
+  CHECK(!mailbox.status().preparing);
+  CHECK(mailbox.status().trouble == "too steep");
+  CHECK(mailbox.status().trouble_number == 1);
+  mailbox.accept({.set = seabed});
+
+  mailbox.stop();
+  CHECK(!mailbox.take());
+  mailbox.wait_for_changes(std::chrono::hours(1));
+  mailbox.wait_until(std::chrono::steady_clock::now() + std::chrono::hours(1));
 }
 
 TEST_CASE("Only addresses that no other machine can reach are loopback") {

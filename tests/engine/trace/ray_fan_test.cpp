@@ -1,8 +1,10 @@
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "support/catch.h"
 
+#include <ensonify/engine/trace/beam_ranges.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 using namespace ensonify::engine;
@@ -125,4 +127,27 @@ TEST_CASE("a tilted fan still covers its far range, like a level one") {
     CHECK(far_share(lean_rad, lean_rad) == Approx(level).epsilon(0.1));
     CHECK(far_share(lean_rad, 0.0) < 0.8 * level);  // laid out as if it were level
   }
+}
+
+TEST_CASE("the ranges within the beam and those outside alternate and are all rays of a plane") {
+  const FanGrid grid(layout);
+  std::size_t ranges_within = 0, ranges_outside = 0;
+  for (std::size_t plane = 0; plane < grid.planes.size(); ++plane) {
+    std::vector<int> within(grid.elevation_rad.size(), -1);
+    for (const bool wanted : {true, false}) {
+      std::size_t end = 0;
+      for_beam_ranges(grid, plane, wanted, [&](std::size_t from, std::size_t until) {
+        REQUIRE(from < until);
+        REQUIRE(until <= within.size());
+        REQUIRE((from == 0 || from > end));
+        for (std::size_t j = from; j < until; ++j) within[j] = wanted;
+        end = until;
+        ++(wanted ? ranges_within : ranges_outside);
+      });
+    }
+    for (std::size_t j = 0; j < within.size(); ++j)
+      REQUIRE(within[j] == int(grid.within_beam(plane, j)));
+  }
+  CHECK(ranges_within >= grid.planes.size());
+  CHECK(ranges_outside > 0);
 }

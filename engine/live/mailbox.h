@@ -1,0 +1,104 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ensonify/engine/clock.h>
+#include <ensonify/engine/live/change.h>
+#include <ensonify/engine/live/live_scene.h>
+
+namespace ensonify::engine {
+
+/// Changes that pages requested and that the ping loop has not applied yet. A new scene comes
+/// first, then the others in the order of the members.
+struct PendingChanges {
+  std::shared_ptr<LiveScene> live_scene;
+  std::vector<std::pair<std::size_t, Sonar>> sonars;
+  std::optional<Display> display;
+  bool clear = false;
+  std::vector<AddedObject> objects;
+  bool again = false;
+};
+
+/// How the vehicle is to go on, and who watches.
+struct Control {
+  Vehicle vehicle;
+  std::optional<double> pings_per_s;  ///< as in LiveOptions
+  bool hold = false;
+  int pages = 0, mesh_pages = 0;  ///< open pages, and those of them that show the mesh
+};
+
+/// What a status frame says about the session, in addition to what the ping loop has.
+struct SessionStatus {
+  Control control;
+  bool preparing = false;  ///< a changed scene is being made ready
+  std::string trouble;     ///< the latest
+  std::uint64_t trouble_number = 0;
+};
+
+/// What the threads of a live session exchange: requests from pages to the ping loop, and troubles
+/// back. Any thread may call any method; each one is one step for all others, and only the waits
+/// take long.
+class Mailbox {
+ public:
+  /// `scene` is what the source has so far.
+  Mailbox(SessionScene source, const Scene& scene, std::optional<double> pings_per_s, bool hold);
+
+  // Pages.
+
+  /// The session's scene with all changes so far, and where its vehicle is to be.
+  std::pair<SessionScene, Vehicle> present() const;
+  /// Passes a change on to the ping loop. One that changes the seabed also begins a preparation,
+  /// which ends with deliver() or give_up(); throws std::invalid_argument, and changes nothing, if
+  /// one has begun already.
+  void accept(const LiveChange& change);
+  void page_opened(bool mesh);
+  void page_closed(bool mesh);
+
+  // The preparation of a changed scene.
+
+  void deliver(std::shared_ptr<LiveScene> live_scene);
+  /// The scene of this change cannot be made: later changes do not repeat its values.
+  void give_up(const SceneChange& change, const std::string& trouble);
+
+  // The ping loop.
+
+  /// All pending changes; none when the session stops.
+  std::optional<PendingChanges> take();
+  Control control() const;
+  SessionStatus status() const;
+  /// Waits until there are changes to take, at most this long.
+  void wait_for_changes(std::chrono::milliseconds at_most);
+  /// Waits until then, or until the session stops.
+  void wait_until(Clock::time_point due);
+  void fail(std::exception_ptr fault);
+
+  // All.
+
+  void report_trouble(const std::string& what);
+  void stop();
+  bool stopping() const;
+  /// What fail() was called with.
+  std::exception_ptr fault() const;
+
+ private:
+  mutable std::mutex lock_;  // of all members
+  std::condition_variable woken_;
+  SessionScene source_;
+  std::vector<Sonar> sonars_;  // of the source
+  PendingChanges pending_;
+  bool changed_ = false, stopping_ = false;
+  SessionStatus status_;
+  std::exception_ptr fault_;
+};
+
+}  // namespace ensonify::engine

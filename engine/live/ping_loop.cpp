@@ -1,0 +1,258 @@
+#include <ensonify/engine/live/ping_loop.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/live/setting.h>
+#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+
+namespace ensonify::engine {
+namespace {
+
+using namespace std::chrono_literals;
+using Json = nlohmann::ordered_json;
+
+constexpr double climb_mps = 1.0;        // vertical speed of an altitude change
+constexpr double min_clearance_m = 0.5;  // above the bed and below the surface, off the track
+constexpr auto between_views = 300ms;
+constexpr auto between_status = 400ms;
+
+std::shared_ptr<const std::vector<std::string>> kept(std::span<const std::string> names) {
+  return std::make_shared<const std::vector<std::string>>(names.begin(), names.end());
+}
+
+}  // namespace
+
+PingLoop::PingLoop(std::shared_ptr<LiveScene> live_scene, std::string name, Mailbox& mailbox,
+                   LineRing& ring)
+    : mailbox_(mailbox),
+      ring_(ring),
+      name_(std::move(name)),
+      live_scene_(std::move(live_scene)),
+      display_(live_scene_->scene.display) {
+  take_setting();
+  ring_.post(LatestFrame::bed, live_scene_->bed);
+}
+
+void PingLoop::run() {
+  try {
+    MeshViewer viewer(ring_, [this](const std::string& what) { mailbox_.report_trouble(what); });
+    Clock::time_point due = Clock::now();
+    while (std::optional<PendingChanges> changes = mailbox_.take()) {
+      apply(std::move(*changes));
+      const Control control = mailbox_.control();
+      if (control.hold || at_end()) {
+        report_status(true, viewer);
+        mailbox_.wait_for_changes(between_status);
+        due = Clock::now();
+        continue;
+      }
+      ping(control, viewer);
+      report_status(false, viewer);
+      const double rate = wanted_rate(mailbox_.control());
+      if (rate <= 0.0) continue;
+      // After a slow ping it catches up, but by at most 50 ms.
+      due = std::max(due + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(1.0 / rate)),
+                     Clock::now() - 50ms);
+      mailbox_.wait_until(due);
+    }
+  } catch (...) {
+    mailbox_.fail(std::current_exception());
+    ring_.close();
+  }
+}
+
+bool PingLoop::at_end() const { return along_ >= static_cast<double>(live_scene_->track.count()); }
+
+double PingLoop::wanted_rate(const Control& control) const {
+  return control.pings_per_s.value_or(1.0 / live_scene_->interval_s());
+}
+
+void PingLoop::apply(PendingChanges changes) {
+  const bool new_setting = changes.live_scene || !changes.sonars.empty() || changes.display ||
+                           !changes.objects.empty();  // objects may add classes and materials
+  if (changes.live_scene) replace_scene(std::move(changes.live_scene));
+  for (const auto& [i, sonar] : changes.sonars) set_sonar(i, sonar);
+  if (changes.display) display_ = *changes.display;
+  if (changes.clear)
+    for (const std::uint32_t instance : std::exchange(added_, {}))
+      live_scene_->simulator.remove(instance);
+  for (AddedObject& added : changes.objects) put(added);
+  if (changes.again) {
+    along_ = 0.0;
+    pings_ = 0;
+    on_track_ = climbed_m_ == 0.0;
+  }
+  if (new_setting) take_setting();
+}
+
+void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
+  const double share = along_ / static_cast<double>(live_scene_->track.count());
+  const bool at_begin = along_ == 0.0;
+  live_scene_ = std::move(live_scene);
+  along_ = share * static_cast<double>(live_scene_->track.count());
+  if (!at_begin) on_track_ = false;
+  added_.clear();
+  stages_before_ = {};
+  ring_.post(LatestFrame::bed, live_scene_->bed);
+}
+
+void PingLoop::set_sonar(std::size_t which, const Sonar& sonar) {
+  try {
+    live_scene_->simulator.set_sonar(which, sonar);
+  } catch (const std::exception& error) {
+    mailbox_.report_trouble(error.what());
+  }
+}
+
+void PingLoop::put(AddedObject& added) {
+  const Pose pose =
+      live_scene_->pose_at(std::min(along_, static_cast<double>(live_scene_->track.count() - 1)));
+  const double sine = std::sin(pose.heading_rad), cosine = std::cos(pose.heading_rad);
+  Pose place{.heading_rad = pose.heading_rad};
+  place.position = {pose.position.x() + sine * added.ahead_m + cosine * added.starboard_m,
+                    pose.position.y() + cosine * added.ahead_m - sine * added.starboard_m, 0.0};
+  const double depth_m = live_scene_->simulator.altitude_m(place.position);
+  if (!std::isfinite(depth_m)) {
+    mailbox_.report_trouble("the object cannot be added: there is no seafloor at its position");
+    return;
+  }
+  place.position.z() = -depth_m;
+  added_.push_back(live_scene_->simulator.add(std::move(added.object), place));
+}
+
+void PingLoop::take_setting() {
+  const Simulator& simulator = live_scene_->simulator;
+  renderers_.clear();
+  rows_.clear();
+  const Display shown = line_display(display_);
+  for (std::size_t i = 0; i < simulator.sonars().size(); ++i) {
+    const Sonar& sonar = simulator.sonars()[i];
+    renderers_.emplace_back(sonar, shown, simulator.calibration(i));
+    rows_.emplace_back(sonar, 1);
+  }
+  classes_ = kept(simulator.classes());
+  materials_ = kept(simulator.materials());
+  setting_ = setting_frame(*live_scene_, display_, name_);
+}
+
+void PingLoop::ping(const Control& control, MeshViewer& viewer) {
+  const TrackOptions& track = live_scene_->scene.track;
+  const double per_ping = control.vehicle.speed_mps / track.speed_mps;
+  const double to_climb = control.vehicle.altitude_m - track.altitude_m - climbed_m_;
+  const double max_m = climb_mps * live_scene_->interval_s();
+  climbed_m_ += std::clamp(to_climb, -max_m, max_m);
+  try {
+    const TrackPings::RecordedPing heard = hear(per_ping);
+    publish(heard);
+    if (control.mesh_pages > 0) show_mesh(heard.record.pose, viewer);
+    out_of_water_ = false;
+  } catch (const std::invalid_argument& error) {  // a sonar is mounted out of the water
+    if (!std::exchange(out_of_water_, true)) mailbox_.report_trouble(error.what());
+  }
+  along_ += per_ping;
+  ++pings_;
+  ++pings_since_;
+}
+
+TrackPings::RecordedPing PingLoop::hear(double per_ping) {
+  Simulator& simulator = live_scene_->simulator;
+  const TrackPings& track = live_scene_->track;
+  const auto nth = static_cast<std::size_t>(along_);
+  const bool as_planned =
+      on_track_ && climbed_m_ == 0.0 && along_ == static_cast<double>(nth) && nth == pings_;
+  if (as_planned) {
+    if (nth == 0 || track.block_of(nth) != track.block_of(nth - 1))
+      SimulatorInternals::reset(simulator);
+    return track.hear(simulator, nth);
+  }
+  on_track_ = false;
+  Pose pose = live_scene_->pose_at(along_);
+  pose.position.z() += climbed_m_;
+  const double over_m = simulator.altitude_m(pose.position);
+  if (over_m < min_clearance_m) pose.position.z() += min_clearance_m - over_m;
+  pose.position.z() = std::min(pose.position.z(), -min_clearance_m);
+  pose.t_s = track.poses().front().t_s + static_cast<double>(pings_) * live_scene_->interval_s();
+  pose.velocity_mps *= per_ping;
+  return {
+      .record = {.pose = pose, .reported = pose, .altitude_m = simulator.altitude_m(pose.position)},
+      .lines = simulator.ping_numbered(pose, pings_)};
+}
+
+void PingLoop::publish(const TrackPings::RecordedPing& heard) {
+  std::span<const EchoLine> lines = heard.lines;
+  const std::span<const Sonar> sonars = live_scene_->simulator.sonars();
+  for (std::size_t i = 0; i < sonars.size(); ++i) {
+    Waterfall& row = rows_[i];
+    const std::size_t sides = lines.empty() ? 0 : sides_of(sonars[i]).size();
+    if (sides == 0) row.pixels.assign(row.columns());
+    row.set_row(0, lines.first(sides), heard.record);
+    lines = lines.subspan(sides);
+    auto line = make_line(row, renderers_[i], renderers_[i].render(row), pings_, i, lines_++);
+    line->setting = setting_;
+    line->classes = classes_;
+    line->materials = materials_;
+    ring_.push(std::move(line));
+  }
+}
+
+void PingLoop::show_mesh(const Pose& pose, MeshViewer& viewer) {
+  if (Clock::now() < view_due_) return;
+  std::vector<refine::FanVolume> volumes;
+  for (const RayFan& fan : SimulatorInternals::aim(live_scene_->simulator, pose))
+    volumes.push_back(view_volume(fan));
+  viewer.show(live_scene_, std::move(volumes));
+  view_due_ = Clock::now() + between_views;
+}
+
+void PingLoop::report_status(bool at_rest, const MeshViewer& viewer) {
+  const Clock::time_point now = Clock::now();
+  if (now - status_reported_ < between_status) return;
+  const double since_s = seconds_since(std::exchange(status_reported_, now));
+  const StageTimes& stages = SimulatorInternals::times(live_scene_->simulator);
+  const StageTimes since = stages - std::exchange(stages_before_, stages);
+  const std::uint64_t pings = std::exchange(pings_since_, 0);
+  const double per_ping = pings > 0 ? 1000.0 / static_cast<double>(pings) : 0.0;
+  const SessionStatus status = mailbox_.status();
+  const Control& control = status.control;
+  Json json{
+      {"along", along_},
+      {"of", live_scene_->track.count()},
+      {"hold", control.hold},
+      {"finished", at_rest && at_end()},
+      {"preparing", status.preparing},
+      {"trouble", status.trouble},
+      {"trouble_number", status.trouble_number},
+      {"pings_per_s", at_rest ? 0.0 : static_cast<double>(pings) / since_s},
+      {"wanted_pings_per_s", wanted_rate(control)},
+      {"rate", control.pings_per_s ? Json(*control.pings_per_s) : Json()},
+      {"stages_ms",
+       {{"surface", per_ping * since.surface_s},
+        {"trace", per_ping * since.trace_s},
+        {"echo", per_ping * since.echo_s},
+        {"speckle", per_ping * since.receive_s}}},
+      {"vehicle",
+       {{"altitude_m", control.vehicle.altitude_m}, {"speed_mps", control.vehicle.speed_mps}}},
+      {"things", added_.size()},
+      {"pages", control.pages}};
+  if (const std::optional<MeshCounts> mesh = viewer.counts())
+    json["mesh"] = {{"splits", mesh->splits},
+                    {"collapses", mesh->collapses},
+                    {"active_faces", mesh->active_faces},
+                    {"exact_faces", mesh->exact_faces}};
+  ring_.post(
+      LatestFrame::status,
+      json_frame(FrameKind::status, json.dump(-1, ' ', false, Json::error_handler_t::replace)));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/clock.h>
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/image/waterfall.h>
+#include <ensonify/engine/live/line_ring.h>
+#include <ensonify/engine/live/live_scene.h>
+#include <ensonify/engine/live/mailbox.h>
+#include <ensonify/engine/live/mesh_viewer.h>
+#include <ensonify/engine/stage_times.h>
+
+namespace ensonify::engine {
+
+/// Pings along a scene's track, applies the changes that the mailbox has, and publishes lines and
+/// status in the ring. One thread owns it; the mailbox and the ring are all that it shares.
+class PingLoop {
+ public:
+  /// Publishes the bed of the scene. `name` is the scene's. The mailbox and the ring must outlive
+  /// this.
+  PingLoop(std::shared_ptr<LiveScene> live_scene, std::string name, Mailbox& mailbox,
+           LineRing& ring);
+
+  /// Pings until the mailbox stops. An exception goes to the mailbox, and closes the ring.
+  void run();
+
+ private:
+  bool at_end() const;
+  void apply(PendingChanges changes);
+  void replace_scene(std::shared_ptr<LiveScene> live_scene);
+  void set_sonar(std::size_t which, const Sonar& sonar);
+  void put(AddedObject& added);
+  void take_setting();
+
+  void ping(const Control& control, MeshViewer& viewer);
+  TrackPings::RecordedPing hear(double per_ping);
+  void publish(const TrackPings::RecordedPing& heard);
+  void show_mesh(const Pose& pose, MeshViewer& viewer);
+  void report_status(bool at_rest, const MeshViewer& viewer);
+  double wanted_rate(const Control& control) const;
+
+  Mailbox& mailbox_;
+  LineRing& ring_;
+  std::string name_;
+  std::shared_ptr<LiveScene> live_scene_;
+  Display display_;
+
+  // What follows from the scene, its objects and the display.
+  std::vector<Renderer> renderers_;
+  std::vector<Waterfall> rows_;
+  Bytes setting_;
+  std::shared_ptr<const std::vector<std::string>> classes_, materials_;
+
+  std::vector<std::uint32_t> added_;  // instances
+  double along_ = 0.0;                // in pings of the track
+  double climbed_m_ = 0.0;
+  bool on_track_ = true;  // all pings so far are those of a run
+  bool out_of_water_ = false;
+  std::uint64_t pings_ = 0, lines_ = 0;
+
+  // Since the last status.
+  std::uint64_t pings_since_ = 0;
+  StageTimes stages_before_;
+  Clock::time_point status_reported_{};
+  Clock::time_point view_due_{};
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// What a session puts into a scene, and moves: a vehicle, a buoy on its line, a diver.
+struct MovingObject {
+  /// Metres, z up, y where its heading points, about the point that a pose places. Both sides of
+  /// its faces scatter.
+  refine::TriangleMesh mesh;
+  std::string material = "steel";  ///< one of the scene's own, or a name that material.h knows
+  std::string class_name = "object";
+};
+
+}  // namespace ensonify::engine

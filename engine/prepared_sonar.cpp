@@ -1,0 +1,91 @@
+#include <ensonify/engine/prepared_sonar.h>
+
+#include <algorithm>
+
+#include <ensonify/engine/scene/vertical_pattern_reader.h>
+#include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/scatter/validity.h>
+
+namespace ensonify::engine {
+namespace {
+
+double nominal_altitude_m(const Scene& scene, const Sonar& sonar) {
+  return std::min(scene.track.altitude_m, 0.45 * sonar.range_m);
+}
+
+scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, const Sonar& sonar,
+                                   double sound_speed_mps, std::vector<std::string>& warnings) {
+  const Material material = material_named(name, scene.materials);
+  const bool relief = name == scene.seafloor.material &&
+                      scene.seafloor.kind == SeafloorKind::fractal &&
+                      scene.seafloor.fractal.sediments_own;
+  // Checks the parameters alone; extrapolation.h reports frequencies out of range.
+  const double valid_hz =
+      std::clamp(sonar.frequency_hz, scatter::lowest_valid_hz, scatter::highest_valid_hz);
+  if (const auto warning = validity_warning(material, valid_hz))
+    if (std::ranges::find(warnings, *warning) == warnings.end()) warnings.push_back(*warning);
+  return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
+                                                   relief ? scene.seafloor.cell_m : 0.0));
+}
+
+ChainOptions chain_options(const Scene& scene, std::size_t number, const PreparedSonar& its,
+                           const std::vector<std::string>& materials) {
+  // For the automatic gain and the level bed: the first material is the bed's own.
+  const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
+  return {.seed = scene.seed,
+          .sonar_number = number,
+          .speckle = scene.speckle,
+          .sound_speed_mps = its.medium.sound_speed_mps,
+          .absorption_db_per_m = its.medium.absorption_db_per_m,
+          .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
+          .nominal_altitude_m = nominal_altitude_m(scene, its.sonar),
+          .nominal_strength =
+              [&bed_table](double sine) { return bed_table.sigma_over_sine(sine) * sine; },
+          .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
+                                      : std::nullopt,
+          .sea = scene.sea.state,
+          .arrivals = scene.arrivals,
+          .artefacts = scene.artefacts};
+}
+
+Calibration calibration_of(const PreparedSonar& its) {
+  Calibration made{.absorption_db_per_m = its.medium.absorption_db_per_m,
+                   .recorder = &its.chain->recorder(),
+                   .median_share = its.chain->median_share()};
+  const auto add = [](Side side, std::vector<double> of_bins, std::vector<double>& columns) {
+    if (side == Side::port) std::ranges::reverse(of_bins);
+    columns.insert(columns.end(), of_bins.begin(), of_bins.end());
+  };
+  for (const Side side : sides_of(its.sonar)) {
+    add(side, its.chain->level_bed(side), made.level_bed);
+    add(side, its.chain->automatic_gain(side), made.automatic_gain);
+  }
+  return made;
+}
+
+}  // namespace
+
+std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
+                                                   std::size_t number, const Sonar& settings,
+                                                   const std::vector<std::string>& materials,
+                                                   std::vector<std::string>& warnings) {
+  const auto made = std::make_shared<PreparedSonar>();
+  Sonar& sonar = made->sonar;
+  sonar = settings.sampled(water.sound_speed_mps());
+  if (!sonar.vertical.file.path.empty())
+    sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
+  made->profile = water.profile(sonar.frequency_hz);
+  made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(scene, sonar),
+                              made->profile ? &*made->profile : nullptr);
+  made->by_material.emplace_back(scatter::Lambert());  // of none: no face has it
+  for (std::size_t i = 1; i < materials.size(); ++i)
+    made->by_material.push_back(
+        table_of(materials[i], scene, sonar, water.sound_speed_mps(), warnings));
+  made->chain =
+      std::make_unique<const SignalChain>(sonar, chain_options(scene, number, *made, materials));
+  made->calibration = calibration_of(*made);
+  return made;
+}
+
+}  // namespace ensonify::engine

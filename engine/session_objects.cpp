@@ -1,0 +1,94 @@
+#include <ensonify/engine/session_objects.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// A mesh's place: z up and y forward, where the body has x forward, y to starboard and z down.
+Eigen::Isometry3d place_of(const Pose& pose) {
+  Eigen::Matrix3d mesh_to_body;
+  mesh_to_body << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  place.linear() = body_to_world(pose) * mesh_to_body;
+  place.translation() = pose.position;
+  return place;
+}
+
+/// A name's number in a list, or the number that it gets at the end. Number 0 is none.
+std::size_t number_in(const std::vector<std::string>& names, const std::string& name) {
+  return static_cast<std::size_t>(std::find(names.begin() + 1, names.end(), name) - names.begin());
+}
+
+/// The same, and the name is in the list afterwards.
+std::size_t join(std::vector<std::string>& names, std::string name) {
+  const std::size_t number = number_in(names, name);
+  if (number == names.size()) names.push_back(std::move(name));
+  return number;
+}
+
+}  // namespace
+
+void require_finite(const Pose& pose) {
+  if (!pose.position.allFinite() ||
+      !std::isfinite(pose.t_s + pose.roll_rad + pose.pitch_rad + pose.heading_rad))
+    throw std::invalid_argument("Simulator: the pose, or its time, is not finite");
+}
+
+SessionObjects::SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces)
+    : faces_(faces),
+      fixed_labels_(seafloor.labels.size()),
+      first_instance_(seafloor.objects.size() + seafloor.features.size() + 1),
+      classes_(seafloor.classes),
+      materials_(seafloor.materials) {}
+
+void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
+  require_finite(pose);
+  if (object.mesh.faces.empty()) throw std::invalid_argument("Simulator: the mesh has no faces");
+  if (fixed_labels_ + faces_.bodies() >= max_labels)
+    throw std::invalid_argument(fmt::format(
+        "Simulator: there are {} objects and other labels, and no room for more: remove one",
+        max_labels));
+}
+
+std::vector<std::string> SessionObjects::materials_with(const std::string& material) const {
+  std::vector<std::string> names = materials_;
+  join(names, material);
+  return names;
+}
+
+std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
+  check(object, pose);
+  const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));
+  if (labels_.size() <= body) labels_.resize(body + 1);
+  const std::size_t instance = first_instance_ + body;
+  labels_[body] = {
+      .sediment = static_cast<std::uint16_t>(join(materials_, std::move(object.material))),
+      .class_id = static_cast<std::uint16_t>(join(classes_, std::move(object.class_name))),
+      .instance = static_cast<std::uint16_t>(instance),
+      .two_sided = true};
+  return static_cast<std::uint32_t>(instance);
+}
+
+std::size_t SessionObjects::body_of(std::uint32_t instance) const {
+  const std::size_t body = instance - first_instance_;
+  if (instance < first_instance_ || !faces_.has(body))
+    throw std::invalid_argument(
+        fmt::format("Simulator: no object that was added has instance {}", instance));
+  return body;
+}
+
+void SessionObjects::move(std::uint32_t instance, const Pose& pose) {
+  const std::size_t body = body_of(instance);
+  require_finite(pose);
+  faces_.move(body, place_of(pose));
+}
+
+void SessionObjects::remove(std::uint32_t instance) { faces_.remove(body_of(instance)); }
+
+}  // namespace ensonify::engine

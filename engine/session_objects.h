@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/moving_object.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/sonar/vehicle/track.h>
+#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
+
+namespace ensonify::engine {
+
+/// Throws std::invalid_argument for a pose that is not finite.
+void require_finite(const Pose& pose);
+
+/// The objects that a session adds to its scene: their places, labels and instances, and the names
+/// of all classes and materials, the seafloor's first. Each object is one body of the faces. The
+/// exceptions are those of Simulator, and come before anything is changed.
+class SessionObjects {
+ public:
+  /// Both must outlive this.
+  SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces);
+
+  /// Throws what add() throws for the pose, an empty mesh and the number of objects.
+  void check(const MovingObject& object, const Pose& pose) const;
+  /// The materials, with this one at the end if it is new.
+  std::vector<std::string> materials_with(const std::string& material) const;
+
+  /// Returns the object's instance. Does not check the material.
+  std::uint32_t add(MovingObject object, const Pose& pose);
+  void move(std::uint32_t instance, const Pose& pose);
+  void remove(std::uint32_t instance);
+
+  /// By body; class 0 where there is none.
+  const std::vector<Label>& labels() const { return labels_; }
+  const std::vector<std::string>& classes() const { return classes_; }
+  const std::vector<std::string>& materials() const { return materials_; }
+
+ private:
+  std::size_t body_of(std::uint32_t instance) const;
+
+  FacesWithBodies& faces_;
+  std::size_t fixed_labels_;
+  std::size_t first_instance_;
+  std::vector<Label> labels_;
+  std::vector<std::string> classes_, materials_;
+};
+
+}  // namespace ensonify::engine

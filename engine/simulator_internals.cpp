@@ -1,0 +1,90 @@
+#include <ensonify/engine/simulator_internals.h>
+
+#include <ensonify/engine/simulator_parts.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/engine/trace/check/ping_comparison.h>
+
+namespace ensonify::engine {
+
+void SimulatorInternals::expect(Simulator& simulator, std::span<const Pose> poses,
+                                refine::SpareThreads& spare) {
+  simulator.worker_->expected = poses;
+  simulator.worker_->spare = &spare;
+}
+
+void SimulatorInternals::reset(Simulator& simulator) { simulator.worker_->face_source.reset(); }
+
+std::span<const RayFan> SimulatorInternals::aim(Simulator& simulator, const Pose& pose) {
+  return simulator.aim(pose);
+}
+
+std::vector<std::vector<Hit>> SimulatorInternals::hits(Simulator& simulator, const Pose& pose) {
+  const std::span<const RayFan> fans = simulator.aim(pose);
+  const Intersector& intersector = simulator.worker_->face_source.prepare(fans);
+  std::vector<std::vector<Hit>> all;
+  for (const RayFan& fan : fans) intersector.intersect(fan, all.emplace_back(fan.grid->rays()));
+  return all;
+}
+
+AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pose) {
+  const Simulator::Ready& ready = *simulator.ready_;
+  const Seafloor& seafloor = ready.seafloor;
+  CheckedMesh mesh{seafloor.mesh, ready.bounds, seafloor.bed_faces};
+  if (const auto& progressive = seafloor.progressive) {
+    progressive->verify_all();
+    mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
+  }
+  AgreementCounts counts = compare_ping(simulator.worker_->face_source, mesh, simulator.aim(pose),
+                                        intersector_kind(ready.parts.intersector).precision);
+  counts += compare_height(mesh, pose.position.x(), pose.position.y(),
+                           simulator.bed_height_m(pose.position.x(), pose.position.y()));
+  return counts;
+}
+
+TrackPoses SimulatorInternals::track_poses(const Simulator& simulator) {
+  const Simulator::Ready& ready = *simulator.ready_;
+  return build_track(
+      ready.scene,
+      {.bed_height_m = [&](double x_m, double y_m) { return simulator.bed_height_m(x_m, y_m); },
+       .lowest = ready.bounds.lowest.head<2>().cast<double>(),
+       .highest = ready.bounds.highest.head<2>().cast<double>(),
+       .frame = {.world_origin = ready.seafloor.mesh.world_origin,
+                 .has_world = ready.scene.seafloor.kind != SeafloorKind::fractal &&
+                              !ready.seafloor.mesh.world_origin.isZero(),
+                 .utm_zone = ready.seafloor.utm_zone}},
+      ready.water.sound_speed_mps());
+}
+
+const PreparedSeafloor& SimulatorInternals::prepared(const Simulator& simulator) {
+  return *simulator.ready_->prepared;
+}
+
+std::string_view SimulatorInternals::code_path(const Simulator& simulator) {
+  return simulator.ready_->code_path;
+}
+
+const Recorder& SimulatorInternals::recorder(const Simulator& simulator, std::size_t sonar) {
+  return simulator.worker_->prepared.at(sonar)->chain->recorder();
+}
+
+void SimulatorInternals::count_object_visibility(Simulator& simulator) {
+  simulator.worker_->count_object_visibility(*simulator.ready_);
+}
+
+std::span<const ObjectView> SimulatorInternals::object_visibility(const Simulator& simulator,
+                                                                  std::size_t sonar) {
+  if (simulator.worker_->views.empty()) return {};
+  return simulator.worker_->views.at(sonar).views();
+}
+
+RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {
+  RefractionCounts sum;
+  for (const PingTracer& tracer : simulator.worker_->tracers) sum += tracer.refraction_counts();
+  return sum;
+}
+
+const StageTimes& SimulatorInternals::times(const Simulator& simulator) {
+  return simulator.worker_->times;
+}
+
+}  // namespace ensonify::engine

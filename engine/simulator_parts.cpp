@@ -1,0 +1,82 @@
+#include <ensonify/engine/simulator_parts.h>
+
+#include <utility>
+
+#include <ensonify/engine/trace/intersector.h>
+
+namespace ensonify::engine {
+
+Simulator::Ready::Ready(const Scene& of, const Preparation& how)
+    : scene(of),
+      prepared(prepare_seafloor(of, how)),
+      seafloor(prepared->seafloor),
+      bounds(seafloor.bounds()),
+      parts{.progressive = seafloor.progressive,
+            .intersector = of.run.intersector,
+            .options = of.run.intersection,
+            .tree_pings = of.run.tree_pings},
+      water(of.sea, seafloor.mean_bed_m, double(bounds.lowest.z())),
+      warnings(seafloor.warnings) {
+  if (!seafloor.progressive) {
+    if (how.progress) how.progress("tree");
+    parts.all = seafloor.mesh;
+    with_memory_for("the tree over the seafloor", [&] {
+      parts.whole = make_intersector(parts.intersector, seafloor.mesh, parts.options);
+      bed = &prepared->bed();
+    });
+  }
+  code_path = make_intersector(parts.intersector, {}, parts.options)->code_path();
+  warnings.insert(warnings.end(), water.warnings().begin(), water.warnings().end());
+  for (const Sonar& sonar : scene.sonars)
+    sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
+}
+
+std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
+    std::size_t number, const Sonar& settings, const std::vector<std::string>& materials,
+    std::vector<std::string>& its_warnings) const {
+  return prepare_sonar(scene, water, number, settings, materials, its_warnings);
+}
+
+Refraction Simulator::Ready::refraction(const PreparedSonar& sonar) const {
+  return {scene.sea.refraction, sonar.profile ? &*sonar.profile : nullptr, bounds.highest.z(),
+          -double(bounds.lowest.z()), intersector_kind(parts.intersector).takes_lists};
+}
+
+Simulator::Worker::Worker(const Ready& ready)
+    : face_source(face_source_kind(ready.prepared->surface).make(ready.parts),
+                  static_cast<std::uint32_t>(ready.seafloor.faces), ready.parts),
+      objects(ready.seafloor, face_source),
+      warnings(ready.warnings) {
+  if (ready.seafloor.progressive) plumb_line.emplace(ready.seafloor);
+  use(ready.sonars, ready);
+}
+
+void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
+  prepared = std::move(others);
+  sonars.clear();
+  tracers.clear();
+  lines.clear();
+  for (const auto& its : prepared) {
+    sonars.push_back(its->sonar);
+    tracers.emplace_back(its->sonar, its->medium, ready.seafloor, its->by_material,
+                         ready.refraction(*its), &objects.labels());
+  }
+  if (!views.empty()) count_object_visibility(ready);
+}
+
+void Simulator::Worker::count_object_visibility(const Ready& ready) {
+  const bool can =
+      !ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full;
+  views.assign(can ? sonars.size() : 0, ObjectVisibility(ready.seafloor));
+}
+
+void Simulator::Worker::make_lines() {
+  for (const Sonar& sonar : sonars)
+    for (const Side side : sides_of(sonar)) {
+      EchoLine& line = lines.emplace_back();
+      line.side = side;
+      line.bins.assign(static_cast<std::size_t>(sonar.bins));
+    }
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/prepared_sonar.h>
+#include <ensonify/engine/prepared_water.h>
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/session_objects.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/stage_times.h>
+#include <ensonify/engine/trace/face_source.h>
+#include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
+
+namespace ensonify::engine {
+
+using PreparedSonars = std::vector<std::shared_ptr<const PreparedSonar>>;
+
+/// What all threads share.
+struct Simulator::Ready {
+  Ready(const Scene& scene, const Preparation& how);
+
+  /// One of the scene's sonars with these settings; see prepare_sonar().
+  std::shared_ptr<const PreparedSonar> prepare(std::size_t number, const Sonar& settings,
+                                               const std::vector<std::string>& materials,
+                                               std::vector<std::string>& its_warnings) const;
+  Refraction refraction(const PreparedSonar& sonar) const;
+
+  Scene scene;
+  std::shared_ptr<const PreparedSeafloor> prepared;
+  const Seafloor& seafloor;
+  refine::Bounds bounds;
+  const BedGrid* bed = nullptr;  ///< where the seafloor has its mesh
+  FaceSourceParts parts;
+  std::string code_path;
+  PreparedWater water;
+  std::vector<std::string> warnings;
+  PreparedSonars sonars;
+};
+
+/// What one thread owns.
+struct Simulator::Worker {
+  explicit Worker(const Ready& ready);
+
+  /// From now on pings with these.
+  void use(PreparedSonars others, const Ready& ready);
+  void count_object_visibility(const Ready& ready);
+  void make_lines();
+
+  FacesWithBodies face_source;
+  std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
+  SessionObjects objects;
+  std::vector<std::string> warnings;
+  PreparedSonars prepared;
+  std::vector<Sonar> sonars;  // of those
+  std::vector<PingTracer> tracers;
+  std::vector<ObjectVisibility> views;  // one per sonar, or none
+  std::vector<RayFan> fans;
+  std::vector<double> heights_m;  // of each sonar over the bed
+  std::vector<EchoLine> lines;
+  SignalChain::Memory memory;
+  std::uint64_t next_ping = 0;
+  std::span<const Pose> expected;  // after the next ping
+  refine::SpareThreads* spare = nullptr;
+  StageTimes times;
+};
+
+}  // namespace ensonify::engine

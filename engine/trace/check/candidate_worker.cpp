@@ -1,0 +1,187 @@
+#include <ensonify/engine/trace/check/candidate_worker.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/trace/check/height_comparison.h>
+#include <ensonify/engine/trace/check/near_faces.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::uint64_t tetrahedra = 3;  // per ping, of four bodies each
+
+/// Every n-th ray begins here: so different items compare different rays.
+std::uint64_t first_turn(std::uint64_t number, std::uint64_t every) {
+  return number * 0x9e3779b97f4a7c15 % every;
+}
+
+bool takes_lists(FaceSource& surface) {
+  const Ray ray;
+  Hit hit;
+  try {
+    surface.prepare({}).intersect({&ray, 1}, {&hit, 1});
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;  // a back-end for fans only
+  }
+}
+
+}  // namespace
+
+CandidateWorker::CandidateWorker(const Judge& judge, const Intersector& reference,
+                                 std::span<const Candidate> candidates,
+                                 std::span<const HeightCandidate> heights)
+    : judge_(judge), reference_(reference), candidates_(candidates), hits_(candidates.size()) {
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const Candidate& candidate = candidates[c];
+    surfaces_.push_back(candidate.make());
+    comparisons_.emplace_back(judge, candidate.precision);
+    takes_lists_.push_back(candidate.has_every_face && takes_lists(*surfaces_[c]));
+    const auto same =
+        std::ranges::find(candidates.first(c), candidate.intersector, &Candidate::intersector);
+    const auto twin = static_cast<std::size_t>(same - candidates.begin());
+    twins_.push_back(twin < c && candidates[twin].has_every_face ? twin : c);
+  }
+  for (const HeightCandidate& candidate : heights) heights_.push_back(candidate.make());
+}
+
+void CandidateWorker::reset() {
+  for (const auto& surface : surfaces_) surface->reset();
+}
+
+void CandidateWorker::compare_ping(std::span<const RayFan> fans, std::uint64_t number,
+                                   const std::function<void(FaceSource&)>& look_ahead,
+                                   std::span<AgreementCounts> tallies) {
+  ask(reference_, fans);
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    const Intersector& intersector = surfaces_[c]->prepare(fans);
+    look_ahead(*surfaces_[c]);
+    compare_candidate(c, *surfaces_[c], intersector, fans, number, comparisons_[c], tallies[c]);
+  }
+}
+
+void CandidateWorker::compare_fan(const RayFan& fan, std::uint64_t number,
+                                  std::span<AgreementCounts> tallies) {
+  const std::span<const RayFan> fans(&fan, 1);
+  ask(reference_, fans);
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    const auto temporary = candidates_[c].has_every_face ? nullptr : candidates_[c].make();
+    FacesWithBodies& surface = temporary ? *temporary : *surfaces_[c];
+    compare_candidate(c, surface, surface.prepare(fans), fans, number, comparisons_[c], tallies[c]);
+  }
+}
+
+void CandidateWorker::ask(const Intersector& reference, std::span<const RayFan> fans) {
+  expected_.resize(fans.size());
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    expected_[i].resize(fans[i].grid->rays());
+    reference.intersect(fans[i], expected_[i]);
+  }
+}
+
+void CandidateWorker::compare_candidate(std::size_t c, FaceSource& surface,
+                                        const Intersector& intersector,
+                                        std::span<const RayFan> fans, std::uint64_t number,
+                                        FanComparison& comparison, AgreementCounts& tally) {
+  const refine::Triangles triangles = surface.triangles();
+  PingHits& own_hits = hits_[c];
+  own_hits.resize(fans.size());
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    const bool has_twin = twins_[c] != c;
+    const std::span<const Hit> of_static =
+        has_twin ? std::span<const Hit>(hits_[twins_[c]][i]) : std::span<const Hit>();
+    if (candidates_[c].every == 1)
+      comparison.fan(intersector, triangles, fans[i], expected_[i], of_static, tally);
+    else
+      compare_some(c, intersector, triangles, fans[i], number, expected_[i], of_static, comparison,
+                   tally);
+    if (candidates_[c].has_every_face)
+      own_hits[i].assign(comparison.found().begin(), comparison.found().end());
+  }
+}
+
+/// Compares every n-th ray; the first one varies, so that all kinds of rays are compared.
+void CandidateWorker::compare_some(std::size_t c, const Intersector& intersector,
+                                   refine::Triangles triangles, const RayFan& fan,
+                                   std::uint64_t number, std::span<const Hit> expected,
+                                   std::span<const Hit> of_static, FanComparison& comparison,
+                                   AgreementCounts& tally) {
+  const std::uint64_t every = candidates_[c].every;
+  asked_.clear();
+  expected_of_asked_.clear();
+  std::uint64_t turn = first_turn(number, every);
+  for (std::size_t plane = 0; plane < fan.planes(); ++plane)
+    for (std::size_t j = 0; j < fan.elevations(); ++j)
+      if (fan.grid->within_beam(plane, j) && turn++ % every == 0) {
+        asked_.push_back(fan.ray(plane, j));
+        expected_of_asked_.push_back(expected[plane * fan.elevations() + j]);
+      }
+  comparison.list(intersector, triangles, asked_, expected_of_asked_, of_static, tally);
+}
+
+void CandidateWorker::compare_list(std::span<const Ray> rays, std::uint64_t number,
+                                   std::span<AgreementCounts> tallies) {
+  expected_.resize(1);
+  expected_[0].resize(rays.size());
+  reference_.intersect(rays, expected_[0]);
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    if (!takes_lists_[c]) continue;
+    const std::uint64_t every = candidates_[c].every;
+    asked_.clear();
+    expected_of_asked_.clear();
+    for (std::size_t i = first_turn(number, every); i < rays.size(); i += every) {
+      asked_.push_back(rays[i]);
+      expected_of_asked_.push_back(expected_[0][i]);
+    }
+    const Intersector& intersector = surfaces_[c]->prepare({});
+    comparisons_[c].list(intersector, surfaces_[c]->triangles(), asked_, expected_of_asked_, {},
+                         tallies[c]);
+  }
+}
+
+void CandidateWorker::put_bodies(std::span<const RayFan> fans, std::uint64_t seed,
+                                 std::uint64_t number, std::uint64_t ping) {
+  ask(reference_, fans);
+  const bool first = bodies_.empty();
+  bodies_.clear();
+  for (std::uint64_t i = 0; i < tetrahedra; ++i)
+    bodies_.emplace_back(
+        fans[i % fans.size()], expected_[i % fans.size()],
+        RandomStream(seed, Purpose::agreement, {3, number, ping * tetrahedra + i}));
+  for (const auto& surface : surfaces_) put(bodies_, first, *surface);
+}
+
+void CandidateWorker::compare_with_bodies(std::span<const RayFan> fans, std::uint64_t number,
+                                          const refine::Bounds& bounds,
+                                          std::span<AgreementCounts> tallies) {
+  const refine::Triangles mesh = judge_.triangles();
+  NearFaces near(mesh, fans);
+  append(bodies_, static_cast<std::uint32_t>(mesh.faces.size()), near);
+  const auto reference = make_intersector("pluecker", near.triangles());
+  const Judge judge(near.triangles(), *reference, bounds);
+  ask(*reference, fans);
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    FanComparison comparison(judge, candidates_[c].precision);
+    compare_candidate(c, *surfaces_[c], surfaces_[c]->prepare(fans), fans, number, comparison,
+                      tallies[c]);
+  }
+}
+
+void CandidateWorker::remove_bodies() {
+  bodies_.clear();
+  for (const auto& surface : surfaces_)
+    for (std::size_t body = surface->bodies(); body-- > 0;) surface->remove(body);
+}
+
+void CandidateWorker::compare_heights(std::span<const Ray> rays, std::size_t bed_faces,
+                                      std::span<AgreementCounts> tallies) {
+  for (const Ray& ray : rays) {
+    const Hit bed = bed_below(ray, bed_faces, reference_);
+    for (std::size_t c = 0; c < heights_.size(); ++c)
+      judge_height(judge_, ray, bed, heights_[c](ray.origin.x(), ray.origin.y()), tallies[c]);
+  }
+}
+
+}  // namespace ensonify::engine

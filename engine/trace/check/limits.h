@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/trace/check/fan_comparison.h>
+#include <ensonify/engine/trace/check/judge.h>
+
+namespace ensonify::engine {
+
+/// Where a comparison's rays come from.
+enum class RaySource { scene, aimed_fans, aimed_rays, bodies, plumb_lines, faces };
+inline constexpr std::array ray_source_names{"scene",  "aimed_fans",  "aimed_rays",
+                                             "bodies", "plumb_lines", "faces"};
+
+/// One line of the table.
+struct AgreementRow : AgreementCounts {
+  std::string surface, intersector;
+  RaySource source = RaySource::scene;
+  Precision precision = Precision::exact;
+};
+
+/// The largest share of a row's rays that may get a verdict, or be `coarse` or `unlike_static`.
+struct Limit {
+  std::string_view name;
+  /// Which count; if null, the count of `verdict`.
+  std::uint64_t AgreementCounts::*count = nullptr;
+  Verdict verdict = Verdict::same;
+  double share;
+  std::uint64_t of(const AgreementCounts& tally) const {
+    return count ? tally.*count : tally.count(verdict);
+  }
+};
+/// The limits for rays as in runs (scene, bodies), or for rays aimed at weak places.
+std::span<const Limit> limits(RaySource source, Precision precision);
+bool exceeds(const Limit& limit, const AgreementCounts& tally);
+/// The names of the limits that a row exceeds.
+std::vector<std::string_view> exceeded_limits(const AgreementRow& row);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include <ensonify/engine/trace/check/fan_comparison.h>
+#include <ensonify/engine/trace/face_source.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// The mesh that one ping is checked against: a progressive mesh's points, faces and face numbers.
+struct CheckedMesh {
+  refine::Triangles triangles;
+  refine::Bounds bounds;
+  std::size_t bed_faces;  ///< faces with lower numbers are the bed's
+};
+
+/// Compares one ping of a face source with the reference. The reference is built only over the
+/// faces that the fans can touch, so no tree of the whole mesh is needed.
+AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
+                             std::span<const RayFan> fans, Precision precision);
+/// Compares the height of the bed at (x, y) in the same way; counts one ray.
+AgreementCounts compare_height(const CheckedMesh& mesh, double x_m, double y_m, double height_m);
+
+}  // namespace ensonify::engine
