@@ -131,6 +131,7 @@ TEST_CASE("images that do not fit are refused before the seafloor is made, and l
   Scene scene = fractal_scene(0.5);
   scene.sonars.front().bins = 4000;
   scene.track.pings = 100000;
+  scene.output.pings_per_file = 100000;
   const double bytes = image_bytes(scene.sonars, 100000);
   CHECK(bytes == 64.0 * 2 * 4000 * 1e5);  // 16 layers of 4 bytes
   bool began = false;
@@ -141,5 +142,11 @@ TEST_CASE("images that do not fit are refused before the seafloor is made, and l
                       "allows 4.0 GB") &&
           Catch::Contains("take fewer pings"));
   CHECK(!began);
+  CHECK(!fs::exists(folder / "run"));
+
+  // In parts the images of a few parts are enough.
+  scene.output.pings_per_file = 0;
+  const auto stop = [&](std::string_view, std::size_t, std::size_t) { return false; };
+  CHECK_THROWS_AS(run(scene, folder / "run", {.progress = stop, .memory = {4.0 * gb}}), Stopped);
   CHECK(!fs::exists(folder / "run"));
 }

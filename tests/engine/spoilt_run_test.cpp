@@ -60,6 +60,9 @@ TEST_CASE(
     CAPTURE(ping);
     const Artefacts said = image.pings[ping].artefacts;
     REQUIRE(said.has(Artefact::lost) == is_lost(scene.artefacts, scene.seed, ping));
+    // A ping can only repeat one that was recorded.
+    any_yet = any_yet || (!said.has(Artefact::lost) && !said.has(Artefact::repeated));
+    REQUIRE(image.pings[ping].recorded == (any_yet && !said.has(Artefact::lost)));
     const std::vector<double> row = row_of(image, ping);
     if (said.has(Artefact::lost)) {
       REQUIRE(std::ranges::all_of(row, [](double value) { return value == 0.0; }));
@@ -77,7 +80,6 @@ TEST_CASE(
     } else {
       REQUIRE(row == row_of(whole, ping));
       recorded = ping;
-      any_yet = true;
       ++kept;
     }
     // The record of the row is that of the ping itself.

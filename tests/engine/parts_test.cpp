@@ -1,0 +1,169 @@
+// What a run in parts is made of: their number, their rows, and the files of the whole run.
+
+#include <algorithm>
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/parts.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/refine/atomic_file.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+Scene small_scene() {
+  Scene scene;
+  scene.seafloor.extent_east_m = 60.0;
+  scene.seafloor.extent_north_m = 20.0;
+  scene.seafloor.cell_m = 0.5;
+  scene.track.pings = 25;
+  scene.track.altitude_m = 6.0;
+  scene.run.block_pings = 4;
+  scene.sonars.front().range_m = 25.0;
+  scene.sonars.front().bins = 100;
+  scene.sonars.front().elevations = 128;
+  scene.artefacts.lost = 0.1;
+  scene.artefacts.repeated = 0.2;
+  return scene;
+}
+
+std::vector<std::byte> picture_of(std::size_t first_ping, std::size_t rows, int bits) {
+  // The value of a row is its ping, modulo the range; the newest ping is on top.
+  Picture picture{2, rows, 1, {}, bits};
+  for (std::size_t row = 0; row < rows; ++row)
+    for (int column = 0; column < 2; ++column) {
+      const std::size_t ping = first_ping + rows - 1 - row;
+      if (bits == 16) picture.pixels.push_back(static_cast<std::uint8_t>(ping >> 8));
+      picture.pixels.push_back(static_cast<std::uint8_t>(ping));
+    }
+  return encode_png(picture);
+}
+
+}  // namespace
+
+TEST_CASE("short runs have one part, long ones parts of whole blocks that take 64 MiB") {
+  std::vector<Sonar> sonars(1);
+  sonars.front().bins = 1000;
+  const double bytes = image_bytes(sonars, 1);
+  const auto most = static_cast<std::size_t>(1024.0 * 1024 * 1024 / bytes);
+  CHECK(pings_per_part({}, sonars, most) == most);
+  const std::size_t part = pings_per_part({}, sonars, most + 1);
+  CHECK(part % 64 == 0);
+  CHECK(bytes * static_cast<double>(part) <= 64.0 * 1024 * 1024);
+  CHECK(bytes * static_cast<double>(part + 64) > 64.0 * 1024 * 1024);
+  CHECK(pings_per_part({.pings_per_file = 7}, sonars, 20) == 7);
+  CHECK(pings_per_part({.pings_per_file = 30}, sonars, 20) == 20);
+
+  const RunParts parts(20, 7);
+  REQUIRE(parts.count() == 3);
+  CHECK(parts.range(1).first == 7);
+  CHECK(parts.range(1).count == 7);
+  CHECK(parts.range(2).end() == 20);
+  CHECK(parts.folder(0) == "part_0001");
+  CHECK(RunParts(123456, 1).folder(9) == "part_000010");
+}
+
+TEST_CASE("the rows of parts are those of the whole track, bit by bit, and counts add up") {
+  const Scene scene = small_scene();
+  Simulator whole(scene), simulator(scene);
+  const ScenePings all = ping_all(scene, whole, 1);
+  const TrackPings track(scene, simulator);
+  const RunParts parts(track.count(), 7);
+  std::size_t next = 0, rows = 0;
+  std::uint64_t rays = 0, hits = 0;
+  ping_parts(scene, simulator, track, 3,
+             {.next_part = [&]() -> std::optional<PingRange> {
+                if (next == parts.count()) return std::nullopt;
+                return parts.range(next++);
+              },
+              .finished =
+                  [&](const PingRange& range, ScenePings pings, const Simulator&) {
+                    const Waterfall &a = all.images.front(), &b = pings.images.front();
+                    REQUIRE(b.first_ping == range.first);
+                    REQUIRE(b.rows() == range.count);
+                    const std::size_t columns = b.columns();
+                    BinLayers::for_each([&](std::string_view name, auto layer) {
+                      CAPTURE(name, range.first);
+                      const auto from = (a.pixels.*layer).begin() +
+                                        static_cast<std::ptrdiff_t>(range.first * columns);
+                      CHECK(std::equal((b.pixels.*layer).begin(), (b.pixels.*layer).end(), from));
+                    });
+                    for (std::size_t row = 0; row < b.rows(); ++row) {
+                      const PingRow &one = a.pings[range.first + row], &other = b.pings[row];
+                      CHECK(one.recorded == other.recorded);
+                      CHECK(one.interval_s == other.interval_s);
+                      CHECK(one.artefacts.bits == other.artefacts.bits);
+                    }
+                    static std::mutex mutex;
+                    const std::lock_guard lock(mutex);
+                    rows += b.rows();
+                    rays += pings.rays;
+                    hits += pings.hits;
+                  }});
+  CHECK(rows == all.images.front().rows());
+  CHECK(rays == all.rays);
+  CHECK(hits == all.hits);
+}
+
+TEST_CASE("a picture of more rows than viewers open shows means of pings, the newest on top") {
+  const TemporaryFolder folder;
+  const RunParts parts(70001, 20000);
+  REQUIRE(pings_per_row(parts.pings()) == 3);
+  REQUIRE(pings_per_row(30000) == 1);
+  for (std::size_t part = 0; part < parts.count(); ++part) {
+    const PingRange range = parts.range(part);
+    std::filesystem::create_directory(folder / parts.folder(part));
+    refine::write_file(folder / parts.folder(part) / ("towfish_" + parts.number(part) + ".png"),
+                       picture_of(range.first, range.count, 16));
+  }
+  for (const std::size_t finished : {std::size_t{2}, parts.count()}) {
+    const std::size_t pings = parts.range(finished - 1).end();
+    join_pictures(folder.path(), parts, finished, "towfish");
+    const std::string bytes = read_text(folder / "towfish.png");
+    const Picture picture = decode_png(std::as_bytes(std::span(bytes)));
+    REQUIRE(picture.width == 2);
+    REQUIRE(picture.bits == 16);
+    REQUIRE(picture.height == (pings + 2) / 3);
+    for (std::size_t row = 0; row < picture.height; ++row) {
+      // Groups of three pings are counted from the oldest, at the bottom.
+      const std::size_t group = picture.height - 1 - row;
+      std::size_t sum = 0, count = 0;
+      for (std::size_t ping = 3 * group; ping < std::min(3 * group + 3, pings); ++ping, ++count)
+        sum += ping & 0xffff;
+      const std::size_t value = 256u * picture.pixels[4 * row] + picture.pixels[4 * row + 1];
+      REQUIRE(value == (sum + count / 2) / count);
+    }
+  }
+}
+
+TEST_CASE("a PNG that was encoded decodes to the same picture, and damage is refused") {
+  for (const int channels : {1, 3})
+    for (const int bits : {8, 16}) {
+      Picture picture{5, 4, channels, {}, bits};
+      for (int i = 0; i < 5 * 4 * channels * bits / 8; ++i)
+        picture.pixels.push_back(static_cast<std::uint8_t>(37 * i));
+      const std::vector<std::byte> bytes = encode_png(picture);
+      const Picture back = decode_png(bytes);
+      CHECK(back.width == 5);
+      CHECK(back.height == 4);
+      CHECK(back.channels == channels);
+      CHECK(back.bits == bits);
+      CHECK(back.pixels == picture.pixels);
+      for (std::size_t size = 0; size < bytes.size() - 12; ++size)
+        CHECK_THROWS_AS(decode_png(std::span(bytes).first(size)), std::runtime_error);
+    }
+}

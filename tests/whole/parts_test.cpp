@@ -1,0 +1,333 @@
+// Runs in parts: the same as a run of one part, whatever stops them and whoever makes them.
+
+#include <sys/mount.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/program.h"
+#include "support/tiny_recipe.h"
+#include "support/tiny_scene.h"
+#include "support/tree.h"
+
+using namespace ensonify::tests;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+// Objects and their shadows, lost and repeated pings, a part that ends within a block.
+const std::string scene_of_parts = tiny_scene + R"(
+[[objects]]
+shape = "box"
+count = 12
+length_m = 2
+width_m = 1.5
+tall_m = 1
+[[objects]]
+shape = "tyre"
+count = 20
+diameter_m = 2
+[artefacts]
+lost = 0.1
+repeated = 0.1
+[output]
+npz = true
+xtf = true
+jsf = true
+pings_per_file = 7
+)";
+
+std::string many_pings() { return changed(scene_of_parts, "pings = 9", "pings = 30"); }
+
+Outcome run_scene(const fs::path& folder, const std::string& output,
+                  std::vector<std::string> more = {},
+                  const std::function<void(pid_t)>& meanwhile = {}) {
+  std::vector<std::string> arguments{"run", "scene.toml", "-o", output, "--quiet"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return run_program(folder, arguments, {}, meanwhile);
+}
+
+void run_whole(const fs::path& folder, const std::string& output,
+               std::vector<std::string> more = {}) {
+  const Outcome outcome = run_scene(folder, output, std::move(more));
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+}
+
+std::map<std::string, std::string> expected_tree(const fs::path& folder) {
+  run_whole(folder, "expected", {"--threads", "1"});
+  return tree_of(folder / "expected");
+}
+
+void check_kills(int kills) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", changed(many_pings(), "elevations = 128", "elevations = 4000"));
+  const auto expected = expected_tree(folder.path());
+  std::mt19937 random(7);
+  int killed = 0, resumed = 0;
+  for (int round = 0; killed < kills; ++round) {
+    REQUIRE(round < 20 * kills);
+    resumed += fs::exists(folder / "killed/part_0001");
+    const Outcome outcome = run_scene(folder.path(), "killed", {"--threads", "2"}, [&](pid_t id) {
+      // Every second time after the first part, so that there is something to continue.
+      for (int wait = 0; round % 2 == 1 && wait < 1000 && !fs::exists(folder / "killed/part_0001");
+           ++wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      std::this_thread::sleep_for(std::chrono::milliseconds(5 + random() % 200));
+      kill(id, SIGKILL);
+    });
+    if (outcome.code == -SIGKILL) {
+      ++killed;
+    } else {  // finished: begin again
+      REQUIRE(outcome.code == 0);
+      CHECK(difference(tree_of(folder / "killed"), expected) == "");
+      fs::remove_all(folder / "killed");
+    }
+  }
+  CHECK(resumed > 0);
+  run_whole(folder.path(), "killed");
+  CHECK(difference(tree_of(folder / "killed"), expected) == "");
+}
+
+/// The pixels in polygons [column, row, ...].
+long area_of(const Json& polygons) {
+  long twice = 0;
+  for (const Json& json : polygons) {
+    const auto p = json.get<std::vector<long>>();
+    long its = 0;
+    for (std::size_t i = 0, n = p.size(); i < n; i += 2)
+      its += p[i] * p[(i + 3) % n] - p[(i + 2) % n] * p[i + 1];
+    twice += std::abs(its);
+  }
+  return twice / 2;
+}
+
+/// The samples of an XTF after its header, or of a JSF.
+std::string recording(const std::map<std::string, std::string>& files, const std::string& name) {
+  return files.at(name).substr(name.ends_with(".xtf") ? 1024 : 0);
+}
+
+}  // namespace
+
+TEST_CASE("the parts of a run put together are the run of one part") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  run_whole(folder.path(), "one", {"-D", "output.pings_per_file=1000"});
+  run_whole(folder.path(), "parts");
+  const auto one = tree_of(folder / "one"), parts = tree_of(folder / "parts");
+  const std::string name = "left-right";
+  CHECK(parts.at(name + ".png") == one.at(name + ".png"));
+  std::map<std::string, std::string> joined;
+  for (const std::string number : {"0001", "0002", "0003", "0004", "0005"}) {
+    const std::string its = "part_" + number + "/" + name + "_" + number;
+    for (const std::string ending : {".xtf", ".jsf"})
+      joined[ending] += recording(parts, its + ending);
+    const std::string& table = parts.at(its + "_pings.csv");
+    joined[".csv"] += joined[".csv"].empty() ? table : table.substr(table.find('\n') + 1);
+    CHECK(parts.contains(its + ".exr"));
+    CHECK(parts.contains(its + ".png"));
+  }
+  CHECK(joined[".xtf"] == recording(one, name + ".xtf"));
+  CHECK(joined[".jsf"] == recording(one, name + ".jsf"));
+  CHECK(joined[".csv"] == one.at(name + "_pings.csv"));
+
+  const Json whole = Json::parse(one.at(name + "_targets.json"));
+  Json together = Json::parse(parts.at(name + "_targets.json"));
+  CHECK(together.at("picture") == whole.at("picture"));
+  REQUIRE(together.at("targets").size() == whole.at("targets").size());
+  int in_several = 0, with_holes = 0;
+  for (std::size_t i = 0; i < whole.at("targets").size(); ++i) {
+    const Json &a = whole["targets"][i], &b = together["targets"][i];
+    CAPTURE(i, a.dump(), b.dump());
+    for (const std::string key : {"instance", "class", "material", "side", "visible_fraction"})
+      CHECK(a.at(key) == b.at(key));
+    for (const std::string key : {"range_m", "ping"})
+      CHECK(b.at(key).get<double>() == Approx(a.at(key).get<double>()));
+    for (const std::string key : {"body", "shadow"}) {
+      REQUIRE(a.at(key).is_null() == b.at(key).is_null());
+      if (a.at(key).is_null()) continue;
+      CHECK(a[key]["box"] == b[key]["box"]);
+      CHECK(a[key]["area_px"] == b[key]["area_px"]);
+      // What surrounds a hole in the whole picture may have none in each part.
+      if (b[key].contains("rle"))
+        CHECK(a[key].at("rle") == b[key]["rle"]);
+      else
+        CHECK(area_of(b[key]["polygons"]) == b[key]["area_px"].get<long>());
+      in_several += b[key]["polygons"].size() > a[key]["polygons"].size();
+      with_holes += b[key].contains("rle");
+    }
+    // The seabed near it is only that of its parts.
+    CHECK(a.at("contrast_db").is_null() == b.at("contrast_db").is_null());
+  }
+  CHECK(in_several > 0);
+  CHECK(with_holes > 0);
+
+  const Json manifest = Json::parse(parts.at("manifest.json"));
+  CHECK(manifest.at("counts") == Json::parse(one.at("manifest.json")).at("counts"));
+  REQUIRE(manifest.at("parts").size() == 5);
+  CHECK(manifest["parts"][4]["folder"] == "part_0005");
+  CHECK(manifest["parts"][4]["first_ping"] == 28);
+  CHECK(manifest["parts"][4]["pings"] == 2);
+  // All files but these two are listed.
+  CHECK(manifest.at("files").size() == parts.size() - 2);
+  CHECK(!Json::parse(one.at("manifest.json")).contains("parts"));
+  CHECK(!one.contains("run.json"));
+}
+
+TEST_CASE("a run in parts is the same on any number of threads, and when it is run again") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  const auto expected = expected_tree(folder.path());
+  for (const std::string threads : {"2", "4"}) {
+    run_whole(folder.path(), "on" + threads, {"--threads", threads});
+    CHECK(difference(tree_of(folder / ("on" + threads)), expected) == "");
+  }
+  run_whole(folder.path(), "expected");
+  CHECK(difference(tree_of(folder / "expected"), expected) == "");
+}
+
+TEST_CASE("shares of a run's parts, merged, are the run") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  const auto expected = expected_tree(folder.path());
+  for (const int shares : {1, 3, 7}) {
+    const std::string output = "by" + std::to_string(shares);
+    for (int share = shares - 1; share >= 0; --share) {
+      run_whole(folder.path(), output,
+                {"--part", std::to_string(share) + "/" + std::to_string(shares)});
+      if (shares > 1) CHECK(!fs::exists(folder / output / "manifest.json"));
+    }
+    const Outcome merged = run_program(folder.path(), {"merge", output, "--quiet"});
+    INFO(merged.err);
+    CHECK(merged.code == 0);
+    CHECK(difference(tree_of(folder / output), expected) == "");
+  }
+  for (const char* share : {"3", "4/4", "-1/4", "a/b", "0/0"})
+    CHECK(run_scene(folder.path(), "other", {"--part=" + std::string(share)}).code == 2);
+  const Outcome one =
+      run_scene(folder.path(), "other", {"--part=0/2", "-D", "output.pings_per_file=100"});
+  CHECK(one.code == 2);
+  CHECK(one.err.find("set output.pings_per_file") != std::string::npos);
+  CHECK(!fs::exists(folder / "other"));
+}
+
+TEST_CASE("merge names missing and damaged parts of a run, and writes nothing") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  run_whole(folder.path(), "run", {"--part", "0/2"});
+  const auto before = tree_of(folder / "run");
+  const Outcome missing = run_program(folder.path(), {"merge", "run", "--quiet"});
+  CHECK(missing.code == 1);
+  CHECK(missing.err.find("parts 3 to 5 are missing") != std::string::npos);
+  CHECK(difference(tree_of(folder / "run"), before) == "");
+
+  run_whole(folder.path(), "run", {"--part", "1/2"});
+  const fs::path damaged = folder / "run/part_0002/left-right_0002.exr";
+  std::string content = read_text(damaged);
+  content[content.size() / 2] ^= 1;
+  write_text(damaged, content);
+  const Outcome outcome = run_program(folder.path(), {"merge", "run", "--quiet"});
+  CHECK(outcome.code == 1);
+  CHECK(outcome.err.find("left-right_0002.exr: its content has changed") != std::string::npos);
+  CHECK(!fs::exists(folder / "run/manifest.json"));
+}
+
+TEST_CASE("a run in parts that is killed several times becomes the same, without leftovers") {
+  check_kills(6);
+}
+
+TEST_CASE("a run in parts that is killed 60 times becomes the same, without leftovers", "[.soak]") {
+  check_kills(60);
+}
+
+TEST_CASE("SIGTERM ends a run in parts with 75, and the same command continues") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", changed(many_pings(), "elevations = 128", "elevations = 6000"));
+  const auto expected = expected_tree(folder.path());
+  const Outcome outcome = run_scene(folder.path(), "run", {"--threads", "1"}, [&](pid_t process) {
+    while (!fs::exists(folder / "run/part_0001"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    kill(process, SIGTERM);
+  });
+  INFO(outcome.err);
+  CHECK(outcome.code == 75);
+  CHECK(outcome.err.find("the same command makes the others") != std::string::npos);
+  for (const auto& entry : fs::directory_iterator(folder / "run"))
+    CHECK(!entry.path().filename().string().starts_with("."));
+  run_whole(folder.path(), "run");
+  CHECK(difference(tree_of(folder / "run"), expected) == "");
+}
+
+TEST_CASE("two processes in one folder make one run in parts together") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  const auto expected = expected_tree(folder.path());
+  for (int round = 0; round < 3; ++round) {
+    const std::string output = "both" + std::to_string(round);
+    Outcome other;
+    std::thread second([&] { other = run_scene(folder.path(), output); });
+    const Outcome outcome = run_scene(folder.path(), output);
+    second.join();
+    INFO(outcome.err << other.err);
+    CHECK(outcome.code == 0);
+    CHECK(other.code == 0);
+    CHECK(difference(tree_of(folder / output), expected) == "");
+  }
+}
+
+TEST_CASE("a folder with parts of another run is refused with what changed") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  run_whole(folder.path(), "run", {"--part", "0/2"});
+  const auto before = tree_of(folder / "run");
+  const Outcome outcome =
+      run_scene(folder.path(), "run", {"-D", "sonar.left-right.range_m=14", "--verify", "2"});
+  CHECK(outcome.code == 2);
+  CHECK(outcome.err.find("sonar.left-right.range_m was 15 and is 14") != std::string::npos);
+  CHECK(outcome.err.find("--verify was 0 and is 2") != std::string::npos);
+  CHECK(outcome.err.find("choose another folder with -o") != std::string::npos);
+  const Outcome one = run_scene(folder.path(), "run", {"-D", "output.pings_per_file=100"});
+  CHECK(one.code == 2);
+  CHECK(difference(tree_of(folder / "run"), before) == "");
+
+  run_whole(folder.path(), "whole", {"-D", "output.pings_per_file=100"});
+  const auto whole = tree_of(folder / "whole");
+  CHECK(run_scene(folder.path(), "whole").code == 2);
+  CHECK(difference(tree_of(folder / "whole"), whole) == "");
+}
+
+TEST_CASE("a disk that becomes full leaves whole parts, and the same command continues") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  const auto expected = expected_tree(folder.path());
+  std::size_t part_bytes = 0;
+  for (const auto& [name, content] : expected)
+    if (name.starts_with("part_0001")) part_bytes += content.size();
+  fs::create_directory(folder / "small");
+  const std::string size = "size=" + std::to_string(2 * part_bytes / 1024 + 60) + "k";
+  if (mount("tmpfs", (folder / "small").c_str(), "tmpfs", 0, size.c_str()) != 0) {
+    WARN("no right to mount a small file system: not tried");
+    return;
+  }
+  const Outcome outcome = run_scene(folder.path(), "small/run", {"--threads", "1"});
+  const auto left = tree_of(folder / "small/run");
+  fs::copy(folder / "small/run", folder / "run", fs::copy_options::recursive);
+  umount((folder / "small").c_str());
+  INFO(outcome.err);
+  CHECK(outcome.code == 1);
+  CHECK(outcome.err.find("No space left on device") != std::string::npos);
+  CHECK(outcome.err.find("parts are finished") != std::string::npos);
+  CHECK(left.contains("part_0001/part.json"));
+  for (const auto& [name, content] : left)
+    CHECK((name == "left-right.png" || expected.at(name) == content));
+  run_whole(folder.path(), "run");
+  CHECK(difference(tree_of(folder / "run"), expected) == "");
+}
