@@ -77,11 +77,12 @@ void check_kills(int kills) {
     REQUIRE(round < 20 * kills);
     resumed += fs::exists(folder / "killed/part_0001");
     const Outcome outcome = run_scene(folder.path(), "killed", {"--threads", "2"}, [&](pid_t id) {
-      // Every second time after the first part, so that there is something to continue.
+      // Every second time right after the first part, so that there is something to continue.
       for (int wait = 0; round % 2 == 1 && wait < 1000 && !fs::exists(folder / "killed/part_0001");
            ++wait)
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      std::this_thread::sleep_for(std::chrono::milliseconds(5 + random() % 200));
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(random() % (round % 2 == 1 ? 20 : 200)));
       kill(id, SIGKILL);
     });
     if (outcome.code == -SIGKILL) {
