@@ -112,15 +112,14 @@ MosaicFile::~MosaicFile() {
 }
 
 void MosaicFile::write(std::int64_t left, std::int64_t top, std::int64_t columns, std::int64_t rows,
-                       std::span<const float> pixels) {
-  std::vector<float> numbers(pixels.begin(), pixels.end());
+                       std::vector<float> pixels) {
   const auto none = static_cast<float>(no_data(type_));
-  for (float& number : numbers)
-    if (std::isnan(number)) number = none;
+  for (float& pixel : pixels)
+    if (std::isnan(pixel)) pixel = none;
   open_->with_gdal(file_, [&] {
     [[maybe_unused]] const CPLErr watched = open_->dataset->GetRasterBand(1)->RasterIO(
         GF_Write, static_cast<int>(left), static_cast<int>(top), static_cast<int>(columns),
-        static_cast<int>(rows), numbers.data(), static_cast<int>(columns), static_cast<int>(rows),
+        static_cast<int>(rows), pixels.data(), static_cast<int>(columns), static_cast<int>(rows),
         GDT_Float32, 0, 0, nullptr);
   });
 }
