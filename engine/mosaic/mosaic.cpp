@@ -61,7 +61,10 @@ double median_spacing_m(const std::vector<RecordedPing>& pings) {
 double rounded(double size_m) {
   const double power = std::pow(10.0, std::floor(std::log10(size_m)));
   const auto error = [&](double factor) { return std::abs(std::log(factor * power / size_m)); };
-  return power * std::ranges::min({1.0, 2.0, 5.0, 10.0}, {}, error);
+  double nearest = 1.0;
+  for (const double factor : {2.0, 5.0, 10.0})
+    if (error(factor) < error(nearest)) nearest = factor;
+  return power * nearest;
 }
 
 PixelType pixel_type(const std::string& layer) {

@@ -11,8 +11,9 @@ namespace ensonify::engine {
 PingSource::PingSource(Positions positions, const std::string& layer)
     : positions_(positions), power_(layer == "brightness") {
   if (positions == Positions::truth) layers_ = {"x_m", "y_m"};
+  value_ = layers_.size();
   if (layer != "region") layers_.push_back(power_ ? "sample" : layer);
-  layers_.push_back("region");
+  layers_.emplace_back("region");
   rows_.resize(layers_.size());
 }
 
@@ -56,7 +57,7 @@ ShownPing PingSource::shown(const RecordedRun& run, const RecordedPing& ping,
     }
     ShownSide& line = result[s];
     line.ground = place(ping, run.sonar, sides[s], positions_, ground);
-    line.values = near_to_far(layers_.size() > 1 ? rows_[rows_.size() - 2] : rows_.back());
+    line.values = near_to_far(rows_[value_]);
     for (float& value : line.values)
       if (power_) {
         const double amplitude = recorder.amplitude(static_cast<std::uint32_t>(value));

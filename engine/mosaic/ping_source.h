@@ -37,7 +37,8 @@ class PingSource {
 
   Positions positions_;
   bool power_;                       // whether samples become squared amplitudes
-  std::vector<std::string> layers_;  // region, the values, and for the truth x_m and y_m
+  std::vector<std::string> layers_;  // x_m and y_m for the truth, the values, region
+  std::size_t value_;                // where the values are; with `region` they are the same
   std::vector<std::vector<float>> rows_;
   std::filesystem::path file_;
   std::unique_ptr<ImageReader> image_;

@@ -92,7 +92,7 @@ PlacedSide place(const RecordedPing& ping, const Sonar& sonar, Side side, Positi
   } else {
     const Eigen::Vector2d out = outwards(ping, side);
     for (std::size_t entry = 0; entry <= 2 * bins; ++entry)
-      placed.places_m.push_back(
+      placed.places_m.emplace_back(
           ping.place_m +
           ground_range_m(0.5 * static_cast<double>(entry) * sonar.bin_m(), ping.height_m) * out);
   }

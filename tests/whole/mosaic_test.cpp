@@ -245,6 +245,17 @@ TEST_CASE("An object of a run is where it is, within half a pixel, in a mosaic o
       CHECK(error.cwiseAbs().maxCoeff() < 0.5 * pixel_m);
     }
   }
+  const Picture regions = mosaic_of(folder, {"run"}, {.pixel_m = 0.05, .layer = "region"});
+  for (const Vector2d& ball : balls_m) {
+    bool object = false;
+    regions.for_each([&](const Vector2d& place, double value) {
+      object = object || (value == 3.0 && (place - ball).norm() < 0.2);
+    });
+    CHECK(object);
+  }
+  CHECK(std::ranges::all_of(regions.values, [](double value) {
+    return std::isnan(value) || value == 2.0 || value == 3.0 || value == 4.0;
+  }));
   // So is its label, at the side that the sonar sees.
   const Picture labels = mosaic_of(folder, {"run"}, {.pixel_m = 0.05, .layer = "instance"});
   std::array<double, 4> nearest_m{9.0, 9.0, 9.0, 9.0}, farthest_m{};
@@ -323,8 +334,8 @@ TEST_CASE("The blocks of a mosaic do not change its bytes") {
   // With lost pings, so that some neighbours that are read apart lie far apart. Straight to the
   // north, so that pings share no ground with others, which could hide a missing one.
   run_scene(folder, with_balls(), "run",
-            {"track.pings=200", "track.heading_deg=0", "track.middle_north_m=0.2", "artefacts.lost=0.6",
-             "sonar.sidescan.range_m=10", "sonar.sidescan.bins=20"});
+            {"track.pings=200", "track.heading_deg=0", "track.middle_north_m=0.2",
+             "artefacts.lost=0.6", "sonar.sidescan.range_m=10", "sonar.sidescan.bins=20"});
   for (const Overlap overlap : {Overlap::newest, Overlap::mean, Overlap::nearest}) {
     MosaicOptions options{.pixel_m = 0.1, .overlap = overlap};
     const Picture whole = mosaic_of(folder, {"run"}, options, "whole.tif");
