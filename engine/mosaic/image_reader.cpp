@@ -1,5 +1,9 @@
 #include <ensonify/engine/mosaic/image_reader.h>
 
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -1,6 +1,7 @@
 #include <ensonify/engine/mosaic/ping_source.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <span>
 
 #include <ensonify/engine/sonar/echo/echo.h>
@@ -60,7 +61,10 @@ ShownPing PingSource::shown(const RecordedRun& run, const RecordedPing& ping,
     line.values = near_to_far(rows_[value_]);
     for (float& value : line.values)
       if (power_) {
-        const double amplitude = recorder.amplitude(static_cast<std::uint32_t>(value));
+        // A damaged image may hold anything, also NaN.
+        const bool is_sample = value >= 0.0f && value <= static_cast<float>(recorder.full_scale());
+        const double amplitude =
+            is_sample ? recorder.amplitude(static_cast<std::uint32_t>(value)) : 0.0;
         value = static_cast<float>(amplitude * amplitude);
       }
     for (const float region : ground.region)

@@ -329,7 +329,7 @@ TEST_CASE("A mosaic has no gaps, and a uniform bed has the same brightness every
   }
 }
 
-TEST_CASE("The blocks of a mosaic do not change its bytes") {
+TEST_CASE("The blocks of a mosaic do not change its bytes", "[slow]") {
   const TemporaryFolder folder;
   // With lost pings, so that some neighbours that are read apart lie far apart. Straight to the
   // north, so that pings share no ground with others, which could hide a missing one.
