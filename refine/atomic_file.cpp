@@ -108,6 +108,10 @@ void NewFile::write(std::span<const std::byte> bytes) {
   write_all(file_, open_->temporary->descriptor.number, bytes);
 }
 
+std::filesystem::path NewFile::temporary() const {
+  return file_.parent_path() / open_->temporary->name;
+}
+
 void NewFile::commit() {
   const int folder = open_->folder.number;
   Temporary& temporary = *open_->temporary;

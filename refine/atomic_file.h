@@ -28,6 +28,9 @@ class NewFile {
   NewFile& operator=(const NewFile&) = delete;
   void write(std::span<const std::byte> bytes);
   void commit();
+  /// The empty temporary file, for a library that writes to a file by its name. It must keep the
+  /// file, not replace it.
+  std::filesystem::path temporary() const;
 
  private:
   struct Open;

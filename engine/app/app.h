@@ -46,6 +46,7 @@ void add_live(CLI::App& app, Action& action);
 void add_generate(CLI::App& app, Action& action);
 void add_preview(CLI::App& app, Action& action);
 void add_merge(CLI::App& app, Action& action);
+void add_mosaic(CLI::App& app, Action& action);
 void add_analyse(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_seafloor(CLI::App& app, Action& action);

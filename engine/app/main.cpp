@@ -137,6 +137,7 @@ int main(int argc, char** argv) {
   app::add_generate(program, action);
   app::add_preview(program, action);
   app::add_merge(program, action);
+  app::add_mosaic(program, action);
   app::add_analyse(program, action);
   app::add_check(program, action);
   app::add_seafloor(program, action);

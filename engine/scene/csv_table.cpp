@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -126,8 +127,15 @@ class CsvReader {
       fail(fmt::format("{} values in {}, expected {} as in the header row", fields_.size(),
                        quoted(line), width_));
     for (std::size_t i = 0; i < columns_.size(); ++i)
-      table_.values_.push_back(table_.has_[i] ? number(fields_[place_[i]], headings_[i]) : 0.0);
+      table_.values_.push_back(table_.has_[i] ? value(i) : 0.0);
     table_.lines_.push_back(line_);
+  }
+
+  double value(std::size_t column) const {
+    const std::string_view field = fields_[place_[column]];
+    if (field.empty() && columns_[column].may_be_empty)
+      return std::numeric_limits<double>::quiet_NaN();
+    return number(field, headings_[column]);
   }
 
   double number(std::string_view field, std::string_view column) const {

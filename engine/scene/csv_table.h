@@ -15,9 +15,10 @@ struct CsvColumn {
   std::string_view name;
   bool required = true;
   std::string_view alias = {};  ///< an instrument's name for it, used if `name` is missing
+  bool may_be_empty = false;    ///< whether a field may be empty; it is then NaN
 };
 
-/// Columns of an untrusted CSV file: finite numbers.
+/// Columns of an untrusted CSV file: finite numbers, or NaN where a column may be empty.
 ///
 /// A header row names the columns, in any order; unknown columns are skipped. Then one row per
 /// line. Blank lines, lines that begin with #, a byte-order mark, CRLF and quoted fields are

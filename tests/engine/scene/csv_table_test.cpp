@@ -1,6 +1,7 @@
 #include <ensonify/engine/scene/csv_table.h>
 
 #include <array>
+#include <cmath>
 
 #include "support/catch.h"
 
@@ -24,6 +25,15 @@ TEST_CASE("A CSV table has the columns that are there, in the order they are ask
   CHECK(table.at(0, 2) == 1.0);
   CHECK(table.at(1, 0) == -45.0);
   CHECK(table.at(1, 2) == 3.0);
+}
+
+TEST_CASE("A field of a CSV table is empty only where its column allows it") {
+  constexpr std::array<CsvColumn, 2> may{{{"a"}, {.name = "b", .may_be_empty = true}}};
+  const CsvTable table = CsvTable::parse("a,b\n1,\n2,3\n", "t.csv", "row", may);
+  CHECK(std::isnan(table.at(0, 1)));
+  CHECK(table.at(1, 1) == 3.0);
+  CHECK_THROWS_WITH(CsvTable::parse("a,b\n,3\n", "t.csv", "row", may),
+                    "t.csv:2: a is '', expected a number such as 12.5");
 }
 
 TEST_CASE("Errors of a CSV table name file and line, and the columns that are optional") {

@@ -1,0 +1,90 @@
+#include <ensonify/engine/mosaic/mosaic.h>
+
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+struct Arguments {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path file;
+  MosaicOptions options;
+  bool quiet = false;
+};
+
+void write_mosaic(const Arguments& arguments) {
+  if (const auto kind = arguments.file.extension(); kind != ".tif" && kind != ".tiff")
+    throw UsageError(fmt::format("{}: a mosaic is written as .tif, not as '{}'",
+                                 arguments.file.string(), kind.string()));
+  MosaicReport report;
+  {
+    const SignalWatch signals;
+    Progress progress(arguments.quiet);
+    MosaicOptions options = arguments.options;
+    options.progress = [&](std::string_view stage, std::size_t done, std::size_t of) {
+      progress.report(stage, done, of);
+      return SignalWatch::caught() == 0;
+    };
+    report = make_mosaic(arguments.runs, arguments.file, options);
+  }
+  print_warnings(report.warnings);
+  if (!arguments.quiet)
+    fmt::print(stderr, "{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
+               report.columns, report.rows, report.pixel_m, report.pings,
+               report.has_reference ? "with a coordinate reference system"
+                                    : "local metres, without a coordinate reference system");
+}
+
+}  // namespace
+
+void add_mosaic(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  MosaicOptions& options = arguments->options;
+  CLI::App& command = *app.add_subcommand(
+      "mosaic", "Lay one sonar of one or several runs on the ground, as a GeoTIFF");
+  command.add_option("RUN", arguments->runs, "Folders that `ensonify run` wrote")->required();
+  command.add_option("-o,--output", arguments->file, "The file to write: .tif")
+      ->type_name("FILE")
+      ->required();
+  command.add_option("--sonar", options.sonar, "The sonar (default: the only one)")
+      ->type_name("NAME");
+  command
+      .add_option("--pixel-m", options.pixel_m,
+                  "Size of a pixel (default: the length of a bin or the spacing of pings, the "
+                  "larger, rounded)")
+      ->type_name("SIZE")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--positions", options.positions,
+                  "truth: where each echo came from (default). navigation: as software for "
+                  "recordings does it, from the reported pose and the altitude, over a level bed")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Positions>{
+          {"truth", Positions::truth}, {"navigation", Positions::navigation}}))
+      ->type_name("truth|navigation");
+  command
+      .add_option("--layer", options.layer,
+                  "brightness (default): samples, even over range, 1 to 255, 0 for no data; or a "
+                  "layer of the images: sample, intensity, intensity_mean (NaN for no data), "
+                  "region, sediment, class, instance (65535 for no data)")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(std::vector<std::string>(mosaic_layers.begin(), mosaic_layers.end())));
+  command
+      .add_option("--overlap", options.overlap,
+                  "What is shown where pings overlap: the newest (default: the last in the order "
+                  "of the runs), the mean, or the one from the nearest ground range")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Overlap>{
+          {"newest", Overlap::newest}, {"mean", Overlap::mean}, {"nearest", Overlap::nearest}}))
+      ->type_name("newest|mean|nearest");
+  add_data(command, options.data_folder);
+  command.add_flag("--quiet", arguments->quiet,
+                   "No progress and no summary; warnings and errors remain");
+  command.callback([&action, arguments] { action = [arguments] { write_mosaic(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/refine/atomic_file.h>
+
+namespace ensonify::engine {
+
+/// The numbers of a GeoTIFF's pixels.
+enum class PixelType {
+  brightness,  ///< 8 bits; 0 is no data
+  value,       ///< float; NaN is no data
+  label,       ///< 16 bits; 65535 is no data
+};
+
+/// A GeoTIFF of one band that is written block by block: tiles of 256 x 256 pixels, compressed
+/// without loss; blocks that are not written have no data and take no space. The file appears at
+/// finish(); without it nothing is left behind. Throws std::runtime_error if it cannot be written.
+class MosaicFile {
+ public:
+  /// `corner_m` is the upper left corner of the upper left pixel, east and north, in the world.
+  /// `reference` is the world's coordinate reference system as WKT; it may be empty.
+  MosaicFile(const std::filesystem::path& file, std::int64_t columns, std::int64_t rows,
+             const Eigen::Vector2d& corner_m, double pixel_m, PixelType type,
+             const std::string& description, const std::string& reference);
+  ~MosaicFile();
+  MosaicFile(const MosaicFile&) = delete;
+  MosaicFile& operator=(const MosaicFile&) = delete;
+
+  /// Writes columns x rows pixels from (left, top) on, row by row from the top; NaN is no data.
+  void write(std::int64_t left, std::int64_t top, std::int64_t columns, std::int64_t rows,
+             std::vector<float> pixels);
+  /// Adds overviews and puts the file in place. `progress` is called with the share that is done;
+  /// returns false, without a file, once it returns false.
+  bool finish(const std::function<bool(double share)>& progress);
+
+ private:
+  struct Open;
+  std::filesystem::path file_;
+  PixelType type_;
+  refine::NewFile new_file_;
+  std::unique_ptr<Open> open_;
+};
+
+}  // namespace ensonify::engine

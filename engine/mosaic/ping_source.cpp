@@ -1,0 +1,77 @@
+#include <ensonify/engine/mosaic/ping_source.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
+
+namespace ensonify::engine {
+
+PingSource::PingSource(Positions positions, const std::string& layer)
+    : positions_(positions), power_(layer == "brightness") {
+  if (positions == Positions::truth) layers_ = {"x_m", "y_m"};
+  value_ = layers_.size();
+  if (layer != "region") layers_.push_back(power_ ? "sample" : layer);
+  layers_.emplace_back("region");
+  rows_.resize(layers_.size());
+}
+
+std::vector<ShownPing> PingSource::read(const RecordedRun& run, std::size_t begin,
+                                        std::size_t end) {
+  std::vector<ShownPing> pings;
+  while (begin < end) {
+    const std::uint32_t image = run.pings[begin].image;
+    std::size_t behind = begin;  // the first ping of another image
+    while (behind < end && run.pings[behind].image == image) ++behind;
+    if (file_ != run.images[image]) {
+      image_ = std::make_unique<ImageReader>(run.images[image]);
+      file_ = run.images[image];
+    }
+    image_->read(run.pings[begin].row, behind - begin, layers_, rows_);
+    for (std::size_t i = begin; i < behind; ++i)
+      pings.push_back(shown(run, run.pings[i], i - begin));
+    begin = behind;
+  }
+  return pings;
+}
+
+ShownPing PingSource::shown(const RecordedRun& run, const RecordedPing& ping,
+                            std::size_t row) const {
+  const Recorder recorder(run.sonar.receiver, 0.0, 0, 0.0, 0.0);  // only for its curve
+  const auto bins = static_cast<std::size_t>(run.sonar.bins);
+  const std::span<const Side> sides = sides_of(run.sonar);
+  ShownPing result(sides.size());
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    const auto near_to_far = [&](const std::vector<float>& layer) {
+      const auto from =
+          layer.begin() + static_cast<std::ptrdiff_t>((row * sides.size() + s) * bins);
+      std::vector<float> values(from, from + static_cast<std::ptrdiff_t>(bins));
+      if (sides[s] == Side::port) std::ranges::reverse(values);
+      return values;
+    };
+    GroundLayers ground{.region = near_to_far(rows_.back()), .x_m = {}, .y_m = {}};
+    if (positions_ == Positions::truth) {
+      ground.x_m = near_to_far(rows_[0]);
+      ground.y_m = near_to_far(rows_[1]);
+    }
+    ShownSide& line = result[s];
+    line.ground = place(ping, run.sonar, sides[s], positions_, ground);
+    line.values = near_to_far(rows_[value_]);
+    for (float& value : line.values)
+      if (power_) {
+        // A damaged image may hold anything, also NaN.
+        const bool is_sample = value >= 0.0f && value <= static_cast<float>(recorder.full_scale());
+        const double amplitude =
+            is_sample ? recorder.amplitude(static_cast<std::uint32_t>(value)) : 0.0;
+        value = static_cast<float>(amplitude * amplitude);
+      }
+    for (const float region : ground.region)
+      line.lit.push_back(region == static_cast<float>(Region::seabed) ||
+                         region == static_cast<float>(Region::object));
+  }
+  return result;
+}
+
+}  // namespace ensonify::engine

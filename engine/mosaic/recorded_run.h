@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/sonar/instrument/sonar.h>
+
+namespace ensonify::engine {
+
+/// Which positions of a run count: the true ones, or those that a real recording has.
+enum class Positions { truth, navigation };
+
+/// What a mosaic needs of one ping of a sonar.
+struct RecordedPing {
+  /// Of the sonar: east and north of the run's world origin. With Positions::navigation they follow
+  /// from the reported pose; reports that repeat are interpolated to the next one.
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
+  double heading_rad = 0.0;  ///< of the sonar's x axis
+  double height_m = 0.0;     ///< of the sonar above the bed; 0: unknown
+  std::uint32_t image = 0;   ///< the number of its image
+  std::uint32_t row = 0;     ///< its row there
+};
+
+/// All pings of one sonar of a run, and its image files.
+struct RecordedRun {
+  Sonar sonar;  ///< as in the scene, with the images' bins
+  Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
+  std::string reference;  ///< coordinate reference system of the world as WKT; empty: unknown
+  std::string warning;    ///< why the reference is unknown; may be empty
+  std::vector<std::filesystem::path> images;
+  std::vector<RecordedPing> pings;  ///< oldest first
+};
+
+/// Reads the manifest, the image headers and the tables of pings of a run's folder, whether the run
+/// was made in one part or in several. `sonar` empty: the only one. `data_folder` is that of a
+/// scene's data:path, where a survey's reference system is read; it may be empty. Throws SceneError
+/// if something is missing, damaged or does not fit.
+RecordedRun read_recorded_run(const std::filesystem::path& folder, const std::string& sonar,
+                              Positions positions, const std::filesystem::path& data_folder);
+
+}  // namespace ensonify::engine
