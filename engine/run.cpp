@@ -112,13 +112,14 @@ std::map<std::string, std::uint64_t> counts_of(const PartRecord& run) {
   return counts;
 }
 
-std::string manifest_of(const PartRecord& run, const std::string& scene_toml, std::uint64_t seed,
-                        const std::string& intersector, std::vector<ManifestPart> parts) {
-  return manifest_json({.scene_toml = scene_toml,
-                        .seed = seed,
+std::string manifest_of(const PartRecord& run, const RunPlan& plan,
+                        std::vector<ManifestPart> parts = {}) {
+  return manifest_json({.scene_toml = plan.scene_toml,
+                        .seed = plan.seed,
                         .surface = run.surface,
-                        .intersector = intersector,
+                        .intersector = plan.intersector,
                         .code_path = run.code_path,
+                        .reference = plan.reference,
                         .classes = run.names.classes,
                         .materials = run.names.materials,
                         .counts = counts_of(run),
@@ -180,8 +181,7 @@ PartRecord finish(const fs::path& folder, const RunPlan& plan, Waiting&& waiting
   const std::vector<std::string> more = warnings_of(whole, plan.intersector);
   whole.warnings.insert(whole.warnings.end(), more.begin(), more.end());
   const Claim claim = wait_for(folder / "manifest.json", waiting);
-  refine::write_file(folder / "manifest.json", manifest_of(whole, plan.scene_toml, plan.seed,
-                                                           plan.intersector, std::move(listed)));
+  refine::write_file(folder / "manifest.json", manifest_of(whole, plan, std::move(listed)));
   return whole;
 }
 
@@ -219,8 +219,10 @@ class Run {
     warnings_.insert(warnings_.end(), track.warnings().begin(), track.warnings().end());
     const RunParts parts(track.count(), pings_of_a_part(simulator.sonars(), track.count()));
     require_images(control_.memory, simulator.sonars(), pings_in_memory(parts));
+    const RunPlan plan =
+        make_plan(scene_, simulator.seafloor().mesh.world_origin, control_.verify_pings, parts);
     PartRecord whole =
-        parts.count() > 1 ? make_parts(simulator, track, parts) : make_one(simulator, track);
+        parts.count() > 1 ? make_parts(simulator, track, plan) : make_one(simulator, track, plan);
     report_.counts = counts_of(whole);
     report_.verification = whole.verification;
     report_.parts = parts.count();
@@ -280,7 +282,7 @@ class Run {
 
   // A run of one part: all images stay in memory until their files are written.
 
-  PartRecord make_one(Simulator& simulator, const TrackPings& track) {
+  PartRecord make_one(Simulator& simulator, const TrackPings& track, const RunPlan& plan) {
     if (control_.shard.count > 1)
       throw SceneError(
           "the run has one part, so there are no shares of it; set output.pings_per_file");
@@ -309,7 +311,7 @@ class Run {
 
     start = Clock::now();
     PartRecord record;
-    with_memory_for("the files", [&] { record = write_one(simulator, pings); });
+    with_memory_for("the files", [&] { record = write_one(simulator, pings, plan); });
     report_.files_s = seconds_since(start);
     report_.disk_s = output_.disk_s();
     output_.keep();
@@ -325,7 +327,7 @@ class Run {
     picture_written_ = Clock::now();
   }
 
-  PartRecord write_one(const Simulator& simulator, ScenePings& pings) {
+  PartRecord write_one(const Simulator& simulator, ScenePings& pings, const RunPlan& plan) {
     report_stage("files", 0, 1);
     PartRecord record =
         record_files(pings, simulator, "", threads_,
@@ -337,8 +339,7 @@ class Run {
     const std::vector<std::string> more = warnings_of(record, scene_.run.intersector);
     record.warnings = report_.extrapolation.behind(joined(warnings_, more));
     record.files = output_.records();
-    const std::string manifest =
-        manifest_of(record, scene_toml_, scene_.seed, scene_.run.intersector, {});
+    const std::string manifest = manifest_of(record, plan);
     output_.write("manifest.json", std::as_bytes(std::span(manifest)));
     record.files = output_.records();
     report_stage("files", 1, 1);
@@ -353,14 +354,8 @@ class Run {
 
   // A run in parts.
 
-  PartRecord make_parts(Simulator& simulator, const TrackPings& track, const RunParts& parts) {
-    const RunPlan plan{.scene_toml = scene_toml_,
-                       .seed = scene_.seed,
-                       .intersector = scene_.run.intersector,
-                       .verify_pings = control_.verify_pings,
-                       .parts = parts,
-                       .version = std::string(program_version()),
-                       .libraries = library_versions()};
+  PartRecord make_parts(Simulator& simulator, const TrackPings& track, const RunPlan& plan) {
+    const RunParts& parts = plan.parts;
     begin_folder(plan);
     output_.keep();
     find_parts(parts);

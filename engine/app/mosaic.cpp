@@ -33,7 +33,6 @@ void write_mosaic(const Arguments& arguments) {
     };
     report = make_mosaic(arguments.runs, arguments.file, options);
   }
-  print_warnings(report.warnings);
   if (!arguments.quiet)
     fmt::print(stderr, "{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
                report.columns, report.rows, report.pixel_m, report.pings,
@@ -81,9 +80,7 @@ void add_mosaic(CLI::App& app, Action& action) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, Overlap>{
           {"newest", Overlap::newest}, {"mean", Overlap::mean}, {"nearest", Overlap::nearest}}))
       ->type_name("newest|mean|nearest");
-  add_data(command, options.data_folder);
-  command.add_flag("--quiet", arguments->quiet,
-                   "No progress and no summary; warnings and errors remain");
+  command.add_flag("--quiet", arguments->quiet, "No progress and no summary; errors remain");
   command.callback([&action, arguments] { action = [arguments] { write_mosaic(*arguments); }; });
 }
 

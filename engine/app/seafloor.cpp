@@ -7,7 +7,7 @@
 #include <ensonify/engine/output/geotiff.h>
 #include <ensonify/engine/output/npz.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/seafloor/bed/survey.h>
+#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/mesh_reader.h>
 
@@ -24,19 +24,6 @@ struct Arguments {
 
 void stop_if_asked() {
   if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
-}
-
-/// The coordinate reference system as WKT: of the survey, or a local one at the track's origin, or
-/// empty.
-std::string reference_of(const Scene& scene, const Heightfield& field) {
-  std::string reference;
-  if (scene.seafloor.kind == SeafloorKind::survey)
-    reference = survey_reference(scene.seafloor.survey.path);
-  const TrackOptions& track = scene.track;
-  if (reference.empty() && track.origin_latitude_rad)
-    reference = reference_about({*track.origin_latitude_rad, *track.origin_longitude_rad},
-                                field.world_origin);
-  return reference;
 }
 
 void write_seafloor(const Arguments& arguments) {
@@ -56,9 +43,10 @@ void write_seafloor(const Arguments& arguments) {
     });
     stop_if_asked();
     refine::write_file(arguments.file,
-                       kind == ".tif" ? encode_geotiff(field, reference_of(scene, field))
-                                      : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
-                                                   static_cast<std::size_t>(field.columns)));
+                       kind == ".tif"
+                           ? encode_geotiff(field, world_reference(scene, field.world_origin))
+                           : encode_npy(field.z_m, static_cast<std::size_t>(field.rows),
+                                        static_cast<std::size_t>(field.columns)));
   }
 }
 

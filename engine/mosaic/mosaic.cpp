@@ -121,7 +121,7 @@ class Mosaic {
  private:
   void add(const fs::path& folder) {
     Line line;
-    line.run = read_recorded_run(folder, options_.sonar, options_.positions, options_.data_folder);
+    line.run = read_recorded_run(folder, options_.sonar, options_.positions);
     line.spacing_m = median_spacing_m(line.run.pings);
     if (!(line.spacing_m > 0.0))
       throw SceneError(fmt::format(
@@ -137,8 +137,6 @@ class Mosaic {
             "for each system",
             folder.string()));
     }
-    if (!line.run.warning.empty())
-      report_.warnings.push_back(fmt::format("{}: {}", folder.string(), line.run.warning));
     report_.has_reference = !line.run.reference.empty();
     const std::size_t pings = line.run.pings.size();
     report_.pings += pings;

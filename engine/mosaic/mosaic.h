@@ -27,7 +27,6 @@ struct MosaicOptions {
   Positions positions = Positions::truth;
   std::string layer = "brightness";  ///< one of mosaic_layers
   Overlap overlap = Overlap::newest;
-  std::filesystem::path data_folder;  ///< of the scenes' data:path; may be empty
   /// Pixels along each side of the blocks that are computed one after another; 0: chosen for about
   /// 100 MB. It does not change the mosaic.
   std::int64_t block_px = 0;
@@ -41,7 +40,6 @@ struct MosaicReport {
   double pixel_m = 0.0;
   std::size_t pings = 0;
   bool has_reference = false;  ///< whether the file has a coordinate reference system
-  std::vector<std::string> warnings;
 };
 
 /// Lays one sonar of one or several runs on the ground and writes a GeoTIFF, north up, in the

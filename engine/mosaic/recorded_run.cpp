@@ -14,7 +14,6 @@
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/scene/csv_table.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/seafloor/bed/survey.h>
 
 namespace ensonify::engine {
 namespace {
@@ -54,7 +53,7 @@ bool stays_inside(const fs::path& path) {
 }
 
 struct ManifestContent {
-  std::string scene;
+  std::string scene, reference;
   std::vector<fs::path> images;
 };
 
@@ -69,7 +68,11 @@ ManifestContent read_manifest(const fs::path& folder) {
   if (!manifest.is_object() || !manifest.contains("scene") || !manifest["scene"].is_string() ||
       !manifest.contains("files") || !manifest["files"].is_array())
     fail(file, damaged);
-  ManifestContent content{.scene = manifest["scene"], .images = {}};
+  ManifestContent content{.scene = manifest["scene"], .reference = {}, .images = {}};
+  if (manifest.contains("reference")) {
+    if (!manifest["reference"].is_string()) fail(file, damaged);
+    content.reference = manifest["reference"];
+  }
   for (const nlohmann::json& record : manifest["files"]) {
     if (!record.is_object() || !record.contains("name") || !record["name"].is_string() ||
         !record.contains("size_bytes") || !record["size_bytes"].is_number_unsigned())
@@ -184,33 +187,10 @@ class PingReader {
   std::vector<double> times_s_;
 };
 
-void set_reference(RecordedRun& run, const Scene& scene, const fs::path& data_folder) {
-  constexpr std::string_view in_data = "data:";
-  if (scene.seafloor.kind == SeafloorKind::survey) {
-    const std::string& name = scene.seafloor.survey.name;
-    const fs::path path = name.starts_with(in_data) ? name.substr(in_data.size()) : "";
-    std::error_code unknown;
-    if (stays_inside(path) && fs::is_regular_file(data_folder / path, unknown))
-      run.reference = survey_reference(data_folder / path);
-    else
-      run.warning = fmt::format(
-          "the survey {} was not found, so the mosaic has no coordinate reference system; {}", name,
-          path.empty()
-              ? "its coordinates are those of the survey: set it with `gdal_edit.py -a_srs`"
-              : "give its folder with --data");
-  }
-  if (run.reference.empty() && scene.track.origin_latitude_rad &&
-      scene.track.origin_longitude_rad) {
-    run.reference = reference_about(
-        {*scene.track.origin_latitude_rad, *scene.track.origin_longitude_rad}, run.world_origin);
-    run.warning.clear();
-  }
-}
-
 }  // namespace
 
-RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar, Positions positions,
-                              const fs::path& data_folder) {
+RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar,
+                              Positions positions) {
   const ManifestContent manifest = read_manifest(folder);
   const Scene scene =
       parse_recipe_unchecked(manifest.scene, (folder / "manifest.json").string(), {});
@@ -251,7 +231,7 @@ RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar, 
     pings.read(table, image.rows());
   }
   if (positions == Positions::navigation) pings.interpolate_repeats();
-  set_reference(run, scene, data_folder);
+  run.reference = manifest.reference;
   return run;
 }
 

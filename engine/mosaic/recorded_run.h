@@ -30,16 +30,14 @@ struct RecordedRun {
   Sonar sonar;  ///< as in the scene, with the images' bins
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   std::string reference;  ///< coordinate reference system of the world as WKT; empty: unknown
-  std::string warning;    ///< why the reference is unknown; may be empty
   std::vector<std::filesystem::path> images;
   std::vector<RecordedPing> pings;  ///< oldest first
 };
 
 /// Reads the manifest, the image headers and the tables of pings of a run's folder, whether the run
-/// was made in one part or in several. `sonar` empty: the only one. `data_folder` is that of a
-/// scene's data:path, where a survey's reference system is read; it may be empty. Throws SceneError
-/// if something is missing, damaged or does not fit.
+/// was made in one part or in several. `sonar` empty: the only one. Throws SceneError if something
+/// is missing, damaged or does not fit.
 RecordedRun read_recorded_run(const std::filesystem::path& folder, const std::string& sonar,
-                              Positions positions, const std::filesystem::path& data_folder);
+                              Positions positions);
 
 }  // namespace ensonify::engine

@@ -94,6 +94,7 @@ std::string manifest_json(const Manifest& manifest) {
       {"warnings", manifest.warnings},
       {"files", files},
   };
+  if (!manifest.reference.empty()) json["reference"] = manifest.reference;
   for (const ManifestPart& part : manifest.parts)
     json["parts"].push_back(
         {{"folder", part.folder}, {"first_ping", part.first_ping}, {"pings", part.pings}});

@@ -28,6 +28,7 @@ struct Manifest {
   std::string scene_toml;  ///< all keys, defaults included; reads back as the same scene
   std::uint64_t seed = 0;
   std::string surface, intersector, code_path;
+  std::string reference;  ///< coordinate reference system of the world as WKT; empty: left out
   std::vector<std::string> classes, materials;        ///< index = number in the layers
   std::map<std::string, std::uint64_t> counts;        ///< pings, rays, hits, starved bins, …
   std::map<std::string, std::uint64_t> verification;  ///< of the verified pings; empty: left out

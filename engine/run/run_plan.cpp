@@ -7,6 +7,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -35,6 +39,23 @@ std::map<std::string, std::string> values_of(const std::string& scene_toml) {
 
 }  // namespace
 
+RunPlan make_plan(const Scene& scene, const Eigen::Vector3d& world_origin, std::size_t verify_pings,
+                  const RunParts& parts) {
+  RunPlan plan{.scene_toml = dump_scene(scene, false),
+               .seed = scene.seed,
+               .intersector = scene.run.intersector,
+               .reference = world_reference(scene, world_origin),
+               .verify_pings = verify_pings,
+               .parts = parts,
+               .version = std::string(program_version()),
+               .libraries = library_versions()};
+  if (parts.count() == 1) return plan;
+  for_each_file(scene, [&](const std::string& key, const InputFile& file) {
+    if (!file.path.empty()) plan.files[key] = xxh128_of_file(file.path);
+  });
+  return plan;
+}
+
 std::filesystem::path plan_file(const std::filesystem::path& folder) { return folder / "run.json"; }
 
 std::string plan_json(const RunPlan& plan) {
@@ -44,7 +65,9 @@ std::string plan_json(const RunPlan& plan) {
                      {"scene", plan.scene_toml},
                      {"seed", plan.seed},
                      {"intersector", plan.intersector},
+                     {"reference", plan.reference},
                      {"verify_pings", plan.verify_pings},
+                     {"input_files", plan.files},
                      {"pings", plan.parts.pings()},
                      {"pings_per_part", plan.parts.pings_per_part()}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -56,11 +79,13 @@ RunPlan read_plan(const std::filesystem::path& folder) {
     return {.scene_toml = json.at("scene").get<std::string>(),
             .seed = json.at("seed").get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),
+            .reference = json.at("reference").get<std::string>(),
             .verify_pings = json.at("verify_pings").get<std::size_t>(),
             .parts = RunParts(json.at("pings").get<std::size_t>(),
                               json.at("pings_per_part").get<std::size_t>()),
             .version = json.at("version").get<std::string>(),
-            .libraries = json.at("libraries").dump()};
+            .libraries = json.at("libraries").dump(),
+            .files = json.at("input_files").get<std::map<std::string, std::string>>()};
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(
         fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
@@ -87,6 +112,9 @@ std::vector<std::string> differences(const RunPlan& before, const RunPlan& now) 
     compare(key, was.empty() ? "not set" : was.mapped(), value);
   }
   for (const auto& [key, value] : were) compare(key, value, "not set");
+  for (const auto& [key, hash] : now.files)
+    if (const auto was = before.files.find(key); was != before.files.end() && was->second != hash)
+      found.push_back(fmt::format("the file of {} has another content", key));
   compare("the number of pings", std::to_string(before.parts.pings()),
           std::to_string(now.parts.pings()));
   return found;

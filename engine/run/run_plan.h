@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include <ensonify/engine/run/parts.h>
 
@@ -15,10 +18,16 @@ struct RunPlan {
   std::string scene_toml;  ///< all keys, defaults included
   std::uint64_t seed = 0;
   std::string intersector;
+  std::string reference;  ///< as in Manifest
   std::size_t verify_pings = 0;
   RunParts parts;
   std::string version, libraries;  ///< program_version(), library_versions()
+  /// Of the files that the scene names: their hashes by key.
+  std::map<std::string, std::string> files;
 };
+
+RunPlan make_plan(const Scene& scene, const Eigen::Vector3d& world_origin, std::size_t verify_pings,
+                  const RunParts& parts);
 
 std::filesystem::path plan_file(const std::filesystem::path& folder);  ///< run.json
 std::string plan_json(const RunPlan& plan);

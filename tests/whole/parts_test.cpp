@@ -295,6 +295,13 @@ TEST_CASE("a folder with parts of another run is refused with what changed") {
   CHECK(outcome.err.find("sonar.left-right.range_m was 15 and is 14") != std::string::npos);
   CHECK(outcome.err.find("--verify was 0 and is 2") != std::string::npos);
   CHECK(outcome.err.find("choose another folder with -o") != std::string::npos);
+  write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1500\n50,1490\n");
+  const std::vector<std::string> cast{"--part", "0/2", "-D", "sea.profile=cast.csv"};
+  run_whole(folder.path(), "bent", cast);
+  write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1500\n50,1480\n");
+  const Outcome other_cast = run_scene(folder.path(), "bent", cast);
+  CHECK(other_cast.code == 2);
+  CHECK(other_cast.err.find("the file of sea.profile has another content") != std::string::npos);
   const Outcome one = run_scene(folder.path(), "run", {"-D", "output.pings_per_file=100"});
   CHECK(one.code == 2);
   CHECK(difference(tree_of(folder / "run"), before) == "");
