@@ -19,13 +19,14 @@
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/run/join.h>
+#include <ensonify/engine/run/output_folder.h>
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/run/run_files.h>
 #include <ensonify/engine/run/run_plan.h>
+#include <ensonify/engine/run/whole_run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator_internals.h>
-#include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
 
@@ -36,154 +37,6 @@ namespace fs = std::filesystem;
 
 constexpr double nominal_sound_speed_mps = 1500.0;  // for the bins of a digitiser
 constexpr std::size_t max_differences = 5;          // that a message lists
-
-/// The folder of a run. Removes the files that it wrote, unless the run is kept. Several threads
-/// may write.
-class OutputFolder {
- public:
-  explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
-    made_ = refine::make_folder(folder_);
-  }
-  ~OutputFolder() {
-    if (kept_) return;
-    std::error_code ignored;
-    for (const auto& [name, record] : records_) fs::remove(folder_ / name, ignored);
-    if (made_) fs::remove(folder_, ignored);  // only if nothing else is in it
-  }
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
-
-  void write(const std::string& name, std::span<const std::byte> content) {
-    const Clock::time_point start = Clock::now();
-    refine::write_file(folder_ / name, content);
-    const FileRecord record{name, content.size(), xxh128(content)};
-    const std::lock_guard lock(mutex_);
-    disk_s_ += seconds_since(start);
-    records_[name] = record;
-  }
-  void keep() { kept_ = true; }
-  /// By name, whatever the order of writing.
-  std::vector<FileRecord> records() const {
-    std::vector<FileRecord> all;
-    for (const auto& [name, record] : records_) all.push_back(record);
-    return all;
-  }
-  const fs::path& path() const { return folder_; }
-  double disk_s() const { return disk_s_; }
-
- private:
-  fs::path folder_;
-  bool made_ = false;
-  bool kept_ = false;
-  std::mutex mutex_;  // of the members below
-  double disk_s_ = 0.0;
-  std::map<std::string, FileRecord> records_;
-};
-
-/// Warnings that follow from a whole run's counts.
-std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector) {
-  std::vector<std::string> warnings;
-  if (!run.verification.empty()) {
-    AgreementCounts found;
-    found.rays = run.verification.at("rays");
-    found.coarse = run.verification.at("coarse");
-    found.wrong_index = run.verification.at("wrong_index");
-    found.wrong_run = run.verification.at("wrong_run");
-    for (std::size_t i = 0; i < verdict_names.size(); ++i)
-      found.verdicts[i] = run.verification.at(verdict_names[i]);
-    for (const Limit& limit : limits(RaySource::scene, intersector_kind(intersector).precision))
-      if (exceeds(limit, found))
-        warnings.push_back(fmt::format(
-            "of {} rays that were verified {} are of the class '{}', more than sound arithmetic "
-            "makes (a share of {:g})",
-            found.rays, limit.of(found), limit.name, limit.share));
-  }
-  if (run.pings_over_hole > 0)
-    warnings.push_back(fmt::format(
-        "{} of {} pings have no bed straight below (a hole in the seafloor); their altitude is "
-        "empty",
-        run.pings_over_hole, run.pings.count));
-  return warnings;
-}
-
-std::map<std::string, std::uint64_t> counts_of(const PartRecord& run) {
-  std::map<std::string, std::uint64_t> counts = run.counts;
-  counts.insert(run.seafloor.begin(), run.seafloor.end());
-  return counts;
-}
-
-std::string manifest_of(const PartRecord& run, const RunPlan& plan,
-                        std::vector<ManifestPart> parts = {}) {
-  return manifest_json({.scene_toml = plan.scene_toml,
-                        .seed = plan.seed,
-                        .surface = run.surface,
-                        .intersector = plan.intersector,
-                        .code_path = run.code_path,
-                        .reference = plan.reference,
-                        .classes = run.names.classes,
-                        .materials = run.names.materials,
-                        .counts = counts_of(run),
-                        .verification = run.verification,
-                        .warnings = run.warnings,
-                        .parts = std::move(parts),
-                        .files = run.files});
-}
-
-FileRecord record_of(const fs::path& folder, const std::string& name) {
-  return {name, fs::file_size(folder / name), xxh128_of_file(folder / name)};
-}
-
-/// The claim to a place; waits while another process holds it.
-template <class Waiting>
-Claim wait_for(const fs::path& place, Waiting&& waiting) {
-  while (true) {
-    if (std::optional<Claim> claim = StagingFolder::try_claim(place)) return std::move(*claim);
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    waiting();
-  }
-}
-
-/// Writes what the whole run has: pictures, targets and the manifest. Returns its record.
-template <class Waiting>
-PartRecord finish(const fs::path& folder, const RunPlan& plan, Waiting&& waiting) {
-  const RunParts& parts = plan.parts;
-  PartRecord whole;
-  std::vector<ManifestPart> listed;
-  std::vector<FileRecord> files;
-  for (std::size_t part = 0; part < parts.count(); ++part) {
-    const std::string its = parts.folder(part);
-    PartRecord record = read_part_json(folder / its / "part.json");
-    listed.push_back({its, record.pings.first, record.pings.count});
-    for (FileRecord& file : record.files) file.name = its + "/" + file.name;
-    record.files.push_back(record_of(folder, its + "/part.json"));
-    if (part == 0)
-      whole = std::move(record);
-    else
-      whole += record;
-  }
-  for (const auto& [sonar, visibility] : whole.object_visibility) {
-    const std::string picture = sonar + ".png", targets = sonar + "_targets.json";
-    {
-      const Claim claim = wait_for(folder / picture, waiting);
-      join_pictures(folder, parts, parts.count(), sonar);
-    }
-    files.push_back(record_of(folder, picture));
-    if (std::ranges::none_of(whole.files, [](const FileRecord& file) {
-          return file.name.ends_with("_targets.json");
-        }))
-      continue;
-    const Claim claim = wait_for(folder / targets, waiting);
-    refine::write_file(folder / targets, join_targets(folder, parts, sonar, visibility));
-    files.push_back(record_of(folder, targets));
-  }
-  whole.files.insert(whole.files.end(), files.begin(), files.end());
-  std::ranges::sort(whole.files, {}, &FileRecord::name);
-  const std::vector<std::string> more = warnings_of(whole, plan.intersector);
-  whole.warnings.insert(whole.warnings.end(), more.begin(), more.end());
-  const Claim claim = wait_for(folder / "manifest.json", waiting);
-  refine::write_file(folder / "manifest.json", manifest_of(whole, plan, std::move(listed)));
-  return whole;
-}
 
 /// A scene's run while it goes on.
 class Run {
@@ -376,7 +229,7 @@ class Run {
     report_.pings_s = seconds_since(start);
     report_.complete = control_.shard.count == 1;
     const Clock::time_point finish_start = Clock::now();
-    PartRecord whole = report_.complete ? finish(folder_, plan, [&] { report_part_pings(0); })
+    PartRecord whole = report_.complete ? finish_run(folder_, plan, [&] { report_part_pings(0); })
                                         : share_record(parts);
     report_.files_s += seconds_since(finish_start);
     return whole;
@@ -390,7 +243,7 @@ class Run {
   /// Writes the plan, or compares with the one that is there.
   void begin_folder(const RunPlan& plan) {
     const fs::path file = plan_file(folder_);
-    const Claim claim = wait_for(file, [&] { report_stage("pings", 0, 1); });
+    const Claim claim = StagingFolder::wait_for(file, [&] { report_stage("pings", 0, 1); });
     if (!fs::exists(file)) {
       if (fs::exists(folder_ / "manifest.json"))
         throw SceneError(fmt::format(
@@ -568,35 +421,6 @@ RunReport run(const Scene& scene, const fs::path& folder, const RunControl& cont
     report.warnings.push_back(fmt::format("{}; it was made again", damage.what()));
     return report;
   }
-}
-
-bool is_run_in_parts(const fs::path& folder) { return fs::exists(plan_file(folder)); }
-
-RunMergeReport merge_run(const fs::path& folder,
-                         const std::function<bool(std::size_t done, std::size_t of)>& progress) {
-  const RunPlan plan = read_plan(folder);
-  const RunParts& parts = plan.parts;
-  RunMergeReport report{.parts = parts.count()};
-  for (std::size_t part = 0; part < parts.count(); ++part) {
-    if (progress && !progress(part, parts.count())) throw Stopped("stopped on request");
-    const fs::path place = folder / parts.folder(part);
-    if (!fs::exists(place)) {
-      report.missing.push_back(part + 1);
-      continue;
-    }
-    for (const FileRecord& file : read_part_json(place / "part.json").files)
-      if (FileRecord there{file.name, 0, xxh128_of_file(place / file.name)};
-          there.xxh128 != file.xxh128)
-        report.damaged.push_back(fmt::format(
-            "{}: {}", (place / file.name).string(),
-            fs::exists(place / file.name) ? "its content has changed" : "the file is missing"));
-  }
-  if (!report.missing.empty() || !report.damaged.empty()) return report;
-  report.warnings = finish(folder, plan, [&] {
-                      if (progress && !progress(parts.count(), parts.count()))
-                        throw Stopped("stopped on request");
-                    }).warnings;
-  return report;
 }
 
 }  // namespace ensonify::engine

@@ -197,11 +197,7 @@ class Generator {
   }
 
   Claim wait_for(const fs::path& place) {
-    while (true) {
-      if (std::optional<Claim> claim = StagingFolder::try_claim(place)) return std::move(*claim);
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      report_progress();
-    }
+    return StagingFolder::wait_for(place, [&] { report_progress(); });
   }
 
   void report_progress() {

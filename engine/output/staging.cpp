@@ -1,7 +1,9 @@
 #include <ensonify/engine/output/staging.h>
 
 #include <cerrno>
+#include <chrono>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
@@ -69,6 +71,14 @@ std::optional<Claim> StagingFolder::try_claim(const fs::path& place) {
     if (name.starts_with(begin) && name.ends_with(".tmp")) fs::remove_all(entry.path(), ignored);
   }
   return claim;
+}
+
+Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>& waiting) {
+  while (true) {
+    if (std::optional<Claim> claim = try_claim(place)) return std::move(*claim);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    waiting();
+  }
 }
 
 StagingFolder::StagingFolder(const fs::path& place) : place_(place) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 namespace ensonify::engine {
@@ -48,6 +49,9 @@ class StagingFolder {
   /// The claim to a place, after removing the temporary folders that killed processes left there;
   /// none while another process holds it. Throws as Claim::try_take().
   static std::optional<Claim> try_claim(const std::filesystem::path& place);
+  /// The same, but waits while another process holds it. `waiting` is called every 0.1 s; what it
+  /// throws ends the waiting.
+  static Claim wait_for(const std::filesystem::path& place, const std::function<void()>& waiting);
 
  private:
   std::filesystem::path place_, folder_;

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/output/manifest.h>
+
+namespace ensonify::engine {
+
+/// The folder of a run, made if missing. Removes the files that it wrote, unless the run is kept.
+/// Several threads may write.
+class OutputFolder {
+ public:
+  /// Throws std::system_error if the folder cannot be made or written to.
+  explicit OutputFolder(std::filesystem::path folder);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Throws std::system_error as refine::write_file().
+  void write(const std::string& name, std::span<const std::byte> content);
+  void keep() { kept_ = true; }
+  /// By name, whatever the order of writing.
+  std::vector<FileRecord> records() const;
+  const std::filesystem::path& path() const { return folder_; }
+  double disk_s() const { return disk_s_; }  ///< seconds spent in write()
+
+ private:
+  std::filesystem::path folder_;
+  bool made_ = false;
+  bool kept_ = false;
+  std::mutex mutex_;  // of the members below
+  double disk_s_ = 0.0;
+  std::map<std::string, FileRecord> records_;
+};
+
+}  // namespace ensonify::engine

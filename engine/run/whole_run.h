@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/run/part_record.h>
+#include <ensonify/engine/run/run_plan.h>
+
+namespace ensonify::engine {
+
+/// Warnings that follow from a whole run's counts.
+std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector);
+
+/// All counts of a run, those of its seafloor included.
+std::map<std::string, std::uint64_t> counts_of(const PartRecord& run);
+
+/// The content of a run's manifest.json. `parts` is empty for a run of one part.
+std::string manifest_of(const PartRecord& run, const RunPlan& plan,
+                        std::vector<ManifestPart> parts = {});
+
+/// Writes what the whole of a run in parts has, once all parts are there: pictures, targets and the
+/// manifest. Returns the run's record. `waiting` as in StagingFolder::wait_for(). Throws
+/// std::runtime_error, std::system_error.
+PartRecord finish_run(const std::filesystem::path& folder, const RunPlan& plan,
+                      const std::function<void()>& waiting);
+
+}  // namespace ensonify::engine
