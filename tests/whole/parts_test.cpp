@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using Json = nlohmann::json;
+using namespace std::chrono_literals;
 
 // Objects and their shadows, lost and repeated pings, a part that ends within a block.
 const std::string scene_of_parts = tiny_scene + R"(
@@ -77,12 +78,20 @@ void check_kills(int kills) {
     REQUIRE(round < 20 * kills);
     resumed += fs::exists(folder / "killed/part_0001");
     const Outcome outcome = run_scene(folder.path(), "killed", {"--threads", "2"}, [&](pid_t id) {
-      // Every second time right after the first part, so that there is something to continue.
-      for (int wait = 0; round % 2 == 1 && wait < 1000 && !fs::exists(folder / "killed/part_0001");
-           ++wait)
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      std::this_thread::sleep_for(
-          std::chrono::milliseconds(random() % (round % 2 == 1 ? 20 : 200)));
+      // Every second time right after a part, so that there is something to continue.
+      const auto parts = [&] {
+        int count = 0;
+        while (fs::exists(folder / ("killed/part_000" + std::to_string(count + 1)))) ++count;
+        return count;
+      };
+      const auto ended = [&] {
+        siginfo_t info{};
+        return waitid(P_PID, static_cast<id_t>(id), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+               info.si_pid == id;
+      };
+      for (const int before = parts(); round % 2 == 1 && parts() == before && !ended();)
+        std::this_thread::sleep_for(2ms);
+      std::this_thread::sleep_for((random() % (round % 2 == 1 ? 20 : 200)) * 1ms);
       kill(id, SIGKILL);
     });
     if (outcome.code == -SIGKILL) {
