@@ -375,7 +375,7 @@ class Run {
   /// The counts of this share's parts.
   PartRecord share_record(const RunParts& parts) const {
     const Shard& shard = control_.shard;
-    PartRecord sum;
+    PartRecord sum{.counts = {{"pings", 0}}};  // a share may have no part
     for (std::size_t part = parts.count() * shard.index / shard.count, first = part;
          part < parts.count() * (shard.index + 1) / shard.count; ++part) {
       PartRecord record = read_part_json(folder_ / parts.folder(part) / "part.json");

@@ -148,7 +148,7 @@ void run_scene(Arguments arguments) {
   if (!arguments.quiet) print_warnings(report.extrapolation.behind({}));
   if (!arguments.quiet) print_report(report, arguments.folder, threads);
   if (arguments.json) print_json(report, arguments.folder, threads);
-  if (arguments.verify > 0 && report.verification.at("unexplained") > 0)
+  if (!report.verification.empty() && report.verification.at("unexplained") > 0)
     throw std::runtime_error(fmt::format(
         "{} of {} rays of {} pings differ from the exact reference without an explanation; the "
         "classes are in {}, and `ensonify check` lists the rays",

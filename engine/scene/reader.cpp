@@ -16,6 +16,7 @@
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
+#include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 
 namespace ensonify::engine {
@@ -42,12 +43,6 @@ std::string description(const toml::node& node) {
   if (const auto* value = node.as_boolean()) return value->get() ? "true" : "false";
   if (node.is_table()) return "a table";
   return node.is_array() ? "an array" : "a date or a time";
-}
-
-/// Whether two words differ only in - for _.
-bool same_word(std::string_view a, std::string_view b) {
-  const auto plain = [](char c) { return c == '-' ? '_' : c; };
-  return std::ranges::equal(a, b, {}, plain, plain);
 }
 
 std::string joined(std::string_view section, std::string_view name) {
@@ -441,7 +436,7 @@ class Reader {
     const auto choice = [&]() -> std::size_t {
       const std::string text = word();
       const auto found = std::ranges::find_if(
-          key.choices, [&](std::string_view known) { return same_word(text, known); });
+          key.choices, [&](std::string_view known) { return scatter::same_name(text, known); });
       if (found == key.choices.end())
         throw refuse(
             suggestion(text, std::vector<std::string>(key.choices.begin(), key.choices.end())));

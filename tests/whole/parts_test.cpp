@@ -1,4 +1,5 @@
-// Runs in parts: the same as a run of one part, whatever stops them and whoever makes them.
+// A run in parts has the same content as a run of one part. It stays the same if the run is
+// stopped, killed or shared by several processes.
 
 #include <sys/mount.h>
 
@@ -222,6 +223,11 @@ TEST_CASE("shares of a run's parts, merged, are the run") {
   }
   for (const char* share : {"3", "4/4", "-1/4", "a/b", "0/0"})
     CHECK(run_scene(folder.path(), "other", {"--part=" + std::string(share)}).code == 2);
+  // With more shares than parts some have none, which their reports must bear.
+  const Outcome none = run_program(
+      folder.path(), {"run", "scene.toml", "-o", "none", "--part", "0/7", "--verify", "2"});
+  INFO(none.err);
+  CHECK(none.code == 0);
   const Outcome one =
       run_scene(folder.path(), "other", {"--part=0/2", "-D", "output.pings_per_file=100"});
   CHECK(one.code == 2);
