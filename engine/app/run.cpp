@@ -54,14 +54,18 @@ void print_report(const RunReport& report, const fs::path& folder, int threads) 
     fmt::print(stderr, "analysed seafloor: read from {}\n", report.cache_file.string());
   else if (!report.cache_file.empty() && report.surface != "static")
     fmt::print(stderr, "analysed seafloor: kept in {}\n", report.cache_file.string());
+  // Parts that were found took no time in this run.
+  const std::string rate = report.parts_found > 0
+                               ? fmt::format(" for the missing ones of {} parts", report.parts)
+                               : fmt::format(": {:.4g} pings/s", pings_per_s(report));
   fmt::print(
       stderr,
-      "{} pings in {:.2f} s: {:.4g} pings/s on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
+      "{} pings in {:.2f} s{} on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
       "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, speckle "
       "{:.2f} s\n",
-      report.counts.at("pings"), report.pings_s, pings_per_s(report), threads,
-      threads == 1 ? "" : "s", report.prepare_s, report.files_s, stages.surface_s, stages.trace_s,
-      stages.echo_s, stages.receive_s);
+      report.counts.at("pings"), report.pings_s, rate, threads, threads == 1 ? "" : "s",
+      report.prepare_s, report.files_s, stages.surface_s, stages.trace_s, stages.echo_s,
+      stages.receive_s);
   if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
     fmt::print(stderr, "bent rays: {}, of which {} by chords\n", bent->second,
                report.counts.at("bent_rays_by_chords"));
@@ -95,7 +99,8 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
       {"warnings", report.extrapolation.behind(report.warnings)},
       {"surface", {{"name", report.surface}, {"why", report.surface_why}}},
       {"cache", {{"file", report.cache_file.string()}, {"hit", report.cached}}},
-      {"pings_per_s", pings_per_s(report)},
+      {"pings_per_s", report.parts_found > 0 ? nlohmann::ordered_json(nullptr)
+                                             : nlohmann::ordered_json(pings_per_s(report))},
       {"times_s",
        {{"seafloor", report.prepare_s}, {"pings", report.pings_s}, {"files", report.files_s}}},
       {"stages_s",  // summed over threads
