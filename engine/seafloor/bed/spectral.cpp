@@ -79,7 +79,10 @@ double signed_frequency(int index, int length) {
 }  // namespace
 
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise) {
-  const auto [columns, rows] = size_of(field, what.period_m);
+  // Not a structured binding: the compiler of the fuzz targets, Clang 14, cannot capture one.
+  const Size size = size_of(field, what.period_m);
+  const int columns = size.columns;
+  const int rows = size.rows;
   if (static_cast<double>(columns) * rows > max_cells)
     throw std::invalid_argument(fmt::format(
         "relief: it needs a field of {} x {} cells, {:.0f} GB; use larger cells or a smaller "
