@@ -22,6 +22,7 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
       block_pings_(static_cast<std::size_t>(scene.run.block_pings)) {
   TrackPoses track_poses = SimulatorInternals::track_poses(simulator);
   poses_ = std::move(track_poses.poses);
+  leg_starts_ = std::move(track_poses.leg_starts);
   warnings_ = std::move(track_poses.warnings);
   if (auto warning = coarse_planes_warning(simulator.sonars(), simulator.sound_speed_mps(),
                                            simulator.seafloor(), poses_))

@@ -40,6 +40,8 @@ class TrackPings {
 
   std::size_t count() const { return poses_.size(); }
   std::span<const Pose> poses() const { return poses_; }
+  /// As TrackPoses.
+  std::span<const std::size_t> leg_starts() const { return leg_starts_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   struct RecordedPing {
@@ -66,6 +68,7 @@ class TrackPings {
   std::uint64_t seed_;
   std::size_t block_pings_;
   std::vector<Pose> poses_, reported_;
+  std::vector<std::size_t> leg_starts_;
   std::vector<std::size_t> recorded_;    // by ping: the ping whose echo is recorded, or none
   std::vector<Pose> sent_;               // poses of the recorded echoes, in order
   std::vector<std::size_t> sent_until_;  // by ping: the number of recorded echoes up to it

@@ -70,7 +70,7 @@ class Run {
     const TrackPings track(scene_, simulator);
     warnings_.assign(simulator.warnings().begin(), simulator.warnings().end());
     warnings_.insert(warnings_.end(), track.warnings().begin(), track.warnings().end());
-    const RunParts parts(track.count(), pings_of_a_part(simulator.sonars(), track.count()));
+    const RunParts parts = parts_of(track, simulator.sonars());
     require_images(control_.memory, simulator.sonars(), pings_in_memory(parts));
     const RunPlan plan =
         make_plan(scene_, simulator.seafloor().mesh.world_origin, control_.verify_pings, parts);
@@ -97,10 +97,15 @@ class Run {
   std::size_t pings_of_a_part(std::span<const Sonar> sonars, std::size_t pings) const {
     return control_.on_outputs ? pings : pings_per_part(scene_.output, sonars, pings);
   }
+  RunParts parts_of(const TrackPings& track, std::span<const Sonar> sonars) const {
+    const std::size_t most = pings_of_a_part(sonars, track.count());
+    return scene_.output.file_per_leg && !control_.on_outputs
+               ? parts_of_legs(track.leg_starts(), track.count(), most)
+               : equal_parts(track.count(), most);
+  }
   /// While one part is written by each thread, another one is pinged.
   std::size_t pings_in_memory(const RunParts& parts) const {
-    return std::min(parts.pings(),
-                    parts.pings_per_part() * (static_cast<std::size_t>(threads_) + 1));
+    return std::min(parts.pings(), parts.longest() * (static_cast<std::size_t>(threads_) + 1));
   }
 
   /// Of the pings that are known before there is a seafloor to fly over; none otherwise. Throws
@@ -111,7 +116,7 @@ class Run {
     for (Sonar& sonar : sonars)
       sonar = sonar.sampled(scene_.sea.sound_speed_mps.value_or(nominal_sound_speed_mps));
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    const std::size_t at_once = pings_in_memory({pings, pings_of_a_part(sonars, pings)});
+    const std::size_t at_once = pings_in_memory(equal_parts(pings, pings_of_a_part(sonars, pings)));
     require_images(control_.memory, sonars, at_once);
     return image_bytes(sonars, at_once);
   }
@@ -321,7 +326,7 @@ class Run {
                 },
                 .finished =
                     [&](const PingRange& range, ScenePings pings, const Simulator& its) {
-                      const std::size_t part = range.first / parts.pings_per_part();
+                      const std::size_t part = parts.part_of(range.first);
                       const Clock::time_point start = Clock::now();
                       with_memory_for("the files", [&] { write_part(its, pings, parts, part); });
                       const std::lock_guard lock(mutex);

@@ -31,49 +31,47 @@ std::string intervals(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
+/// Calls a merge with its progress, which Ctrl-C stops.
+template <class Merge>
+auto watched(const Arguments& arguments, std::string_view pieces, const Merge& merge) {
+  const SignalWatch signals;
+  Progress progress(arguments.quiet);
+  return merge(arguments.folder, [&](std::size_t done, std::size_t of) {
+    progress.report(pieces, done, of);
+    return SignalWatch::caught() == 0;
+  });
+}
+
+/// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage.
+void require_whole(const Arguments& arguments, std::string_view pieces,
+                   const std::vector<std::size_t>& missing, const std::vector<std::string>& damaged,
+                   std::string_view cure) {
+  if (missing.empty() && damaged.empty()) return;
+  for (std::size_t i = 0; i < std::min(max_lines, damaged.size()); ++i)
+    fmt::print(stderr, "ensonify: {}\n", damaged[i]);
+  std::string found;
+  if (!missing.empty()) found += fmt::format("{} {} are missing; ", pieces, intervals(missing));
+  if (!damaged.empty()) found += fmt::format("{} faults in {}; ", damaged.size(), pieces);
+  throw std::runtime_error(
+      fmt::format("{}: {}nothing was written; {}", arguments.folder.string(), found, cure));
+}
+
 void merge_parts(const Arguments& arguments) {
-  RunMergeReport report;
-  {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
-    report = merge_run(arguments.folder, [&](std::size_t done, std::size_t of) {
-      progress.report("parts", done, of);
-      return SignalWatch::caught() == 0;
-    });
-  }
-  for (std::size_t i = 0; i < std::min(max_lines, report.damaged.size()); ++i)
-    fmt::print(stderr, "ensonify: {}\n", report.damaged[i]);
+  const RunMergeReport report = watched(arguments, "parts", merge_run);
   if (arguments.json)
     print_object({{"parts", report.parts},
                   {"missing", report.missing},
                   {"damaged", report.damaged},
                   {"warnings", report.warnings}});
-  if (!report.missing.empty() || !report.damaged.empty())
-    throw std::runtime_error(fmt::format(
-        "{}: {}{}{}nothing was written; remove the folders of damaged parts and run `ensonify run` "
-        "again",
-        arguments.folder.string(),
-        report.missing.empty() ? ""
-                               : fmt::format("parts {} are missing; ", intervals(report.missing)),
-        report.damaged.empty() ? "" : fmt::format("{} files are damaged", report.damaged.size()),
-        report.damaged.empty() ? "" : "; "));
+  require_whole(arguments, "parts", report.missing, report.damaged,
+                "remove the folders of damaged parts and run `ensonify run` again");
   print_warnings(report.warnings);
   if (!arguments.quiet)
     fmt::print(stderr, "{}: {} parts are complete\n", arguments.folder.string(), report.parts);
 }
 
 void merge_dataset(const Arguments& arguments) {
-  MergeReport report;
-  {
-    const SignalWatch signals;
-    Progress progress(arguments.quiet);
-    report = merge(arguments.folder, [&](std::size_t done, std::size_t of) {
-      progress.report("samples", done, of);
-      return SignalWatch::caught() == 0;
-    });
-  }
-  for (std::size_t i = 0; i < std::min(max_lines, report.damaged.size()); ++i)
-    fmt::print(stderr, "ensonify: {}\n", report.damaged[i]);
+  const MergeReport report = watched(arguments, "samples", merge);
   if (arguments.json)
     print_object({{"samples", report.samples},
                   {"missing", report.missing},
@@ -81,14 +79,8 @@ void merge_dataset(const Arguments& arguments) {
                   {"warnings", report.warnings},
                   {"splits", report.samples_by_split},
                   {"images", report.images}});
-  if (!report.missing.empty() || !report.damaged.empty())
-    throw std::runtime_error(fmt::format(
-        "{}: {}{}{}nothing was written; remove damaged samples and run `ensonify generate` again",
-        arguments.folder.string(),
-        report.missing.empty() ? ""
-                               : fmt::format("samples {} are missing; ", intervals(report.missing)),
-        report.damaged.empty() ? "" : fmt::format("{} samples are damaged", report.damaged.size()),
-        report.damaged.empty() ? "" : "; "));
+  require_whole(arguments, "samples", report.missing, report.damaged,
+                "remove damaged samples and run `ensonify generate` again");
   print_warnings(report.warnings);
   if (arguments.quiet) return;
   fmt::print(stderr, "{}: {} samples are complete\n", arguments.folder.string(), report.samples);

@@ -28,9 +28,13 @@ class MemoryStream final : public Imf::OStream {
   }
 
   void write(const char* data, int count) override {
+    const auto* from = reinterpret_cast<const std::byte*>(data);
     const auto size = static_cast<std::size_t>(count);
-    if (bytes.size() < place_ + size) bytes.resize(place_ + size);
-    std::copy_n(reinterpret_cast<const std::byte*>(data), size, bytes.begin() + offset());
+    if (bytes.size() < place_) bytes.resize(place_);
+    // Overwritten at the end is only the table of lines; new bytes are not cleared beforehand.
+    const std::size_t over = std::min(size, bytes.size() - place_);
+    std::copy_n(from, over, bytes.begin() + offset());
+    bytes.insert(bytes.end(), from + over, from + size);
     place_ += size;
   }
   std::uint64_t tellp() override { return place_; }

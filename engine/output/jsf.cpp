@@ -100,6 +100,9 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.put<std::uint16_t>(h + 114, static_cast<std::uint16_t>(bins));
   bytes.put<std::uint16_t>(h + 126, static_cast<std::uint16_t>(low));
   bytes.put<std::uint16_t>(h + 128, static_cast<std::uint16_t>(high));
+  const auto sweep_us = rounded<std::uint32_t>(1e6 * recording.pulse_length_s);
+  bytes.put<std::uint16_t>(h + 18, static_cast<std::uint16_t>(sweep_us % 1000 << 4));
+  bytes.put<std::uint16_t>(h + 130, static_cast<std::uint16_t>(sweep_us / 1000));
   const double interval_s =
       2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
   bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s * 1e9));

@@ -80,6 +80,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       .name = sonar.name,
       .frequency_hz = sonar.frequency_hz,
       .bandwidth_hz = sonar.pulse.bandwidth_hz,
+      .pulse_length_s = sonar.pulse.transmitted_length_s(),
       .range_m = sonar.range_m,
       // Uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
       .beamwidth_rad = 0.886 * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,

@@ -47,6 +47,7 @@ struct NavPing {
 struct Recording {
   std::string name;  ///< of the sonar
   double frequency_hz = 0.0, bandwidth_hz = 0.0;
+  double pulse_length_s = 0.0;
   double range_m = 0.0;
   double beamwidth_rad = 0.0;  ///< horizontal, -3 dB
   double vertical_beamwidth_rad = 0.0;

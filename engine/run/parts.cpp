@@ -1,7 +1,9 @@
 #include <ensonify/engine/run/parts.h>
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,17 +16,29 @@ constexpr std::size_t step_pings = 64;  // parts of whole blocks of the default 
 
 }  // namespace
 
-RunParts::RunParts(std::size_t pings, std::size_t pings_per_part)
-    : pings_(pings), pings_per_part_(pings_per_part) {
-  if (pings == 0 || pings_per_part == 0)
+RunParts::RunParts(std::vector<std::size_t> first_pings, std::size_t pings)
+    : first_pings_(std::move(first_pings)), pings_(pings) {
+  const auto no_more = std::ranges::adjacent_find(first_pings_, std::ranges::greater_equal());
+  if (first_pings_.empty() || first_pings_.front() != 0 || no_more != first_pings_.end() ||
+      first_pings_.back() >= pings)
     throw std::invalid_argument("RunParts: a run or a part without pings");
 }
 
-std::size_t RunParts::count() const { return (pings_ + pings_per_part_ - 1) / pings_per_part_; }
+std::size_t RunParts::longest() const {
+  std::size_t longest = 0;
+  for (std::size_t part = 0; part < count(); ++part) longest = std::max(longest, range(part).count);
+  return longest;
+}
 
 PingRange RunParts::range(std::size_t part) const {
-  const std::size_t first = part * pings_per_part_;
-  return {first, std::min(pings_per_part_, pings_ - first)};
+  const std::size_t first = first_pings_[part];
+  return {first, (part + 1 < count() ? first_pings_[part + 1] : pings_) - first};
+}
+
+std::size_t RunParts::part_of(std::size_t ping) const {
+  return static_cast<std::size_t>(std::ranges::upper_bound(first_pings_, ping) -
+                                  first_pings_.begin()) -
+         1;
 }
 
 std::string RunParts::number(std::size_t part) const {
@@ -42,6 +56,23 @@ std::size_t pings_per_part(const OutputOptions& output, std::span<const Sonar> s
   if (image_bytes(sonars, pings) <= max_bytes_of_one_part) return pings;
   const double steps = bytes_of_a_part / image_bytes(sonars, step_pings);
   return step_pings * std::max<std::size_t>(1, static_cast<std::size_t>(steps));
+}
+
+RunParts equal_parts(std::size_t pings, std::size_t pings_per_part) {
+  const std::size_t whole_run = 0;
+  return parts_of_legs({&whole_run, 1}, pings, pings_per_part);
+}
+
+RunParts parts_of_legs(std::span<const std::size_t> leg_starts, std::size_t pings,
+                       std::size_t pings_per_part) {
+  if (pings_per_part == 0) throw std::invalid_argument("RunParts: a part without pings");
+  std::vector<std::size_t> first_pings;
+  for (std::size_t leg = 0; leg < leg_starts.size(); ++leg) {
+    const std::size_t end = leg + 1 < leg_starts.size() ? leg_starts[leg + 1] : pings;
+    for (std::size_t first = leg_starts[leg]; first < end; first += pings_per_part)
+      first_pings.push_back(first);
+  }
+  return {std::move(first_pings), pings};
 }
 
 }  // namespace ensonify::engine

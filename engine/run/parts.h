@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/scene.h>
@@ -13,23 +14,35 @@ namespace ensonify::engine {
 /// files in its folder: NAME.exr, ...; a run of several has them in part_0001/NAME_0001.exr, ...
 class RunParts {
  public:
-  RunParts(std::size_t pings, std::size_t pings_per_part);
+  /// `first_pings` of the parts ascend from 0. Throws std::invalid_argument if they do not, or if
+  /// a part has no pings.
+  RunParts(std::vector<std::size_t> first_pings, std::size_t pings);
 
-  std::size_t count() const;
+  std::size_t count() const { return first_pings_.size(); }
   std::size_t pings() const { return pings_; }
-  std::size_t pings_per_part() const { return pings_per_part_; }
+  std::span<const std::size_t> first_pings() const { return first_pings_; }
+  std::size_t longest() const;  ///< the most pings of a part
   PingRange range(std::size_t part) const;
+  std::size_t part_of(std::size_t ping) const;
   /// The number of a part in names, from 0001.
   std::string number(std::size_t part) const;
   std::string folder(std::size_t part) const;  ///< part_0001
 
  private:
-  std::size_t pings_, pings_per_part_;
+  std::vector<std::size_t> first_pings_;
+  std::size_t pings_;
 };
 
-/// How many pings a part has: output.pings_per_file; if that is 0, all pings if their images take
+/// The most pings of a part: output.pings_per_file; if that is 0, all pings if their images take
 /// 1 GiB at most, else as many as take 64 MiB.
 std::size_t pings_per_part(const OutputOptions& output, std::span<const Sonar> sonars,
                            std::size_t pings);
+
+/// Parts of this many pings, the last of which may have fewer.
+RunParts equal_parts(std::size_t pings, std::size_t pings_per_part);
+
+/// The parts of each leg that equal_parts() makes.
+RunParts parts_of_legs(std::span<const std::size_t> leg_starts, std::size_t pings,
+                       std::size_t pings_per_part);
 
 }  // namespace ensonify::engine

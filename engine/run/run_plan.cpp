@@ -69,7 +69,7 @@ std::string plan_json(const RunPlan& plan) {
                      {"verify_pings", plan.verify_pings},
                      {"input_files", plan.files},
                      {"pings", plan.parts.pings()},
-                     {"pings_per_part", plan.parts.pings_per_part()}};
+                     {"first_pings", plan.parts.first_pings()}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -81,8 +81,8 @@ RunPlan read_plan(const std::filesystem::path& folder) {
             .intersector = json.at("intersector").get<std::string>(),
             .reference = json.at("reference").get<std::string>(),
             .verify_pings = json.at("verify_pings").get<std::size_t>(),
-            .parts = RunParts(json.at("pings").get<std::size_t>(),
-                              json.at("pings_per_part").get<std::size_t>()),
+            .parts = RunParts(json.at("first_pings").get<std::vector<std::size_t>>(),
+                              json.at("pings").get<std::size_t>()),
             .version = json.at("version").get<std::string>(),
             .libraries = json.at("libraries").dump(),
             .files = json.at("input_files").get<std::map<std::string, std::string>>()};

@@ -42,6 +42,11 @@ void check_track(const Scene& scene, const auto& require) {
   require(track.kind != TrackKind::lawn_mower || track.speed_mps > 0.0, "track.speed_mps", [] {
     return "'track.speed_mps' is 0, expected more for a lawn-mower, which must reach its end";
   });
+  require(!scene.output.file_per_leg || track.kind == TrackKind::lawn_mower, "output.file_per_leg",
+          [] {
+            return "'output.file_per_leg' needs legs: set track.kind = \"lawn-mower\", or use "
+                   "output.pings_per_file";
+          });
 }
 
 constexpr std::size_t max_objects = max_labels - 1;  // 0 is no object
@@ -180,6 +185,15 @@ void check_scene(const Scene& scene,
       return fmt::format("'{}' is {}, expected at most frequency_hz, which is {}",
                          key("bandwidth_hz"), sonar.pulse.bandwidth_hz, sonar.frequency_hz);
     });
+    require(sonar.pulse.kind == PulseKind::cw ||
+                sonar.pulse.transmitted_length_s() * sonar.pulse.bandwidth_hz >= 1.0 - 1e-9,
+            key("pulse_length_s"), [&] {
+              return fmt::format(
+                  "'{}' is {}, shorter than a sweep can be with {}, which is {}; expected at least "
+                  "{:.3g} s",
+                  key("pulse_length_s"), sonar.pulse.length_s, key("bandwidth_hz"),
+                  sonar.pulse.bandwidth_hz, 1.0 / sonar.pulse.bandwidth_hz);
+            });
     const Sonar sampled = sonar.sampled(sound_speed_mps);
     const std::string bins_key = key(sonar.sample_rate_hz > 0.0 ? "sample_rate_hz" : "bins");
     require(sampled.bins <= max_bins, bins_key, [&] {

@@ -56,8 +56,9 @@ struct OutputOptions {
   int png_bits = 8;                                        ///< of NAME.png, 8 or 16
   bool truth = false;  ///< the truth drawn over the image, NAME_truth.png
   std::vector<std::string> class_names, sediment_names;  ///< numbers 1, 2, ... of the layers
-  std::string start_time;  ///< of the recordings, when t_s is 0; empty: see start_of_recording()
-  int pings_per_file = 0;  ///< 0: one part for short runs, see pings_per_part()
+  std::string start_time;     ///< of the recordings, when t_s is 0; empty: see start_of_recording()
+  int pings_per_file = 0;     ///< 0: one part for short runs, see RunParts
+  bool file_per_leg = false;  ///< a part for each leg of a lawn-mower
 };
 
 /// Every option of a run. The defaults make a scene with a good image.

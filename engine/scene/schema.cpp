@@ -124,6 +124,10 @@ std::vector<Key<Scene>> output_keys() {
        "part_0001/NAME_0001.exr and so on, and continues after a stop. 0: one part, or for images "
        "of more than 1 GiB parts of about 64 MiB.",
        at(&Scene::output, &OutputOptions::pings_per_file)},
+      {"file_per_leg", "", {},
+       "A part for each leg of a lawn-mower and the turn after it; legs of more than pings_per_file "
+       "pings have several.",
+       at(&Scene::output, &OutputOptions::file_per_leg)},
       {"png_bits", "", {8, 16}, "Bits per channel of NAME.png, 8 or 16.",
        at(&Scene::output, &OutputOptions::png_bits)},
       {"truth", "", {}, "The truth drawn over the image, with a legend, as NAME_truth.png.",

@@ -33,12 +33,13 @@ const Section<Sonar>& sonar_section() {
           {"source_level_db", "dB re 1 uPa at 1 m", {0, 300}, "Source level on the beam's axis.",
            at(&Sonar::source_level_db)},
           {"pulse", "", {},
-           "cw: a tone of constant amplitude; lfm: a sweep after the matched filter, 1 / bandwidth "
-           "long.",
+           "cw: a tone of constant amplitude; lfm: a sweep, which the matched filter compresses to "
+           "1 / bandwidth.",
            at(&Sonar::pulse, &Pulse::kind), {"cw", "lfm"}},
           {"bandwidth_hz", "Hz", {10, 10e6}, "Bandwidth of the pulse.",
            at(&Sonar::pulse, &Pulse::bandwidth_hz)},
-          {"pulse_length_s", "s", {0, 1}, "Length of a cw pulse; 0: 1 / bandwidth_hz.",
+          {"pulse_length_s", "s", {0, 1}, "Length as transmitted; 0: 1 / bandwidth_hz. A longer cw pulse has longer range cells; a "
+           "longer sweep is louder over the noise, by 10 log10(bandwidth_hz * pulse_length_s) dB.",
            at(&Sonar::pulse, &Pulse::length_s)},
           {"window", "", {},
            "Window over the spectrum of an lfm pulse. none: side lobes of -13.3 dB; hann: -31.5 "

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -63,7 +64,9 @@ class TrackBuilder {
     if (track_.kind == TrackKind::lawn_mower && !(track_.speed_mps * interval_s_ > 0.0))
       throw SceneError("track: a lawn-mower needs a track.speed_mps above 0");
     check_pings(scene_, generated_pings(track_, interval_s_), "track");
-    flight_.poses = generated_poses(track_, interval_s_, motion_.speed());
+    GeneratedPings generated = generate_pings(track_, interval_s_, motion_.speed());
+    flight_.poses = std::move(generated.poses);
+    flight_.leg_starts = std::move(generated.leg_starts);
   }
 
   void read() {

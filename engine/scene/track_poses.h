@@ -21,6 +21,7 @@ struct Ground {
 /// One pose per ping of a scene.
 struct TrackPoses {
   std::vector<Pose> poses;
+  std::vector<std::size_t> leg_starts;  ///< as GeneratedPings; none of a recorded track
   std::vector<std::string> warnings;
 };
 

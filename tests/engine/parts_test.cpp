@@ -68,13 +68,33 @@ TEST_CASE("short runs have one part, long ones parts of whole blocks that take 6
   CHECK(pings_per_part({.pings_per_file = 7}, sonars, 20) == 7);
   CHECK(pings_per_part({.pings_per_file = 30}, sonars, 20) == 20);
 
-  const RunParts parts(20, 7);
+  const RunParts parts = equal_parts(20, 7);
   REQUIRE(parts.count() == 3);
   CHECK(parts.range(1).first == 7);
   CHECK(parts.range(1).count == 7);
   CHECK(parts.range(2).end() == 20);
   CHECK(parts.folder(0) == "part_0001");
-  CHECK(RunParts(123456, 1).folder(9) == "part_000010");
+  CHECK(equal_parts(123456, 1).folder(9) == "part_000010");
+}
+
+TEST_CASE("legs have a part each, and long legs have several") {
+  const std::vector<std::size_t> starts{0, 10, 14};
+  const RunParts legs = parts_of_legs(starts, 31, 31);
+  CHECK(std::ranges::equal(legs.first_pings(), starts));
+  CHECK(legs.range(2).count == 17);
+  CHECK(legs.longest() == 17);
+  const RunParts split = parts_of_legs(starts, 31, 7);
+  CHECK(std::ranges::equal(split.first_pings(), std::vector<std::size_t>{0, 7, 10, 14, 21, 28}));
+  CHECK(split.longest() == 7);
+  for (std::size_t part = 0; part < split.count(); ++part) {
+    const PingRange range = split.range(part);
+    CHECK(split.part_of(range.first) == part);
+    CHECK(split.part_of(range.end() - 1) == part);
+  }
+  CHECK_THROWS_AS(RunParts({0, 5, 5}, 9), std::invalid_argument);
+  CHECK_THROWS_AS(RunParts({1, 5}, 9), std::invalid_argument);
+  CHECK_THROWS_AS(RunParts({0, 9}, 9), std::invalid_argument);
+  CHECK_THROWS_AS(RunParts({}, 9), std::invalid_argument);
 }
 
 TEST_CASE("the rows of parts are those of the whole track, bit by bit, and counts add up") {
@@ -82,7 +102,7 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
   Simulator whole(scene), simulator(scene);
   const ScenePings all = ping_all(scene, whole, 1);
   const TrackPings track(scene, simulator);
-  const RunParts parts(track.count(), 7);
+  const RunParts parts = equal_parts(track.count(), 7);
   std::size_t next = 0, rows = 0;
   std::uint64_t rays = 0, hits = 0;
   ping_parts(scene, simulator, track, 3,
@@ -121,7 +141,7 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
 
 TEST_CASE("a picture of more rows than viewers open shows means of pings, the newest on top") {
   const TemporaryFolder folder;
-  const RunParts parts(70001, 20000);
+  const RunParts parts = equal_parts(70001, 20000);
   REQUIRE(pings_per_row(parts.pings()) == 3);
   REQUIRE(pings_per_row(30000) == 1);
   for (std::size_t part = 0; part < parts.count(); ++part) {

@@ -128,6 +128,41 @@ std::string recording(const std::map<std::string, std::string>& files, const std
 
 }  // namespace
 
+TEST_CASE("each leg of a lawn-mower has a part of its own, to the bytes of the run of one part") {
+  const TemporaryFolder folder;
+  const std::string legs = R"(kind = "lawn-mower"
+legs = 3
+leg_length_m = 8
+leg_spacing_m = 4
+ping_interval_s = 0.5
+)";
+  write_text(folder / "scene.toml", changed(changed(scene_of_parts, "pings = 9\n", legs),
+                                            "pings_per_file = 7", "file_per_leg = true"));
+  run_whole(folder.path(), "one", {"-D", "output.file_per_leg=false"});
+  run_whole(folder.path(), "legs");
+  const auto one = tree_of(folder / "one"), parts = tree_of(folder / "legs");
+  const Json listed = Json::parse(parts.at("manifest.json")).at("parts");
+  REQUIRE(listed.size() == 3);
+  std::string joined;
+  std::size_t next = 0;
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    const std::string number = "000" + std::to_string(leg + 1);
+    joined += recording(parts, "part_" + number + "/left-right_" + number + ".xtf");
+    CHECK(listed[leg].at("first_ping") == next);
+    next += listed[leg].at("pings").get<std::size_t>();
+    // 8 m and half a circle of 2 m, at 1 m per ping; no turn after the last leg.
+    const auto pings = listed[leg].at("pings").get<double>();
+    CHECK(pings == Approx(leg < 2 ? 8.0 + 6.3 : 9.0).margin(1.0));
+  }
+  CHECK(joined == recording(one, "left-right.xtf"));
+  CHECK(parts.at("left-right.png") == one.at("left-right.png"));
+  run_whole(folder.path(), "short", {"-D", "output.pings_per_file=5"});
+  CHECK(Json::parse(tree_of(folder / "short").at("manifest.json")).at("parts").size() == 8);
+  const Outcome line = run_scene(folder.path(), "line", {"-D", "track.kind=\"line\""});
+  CHECK(line.code == 2);
+  CHECK(line.err.find("'output.file_per_leg' needs legs") != std::string::npos);
+}
+
 TEST_CASE("the parts of a run put together are the run of one part") {
   const TemporaryFolder folder;
   write_text(folder / "scene.toml", many_pings());

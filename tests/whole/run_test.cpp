@@ -219,7 +219,7 @@ TEST_CASE("an object to starboard is on the right of the picture, one ahead is a
     Sonar sonar = plain_sonar();
     sonar.bins = 500;
     std::vector<Pose> poses =
-        generated_poses({.pings = 101, .speed_mps = 2.0, .heading_rad = heading_rad}, 0.1);
+        generate_pings({.pings = 101, .speed_mps = 2.0, .heading_rad = heading_rad}, 0.1).poses;
     for (Pose& pose : poses) pose.position.z() = -10.0;
     Waterfall image(sonar, poses.size());
     for (std::size_t i = 0; i < poses.size(); ++i)

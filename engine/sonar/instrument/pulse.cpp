@@ -39,14 +39,14 @@ double overlap(const Pulse& pulse, double bin_s, int d) {
 }  // namespace
 
 double Pulse::effective_length_s() const {
-  if (kind == PulseKind::cw && length_s > 0.0) return length_s;
+  if (kind == PulseKind::cw) return transmitted_length_s();
   // By Parseval, for the spectrum W: mean(W^2) / mean(W)^2 / B.
-  return (kind == PulseKind::lfm && window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
+  return (window == PulseWindow::hann ? 1.5 : 1.0) / bandwidth_hz;
 }
 
 double Pulse::noise_bandwidth_hz() const {
-  if (kind == PulseKind::cw) return 1.0 / effective_length_s();
-  return bandwidth_hz * bandwidth_hz * effective_length_s();
+  const double window_loss = kind == PulseKind::lfm ? effective_length_s() * bandwidth_hz : 1.0;
+  return window_loss / transmitted_length_s();
 }
 
 double Pulse::intensity(double time_s) const {

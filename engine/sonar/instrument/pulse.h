@@ -12,20 +12,23 @@ enum class PulseWindow { none, hann };
 /// A CW pulse has the intensity of a box of its length. A linear sweep (LFM) has, after the matched
 /// filter, the transform of its flat spectrum: an intensity of sinc^2(B t), whose first side lobe
 /// is 13.3 dB down and whose -3 dB width is 0.886 / B. With a Hann window over the spectrum it is
-/// (sinc(B t) / (1 - (B t)^2))^2, with 31.5 dB and 1.44 / B.
+/// (sinc(B t) / (1 - (B t)^2))^2, with 31.5 dB and 1.44 / B. The filter collects the energy of the
+/// whole sweep: its length T does not change an echo's level or shape, but lowers the noise by the
+/// gain B T.
 struct Pulse {
   PulseKind kind = PulseKind::cw;
   double bandwidth_hz = 30e3;
-  double length_s = 0.0;                   ///< of a CW pulse; 0: 1 / bandwidth
+  double length_s = 0.0;                   ///< as transmitted; 0: 1 / bandwidth
   PulseWindow window = PulseWindow::none;  ///< over the spectrum of a sweep
 
-  /// Energy over peak intensity: the length of a CW pulse, 1 / B for a sweep, 1.5 / B with a Hann
-  /// window.
+  double transmitted_length_s() const { return length_s > 0.0 ? length_s : 1.0 / bandwidth_hz; }
+  /// Energy over peak intensity of what the echoes are formed with: the length of a CW pulse, 1 / B
+  /// for a sweep, 1.5 / B with a Hann window.
   double effective_length_s() const;
   /// Power of white noise after the matched filter over its spectral density, with the filter
-  /// scaled so that a window does not change an echo's peak: 1 / length for a CW pulse; the
-  /// bandwidth for a sweep, times mean(w^2) / mean(w)^2 of a window w, which is 1.5 (1.76 dB) for
-  /// Hann's.
+  /// scaled so that it does not change an echo's peak: 1 / length, for a CW pulse and for a sweep
+  /// (B over the gain B T); times mean(w^2) / mean(w)^2 of a sweep's window w, which is 1.5
+  /// (1.76 dB) for Hann's.
   double noise_bandwidth_hz() const;
   /// Intensity over its peak, at a time from the middle (either sign).
   double intensity(double time_s) const;

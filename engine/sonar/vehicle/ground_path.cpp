@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 namespace ensonify::engine {
 namespace {
@@ -45,7 +46,9 @@ GroundPath::GroundPath(const TrackOptions& track) {
   const double radius_m =
       track.turn_radius_m > 0.0 ? track.turn_radius_m : 0.5 * track.leg_spacing_m;
   for (int leg = 0; leg < track.legs; ++leg) {
+    end_.leg = std::max(leg - 1, 0);
     if (leg > 0) add_turn(track.leg_spacing_m, radius_m, leg % 2 == 1 ? 1.0 : -1.0);
+    end_.leg = leg;
     add(track.leg_length_m, 0.0, false);
   }
 }
@@ -87,8 +90,8 @@ double generated_pings(const TrackOptions& track, double ping_interval_s) {
   return std::floor(GroundPath(track).length_m() / step_m * (1.0 + 1e-12)) + 1.0;
 }
 
-std::vector<Pose> generated_poses(const TrackOptions& track, double ping_interval_s,
-                                  const Oscillator& speed) {
+GeneratedPings generate_pings(const TrackOptions& track, double ping_interval_s,
+                              const Oscillator& speed) {
   if (track.pings < 1) throw std::invalid_argument("a track needs at least one ping");
   if (!(track.speed_mps >= 0.0) || !(ping_interval_s >= 0.0))
     throw std::invalid_argument("a track's speed and ping interval must not be negative");
@@ -99,22 +102,24 @@ std::vector<Pose> generated_poses(const TrackOptions& track, double ping_interva
   const auto pings = static_cast<std::int64_t>(generated_pings(track, ping_interval_s));
   const double first =
       line ? -0.5 * static_cast<double>(pings - 1) : 0.0;  // step number of the first ping
-  std::vector<Pose> poses;
+  GeneratedPings made;
+  int leg = -1;
   for (std::int64_t i = 0; i < pings; ++i) {
     const double t_s = static_cast<double>(i) * ping_interval_s;
     const double steps = static_cast<double>(i) + first;
     const GroundPoint point =
         path.at(steps * ping_interval_s * track.speed_mps + speed.integral(t_s));
     if (point.turning && !track.ping_in_turns) continue;
+    if (std::exchange(leg, point.leg) != point.leg) made.leg_starts.push_back(made.poses.size());
     const double speed_mps = track.speed_mps + speed.at(t_s);
-    Pose& pose = poses.emplace_back();
+    Pose& pose = made.poses.emplace_back();
     pose.t_s = t_s;
     pose.position.head<2>() = point.place;
     pose.heading_rad = point.course_rad;
     pose.velocity_mps.head<2>() = speed_mps * forward(point.course_rad);
     pose.heading_rate_radps = point.curvature_1pm * speed_mps;
   }
-  return poses;
+  return made;
 }
 
 }  // namespace ensonify::engine

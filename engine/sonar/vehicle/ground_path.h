@@ -15,7 +15,8 @@ struct GroundPoint {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< east and north, local metres
   double course_rad = 0.0;                          ///< clockwise from north
   double curvature_1pm = 0.0;                       ///< change of the course per metre
-  bool turning = false;                             ///< whether it lies in a turn between two legs
+  int leg = 0;           ///< the number of its leg; a turn belongs to the leg before it
+  bool turning = false;  ///< whether it lies in the turn after that leg
 };
 
 /// The path of a generated track over ground as a function of the distance along it: an infinite
@@ -48,14 +49,20 @@ class GroundPath {
   double length_m_ = 0.0;
 };
 
-/// The poses of a generated track's pings, at height 0. A line has TrackOptions::pings pings,
+/// The pings of a generated track.
+struct GeneratedPings {
+  std::vector<Pose> poses;              ///< at height 0
+  std::vector<std::size_t> leg_starts;  ///< the first ping of each leg that has pings
+};
+
+/// The pings of a generated track. A line has TrackOptions::pings pings,
 /// centred on its middle; a lawn-mower has as many as fit on its length, without those in turns if
 /// ping_in_turns is false. `speed` is the variation of the speed. Throws std::invalid_argument for
 /// a track without pings, a negative speed or interval, or a lawn-mower at zero speed.
-std::vector<Pose> generated_poses(const TrackOptions& track, double ping_interval_s,
-                                  const Oscillator& speed = {});
+GeneratedPings generate_pings(const TrackOptions& track, double ping_interval_s,
+                              const Oscillator& speed = {});
 
-/// The largest number of pings that generated_poses() can return.
+/// The largest number of pings that generate_pings() can return.
 double generated_pings(const TrackOptions& track, double ping_interval_s);
 
 }  // namespace ensonify::engine

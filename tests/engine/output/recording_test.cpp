@@ -35,7 +35,7 @@ Waterfall sample_line(std::size_t pings, int bins = 50) {
   sonar.bins = bins;
   sonar.range_m = 40.0;
   sonar.frequency_hz = 900e3;
-  sonar.pulse.bandwidth_hz = 60e3;
+  sonar.pulse = {.kind = PulseKind::lfm, .bandwidth_hz = 60e3, .length_s = 2.345e-3};
   Waterfall line(sonar, pings);
   for (std::size_t ping = 0; ping < pings; ++ping) {
     EchoLine sides[2];
@@ -235,6 +235,9 @@ TEST_CASE("a JSF follows its format description byte by byte") {
       CHECK(at<std::uint16_t>(file, h + 126) + ((more & 0xf) << 16) == 87000);
       CHECK(at<std::uint16_t>(file, h + 128) + ((more >> 4 & 0xf) << 16) == 93000);
       CHECK((more >> 8 & 0xf) == 0);
+      // A pulse of 2.345 ms: the microseconds are in the word at 18.
+      CHECK(at<std::uint16_t>(file, h + 130) == 2);
+      CHECK((at<std::uint16_t>(file, h + 18) >> 4 & 0x3ff) == 345);
       CHECK(at<std::uint16_t>(file, h + 140) == std::lround(1480.0 / 1.6));  // samples per second
       CHECK(at<float>(file, h + 152) == 900e3f);
       CHECK(at<std::int16_t>(file, h + 194) * 0.1 +

@@ -31,7 +31,7 @@ TEST_CASE("a line runs through its middle at its speed and heading") {
                            .heading_rad = 0.5 * pi,
                            .middle_east_m = 5.0,
                            .middle_north_m = 7.0};
-  const std::vector<Pose> poses = generated_poses(track, 0.5);
+  const std::vector<Pose> poses = generate_pings(track, 0.5).poses;
   REQUIRE(poses.size() == 11);
   CHECK((poses[5].position - Eigen::Vector3d(5.0, 7.0, 0.0)).norm() < 1e-12);
   CHECK((poses[10].position - Eigen::Vector3d(10.0, 7.0, 0.0)).norm() < 1e-12);
@@ -72,22 +72,46 @@ TEST_CASE("a lawn-mower's path is smooth, and turns of the given radius join its
 
 TEST_CASE("pings continue in turns, or leave them out while time continues") {
   TrackOptions track = lawn_mower(0.0);
-  const std::vector<Pose> all = generated_poses(track, 0.5);
+  const std::vector<Pose> all = generate_pings(track, 0.5).poses;
   CHECK(all.size() == static_cast<std::size_t>(180.0 + 2.0 * pi * 10.0) + 1);
   CHECK(static_cast<double>(all.size()) == generated_pings(track, 0.5));
   track.ping_in_turns = false;
-  const std::vector<Pose> legs = generated_poses(track, 0.5);
+  const std::vector<Pose> legs = generate_pings(track, 0.5).poses;
   CHECK(legs.size() >= 180);
   CHECK(legs.size() <= 183);
   for (const Pose& pose : legs) CHECK(pose.heading_rate_radps == 0.0);
   CHECK(legs.back().t_s == all.back().t_s);
 }
 
+TEST_CASE("each leg begins with its first ping on the straight line, and the turn is behind it") {
+  TrackOptions track = lawn_mower(0.0);
+  for (const bool ping_in_turns : {true, false}) {
+    CAPTURE(ping_in_turns);
+    track.ping_in_turns = ping_in_turns;
+    const GeneratedPings made = generate_pings(track, 0.5);
+    REQUIRE(made.leg_starts.size() == 3);
+    CHECK(made.leg_starts[0] == 0);
+    const auto straight = [&](std::size_t ping) {
+      return made.poses[ping].heading_rate_radps == 0.0;
+    };
+    for (std::size_t leg = 0; leg < 3; ++leg) {
+      const std::size_t first = made.leg_starts[leg];
+      const std::size_t end = leg < 2 ? made.leg_starts[leg + 1] : made.poses.size();
+      // A leg of 60 m and pings each metre, then, but for the last leg, half a circle of 10 m.
+      for (std::size_t ping = first; ping < first + 60; ++ping) CHECK(straight(ping));
+      CHECK(made.poses[first].position.y() == Approx(70.0 - 20.0 * static_cast<double>(leg)));
+      CHECK(straight(end - 1) == (leg == 2 || !ping_in_turns));
+      CHECK(end - first >= (ping_in_turns && leg < 2 ? 60 + 30 : 60));
+    }
+  }
+  CHECK(generate_pings({.pings = 5}, 1.0).leg_starts == std::vector<std::size_t>{0});
+}
+
 TEST_CASE("an impossible track is refused") {
-  CHECK_THROWS_AS(generated_poses({.pings = 0}, 1.0), std::invalid_argument);
-  CHECK_THROWS_AS(generated_poses({.speed_mps = -1.0}, 1.0), std::invalid_argument);
+  CHECK_THROWS_AS(generate_pings({.pings = 0}, 1.0), std::invalid_argument);
+  CHECK_THROWS_AS(generate_pings({.speed_mps = -1.0}, 1.0), std::invalid_argument);
   TrackOptions track = lawn_mower(0.0);
   track.speed_mps = 0.0;
-  CHECK_THROWS_AS(generated_poses(track, 1.0), std::invalid_argument);
+  CHECK_THROWS_AS(generate_pings(track, 1.0), std::invalid_argument);
   CHECK_THROWS_AS(GroundPath({.kind = TrackKind::file}), std::invalid_argument);
 }

@@ -94,7 +94,7 @@ TEST_CASE("rates are the derivatives of the poses, in legs and in turns") {
                            .leg_spacing_m = 12.0};
   const Motion motion(lively(), 9);
   const double step_s = 1e-3;
-  std::vector<Pose> poses = generated_poses(track, step_s, motion.speed());
+  std::vector<Pose> poses = generate_pings(track, step_s, motion.speed()).poses;
   for (Pose& pose : poses) pose = motion.applied_to(pose);
   std::size_t turning = 0;
   for (std::size_t i = 1; i + 1 < poses.size(); i += 97) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "support/catch.h"
@@ -99,6 +100,40 @@ TEST_CASE("a Hann window over a sweep's matched filter raises the noise by 1.76 
   Pulse longer = tone;
   longer.length_s = 3e-4;
   CHECK(longer.noise_bandwidth_hz() == Approx(1.0 / 3e-4));
+}
+
+TEST_CASE("a sweep's matched filter gains 10 log10(B T) over the noise of a tone of 1 / B") {
+  // The signal to noise of a matched filter depends on the energy alone (Turin, IRE Trans. Inf.
+  // Theory 6, 311, 1960).
+  Pulse short_tone{.bandwidth_hz = 20e3};
+  for (const double length_s : {50e-6, 1e-3, 10e-3}) {
+    const Pulse chirp{.kind = PulseKind::lfm, .bandwidth_hz = 20e3, .length_s = length_s};
+    CHECK(to_db(short_tone.noise_bandwidth_hz() / chirp.noise_bandwidth_hz()) ==
+          Approx(to_db(20e3 * length_s)).margin(1e-9));
+    CHECK(chirp.effective_length_s() == Approx(short_tone.effective_length_s()));
+  }
+  // A sweep of B T = 400, compressed: the filter is the sweep itself.
+  const double bandwidth_hz = 20e3, length_s = 20e-3, rate_hz = 400e3;
+  const Pulse chirp{.kind = PulseKind::lfm, .bandwidth_hz = bandwidth_hz, .length_s = length_s};
+  const auto samples = static_cast<int>(length_s * rate_hz);
+  std::vector<std::complex<double>> sent;
+  for (int i = 0; i < samples; ++i) {
+    const double t = (i - 0.5 * samples) / rate_hz;
+    sent.push_back(std::polar(1.0, std::numbers::pi * bandwidth_hz / length_s * t * t));
+  }
+  const auto compressed = [&](int lag) {
+    std::complex<double> sum = 0.0;
+    for (int i = lag; i < samples; ++i)
+      sum += sent[static_cast<std::size_t>(i)] * std::conj(sent[static_cast<std::size_t>(i - lag)]);
+    return sum / rate_hz;
+  };
+  const double peak = std::norm(compressed(0));
+  for (int lag = 0; lag < 60; ++lag)
+    CHECK(std::norm(compressed(lag)) / peak == Approx(chirp.intensity(lag / rate_hz)).margin(5e-3));
+  // White noise of the density 1 leaves a filter with the energy of its impulse response.
+  double energy = 0.0;
+  for (const std::complex<double>& value : sent) energy += std::norm(value) / rate_hz;
+  CHECK(chirp.noise_bandwidth_hz() == Approx(energy / peak));
 }
 
 TEST_CASE("beyond its reach a pulse stays below -60 dB") {
