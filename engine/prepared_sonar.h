@@ -17,22 +17,22 @@
 
 namespace ensonify::engine {
 
-/// A sonar with all that its pings need and that does not change from ping to ping. Threads share
-/// it.
+/// A sonar and all data that are the same for each of its pings. Threads share one object.
 struct PreparedSonar {
-  Sonar sonar;  ///< with the bins of its digitiser
+  Sonar sonar;  ///< with the bins that its digitiser makes
   /// The cast with absorption at the sonar's frequency; none if the scene has no cast.
   std::optional<scatter::SoundSpeedProfile> profile;
   Medium medium;                                       ///< may refer to the profile
-  std::vector<scatter::BackscatterTable> by_material;  ///< by the number of the material
+  std::vector<scatter::BackscatterTable> by_material;  ///< index: the material's number
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
 };
 
-/// Makes a sonar of the scene ready, with these settings: tables for all of the materials, whose
-/// number 0 is none and whose number 1 is the bed's own. `number` is the sonar's place in the
-/// scene. Odd parameters are added to the warnings, each once. Throws as
-/// read_vertical_pattern() and material_named().
+/// Prepares a sonar of the scene with these settings. Makes a backscatter table for each of
+/// `materials`: number 0 means no material, number 1 is the material of the bed. `number` is the
+/// sonar's index in the scene. Adds a warning for parameters of a material that are outside their
+/// valid range; the same warning is added once. Throws what read_vertical_pattern() and
+/// material_named() throw.
 std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const PreparedWater& water,
                                                    std::size_t number, const Sonar& settings,
                                                    const std::vector<std::string>& materials,

@@ -22,22 +22,24 @@
 namespace ensonify::engine {
 namespace {
 
-/// Refuses a seafloor's name that the dataset has no number for.
-void check_named(const std::vector<std::string>& own, const std::vector<std::string>& names,
-                 std::string_view what) {
-  for (std::size_t i = 1; i < own.size(); ++i)
-    if (std::ranges::count(names, own[i]) == 0)
-      throw std::invalid_argument(fmt::format(
-          "the recipe cannot draw the {} '{}' of this sample; name it there", what, own[i]));
+/// Throws std::invalid_argument if the dataset has no number for a class or material in use.
+void check_numbered(const std::vector<std::string>& of_seafloor,
+                    const std::vector<std::string>& of_dataset, std::string_view what) {
+  for (std::size_t i = 1; i < of_seafloor.size(); ++i)
+    if (std::ranges::count(of_dataset, of_seafloor[i]) == 0)
+      throw std::invalid_argument(
+          fmt::format("this sample has the {0} '{1}', but no {0} key of the recipe has that "
+                      "value; add it to one",
+                      what, of_seafloor[i]));
 }
 
-/// What counts as the target's picture: its body, or where that does not show its shadow.
+/// The target's body; if the picture does not show the body, the target's shadow.
 const Outline& shown_part(const Target& target) {
   return target.body.area_px > 0 ? target.body : target.shadow;
 }
 
-/// Columns, rows of the box about a target and its shadow, as {first column, first row, end, end}.
-std::array<std::size_t, 4> extent(const Target& target) {
+/// The bounding box of body and shadow: {first column, first row, end column, end row}.
+std::array<std::size_t, 4> bounding_box(const Target& target) {
   std::array<std::size_t, 4> all{~std::size_t{0}, ~std::size_t{0}, 0, 0};
   for (const Outline* part : {&target.body, &target.shadow}) {
     if (part->area_px == 0) continue;
@@ -58,21 +60,21 @@ class Products {
         classes_(sample.scene.output.class_names),
         seafloor_(seafloor),
         folder_(folder) {
-    check_named(seafloor.classes, classes_, "class");
-    check_named(seafloor.materials, sample.scene.output.sediment_names, "material");
+    check_numbered(seafloor.classes, classes_, "class");
+    check_numbered(seafloor.materials, sample.scene.output.sediment_names, "material");
   }
 
   void add_line(const Waterfall& line, const Calibration& calibration,
-                std::span<const ObjectView> views, std::size_t sonar) {
+                std::span<const ObjectView> visibility, std::size_t sonar) {
     std::vector<Picture> pictures;
     for (const Display& display : sample_.renders)
       pictures.push_back(render(line, display, calibration));
     const LabelledImage slant = slant_view(line, std::move(pictures));
     for (std::size_t r = 1; r < slant.pictures.size(); ++r)
       write(fmt::format("{}.r{}.png", slant.name, r), encode_png(slant.pictures[r]));
-    if (options_.slant) add_view(slant, views, sonar, 0);
+    if (options_.slant) add_geometry(slant, visibility, sonar, 0);
     if (options_.ground_px_m > 0.0)
-      add_view(ground_view(slant, options_.ground_px_m), views, sonar, 1);
+      add_geometry(ground_view(slant, options_.ground_px_m), visibility, sonar, 1);
   }
 
   double disk_s() const { return disk_s_; }
@@ -86,47 +88,49 @@ class Products {
     disk_s_ += seconds_since(start);
   }
 
-  void add_view(const LabelledImage& view, std::span<const ObjectView> views, std::size_t sonar,
-                std::size_t geometry) {
-    whole_.clear();
-    for (TargetRecord& record : target_records(view.labels, seafloor_, views)) {
+  /// Adds all images of a line in one geometry: 0 is slant range, 1 is ground range.
+  void add_geometry(const LabelledImage& line, std::span<const ObjectView> visibility,
+                    std::size_t sonar, std::size_t geometry) {
+    line_targets_.clear();
+    for (TargetRecord& record : target_records(line.labels, seafloor_, visibility)) {
       const std::uint32_t instance = record.target.instance;
-      whole_.emplace(instance, std::move(record));
+      line_targets_.emplace(instance, std::move(record));
     }
-    add_image(view, view.whole(), view.name, "line");
-    add_tiles(view);
-    add_chips(view, sonar, geometry);
+    add_image(line, line.whole(), line.name, "line");
+    add_tiles(line);
+    add_chips(line, sonar, geometry);
   }
 
-  void add_tiles(const LabelledImage& view) {
+  void add_tiles(const LabelledImage& line) {
     const TileOptions& tiles = options_.tiles;
     if (!tiles.any()) return;
     const auto [columns, rows] =
         tiles.width_px > 0
             ? std::pair(pixels(tiles.width_px, 1.0), pixels(tiles.height_px, 1.0))
-            : std::pair(pixels(tiles.width_m, view.across_m), pixels(tiles.height_m, view.along_m));
-    check_fits("dataset.tiles", view, columns, rows);
+            : std::pair(pixels(tiles.width_m, line.across_m), pixels(tiles.height_m, line.along_m));
+    check_fits("dataset.tiles", line, columns, rows);
     std::size_t number = 0;
-    for (const std::size_t row : starts(view.labels.rows(), rows))
-      for (const std::size_t column : starts(view.labels.columns(), columns))
-        add_image(view, {column, row, columns, rows},
-                  fmt::format("tiles/{}_{:04}", view.name, number++), "tile");
+    for (const std::size_t row : starts(line.labels.rows(), rows))
+      for (const std::size_t column : starts(line.labels.columns(), columns))
+        add_image(line, {column, row, columns, rows},
+                  fmt::format("tiles/{}_{:04}", line.name, number++), "tile");
   }
 
-  static std::size_t pixels(double length, double pixel) {
-    return static_cast<std::size_t>(std::max(1.0, std::round(length / pixel)));
+  /// The number of pixels of a length; the length and the pixel's size have the same unit.
+  static std::size_t pixels(double length, double pixel_size) {
+    return static_cast<std::size_t>(std::max(1.0, std::round(length / pixel_size)));
   }
 
-  static void check_fits(std::string_view key, const LabelledImage& view, std::size_t columns,
+  static void check_fits(std::string_view key, const LabelledImage& line, std::size_t columns,
                          std::size_t rows) {
-    if (columns > view.labels.columns() || rows > view.labels.rows())
+    if (columns > line.labels.columns() || rows > line.labels.rows())
       throw std::invalid_argument(
-          fmt::format("'{}' takes {} x {} pixels of {}, which has {} x {}; make them smaller or "
-                      "the line longer",
-                      key, columns, rows, view.name, view.labels.columns(), view.labels.rows()));
+          fmt::format("'{}' needs {} x {} pixels, but {} has {} x {}; make the tiles or chips "
+                      "smaller or the line longer",
+                      key, columns, rows, line.name, line.labels.columns(), line.labels.rows()));
   }
 
-  /// Where tiles begin; the last ends with the line.
+  /// The first pixels of the tiles. The last tile ends with the line, unless tiles have gaps.
   std::vector<std::size_t> starts(std::size_t whole, std::size_t tile) const {
     const auto stride = static_cast<std::size_t>(
         std::max(1.0, std::round(options_.tiles.stride * static_cast<double>(tile))));
@@ -136,29 +140,29 @@ class Products {
     return all;
   }
 
-  void add_chips(const LabelledImage& view, std::size_t sonar, std::size_t geometry) {
+  void add_chips(const LabelledImage& line, std::size_t sonar, std::size_t geometry) {
     const ChipOptions& chips = options_.chips;
     if (!chips.any()) return;
     const std::size_t columns =
-        chips.size_px > 0 ? pixels(chips.size_px, 1.0) : pixels(chips.size_m, view.across_m);
-    const std::size_t rows = chips.size_px > 0 ? columns : pixels(chips.size_m, view.along_m);
-    check_fits("dataset.chips", view, columns, rows);
-    const std::size_t last_column = view.labels.columns() - columns,
-                      last_row = view.labels.rows() - rows;
+        chips.size_px > 0 ? pixels(chips.size_px, 1.0) : pixels(chips.size_m, line.across_m);
+    const std::size_t rows = chips.size_px > 0 ? columns : pixels(chips.size_m, line.along_m);
+    check_fits("dataset.chips", line, columns, rows);
+    const std::size_t last_column = line.labels.columns() - columns,
+                      last_row = line.labels.rows() - rows;
     std::size_t number = 0;
-    for (const auto& [instance, record] : whole_) {
-      const auto [left, top, right, bottom] = extent(record.target);
-      // The middle of a long trawl mark's box is nowhere.
+    for (const auto& [instance, record] : line_targets_) {
+      const auto [left, top, right, bottom] = bounding_box(record.target);
+      // The middle of a large box may not lie on its feature, for example a long trawl mark.
       if (!record.is_object() && (right - left > columns || bottom - top > rows)) continue;
       const auto start = [](std::size_t begin, std::size_t end, std::size_t size,
                             std::size_t last) {
         const std::size_t middle = (begin + end) / 2, half = size / 2;
         return std::min(last, middle > half ? middle - half : 0);
       };
-      add_image(view,
+      add_image(line,
                 {start(left, right, columns, last_column), start(top, bottom, rows, last_row),
                  columns, rows},
-                fmt::format("chips/{}_{:04}", view.name, number++), "chip");
+                fmt::format("chips/{}_{:04}", line.name, number++), "chip");
     }
     constexpr int tries = 200;
     for (int n = 0; n < chips.backgrounds; ++n) {
@@ -171,50 +175,50 @@ class Products {
           return std::min(last, static_cast<std::size_t>(share * static_cast<double>(last + 1)));
         };
         const Rectangle part{at(u[0], last_column), at(u[1], last_row), columns, rows};
-        if (std::ranges::any_of(whole_, [&](const auto& entry) {
-              return entry.second.is_object() && meet(part, extent(entry.second.target));
+        if (std::ranges::any_of(line_targets_, [&](const auto& entry) {
+              return entry.second.is_object() && overlap(part, bounding_box(entry.second.target));
             }))
           continue;
-        add_image(view, part, fmt::format("chips/{}_background_{:04}", view.name, n), "background");
+        add_image(line, part, fmt::format("chips/{}_background_{:04}", line.name, n), "background");
         break;
       }
     }
   }
 
-  static bool meet(const Rectangle& part, const std::array<std::size_t, 4>& box) {
+  static bool overlap(const Rectangle& part, const std::array<std::size_t, 4>& box) {
     return part.column < box[2] && box[0] < part.column + part.columns && part.row < box[3] &&
            box[1] < part.row + part.rows;
   }
 
-  void add_image(const LabelledImage& view, const Rectangle& part, const std::string& stem,
+  void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
                  std::string_view kind) {
     const bool whole = kind == "line";
-    const LabelledImage own =
-        whole ? LabelledImage{"", "", Waterfall(view.labels.sonar, 0), {}, 0, 0} : cut(view, part);
-    const LabelledImage& piece = whole ? view : own;
-    // The whole lines in slant range are the run's own pictures.
-    if (!whole || view.geometry != "slant")
-      for (std::size_t r = 0; r < piece.pictures.size(); ++r)
+    const LabelledImage cut_out =
+        whole ? LabelledImage{"", "", Waterfall(line.labels.sonar, 0), {}, 0, 0} : cut(line, part);
+    const LabelledImage& image = whole ? line : cut_out;
+    // The run and add_line() have already written the pictures of whole lines in slant range.
+    if (!whole || line.geometry != "slant")
+      for (std::size_t r = 0; r < image.pictures.size(); ++r)
         write(r == 0 ? stem + ".png" : fmt::format("{}.r{}.png", stem, r),
-              encode_png(piece.pictures[r]));
+              encode_png(image.pictures[r]));
 
     ImageLabels labels{.image = stem,
                        .pictures = {stem + ".png"},
                        .kind = std::string(kind),
-                       .geometry = view.geometry,
-                       .sonar = view.labels.sonar.name,
+                       .geometry = line.geometry,
+                       .sonar = line.labels.sonar.name,
                        .column = part.column,
                        .row = part.row,
                        .columns = part.columns,
                        .rows = part.rows,
-                       .pixel_across_m = view.across_m,
-                       .pixel_along_m = view.along_m,
+                       .pixel_across_m = line.across_m,
+                       .pixel_along_m = line.along_m,
                        .split = sample_.split};
-    for (std::size_t r = 1; r < piece.pictures.size(); ++r)
+    for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
     std::vector<std::uint32_t> left_out;
     std::string yolo;
-    for (Target& target : find_targets(piece.labels)) {
+    for (Target& target : find_targets(image.labels)) {
       TargetLabel label = label_of(std::move(target));
       if (label.ignored)
         left_out.push_back(label.record.target.instance);
@@ -222,7 +226,7 @@ class Products {
         yolo += yolo_line(label, part);
       labels.targets.push_back(std::move(label));
     }
-    for (const Mask& mask : encode_masks(piece.labels, left_out)) {
+    for (const Mask& mask : encode_masks(image.labels, left_out)) {
       write(fmt::format("{}.{}.png", stem, mask.name), mask.png);
       if (mask.name != "class") continue;
       for (const std::uint16_t number : mask.numbers)
@@ -233,10 +237,10 @@ class Products {
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
   }
 
-  /// Of a target as a part of the line shows it: its place and contrast are those of the whole
-  /// line, the outlines those of the part.
+  /// The label of a target in a part of the line. Position and contrast are measured in the whole
+  /// line; the outlines are those in the part.
   TargetLabel label_of(Target shown) const {
-    const TargetRecord& whole = whole_.at(shown.instance);
+    const TargetRecord& whole = line_targets_.at(shown.instance);
     TargetLabel label{.record = whole, .category_id = category(whole.class_name)};
     Target& target = label.record.target;
     target.body = std::move(shown.body);
@@ -245,7 +249,7 @@ class Products {
     label.shown_fraction = body_lost ? 0.0
                                      : static_cast<double>(shown_part(target).area_px) /
                                            static_cast<double>(shown_part(whole.target).area_px);
-    // The bed is never ignored.
+    // A feature of the bed is never ignored.
     label.ignored = whole.is_object() && label.shown_fraction < options_.min_visible;
     return label;
   }
@@ -258,7 +262,7 @@ class Products {
     return static_cast<std::size_t>(std::ranges::find(classes_, name) - classes_.begin()) + 1;
   }
 
-  /// Class from 0, then the body's middle and size in shares of the picture.
+  /// A row of YOLO: class number from 0, then middle and size of the body over the image's size.
   static std::string yolo_line(const TargetLabel& label, const Rectangle& part) {
     const Outline& body = label.record.target.body;
     const auto middle_and_size = [&](std::size_t i, std::size_t pixels) {
@@ -274,10 +278,10 @@ class Products {
 
   const DatasetOptions& options_;
   const SampleScene& sample_;
-  const std::vector<std::string>& classes_;  // by their numbers, from 1
+  const std::vector<std::string>& classes_;  // class number n is classes_[n - 1]
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
-  std::map<std::uint32_t, TargetRecord> whole_;  // targets of the view at hand, by instance
+  std::map<std::uint32_t, TargetRecord> line_targets_;  // in this geometry, by instance
   double disk_s_ = 0.0;
 };
 

@@ -12,9 +12,11 @@
 
 namespace ensonify::engine {
 
-static_assert(std::endian::native == std::endian::little, "values are copied unchanged");
+static_assert(std::endian::native == std::endian::little,
+              "values are copied unchanged into little-endian formats");
 
-/// Writes a packed little-endian format by offset. Bytes that are not written are 0.
+/// Writes values of a packed little-endian format at given offsets. Bytes that are not written are
+/// 0.
 class PackedBytes {
  public:
   explicit PackedBytes(std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -28,7 +30,8 @@ class PackedBytes {
   void put(std::size_t offset, T value) {
     std::memcpy(bytes_.data() + start_ + offset, &value, sizeof value);
   }
-  /// Writes a text, cut so that the field of `width` bytes ends with a zero byte for C programs.
+  /// Writes a text into a field of `width` bytes. Cuts the text if it is too long: C programs need
+  /// a zero byte at the end of the field.
   void text(std::size_t offset, std::size_t width, std::string_view value) {
     std::memcpy(bytes_.data() + start_ + offset, value.data(), std::min(value.size(), width - 1));
   }

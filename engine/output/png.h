@@ -22,18 +22,20 @@ struct PngFormat {
   }
 };
 
-/// A PNG that is made row by row, without time or host.
+/// Writes a PNG row by row. The file has no date and no name of a computer, so equal pictures make
+/// equal files.
 class PngWriter {
  public:
-  /// `sink` takes the file's bytes in order; what it throws is passed on. Throws
-  /// std::invalid_argument for another format.
+  /// Passes the file's bytes to `sink`, in order; an exception of `sink` reaches the caller. Throws
+  /// std::invalid_argument for an empty picture and for other channels or bits than those of
+  /// PngFormat.
   PngWriter(const PngFormat& format, std::function<void(std::span<const std::byte>)> sink);
   ~PngWriter();
   PngWriter(const PngWriter&) = delete;
   PngWriter& operator=(const PngWriter&) = delete;
-  /// Whole rows from the top, as Picture::pixels.
+  /// Adds whole rows, from the top down, in the layout of Picture::pixels.
   void add_rows(std::span<const std::uint8_t> rows);
-  /// To be called once, after the last row.
+  /// Call this once, after the last row.
   void finish();
 
  private:
@@ -46,10 +48,11 @@ class PngWriter {
 /// not fit its size.
 std::vector<std::byte> encode_png(const Picture& picture);
 
-/// The picture of a PNG that encode_png() can make. Throws std::runtime_error for other content.
+/// Reads a PNG of the kinds that encode_png() writes. Throws std::runtime_error for other content.
 Picture decode_png(std::span<const std::byte> bytes);
 
-/// Numbers, row by row from the top, as a grey PNG with 16 bits. Throws as encode_png().
+/// Numbers, row by row from the top, as a grey PNG with 16 bits. Throws what encode_png()
+/// throws.
 std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint16_t> pixels);
 
 }  // namespace ensonify::engine

@@ -11,7 +11,7 @@
 
 namespace ensonify::engine {
 
-struct TarFile::Open {
+struct TarFile::Impl {
   std::filesystem::path path;
   refine::NewFile file;
   std::exception_ptr refused;  // the disk's error; an exception must not pass through C code
@@ -19,22 +19,22 @@ struct TarFile::Open {
   std::unique_ptr<archive, decltype(&archive_write_free)> tar{archive_write_new(),
                                                               archive_write_free};
 
-  explicit Open(const std::filesystem::path& its_path) : path(its_path), file(its_path) {
+  explicit Impl(const std::filesystem::path& its_path) : path(its_path), file(its_path) {
     if (!tar) throw std::bad_alloc();
     check(archive_write_set_format_ustar(tar.get()));
     check(archive_write_set_bytes_per_block(tar.get(), 10240));
     check(archive_write_open(tar.get(), this, nullptr, write, nullptr));
   }
   // Freeing the archive writes the end mark, which an unfinished file must not get.
-  ~Open() { abandoned = true; }
+  ~Impl() { abandoned = true; }
 
   static la_ssize_t write(archive*, void* self, const void* data, std::size_t size) {
-    Open& open = *static_cast<Open*>(self);
+    Impl& impl = *static_cast<Impl*>(self);
     try {
-      if (!open.abandoned && !open.refused)
-        open.file.write({static_cast<const std::byte*>(data), size});
+      if (!impl.abandoned && !impl.refused)
+        impl.file.write({static_cast<const std::byte*>(data), size});
     } catch (...) {
-      open.refused = std::current_exception();
+      impl.refused = std::current_exception();
     }
     // If libarchive saw the error it would leak its memory; check() reports ours instead.
     return static_cast<la_ssize_t>(size);
@@ -48,7 +48,7 @@ struct TarFile::Open {
   }
 };
 
-TarFile::TarFile(const std::filesystem::path& file) : open_(std::make_unique<Open>(file)) {}
+TarFile::TarFile(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {}
 TarFile::~TarFile() = default;
 
 void TarFile::add(const std::string& name, std::span<const std::byte> content) {
@@ -60,16 +60,16 @@ void TarFile::add(const std::string& name, std::span<const std::byte> content) {
   archive_entry_set_perm(entry.get(), 0644);
   archive_entry_set_mtime(entry.get(), 0, 0);
   archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
-  archive* tar = open_->tar.get();
-  open_->check(archive_write_header(tar, entry.get()));
+  archive* tar = impl_->tar.get();
+  impl_->check(archive_write_header(tar, entry.get()));
   const bool whole = archive_write_data(tar, content.data(), content.size()) ==
                      static_cast<la_ssize_t>(content.size());
-  open_->check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
+  impl_->check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
 }
 
 void TarFile::finish() {
-  open_->check(archive_write_close(open_->tar.get()));
-  open_->file.commit();
+  impl_->check(archive_write_close(impl_->tar.get()));
+  impl_->file.commit();
 }
 
 void read_tar(const std::filesystem::path& file,

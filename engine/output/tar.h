@@ -10,21 +10,21 @@
 
 namespace ensonify::engine {
 
-/// Writes a tar (ustar) without times or owners. The file appears under its name on finish().
+/// Writes a tar (ustar) without times or owners. The file has its final name only after finish().
 class TarFile {
  public:
   explicit TarFile(const std::filesystem::path& file);
   ~TarFile();
   TarFile(const TarFile&) = delete;
   TarFile& operator=(const TarFile&) = delete;
-  /// Throws std::system_error if the disk refuses, std::runtime_error for a name that tar cannot
-  /// hold.
+  /// Throws std::system_error if the file cannot be written, std::runtime_error for a name that
+  /// does not fit into a tar header.
   void add(const std::string& name, std::span<const std::byte> content);
   void finish();
 
  private:
-  struct Open;
-  std::unique_ptr<Open> open_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// Calls f for each member, in order. Throws std::runtime_error, with the file's name, if the file

@@ -24,12 +24,12 @@ double range_m(const Scene& scene) { return scene.sonars.front().range_m; }
 
 }  // namespace
 
-TEST_CASE("a session's scene has the last value of each key, over those of its start") {
+TEST_CASE("a kept value of a key replaces earlier values and the value at the start") {
   SessionScene session = tiny();
   CHECK(range_m(session.with()) == 14.0);
   const std::vector<KeyValue> ten{{range_key, "10"}, {"seed", "7"}}, twelve{{range_key, "12"}};
   CHECK(range_m(session.with(ten)) == 10.0);
-  CHECK(range_m(session.with()) == 14.0);  // it was not kept
+  CHECK(range_m(session.with()) == 14.0);  // the 10 was not kept
   session.keep(ten);
   session.keep(twelve);
   CHECK(range_m(session.with()) == 12.0);
@@ -38,7 +38,7 @@ TEST_CASE("a session's scene has the last value of each key, over those of its s
   CHECK_THROWS_AS(session.with(std::vector<KeyValue>{{range_key, "-1"}}), SceneError);
 }
 
-TEST_CASE("a change that is taken back leaves what was there before, and later changes") {
+TEST_CASE("taking back a change restores the values before it and keeps later changes") {
   SessionScene session = tiny();
   session.keep(std::vector<KeyValue>{{range_key, "10"}});
   const SessionScene before = session;
@@ -74,7 +74,7 @@ TEST_CASE("a session sets its sonars' keys and no others") {
   CHECK(range_m(session.with()) == 12.0);
 }
 
-TEST_CASE("an object's keys make an object") {
+TEST_CASE("an object is made from the keys of its table") {
   const MovingObject object = object_of(
       std::vector<KeyValue>{{"shape", "\"cylinder\""}, {"class", "\"mine\""}}, "'add'", {});
   CHECK(object.class_name == "mine");

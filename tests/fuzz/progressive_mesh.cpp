@@ -93,7 +93,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::memcpy(&edit, data + at, sizeof edit);
     apply(edit, file);
   }
-  file.seal();
+  file.correct_checksums();
   memory.hold(file.bytes);
 
   tests::Random random(data[0]);

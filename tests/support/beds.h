@@ -53,18 +53,18 @@ inline std::array<engine::EchoLine, 2> ping_once(const engine::Sonar& sonar,
                                                  const engine::Seafloor& bed,
                                                  const engine::Pose& pose, double altitude_m,
                                                  const engine::Medium& medium = {},
-                                                 std::string_view intersector = "embree") {
-  const auto tracer = engine::make_intersector(intersector, bed.mesh);
+                                                 std::string_view intersector_name = "embree") {
+  const auto intersector = engine::make_intersector(intersector_name, bed.mesh);
   const std::vector<scatter::BackscatterTable> lambert(
       3, scatter::BackscatterTable(scatter::Lambert(-27.0)));
-  engine::PingTracer pinger(sonar, medium, bed, lambert);
-  pinger.aim(pose, altitude_m);
+  engine::PingTracer tracer(sonar, medium, bed, lambert);
+  tracer.aim(pose, altitude_m);
   std::array<engine::EchoLine, 2> lines;
   for (const engine::Side side : {engine::Side::port, engine::Side::starboard}) {
     engine::EchoLine& line = lines[static_cast<std::size_t>(side)];
     line.bins.assign(static_cast<std::size_t>(sonar.bins));
-    pinger.trace(*tracer, bed.mesh, 0, side);
-    pinger.echo(bed.mesh, side, line);
+    tracer.trace(*intersector, bed.mesh, 0, side);
+    tracer.echo(bed.mesh, side, line);
   }
   return lines;
 }

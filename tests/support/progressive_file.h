@@ -11,13 +11,14 @@
 
 namespace ensonify::tests {
 
-/// A saved progressive mesh's bytes, whose checksums can be corrected after a test changed the
-/// rest. It implements the format again, from its description. The header's content may be
-/// nonsense; everything within the bytes gets a correct checksum.
+/// The bytes of a saved progressive mesh. A test changes some bytes and then corrects the
+/// checksums. This class shares no code with the library: it follows the description of the format
+/// in refine/progressive_mesh_file.h. A damaged header is allowed: correct_checksums() then passes
+/// over what lies outside the file.
 class ProgressiveFile {
  public:
   static constexpr std::size_t page = 4096, group = 1024;
-  // Offsets in the header.
+  // Offsets in the header, bytes.
   static constexpr std::size_t version = 8, byte_order = 12, checksum = 16, checksum_of_sums = 24,
                                leaves = 32, roots = 40, base_faces = 48, source_faces = 56,
                                tags = 64, about_bytes = 72, world_origin = 80, lowest = 104,
@@ -45,7 +46,8 @@ class ProgressiveFile {
     return get<std::uint64_t>(sections + 16 * section + 8);
   }
 
-  void seal() {
+  /// Makes all checksums fit the present bytes.
+  void correct_checksums() {
     const std::uint64_t inner = get<std::uint64_t>(leaves) - get<std::uint64_t>(roots);
     const std::array<std::uint64_t, 9> count = {
         get<std::uint64_t>(leaves), inner, inner, inner, inner, inner,

@@ -8,6 +8,9 @@
 namespace ensonify::engine {
 namespace {
 
+constexpr double most_stale_intervals = 100.0;  // in succession
+
+/// A uniform number in (0, 1] for one ping or interval.
 double draw(std::uint64_t seed, Artefact artefact, std::uint64_t number) {
   std::array<double, 1> random;
   artefact_stream(seed, artefact, number).uniform(random);
@@ -27,16 +30,16 @@ bool is_repeated(const ArtefactOptions& options, std::uint64_t seed, std::uint64
 
 double reported_since_s(const ArtefactOptions& options, std::uint64_t seed, double t_s) {
   if (!(options.stale_navigation > 0.0 && options.stale_s > 0.0)) return t_s;
-  // Time is divided into intervals of stale_s; some are stale, and several of these may follow one
-  // another.
+  // Time is divided into intervals of stale_s. A random choice makes some of them stale. The search
+  // goes back from the interval of t_s over consecutive stale intervals.
   double since_s = t_s;
-  for (double stretch = std::floor(t_s / options.stale_s);
+  for (double interval = std::floor(t_s / options.stale_s);
        draw(seed, Artefact::stale_navigation,
-            static_cast<std::uint64_t>(static_cast<std::int64_t>(stretch))) <=
+            static_cast<std::uint64_t>(static_cast<std::int64_t>(interval))) <=
            options.stale_navigation &&
-       t_s - since_s < 100.0 * options.stale_s;
-       stretch -= 1.0)
-    since_s = stretch * options.stale_s;
+       t_s - since_s < most_stale_intervals * options.stale_s;
+       interval -= 1.0)
+    since_s = interval * options.stale_s;
   return since_s;
 }
 

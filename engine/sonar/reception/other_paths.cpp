@@ -15,9 +15,9 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr std::size_t sines = 1024;         // size of the surface's and the bed's tables
-constexpr int wave_oscillator = 100;        // number of its oscillator; Motion has 0 to 6
-constexpr std::size_t directions = 1440;    // per turn, of the vertical pattern's sums
+constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of the grazing angle
+constexpr int wave_oscillator = 100;        // `number` of the waves' Oscillator; Motion uses 0 to 6
+constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
 constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
 
 /// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964):
@@ -36,7 +36,8 @@ std::size_t next_step(std::size_t n, std::size_t first) {
   return n + std::max<std::size_t>(1, std::min((n - first) / 16, n / 64));
 }
 
-/// Calls add(n, value) for the bins [begin, end), with f evaluated in such steps.
+/// Calls add(n, value) for the bins [begin, end). Evaluates f only at the bins of next_step(), and
+/// interpolates between them.
 template <class F, class Add>
 void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
   if (begin >= end) return;
@@ -53,8 +54,8 @@ void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
 
 }  // namespace
 
-// `level` points horizontally to starboard, `up` upwards in the plane; roll turns the sonar's down
-// to port.
+// In the plane abeam, `level` is the horizontal direction to starboard and `up` is upwards. A
+// positive roll turns the sonar's downward axis to port.
 BeamPlane::BeamPlane(const ArrayFrame& array, Side side)
     : cos_pitch(std::sqrt(std::max(1.0 - array.axis.z() * array.axis.z(), 0.0))) {
   if (cos_pitch < 1e-6) return;
@@ -108,9 +109,9 @@ double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, 
   const double ambient =
       scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz, sea.wind_mps, sea.shipping)) *
       solid_angle_sr / (4.0 * pi);
-  const double own =
+  const double self_noise =
       sonar.receiver.self_noise_db ? scatter::from_db(*sonar.receiver.self_noise_db) : 0.0;
-  return sonar.pulse.noise_bandwidth_hz() * (ambient + own);
+  return sonar.pulse.noise_bandwidth_hz() * (ambient + self_noise);
 }
 
 VerticalSum::VerticalSum(const EchoLaw& law, Side side) : sums_{0.0} {
@@ -138,13 +139,13 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea, co
       waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)},
       wall_share_(scatter::from_db(-options.wall_loss_db)) {
-  for (std::size_t i = 0; options.surface && i <= sines; ++i)
+  for (std::size_t i = 0; options.surface && i <= sine_steps; ++i)
     surface_strength_.push_back(scatter::surface_cross_section(
-        surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sines)));
-  for (std::size_t i = 0; options.multiples && i <= sines; ++i) {
+        surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sine_steps)));
+  for (std::size_t i = 0; options.multiples && i <= sine_steps; ++i) {
     const double loss_db =
         options.bottom_loss_db ? *options.bottom_loss_db
-        : bed ? scatter::reflection_loss_db(*bed, std::asin(static_cast<double>(i) / sines))
+        : bed ? scatter::reflection_loss_db(*bed, std::asin(static_cast<double>(i) / sine_steps))
               : other_bed_loss_db;
     bed_reflection_.push_back(scatter::from_db(-loss_db));
   }
@@ -168,33 +169,33 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   if (options_.double_bounce) add_double_bounce(context, line, direct, power);
 }
 
-// For each bin, the strip between its two ranges on the side's own half of the surface and on the
-// other.
+// A bin receives two strips of the sea surface between the ranges where it begins and ends: one to
+// port and one to starboard.
 void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
                              std::span<float> power) const {
   const double slant_m = plane.slant_m(depth_m);
-  const auto over_m = [&](double range_m) {
+  const auto horizontal_m = [&](double range_m) {
     return std::sqrt(std::max(range_m * range_m - slant_m * slant_m, 0.0));
   };
   const auto intensity = [&](std::size_t n) {
-    const double near_m = over_m(static_cast<double>(n) * law_.bin_m());
-    const double far_m = over_m(static_cast<double>(n + 1) * law_.bin_m());
+    const double near_m = horizontal_m(static_cast<double>(n) * law_.bin_m());
+    const double far_m = horizontal_m(static_cast<double>(n + 1) * law_.bin_m());
     const double middle_m = 0.5 * (near_m + far_m);
     const double own = law_.vertical(side, plane, middle_m, -slant_m);
     const double other = law_.vertical(side, plane, -middle_m, -slant_m);
     const double area_m2 =
         plane.slant_m(law_.width_m(n)) * (far_m - near_m) * law_.cell_m() / law_.bin_m();
     const double sine = std::min(depth_m / law_.range_m(n), 1.0);
-    return law_.per_m2(n) * surface_strength_[static_cast<std::size_t>(sine * sines)] * area_m2 *
-           (own * own + other * other);
+    return law_.per_m2(n) * surface_strength_[static_cast<std::size_t>(sine * sine_steps)] *
+           area_m2 * (own * own + other * other);
   };
   const double first = slant_m / law_.bin_m();
   if (first < static_cast<double>(power.size()))
     over_bins(static_cast<std::size_t>(first), power.size(), intensity,
-              [&](std::size_t n, double more) { power[n] += static_cast<float>(more); });
+              [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
 }
 
-// For each bin, a shell of water without the parts above the surface and below the bed.
+// A bin receives a shell of water. The shell has no parts above the surface or below the bed.
 void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                             std::span<float> power) const {
   const VerticalSum& sum = vertical_sums_[static_cast<std::size_t>(side)];
@@ -222,11 +223,12 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
   over_bins(far, power.size(), width_rad, add);
 }
 
-// By image sources: a leg from the array to a place of the bed has the vertical extent a = h if it
-// is direct, h + 2 d if the surface reflects it, 3 h + 2 d if bed and surface reflect it. For two
-// legs of lengths r (extent a) and r' (extent b) over the same ground distance, r'^2 - r^2 = b^2 -
-// a^2, and the echo appears at the range (r + r') / 2. A leg that the surface reflects meets it
-// once, at the grazing angle asin(a / r), and passes through the bubbles beneath it.
+// By image sources, with the altitude h and the depth d of the array: a leg from the array to a
+// point of the bed has the vertical extent a = h if it is direct, h + 2 d if the surface reflects
+// it, 3 h + 2 d if bed and surface reflect it. Let two legs of lengths r and r' have the extents a
+// and b and the same horizontal distance: then r'^2 - r^2 = b^2 - a^2, and the echo appears at the
+// range (r + r') / 2. A leg that the surface reflects meets the surface once, at the grazing angle
+// asin(a / r), and passes through the bubbles there.
 void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                                std::span<const float> direct, std::span<float> power,
                                std::vector<double>& sums) const {
@@ -237,39 +239,45 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
   const double h = altitude_m, by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
   struct Path {
-    double out_m, back_m, share;
+    double out_height_m, back_height_m;  // vertical extents of the leg out and the leg back
+    double count;                        // 2: the leg out and the leg back can be exchanged
     bool up_out, up_back;  // whether the leg out and the leg back leave the array upwards
     bool off_bed;          // whether the bed reflects the leg back
   };
-  const Path paths[] = {{h, by_surface, 2.0, false, true, false},  // one leg; either may be first
-                        {by_surface, by_surface, 1.0, true, true, false},  // both legs
-                        {h, by_bed, 2.0, false, false, true}};
+  const Path paths[] = {
+      {h, by_surface, 2.0, false, true, false},          // the surface reflects one leg
+      {by_surface, by_surface, 1.0, true, true, false},  // the surface reflects both legs
+      {h, by_bed, 2.0, false, false, true}};             // surface and bed reflect one leg
   for (const Path& path : paths) {
-    const double difference = path.back_m * path.back_m - path.out_m * path.out_m;
-    // For an apparent range: returns the range of the direct echo, sets the gain of its energy.
+    const double difference =
+        path.back_height_m * path.back_height_m - path.out_height_m * path.out_height_m;
+    // For the apparent range rho of this echo: returns the range at which the direct echo of the
+    // same place appears, and sets the gain from the direct echo's energy to this echo's.
     const auto source = [&](double rho, double& gain) {
-      const bool twice = difference == 0.0;
-      const double out = twice ? rho : rho - difference / (4.0 * rho);
-      const double back = twice ? rho : 2.0 * rho - out;
-      const double over2 =
-          std::max(out * out - path.out_m * path.out_m, 0.0);  // horizontal, squared
-      const double r = std::sqrt(over2 + h * h), over = std::sqrt(over2);
-      const double straight = law_.vertical(side, plane, over, h);
-      const double pattern =
-          law_.vertical(side, plane, over, path.up_out ? -path.out_m : path.out_m) *
-          law_.vertical(side, plane, over, path.up_back ? -path.back_m : path.back_m);
+      const bool equal_legs = difference == 0.0;
+      const double out = equal_legs ? rho : rho - difference / (4.0 * rho);
+      const double back = equal_legs ? rho : 2.0 * rho - out;
+      const double horizontal_squared =
+          std::max(out * out - path.out_height_m * path.out_height_m, 0.0);
+      const double r = std::sqrt(horizontal_squared + h * h);
+      const double horizontal = std::sqrt(horizontal_squared);
+      const double direct_pattern = law_.vertical(side, plane, horizontal, h);
+      const double pattern = law_.vertical(side, plane, horizontal,
+                                           path.up_out ? -path.out_height_m : path.out_height_m) *
+                             law_.vertical(side, plane, horizontal,
+                                           path.up_back ? -path.back_height_m : path.back_height_m);
       // Spreading and absorption of the legs relative to those of the direct path.
-      gain = path.share * pattern / (straight * straight) *
+      gain = path.count * pattern / (direct_pattern * direct_pattern) *
              std::sqrt(law_.per_m2_at(out) * law_.per_m2_at(back)) / law_.per_m2_at(r);
-      const auto through_bubbles = [&](double down_m, double leg_m) {
-        const double grazing_rad = std::asin(std::min(down_m / leg_m, 1.0));
+      const auto through_bubbles = [&](double height_m, double leg_m) {
+        const double grazing_rad = std::asin(std::min(height_m / leg_m, 1.0));
         return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));
       };
-      if (path.up_out) gain *= through_bubbles(path.out_m, out);
-      gain *= through_bubbles(path.back_m, back);  // the surface always reflects this leg
+      if (path.up_out) gain *= through_bubbles(path.out_height_m, out);
+      gain *= through_bubbles(path.back_height_m, back);  // the surface always reflects this leg
       if (path.off_bed)
-        gain *=
-            bed_reflection_[static_cast<std::size_t>(std::min(path.back_m / back, 1.0) * sines)];
+        gain *= bed_reflection_[static_cast<std::size_t>(std::min(path.back_height_m / back, 1.0) *
+                                                         sine_steps)];
       return r;
     };
     // Sum of the direct energy up to a range.
@@ -278,22 +286,22 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
       const auto bin = static_cast<std::size_t>(place);
       return sums[bin] + (place - static_cast<double>(bin)) * (sums[bin + 1] - sums[bin]);
     };
-    const double first_m = 0.5 * (path.out_m + path.back_m);
+    const double first_m = 0.5 * (path.out_height_m + path.back_height_m);
     auto n = static_cast<std::size_t>(first_m / law_.bin_m());
     double gain = 0.0, next_gain = 0.0;
     double from_m = source(std::max(static_cast<double>(n) * law_.bin_m(), first_m), gain);
-    double before = energy(from_m);
+    double energy_before = energy(from_m);
     for (const std::size_t begin = n; n < power.size();) {
       const std::size_t to = next_step(n, begin);
       const double next_m = source(static_cast<double>(to) * law_.bin_m(), next_gain);
       const double per_bin = 1.0 / static_cast<double>(to - n);
-      const double step_m = (next_m - from_m) * per_bin, more = (next_gain - gain) * per_bin;
+      const double step_m = (next_m - from_m) * per_bin, gain_step = (next_gain - gain) * per_bin;
       for (; n < std::min(to, power.size()); ++n) {
         from_m += step_m;
-        gain += more;
-        const double so_far = energy(from_m);
-        power[n] += static_cast<float>(gain * (so_far - before));
-        before = so_far;
+        gain += gain_step;
+        const double energy_now = energy(from_m);
+        power[n] += static_cast<float>(gain * (energy_now - energy_before));
+        energy_before = energy_now;
       }
       from_m = next_m;
       gain = next_gain;
@@ -315,13 +323,14 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
     const std::size_t top = n;
     while (n < power.size() && of_object(n)) ++n;
     if (n == power.size() || !in_shadow(n))
-      continue;  // without a shadow behind it, it is not a wall
+      continue;  // an object without a shadow behind it is not a wall
     const std::size_t foot = n - 1;
     const double sine = std::min(context.altitude_m / law_.range_m(foot), 0.99);
-    // The height of a wall between the ranges of foot and top; it mirrors a length of bed of
-    // its height over the tangent of the grazing angle.
-    const double shape_height_m = (static_cast<double>(foot - top) + 1.0) * law_.bin_m() / sine;
-    const double mirrored_m = shape_height_m * (1.0 - sine * sine) / sine;  // in slant range
+    // The object fills the bins from its top to its foot: this is the height of such a wall. The
+    // wall mirrors a strip of bed whose length is the height divided by the tangent of the grazing
+    // angle.
+    const double wall_height_m = (static_cast<double>(foot - top) + 1.0) * law_.bin_m() / sine;
+    const double mirrored_m = wall_height_m * (1.0 - sine * sine) / sine;  // in slant range
     const auto bins =
         static_cast<std::size_t>(std::min(mirrored_m / law_.bin_m(), static_cast<double>(top)));
     double sum = 0.0;

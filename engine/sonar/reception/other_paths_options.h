@@ -16,13 +16,14 @@ struct OtherPathsOptions {
   bool surface = false;    ///< first return and reverberation of the sea surface
   bool volume = false;     ///< reverberation of the water
   bool multiples = false;  ///< echoes reflected by the sea surface
-  /// Of a reflection at the bed, in multiples; unset: the sediment's at that angle, 10 dB if the
-  /// bed is not a sediment.
+  /// Loss of a reflection at the bed, in multiples. Unset: the loss of the bed's sediment at the
+  /// grazing angle, or 10 dB if the bed is not a sediment.
   std::optional<double> bottom_loss_db;
-  bool double_bounce = false;  ///< between a wall and the bed in front of it
-  double wall_loss_db = 5.0;   ///< of the reflection at the wall
+  bool double_bounce = false;  ///< echoes by way of a wall and the bed in front of it
+  double wall_loss_db = 5.0;   ///< loss of the reflection at the wall
   double burst_m = 0.0;        ///< range over which transmit leakage blinds the receiver; 0: none
-  std::optional<double> crosstalk_db;  ///< level of one side in the other; unset: none
+  std::optional<double> crosstalk_db;  ///< level of one side's signal in the other side, relative
+                                       ///< to that signal; unset: none
 };
 
 }  // namespace ensonify::engine

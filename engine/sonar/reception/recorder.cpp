@@ -39,14 +39,14 @@ void Recorder::samples(std::span<const float> amplitudes, float gain,
 }
 
 double Recorder::amplitude(std::uint32_t sample) const {
-  const double out = static_cast<double>(sample) / full_scale_;
+  const double fraction = static_cast<double>(sample) / full_scale_;
   switch (curve_) {
     case TransferCurve::linear: break;
-    case TransferCurve::square_root: return out * out;
+    case TransferCurve::square_root: return fraction * fraction;
     case TransferCurve::logarithmic:
-      return sample > 0 ? std::pow(10.0, (out - 1.0) * curve_range_db_ / 20.0) : 0.0;
+      return sample > 0 ? std::pow(10.0, (fraction - 1.0) * curve_range_db_ / 20.0) : 0.0;
   }
-  return out;
+  return fraction;
 }
 
 }  // namespace ensonify::engine

@@ -10,9 +10,10 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double shortest_interval_s = 1e-6;
-constexpr std::uint64_t of_bias = 0, of_message = 1;
+// Random streams: one for the biases, one for the noise of each message.
+constexpr std::uint64_t bias_stream = 0, message_stream = 1;
 
-/// The true pose at a time, from the nearest ping.
+/// The true pose at a time, extrapolated from the nearest ping.
 Pose pose_at(std::span<const Pose> poses, double t_s) {
   const auto after = std::ranges::lower_bound(poses, t_s, {}, &Pose::t_s);
   const Pose& nearest =
@@ -27,29 +28,30 @@ Pose pose_at(std::span<const Pose> poses, double t_s) {
 std::vector<Pose> reported_poses(const NavigationOptions& options, std::uint64_t seed,
                                  std::span<const Pose> poses) {
   std::array<double, 6> bias, noise;
-  RandomStream(seed, Purpose::navigation, {of_bias, 0, 0}).normal(bias);
+  RandomStream(seed, Purpose::navigation, {bias_stream, 0, 0}).normal(bias);
   std::vector<Pose> reports;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    double taken_s = poses[i].t_s - options.delay_s;
+    double measured_s = poses[i].t_s - options.delay_s;
     auto message = static_cast<std::int64_t>(i);
     if (options.update_interval_s >= shortest_interval_s) {
-      message = static_cast<std::int64_t>(std::floor(taken_s / options.update_interval_s));
-      taken_s = static_cast<double>(message) * options.update_interval_s;
+      message = static_cast<std::int64_t>(std::floor(measured_s / options.update_interval_s));
+      measured_s = static_cast<double>(message) * options.update_interval_s;
     }
-    Pose report = taken_s == poses[i].t_s ? poses[i] : pose_at(poses, taken_s);
+    Pose report = measured_s == poses[i].t_s ? poses[i] : pose_at(poses, measured_s);
     report.t_s = poses[i].t_s;
-    RandomStream(seed, Purpose::navigation, {of_message, static_cast<std::uint64_t>(message), 0})
+    RandomStream(seed, Purpose::navigation,
+                 {message_stream, static_cast<std::uint64_t>(message), 0})
         .normal(noise);
-    const auto spoil = [&](double& value, const ReportError& error, std::size_t number) {
+    const auto add_error = [&](double& value, const ReportError& error, std::size_t number) {
       value += error.bias_rms * bias[number] + error.rms * noise[number];
       if (error.step > 0.0) value = std::round(value / error.step) * error.step;
     };
-    spoil(report.position.x(), options.position, 0);
-    spoil(report.position.y(), options.position, 1);
-    spoil(report.position.z(), options.height, 2);
-    spoil(report.roll_rad, options.attitude, 3);
-    spoil(report.pitch_rad, options.attitude, 4);
-    spoil(report.heading_rad, options.heading, 5);
+    add_error(report.position.x(), options.position, 0);
+    add_error(report.position.y(), options.position, 1);
+    add_error(report.position.z(), options.height, 2);
+    add_error(report.roll_rad, options.attitude, 3);
+    add_error(report.pitch_rad, options.attitude, 4);
+    add_error(report.heading_rad, options.heading, 5);
     reports.push_back(report);
   }
   return reports;
