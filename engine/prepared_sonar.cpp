@@ -1,11 +1,11 @@
 #include <ensonify/engine/prepared_sonar.h>
 
 #include <algorithm>
+#include <utility>
 
 #include <ensonify/engine/scene/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
-#include <ensonify/scatter/validity.h>
 
 namespace ensonify::engine {
 namespace {
@@ -20,13 +20,12 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
   const bool relief = name == scene.seafloor.material &&
                       scene.seafloor.kind == SeafloorKind::fractal &&
                       scene.seafloor.fractal.sediments_own;
-  // Checks the parameters alone; extrapolation.h reports frequencies out of range.
-  const double valid_hz =
-      std::clamp(sonar.frequency_hz, scatter::lowest_valid_hz, scatter::highest_valid_hz);
-  if (const auto warning = validity_warning(material, valid_hz))
-    if (std::ranges::find(warnings, *warning) == warnings.end()) warnings.push_back(*warning);
-  return scatter::BackscatterTable(*backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
-                                                   relief ? scene.seafloor.cell_m : 0.0));
+  const auto backscatter = backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
+                                          relief ? scene.seafloor.cell_m : 0.0);
+  for (std::string& warning : warnings_of(material, *backscatter, sonar.frequency_hz))
+    if (std::ranges::find(warnings, warning) == warnings.end())
+      warnings.push_back(std::move(warning));
+  return scatter::BackscatterTable(*backscatter);
 }
 
 ChainOptions chain_options(const Scene& scene, std::size_t number, const PreparedSonar& its,

@@ -10,11 +10,13 @@
 
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/energy_bound.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/kirchhoff.h>
 #include <ensonify/scatter/large_roughness.h>
 #include <ensonify/scatter/sediment_volume.h>
 #include <ensonify/scatter/small_slope.h>
+#include <ensonify/scatter/solid_target.h>
 
 namespace ensonify::scatter {
 namespace {
@@ -37,12 +39,18 @@ class Tr9407 final : public BottomModel {
     terms.kirchhoff = kirchhoff(sediment, bed_.k_per_cm, grazing);
     terms.composite = composite_roughness(sediment, bed_.k_per_cm, grazing, bed_.unresolved_slope);
     terms.large_roughness = large_roughness(sediment, grazing, bed_.slope);
+    terms.volume = sediment_volume(sediment, grazing, bed_.unresolved_slope);
+    // Outside its range this form grows with the frequency until more returns than arrives: coarse
+    // sand from 400 kHz on, below 10 degrees. Gravel and rock keep the form of 100 kHz.
+    if (!gravel_or_rock(sediment) &&
+        expected_spread_db(sediment, bed_.frequency_hz) > ordinary_spread_db)
+      terms.large_roughness =
+          std::clamp(diffuse_bound(grazing) - terms.volume, 0.0, terms.large_roughness);
     const double f_x = interpolation_weight(
         (std::cos(grazing) - kirchhoff_end_cosine(sediment, bed_.k_per_cm)) / 0.0125);
     const double f_y = gentle_relief_weight(bed_.slope);
     const double gentle = f_x * terms.kirchhoff + (1.0 - f_x) * terms.composite;  // eq. 58
     terms.roughness = f_y * gentle + (1.0 - f_y) * terms.large_roughness;         // eq. 62
-    terms.volume = sediment_volume(sediment, grazing, bed_.unresolved_slope);
     return terms;
   }
 
@@ -78,13 +86,41 @@ class LambertBottom final : public BottomModel {
   Lambert law_;
 };
 
+/// Rock: Lambert's law with the measured level. Near vertical, which was not measured, rock
+/// reflects more than that, here with the lobe of the solid `stone`: less than 0.1 dB up to 45
+/// degrees.
+class MeasuredRock final : public BottomModel {
+ public:
+  explicit MeasuredRock(double mu_db) : rock_(with_lobe(mu_db)) {}
+  BottomTerms terms(double grazing_rad) const override {
+    return {.roughness = rock_.cross_section(grazing_rad)};
+  }
+
+ private:
+  static Solid with_lobe(double mu_db) {
+    Solid rock = solid_named("stone");
+    rock.diffuse_db = mu_db;
+    return rock;
+  }
+
+  SolidTarget rock_;
+};
+
+std::unique_ptr<const BottomModel> make_tr9407(const BottomConditions& bed) {
+  if (bed.sediment.lambert_mu_db)
+    return std::make_unique<MeasuredRock>(*bed.sediment.lambert_mu_db);
+  return std::make_unique<Tr9407>(bed);
+}
+
 template <class Model>
 std::unique_ptr<const BottomModel> make(const BottomConditions& bed) {
   return std::make_unique<Model>(bed);
 }
 
 constexpr std::array models{
-    BottomModelKind{.name = "tr9407", .help = "APL-UW's for sediments", .make = &make<Tr9407>},
+    BottomModelKind{.name = "tr9407",
+                    .help = "APL-UW's for sediments, and rock as measured",
+                    .make = &make_tr9407},
     BottomModelKind{.name = "small-slope",
                     .help = "its successor, for their roughness",
                     .make = &make<SmallSlopeBottom>},

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -15,7 +16,7 @@
 namespace ensonify::scatter {
 namespace {
 
-constexpr double finest_gravel_phi = -1.0;
+constexpr double finest_gravel_phi = -1.0, medium_sand_phi = 1.5, very_fine_sand_phi = 3.5;
 
 struct Grain {
   std::string_view name;
@@ -40,13 +41,21 @@ constexpr std::array<Grain, 26> grains = {
 struct Stone {
   std::string_view name;
   double sound_speed_ratio, strength_cm4;
+  std::optional<double> strength_at_20_deg_db = {};  // measured
 };
 // Cobble's strength is the one that reproduces table 3; table 2's is hard to read in the scan.
-constexpr std::array<Stone, 5> stones = {{{"rough rock", 2.5, 0.20693},
-                                          {"rock", 2.5, 0.01862},
+constexpr std::array<Stone, 7> stones = {{{"rough rock", 2.5, 0.20693, -25.0},
+                                          {"rock", 2.5, 0.01862, -29.5},
+                                          {"handbook rough rock", 2.5, 0.20693},
+                                          {"handbook rock", 2.5, 0.01862},
                                           {"cobble", 1.8, 0.0160},
                                           {"gravel", 1.8, 0.0160},
                                           {"pebble", 1.8, 0.0160}}};
+
+/// 10 log10 mu of Lambert's law with this strength at 20 degrees.
+double lambert_mu_db(double strength_at_20_deg_db) {
+  return strength_at_20_deg_db - 20.0 * std::log10(std::sin(std::numbers::pi / 9.0));
+}
 
 // TR 9407 eqs 2-6: M is the mean grain size in phi.
 double density_ratio(double M) {
@@ -135,13 +144,15 @@ void check(const Sediment& sediment) {
 
 std::vector<NamedSediment> named_sediments() {
   std::vector<NamedSediment> all;
-  for (const Stone& s : stones)
-    all.push_back({s.name, std::nullopt,
-                   Sediment{.density_ratio = 2.5,
-                            .sound_speed_ratio = s.sound_speed_ratio,
-                            .loss = 0.01374,
-                            .volume = 0.002,
-                            .strength_cm4 = s.strength_cm4}});
+  for (const Stone& s : stones) {
+    Sediment sediment{.density_ratio = 2.5,
+                      .sound_speed_ratio = s.sound_speed_ratio,
+                      .loss = 0.01374,
+                      .volume = 0.002,
+                      .strength_cm4 = s.strength_cm4};
+    if (s.strength_at_20_deg_db) sediment.lambert_mu_db = lambert_mu_db(*s.strength_at_20_deg_db);
+    all.push_back({s.name, std::nullopt, sediment});
+  }
   for (const Grain& g : grains)
     all.push_back({g.name, g.mean_size_phi, sediment_of_grain_size(g.mean_size_phi)});
   return all;
@@ -189,15 +200,34 @@ double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
   return wavenumber_per_cm(frequency_hz, sound_speed_mps);
 }
 
+double expected_spread_db(const Sediment& sediment, double frequency_hz) {
+  if (frequency_hz >= lowest_valid_hz && frequency_hz <= highest_valid_hz) return 0.0;
+  if (!(frequency_hz > highest_valid_hz && frequency_hz <= highest_compared_hz))
+    return std::numeric_limits<double>::infinity();
+  if (sediment.lambert_mu_db) return 10.0;
+  const double nu = sediment.sound_speed_ratio;
+  if (nu > 2.0) return 26.0;
+  if (nu > sound_speed_ratio(finest_gravel_phi)) return 15.0;
+  if (nu > sound_speed_ratio(medium_sand_phi)) return 10.0;
+  return nu > sound_speed_ratio(very_fine_sand_phi) ? 6.0 : 2.0;
+}
+
+std::string spread_text(double spread_db) {
+  return std::isfinite(spread_db) ? fmt::format("expected within {:g} dB", spread_db)
+                                  : "by how much they may be off is not known";
+}
+
 std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz) {
   std::string warning;
   if (!(frequency_hz >= lowest_valid_hz && frequency_hz <= highest_valid_hz))
-    warning =
-        fmt::format("{:g} kHz is outside 10 to 100 kHz, where the bottom model is validated: {}",
-                    frequency_hz / 1000.0,
-                    frequency_hz > highest_valid_hz && gravel_or_rock(sediment)
-                        ? "the roughness of gravel and rock is that of 100 kHz"
-                        : "levels are extrapolated");
+    warning = fmt::format(
+        "{:g} kHz is outside 10 to 100 kHz, where the bottom model is validated: {}, {}",
+        frequency_hz / 1000.0,
+        sediment.lambert_mu_db ? "levels are those measured at 100 kHz"
+        : frequency_hz > highest_valid_hz && gravel_or_rock(sediment)
+            ? "levels are extrapolated by the roughness of 100 kHz"
+            : "levels are extrapolated",
+        spread_text(expected_spread_db(sediment, frequency_hz)));
   if (!(sediment.exponent >= 2.4 && sediment.exponent <= 3.9))
     warning += fmt::format("{}exponent {} is outside the recommended 2.4 to 3.9",
                            warning.empty() ? "" : "; ", sediment.exponent);

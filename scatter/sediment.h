@@ -21,6 +21,9 @@ struct Sediment {
   double exponent = 3.25;           ///< gamma, between 2 and 4 (recommended: 2.4 to 3.9); eq. 8
   double strength_cm4 = 0.0;        ///< w2, 0 to 1; below 1e-12 the bed counts as smooth
   double strength_offset_db = 0.0;  ///< added to the scattering strength that the models give
+  /// 10 log10 mu of Lambert's law, for rock, whose strength is measured and follows that law. The
+  /// model `tr9407` uses it in place of the six numbers, with a lobe near vertical.
+  std::optional<double> lambert_mu_db;
 
   double alpha() const { return exponent / 2.0 - 1.0; }
   bool smooth() const { return strength_cm4 < 1e-12; }
@@ -37,6 +40,12 @@ struct NamedSediment {
 
 /// TR 9407 table 2, coarse to fine, one row per name. If a name has a mean grain size, the
 /// parameters are those of the regressions, not the table's rounded numbers.
+///
+/// The strength of `rock` and `rough rock` is measured: Olson, Lyons and Saebo, JASA 139, 1833
+/// (2016), abstract, found -33 to -26 dB at 20 degrees and 100 kHz on smooth outcrops, and -30 to
+/// -20 dB, by Lambert's law, on very rough ones. Each has Lambert's law through the middle of its
+/// range, and the lobe of stone near vertical. `handbook rock` and `handbook rough rock` have the
+/// handbook's strength: -12 and -6 dB there, more than an opaque surface returns (energy_bound.h).
 std::vector<NamedSediment> named_sediments();
 
 /// The sediment of that name; case is ignored, and space, hyphen and underscore are the same.
@@ -61,6 +70,21 @@ double wavenumber_per_cm(double frequency_hz, double sound_speed_mps);
 /// by 10 to 20 dB (Jackson's elastic small-slope results at 300 kHz).
 double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
                                 double sound_speed_mps);
+
+/// How far, either way, mean levels of the model `tr9407` may be off outside 10 to 100 kHz, in
+/// decibels; 0 within. From 100 kHz to 1 MHz it is the largest difference from the small-slope
+/// approximation at 3 to 90 degrees, by the bed's sound speed: 2 for silt, clay and very fine sand,
+/// 6 to medium sand, 10 to sandy gravel, 15 for stones, 26 for the handbook's rock. For measured
+/// rock it is 10, within which all outcrops lie that Olson and others measured at 100 kHz. Infinite
+/// elsewhere: there is nothing to compare with.
+double expected_spread_db(const Sediment& sediment, double frequency_hz);
+
+/// The spread of an ordinary bed. Levels with a spread up to this need no warning: the handbook
+/// itself states 5 to 10 dB for a bed that is known by its name alone.
+constexpr double ordinary_spread_db = 6.0;
+
+/// "expected within 6 dB", or that nothing is known, for a warning.
+std::string spread_text(double spread_db);
 
 /// A warning, for once per run, if the frequency is outside TR 9407's validity (10 to 100 kHz) or
 /// the exponent outside its recommended range; otherwise none.

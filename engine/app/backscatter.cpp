@@ -9,6 +9,7 @@
 
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/energy_bound.h>
 #include <ensonify/scatter/reflection.h>
 
 #include "app.h"
@@ -60,7 +61,10 @@ Sediment sediment_of(const Arguments& arguments) {
                         parameters[i].option));
   }
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (arguments.given[i]) sediment.*parameters[i].member = *arguments.given[i];
+    if (arguments.given[i]) {
+      sediment.*parameters[i].member = *arguments.given[i];
+      sediment.lambert_mu_db.reset();  // measured on a bed with its own parameters
+    }
   return sediment;
 }
 
@@ -78,21 +82,27 @@ void print_backscatter(const Arguments& arguments) {
                                model.name);
   std::string out =
       "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
-      "reflection_loss_db\n";
+      "reflection_loss_db,bound_db\n";
   for (const double angle_deg : arguments.angles_deg) {
     if (!(angle_deg >= 0.0 && angle_deg <= 90.0))
       throw UsageError(
           fmt::format("--angles-deg: {} is not a grazing angle, expected 0 to 90", angle_deg));
     const double grazing_rad = angle_deg * std::numbers::pi / 180.0;
     const scatter::BottomTerms terms = bottom.terms(grazing_rad);
-    out += fmt::format("{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n", angle_deg,
-                       scatter::to_db(bottom.cross_section(grazing_rad)), terms.roughness,
-                       terms.volume, terms.kirchhoff, terms.composite, terms.large_roughness,
-                       scatter::reflection_loss_db(sediment, grazing_rad));
+    out += fmt::format("{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n",
+                       angle_deg, scatter::to_db(bottom.cross_section(grazing_rad)),
+                       terms.roughness, terms.volume, terms.kirchhoff, terms.composite,
+                       terms.large_roughness, scatter::reflection_loss_db(sediment, grazing_rad),
+                       scatter::to_db(scatter::diffuse_bound(grazing_rad)));
   }
   if (model.by_sediment)
     if (const auto warning = scatter::validity_warning(sediment, arguments.frequency_hz))
       fmt::print(stderr, "ensonify: warning: {}\n", *warning);
+  if (const auto excess = scatter::energy_excess(bottom))
+    fmt::print(stderr,
+               "ensonify: warning: at {:.3g} degrees it is {:.1f} dB stronger than any opaque "
+               "surface can be, by the energy that arrives\n",
+               excess->grazing_rad * 180.0 / std::numbers::pi, excess->excess_db);
   print(out);
 }
 
@@ -104,9 +114,11 @@ void add_backscatter(CLI::App& app, Action& action) {
       "backscatter",
       "Print a seabed's backscatter strength over the grazing angle (CSV). Columns: "
       "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
-      "reflection_loss_db. The columns roughness to large_roughness are linear cross-sections; "
+      "reflection_loss_db,bound_db. The columns roughness to large_roughness are linear "
+      "cross-sections; bound_db is the most that an opaque surface can scatter back diffusely; "
       "strength_db is that of roughness + volume. Terms that a model does not have are 0: "
-      "kirchhoff, composite and large_roughness for small-slope; those and volume for lambert");
+      "kirchhoff, composite and large_roughness for small-slope; those and volume for lambert and "
+      "for rock, whose strength is measured");
   command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency of the sound, Hz")
       ->required();
   command

@@ -14,16 +14,17 @@ using scatter::Sediment;
 
 std::string row(std::string_view name, std::optional<double> mean_grain_size_phi,
                 const Sediment& s) {
-  return fmt::format("{},{},{},{},{},{},{},{}\n", name,
+  return fmt::format("{},{},{},{},{},{},{},{},{}\n", name,
                      mean_grain_size_phi ? fmt::to_string(*mean_grain_size_phi) : "",
                      s.density_ratio, s.sound_speed_ratio, s.loss, s.volume, s.exponent,
-                     s.strength_cm4);
+                     s.strength_cm4,
+                     s.lambert_mu_db ? fmt::format("{:.4g}", *s.lambert_mu_db) : "");
 }
 
 void print_sediments(std::optional<double> mean_grain_size_phi) {
   std::string out =
       "name,mean_grain_size_phi,density_ratio,sound_speed_ratio,loss,volume,exponent,"
-      "strength_cm4\n";
+      "strength_cm4,lambert_mu_db\n";
   if (mean_grain_size_phi)
     out += row("", mean_grain_size_phi, scatter::sediment_of_grain_size(*mean_grain_size_phi));
   else
@@ -40,7 +41,8 @@ void add_sediments(CLI::App& app, Action& action) {
       "sediments",
       "List the named seabeds and their parameters, one row per name (CSV), or the parameters of "
       "one grain size. Names from the same row of the handbook (APL-UW TR 9407, table 2) have "
-      "equal parameters; rock and stones have no grain size");
+      "equal parameters; rock and stones have no grain size. Rock scatters by Lambert's law with the "
+      "measured lambert_mu_db; handbook rock has the handbook's strength");
   command
       .add_option("--mean-grain-size-phi", *mean_grain_size_phi,
                   "Print the parameters of this mean grain size, -1 to 9")

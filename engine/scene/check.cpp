@@ -93,8 +93,15 @@ void check_scene(const Scene& scene,
   material(bed.material, "seafloor.material");
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     material(scene.objects[i].material, fmt::format("objects.{}.material", i));
-  for (const Material& own : scene.materials)
-    material(own.name, fmt::format("material.{}.like", own.name));
+  for (const Material& own : scene.materials) {
+    const bool from_file = own.model == "table";
+    const std::string key = fmt::format("material.{}.{}", own.name, from_file ? "table" : "model");
+    require(from_file || own.table.empty(), key, [&] {
+      return fmt::format("'material.{0}.table' needs material.{0}.model = \"table\"", own.name);
+    });
+    material(own.name,
+             from_file || own.model == "gsab" ? key : fmt::format("material.{}.like", own.name));
+  }
   require(scene.sea.profile.empty() || !scene.sea.sound_speed_mps, "sea.sound_speed_mps", [] {
     return "'sea.sound_speed_mps' and 'sea.profile' are both given, expected one of them";
   });

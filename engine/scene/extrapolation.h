@@ -1,8 +1,8 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,7 +12,9 @@
 
 namespace ensonify::engine {
 
-/// Which sediments are used at frequencies for which the bottom model is not validated.
+/// Which sediments are used at frequencies for which the bottom model is not validated, if their
+/// levels may be off by more than those of ordinary beds (scatter::ordinary_spread_db): mud and
+/// sand up to medium sand, from 10 kHz to 1 MHz, are not among them.
 class Extrapolation {
  public:
   Extrapolation() = default;
@@ -27,7 +29,9 @@ class Extrapolation {
   std::vector<std::string> behind(std::span<const std::string> warnings) const;
 
  private:
-  std::set<std::string> materials_;
+  void add(const std::string& name, double spread_db);
+
+  std::map<std::string, double> spread_db_;  // by the material's name
   double lowest_hz_ = std::numeric_limits<double>::infinity(), highest_hz_ = 0.0;
 };
 

@@ -15,6 +15,7 @@
 #include <ensonify/engine/scene/dataset_options.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/seabed_check.h>
+#include <ensonify/engine/scene/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
@@ -140,15 +141,21 @@ class Reader {
       const auto found = places_.find(key);
       return found == places_.end() ? name_ : found->second;
     };
-    check_scene(scene_, place);
-    for_each_file(scene_, [&](std::string_view key, InputFile& file) {
+    const auto find_file = [&](std::string_view key, InputFile& file) {
       if (file.name.empty()) return;
       try {
         file.path = resolve(key, file.name, paths);
       } catch (const SceneError& error) {
         throw SceneError(fmt::format("{}: {}", place(key), error.what()));
       }
-    });
+    };
+    for (Material& material : scene_.materials) {  // their check needs what is in their tables
+      find_file(fmt::format("material.{}.table", material.name), material.table);
+      if (!material.table.path.empty())
+        material.measured = read_strength_table(material.table.path);
+    }
+    check_scene(scene_, place);
+    for_each_file(scene_, find_file);
     check_seabed_files(scene_, place);
     return unchecked();
   }

@@ -191,6 +191,8 @@ void for_each_file(AnyScene& scene, F&& f) {
     }
   };
   for (const auto& section : scene_sections()) visit(section, section.name, scene);
+  for (auto& material : scene.materials)
+    visit(material_section(), "material." + material.name, material);
   for (auto& sonar : scene.sonars) visit(sonar_section(), "sonar." + sonar.name, sonar);
   for_each_list(scene, [&](const auto& section, auto& list) {
     for (std::size_t i = 0; i < list.size(); ++i)

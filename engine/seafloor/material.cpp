@@ -2,19 +2,34 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include <ensonify/scatter/composite_roughness.h>
+#include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/energy_bound.h>
+#include <ensonify/scatter/gsab.h>
 #include <ensonify/scatter/solid_target.h>
+#include <ensonify/scatter/strength_table.h>
+#include <ensonify/scatter/validity.h>
 
 namespace ensonify::engine {
 namespace {
 
 using scatter::Sediment, scatter::Solid;
 
-constexpr std::string_view solid = "solid", lambert = "lambert";
+constexpr std::string_view solid = "solid", lambert = "lambert", gsab = "gsab", table = "table";
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+/// The models that are not those of a sediment.
+constexpr std::array own_models = {
+    MaterialModel{solid, "a solid: a diffuse part and a specular lobe"},
+    MaterialModel{gsab, "the generic model that is fitted to measurements (gsab_ keys)"},
+    MaterialModel{table, "your own strengths from a CSV file"},
+};
 
 /// What covers a bed, by Lambert's law. Dense Posidonia has -23 dB, nearly the same at all angles
 /// and frequencies (Lyons and Pouliquen 1998); this value gives -23 dB at 23 degrees. Shells: a
@@ -37,7 +52,10 @@ Sediment parameters_of(const Material& material) {
         Parameter{&Material::volume, &Sediment::volume},
         Parameter{&Material::exponent, &Sediment::exponent},
         Parameter{&Material::strength_cm4, &Sediment::strength_cm4}})
-    sediment.*parameter = (material.*given).value_or(sediment.*parameter);
+    if (material.*given) {
+      sediment.*parameter = *(material.*given);
+      sediment.lambert_mu_db.reset();  // measured on a bed with its own parameters
+    }
   sediment.strength_offset_db = material.strength_offset_db;
   scatter::check(sediment);
   return sediment;
@@ -51,8 +69,67 @@ Solid solid_of(const Material& material) {
   return known;
 }
 
+/// A lobe of gsab has a level and a width, or neither.
+void read_lobe(std::string_view name, const std::optional<double>& level_db,
+               const std::optional<double>& its_width_rad, double& level, double& width_rad) {
+  if (level_db.has_value() != its_width_rad.has_value())
+    throw std::invalid_argument(fmt::format(
+        "of gsab_{0}_db and gsab_{0}_width_deg one is missing, expected both or none", name));
+  if (!level_db) return;
+  level = scatter::from_db(*level_db);
+  width_rad = *its_width_rad;
+}
+
+scatter::Gsab gsab_of(const Material& material) {
+  if (!material.gsab_lambert_db)
+    throw std::invalid_argument(
+        "model = \"gsab\" needs gsab_lambert_db, the level of its Lambert-like part");
+  scatter::Gsab made{.lambert = scatter::from_db(*material.gsab_lambert_db),
+                     .lambert_exponent = material.gsab_lambert_exponent};
+  read_lobe("specular", material.gsab_specular_db, material.gsab_specular_width_rad, made.specular,
+            made.specular_width_rad);
+  read_lobe("transitional", material.gsab_transitional_db, material.gsab_transitional_width_rad,
+            made.transitional, made.transitional_width_rad);
+  const double offset = scatter::from_db(material.strength_offset_db);
+  for (double* const level : {&made.specular, &made.lambert, &made.transitional}) *level *= offset;
+  return made;
+}
+
+const scatter::StrengthTable& strengths_of(const Material& material) {
+  if (!material.measured)
+    throw std::invalid_argument(
+        "model = \"table\" needs a CSV file of strengths: name it as the material's table");
+  return *material.measured;
+}
+
+/// What a table lacks for a sonar of this frequency.
+std::vector<std::string> gaps_of(const scatter::StrengthTable& strengths, double frequency_hz) {
+  std::vector<std::string> gaps;
+  const std::vector<scatter::StrengthCurve>& curves = strengths.curves();
+  const double lowest_hz = curves.front().frequency_hz, highest_hz = curves.back().frequency_hz;
+  if (curves.size() > 1 && (frequency_hz < lowest_hz || frequency_hz > highest_hz))
+    gaps.push_back(fmt::format(
+        "its table has {:g} to {:g} kHz: at {:g} kHz the strengths of {:g} kHz are used",
+        lowest_hz / 1e3, highest_hz / 1e3, frequency_hz / 1e3,
+        std::clamp(frequency_hz, lowest_hz, highest_hz) / 1e3));
+  double first_rad = 0.0, last_rad = std::numbers::pi / 2.0;
+  for (const scatter::StrengthCurve& curve : curves) {
+    first_rad = std::max(first_rad, curve.grazing_rad.front());
+    last_rad = std::min(last_rad, curve.grazing_rad.back());
+  }
+  if (first_rad > 1.0 * degree)
+    gaps.push_back(fmt::format(
+        "its table begins at {:.3g} degrees: below, the strength falls by Lambert's law",
+        first_rad / degree));
+  if (last_rad < 89.0 * degree)
+    gaps.push_back(fmt::format("its table ends at {:.3g} degrees: above, the last strength is used",
+                               last_rad / degree));
+  return gaps;
+}
+
 bool is_sediment(const Material& material) {
-  return material.model != solid && scatter::bottom_model_kind(material.model).by_sediment;
+  return std::ranges::find(own_models, material.model, &MaterialModel::name) == own_models.end() &&
+         scatter::bottom_model_kind(material.model).by_sediment;
 }
 
 }  // namespace
@@ -61,7 +138,7 @@ std::vector<MaterialModel> material_models() {
   std::vector<MaterialModel> models;
   for (const scatter::BottomModelKind& kind : scatter::bottom_model_kinds())
     models.push_back({kind.name, kind.help});
-  models.push_back({solid, "a solid: a diffuse part and a specular lobe"});
+  models.insert(models.end(), own_models.begin(), own_models.end());
   return models;
 }
 
@@ -97,6 +174,12 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double relief_spacing_m) {
   if (material.model == lambert) return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
   if (material.model == solid) return std::make_unique<scatter::SolidTarget>(solid_of(material));
+  if (material.model == gsab) return std::make_unique<scatter::GsabBottom>(gsab_of(material));
+  if (material.model == table) {
+    strengths_of(material);
+    return std::make_unique<scatter::MeasuredBottom>(material.measured, frequency_hz,
+                                                     material.strength_offset_db);
+  }
   const Sediment sediment = parameters_of(material);
   const double k_per_cm =
       scatter::relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps);
@@ -126,11 +209,24 @@ std::optional<double> lobe_width_rad(std::string_view name, std::span<const Mate
   return of_name->lobe_width_rad;
 }
 
-std::optional<std::string> validity_warning(const Material& material, double frequency_hz) {
-  if (!is_sediment(material)) return std::nullopt;
-  const auto warning = scatter::validity_warning(parameters_of(material), frequency_hz);
-  if (!warning) return std::nullopt;
-  return fmt::format("material {}: {}", material.name, *warning);
+std::vector<std::string> warnings_of(const Material& material,
+                                     const scatter::Backscatter& backscatter, double frequency_hz) {
+  std::vector<std::string> warnings;
+  if (is_sediment(material)) {
+    const double valid_hz =
+        std::clamp(frequency_hz, scatter::lowest_valid_hz, scatter::highest_valid_hz);
+    if (const auto warning = scatter::validity_warning(parameters_of(material), valid_hz))
+      warnings.push_back(*warning);
+  }
+  if (material.model == table) warnings = gaps_of(strengths_of(material), frequency_hz);
+  if (const auto excess = scatter::energy_excess(backscatter))
+    warnings.push_back(
+        fmt::format("at {:g} kHz and {:.3g} degrees it is {:.1f} dB stronger than any opaque "
+                    "surface can be, by the energy that arrives",
+                    frequency_hz / 1e3, excess->grazing_rad / degree, excess->excess_db));
+  for (std::string& warning : warnings)
+    warning = fmt::format("material {}: {}", material.name, warning);
+  return warnings;
 }
 
 }  // namespace ensonify::engine

@@ -7,16 +7,18 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/engine/input_file.h>
 #include <ensonify/scatter/sediment.h>
 
 namespace ensonify::scatter {
 class Backscatter;
-}
+class StrengthTable;
+}  // namespace ensonify::scatter
 
 namespace ensonify::engine {
 
 /// How a material can scatter: the bottom models (scatter::bottom_model_kinds()), of which lambert
-/// has the material's own mu, and solid.
+/// has the material's own mu; solid; and two by measurement, gsab and table.
 struct MaterialModel {
   std::string_view name;
   std::string_view help;
@@ -34,7 +36,13 @@ struct Material {
   std::optional<double> density_ratio, sound_speed_ratio, loss, volume, exponent, strength_cm4;
   double lambert_mu_db = -27.0;
   std::optional<double> diffuse_db, specular, lobe_width_rad;
-  double strength_offset_db = 0.0;  ///< added to the strength of a sediment
+  std::optional<double> gsab_specular_db, gsab_specular_width_rad;  ///< none: no such lobe
+  std::optional<double> gsab_lambert_db;                            ///< `gsab` needs it
+  double gsab_lambert_exponent = 2.0;
+  std::optional<double> gsab_transitional_db, gsab_transitional_width_rad;  ///< none: no such lobe
+  InputFile table;                                         ///< a CSV file, for `table`
+  std::shared_ptr<const scatter::StrengthTable> measured;  ///< what it has; read with the scene
+  double strength_offset_db = 0.0;  ///< added to the strength of a sediment, gsab or table
 };
 
 /// The material of that name: one of `own` (the scene's), or else a named sediment, cover
@@ -56,7 +64,10 @@ std::optional<scatter::Sediment> sediment_of(const Material& material);
 /// Half the width of the specular lobe of the material of that name; nullopt if it has no lobe.
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own);
 
-/// A warning, to be given once per run, if the frequency is outside the model's range of validity.
-std::optional<std::string> validity_warning(const Material& material, double frequency_hz);
+/// Warnings, each to be given once per run, about a material and its backscatter at a frequency:
+/// parameters outside their recommended range, what a table lacks, more energy than arrives
+/// (scatter/energy_bound.h). Extrapolation (scene/extrapolation.h) warns of frequencies.
+std::vector<std::string> warnings_of(const Material& material,
+                                     const scatter::Backscatter& backscatter, double frequency_hz);
 
 }  // namespace ensonify::engine

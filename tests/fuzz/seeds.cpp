@@ -83,6 +83,9 @@ int main(int argc, char** argv) {
             "# a recording\nping,utc_s,lat_deg,lon_deg,depth_m,altitude_m\n1,7.5,48.4,-68.8,14,11\n"
             "2,7.6,48.4,-68.8,14,11\n");
   seeds.add("profile", "depth_m,soundspeed_mps\n0,1500.5\n10,1490\n");
+  seeds.add(
+      "strength_table",
+      "grazing_deg,strength_db,frequency_hz\n10,-30,1e5\n80,-20,1e5\n5,-33,4e5\n90,-10,4e5\n");
   seeds.add("profile",
             tests::byte_order_mark +
                 "# a cast\r\ntime,\"soundspeed_mps\",depth_m\r\n\r\n3,1500,2e1\r\n,1.49e3,0\r\n");

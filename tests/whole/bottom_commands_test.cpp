@@ -60,9 +60,10 @@ TEST_CASE("backscatter prints the terms of the bottom model") {
   CHECK(outcome.err.empty());
   CHECK(
       outcome.out.starts_with("grazing_deg,strength_db,roughness,volume,kirchhoff,composite,"
-                              "large_roughness,reflection_loss_db\n"));
+                              "large_roughness,reflection_loss_db,bound_db\n"));
   const std::vector<Row> rows = rows_of(outcome.out);
   REQUIRE(rows.size() == 4);
+  CHECK(std::stod(rows[3].at("bound_db")) == Approx(-4.9715));  // 10 log10(1 / pi)
   CHECK(std::stod(rows[1].at("strength_db")) == Approx(-35.4).margin(0.1));
   CHECK(std::stod(rows[1].at("kirchhoff")) == 0.0);
   CHECK(10.0 * std::log10(std::stod(rows[2].at("kirchhoff"))) == Approx(-24.54).margin(0.006));
@@ -114,7 +115,24 @@ TEST_CASE("a frequency outside the model's range gives one warning on stderr") {
       "--frequency-hz 400000 --sound-speed-mps 1500 --sediment rock --angles-deg 5,6,7");
   CHECK(rock.code == 0);
   CHECK(rock.err.find("400 kHz") != std::string::npos);
+  CHECK(rock.err.find("expected within 10 dB") != std::string::npos);
   CHECK(std::count(rock.err.begin(), rock.err.end(), '\n') == 1);
+}
+
+TEST_CASE("rock has its measured strength, and the handbook's by its own name or by parameters") {
+  const std::string at_20 =
+      "--frequency-hz 100000 --sound-speed-mps 1500 --angles-deg 20 --sediment ";
+  const auto strength = [&](const std::string& sediment) {
+    return std::stod(answer(at_20 + sediment)[0].at("strength_db"));
+  };
+  CHECK(strength("rock") == Approx(-29.5));
+  CHECK(strength("rough_rock") == Approx(-25.0));
+  CHECK(strength("handbook_rock") == Approx(-12.0).margin(0.1));
+  CHECK(strength("handbook_rough_rock") == Approx(-6.2).margin(0.1));
+  CHECK(strength("rock --volume 0.002") == strength("handbook_rock"));
+  const Outcome rough = backscatter(at_20 + "handbook_rough_rock");
+  CHECK(rough.err.find("stronger than any opaque surface") != std::string::npos);
+  CHECK(backscatter(at_20 + "rough_rock").err.empty());
 }
 
 TEST_CASE("a wrong seabed or angle gives one message and exit code 2") {
@@ -154,12 +172,14 @@ TEST_CASE("sediments lists every name with its parameters") {
   REQUIRE(outcome.code == 0);
   CHECK(
       outcome.out.starts_with("name,mean_grain_size_phi,density_ratio,sound_speed_ratio,loss,"
-                              "volume,exponent,strength_cm4\n"));
+                              "volume,exponent,strength_cm4,lambert_mu_db\n"));
   const std::vector<Row> rows = rows_of(outcome.out);
-  CHECK(rows.size() == 31);
+  CHECK(rows.size() == 33);
   for (const Row& row : rows) {
     CAPTURE(row.at("name"));
     CHECK(row.at("mean_grain_size_phi").empty() == (std::stod(row.at("loss")) == 0.01374));
+    CHECK(row.at("lambert_mu_db").empty() ==
+          (row.at("name") != "rock" && row.at("name") != "rough rock"));
   }
   CHECK(run_program(folder.path(), {"sediments", "--mean-grain-size-phi", "-1.5"}).code == 2);
 }

@@ -137,8 +137,9 @@ TEST_CASE("Extrapolated levels give one line per run on stderr, and none with --
   REQUIRE(plain.code == 0);
   CHECK(lines_with(plain.err, "kHz") == 1);
   CHECK(lines_with(plain.err,
-                   "ensonify: warning: levels are extrapolated: the bottom model is validated from "
-                   "10 to 100 kHz, and used at 400 to 900 kHz for clay, rock") == 1);
+                   "ensonify: warning: levels are extrapolated, expected within 10 dB: the bottom "
+                   "model is validated from 10 to 100 kHz, and used at 400 to 900 kHz for rock") ==
+        1);
   const Outcome quiet =
       run_program(folder.path(), {"run", "high.toml", "-o", "b", "--quiet", "--json"});
   CHECK(quiet.code == 0);
@@ -147,6 +148,11 @@ TEST_CASE("Extrapolated levels give one line per run on stderr, and none with --
   const auto manifest = nlohmann::json::parse(read_text(folder / "b/manifest.json"));
   REQUIRE(manifest["warnings"].size() == 1);
   CHECK(manifest["warnings"][0].get<std::string>().starts_with("levels are extrapolated"));
+  // Mud and sand are ordinary at these frequencies.
+  const Outcome ordinary = run_program(
+      folder.path(), {"run", "high.toml", "-o", "d", "-D", "objects.0.material=medium sand"});
+  CHECK(ordinary.code == 0);
+  CHECK(lines_with(ordinary.err, "warning") == 0);
   // Within the model's range there is no warning.
   for (const std::string frequency : {"sonar.left-right.frequency_hz=100000"})
     CHECK(run_program(folder.path(), {"run", "high.toml", "-o", "c", "-D", frequency, "-D",

@@ -1,6 +1,9 @@
 #include <ensonify/engine/seafloor/material.h>
 
+#include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "support/catch.h"
@@ -8,6 +11,7 @@
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
+#include <ensonify/scatter/strength_table.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -71,10 +75,77 @@ TEST_CASE(
   CHECK(strength_db(sand, 2.0, 0.25) != Approx(strength_db(sand, 2.0)).epsilon(1e-4));
 }
 
-TEST_CASE("A model warns outside its range, and a model without a range never warns") {
-  CHECK(!validity_warning({.like = "medium sand"}, 100e3));
-  CHECK(validity_warning({.name = "bed", .like = "medium sand"}, 400e3)
-            ->starts_with("material bed: 400 kHz"));
-  CHECK(!validity_warning({.model = "lambert"}, 400e3));
-  CHECK(!validity_warning({.model = "solid", .like = "steel"}, 400e3));
+TEST_CASE("The generic model has the material's levels and widths, and those that it needs") {
+  Material shoal{.name = "shoal", .model = "gsab", .gsab_lambert_db = -20.0};
+  CHECK(strength_db(shoal, 30.0) ==
+        Approx(scatter::to_db(scatter::Lambert(-20.0).cross_section(30.0 * degree))));
+  shoal.gsab_specular_db = -3.0;
+  CHECK_THROWS_WITH(strength_db(shoal, 30.0),
+                    Catch::Contains("gsab_specular_db and gsab_specular_width_deg one is missing"));
+  shoal.gsab_specular_width_rad = 4.0 * degree;
+  shoal.gsab_transitional_db = -12.0;
+  shoal.gsab_transitional_width_rad = 15.0 * degree;
+  shoal.strength_offset_db = 1.5;
+  const double sum = scatter::from_db(-3.0) * std::exp(-25.0 / 32.0) +
+                     scatter::from_db(-20.0) * std::pow(std::cos(5.0 * degree), 2.0) +
+                     scatter::from_db(-12.0) * std::exp(-25.0 / 450.0);
+  CHECK(strength_db(shoal, 85.0) == Approx(scatter::to_db(sum) + 1.5));
+  CHECK(!sediment_of(shoal));
+  CHECK_THROWS_WITH(strength_db({.model = "gsab"}, 30.0), Catch::Contains("needs gsab_lambert_db"));
+}
+
+TEST_CASE("A material that returns more than arrives is warned of, with angle and decibels") {
+  const auto warnings = [](const Material& material, double frequency_hz) {
+    return warnings_of(material, *backscatter_of(material, frequency_hz, 1500.0, 0.0),
+                       frequency_hz);
+  };
+  Material bright{.name = "bright", .model = "gsab", .gsab_lambert_db = -2.0};
+  const auto too_strong = warnings(bright, 400e3);
+  REQUIRE(too_strong.size() == 1);
+  CHECK(too_strong[0].starts_with("material bright: at 400 kHz and "));
+  CHECK(too_strong[0].find("3.0 dB stronger than any opaque surface") != std::string::npos);
+  bright.strength_offset_db = -4.0;
+  CHECK(warnings(bright, 400e3).empty());
+  CHECK(warnings({.name = "rock", .like = "rock"}, 100e3).empty());
+  CHECK(warnings({.name = "old", .like = "handbook rough rock"}, 100e3).size() == 1);
+}
+
+TEST_CASE("A table is used with the material's offset, and what it lacks is warned of") {
+  Material ground{.name = "ground", .model = "table", .strength_offset_db = -2.0};
+  CHECK_THROWS_WITH(strength_db(ground, 30.0), Catch::Contains("needs a CSV file of strengths"));
+  ground.measured = std::make_shared<const scatter::StrengthTable>(
+      std::vector<scatter::StrengthCurve>{{200e3, {20.0 * degree, 70.0 * degree}, {-30.0, -20.0}},
+                                          {400e3, {10.0 * degree, 90.0 * degree}, {-35.0, -15.0}}});
+  CHECK(strength_db(ground, 45.0) == Approx(-27.0));
+  const auto warnings = [&](double frequency_hz) {
+    return warnings_of(ground, *backscatter_of(ground, frequency_hz, 1500.0, 0.0), frequency_hz);
+  };
+  const auto all = warnings(100e3);
+  REQUIRE(all.size() == 3);
+  CHECK(all[0] ==
+        "material ground: its table has 200 to 400 kHz: at 100 kHz the strengths of 200 kHz are "
+        "used");
+  CHECK(all[1].find("begins at 20 degrees") != std::string::npos);
+  CHECK(all[2].find("ends at 70 degrees") != std::string::npos);
+  CHECK(warnings(300e3).size() == 2);
+}
+
+TEST_CASE("Parameters that are given describe another rock than the measured one") {
+  CHECK(strength_db({.like = "rock"}, 20.0) == Approx(-29.5));
+  CHECK(strength_db({.like = "rock", .volume = 0.002}, 20.0) ==
+        Approx(strength_db({.like = "handbook rock"}, 20.0)));
+  CHECK(strength_db({.like = "rock", .strength_offset_db = -3.0}, 20.0) == Approx(-32.5));
+}
+
+TEST_CASE("A model warns of odd parameters, and a model without parameters never warns") {
+  const auto warnings = [](const Material& material, double frequency_hz = 100e3) {
+    return warnings_of(material, *backscatter_of(material, frequency_hz, 1500.0, 0.0),
+                       frequency_hz);
+  };
+  CHECK(warnings({.like = "medium sand"}, 900e3).empty());  // frequencies: extrapolation.h
+  CHECK(warnings({.model = "lambert"}).empty());
+  CHECK(warnings({.model = "solid", .like = "steel"}).empty());
+  const auto steep = warnings({.name = "bed", .like = "clay", .exponent = 3.95}, 400e3);
+  REQUIRE(steep.size() == 1);
+  CHECK(steep[0].starts_with("material bed: exponent 3.95"));
 }

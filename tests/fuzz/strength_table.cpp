@@ -1,0 +1,14 @@
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/scene/strength_table_reader.h>
+
+#include "fuzz/fuzz.h"
+
+using namespace ensonify;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    engine::parse_strength_table(tests::text(data, size), "fuzz");
+  } catch (const engine::SceneError&) {
+  }
+  return 0;
+}
