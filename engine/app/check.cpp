@@ -30,8 +30,8 @@ constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on 
 /// An intersector that would get fewer than one of this number of rays is left out.
 constexpr std::uint64_t slowest_every = 10000;
 /// Of the scene's rays, one in this number is also compared as it is bent, or more if that is fewer
-/// than enough_bent: the reference takes about 60 µs for each.
-constexpr std::uint64_t most_bent_every = 100;
+/// than enough_bent: the reference takes about 10 µs for each.
+constexpr std::uint64_t most_bent_every = 10;
 constexpr std::uint64_t enough_bent = 20000;
 
 struct Arguments {
@@ -258,8 +258,8 @@ void add_check(CLI::App& app, Action& action) {
       "Compare every surface (face source) and intersector with the exact reference, on the rays "
       "of a scene and on rays aimed at vertices and edges. Exit code 1 if a difference is "
       "unexplained. If sea.refraction = \"full\", a share of the scene's rays is also compared as the "
-      "water bends them: 20,000, or one in 100 if that is more (source bent). Ctrl-C ends the "
-      "comparison and prints the table so far");
+      "water bends them (source bent): about 20,000, or one in 10 if that is more; brute_force has "
+      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far");
   arguments->scene.add_to(command);
   command
       .add_option(

@@ -1,7 +1,9 @@
 #include <ensonify/engine/trace/check/bent_rays.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -45,8 +47,9 @@ double BentReference::off_plane_m(std::uint32_t face, const Vector3d& point) con
   return ab.cross(ac).normalized().dot(point - a);
 }
 
-/// Whether the ray is in the plane of the found face at the found time.
-bool BentReference::is_on_plane(const Ray& launch, const Hit& found) const {
+/// Whether the ray is on the found face at the found time: in its plane, and as the ray sees it no
+/// farther than the reach beyond the line of an edge.
+bool BentReference::is_on_face(const Ray& launch, const Hit& found) const {
   if (found.face >= triangles_.faces.size()) return false;
   SoundRay ray = start(*water_.profile, launch);
   for (int i = 0; i < 1000; ++i) {
@@ -54,7 +57,21 @@ bool BentReference::is_on_plane(const Ray& launch, const Hit& found) const {
     if (std::abs(left_s) < 1e-12) break;
     ray.advance(std::min(left_s * ray.point().sound_speed_mps, ray.path_to_edge_m()));
   }
-  return std::abs(off_plane_m(found.face, place(launch, ray))) <= tolerance_m;
+  const Vector3d point = place(launch, ray);
+  if (std::abs(off_plane_m(found.face, point)) > tolerance_m) return false;
+  const Vector2d outwards = horizontal(launch.direction);
+  const Vector3d direction(ray.point().along * outwards.x(), ray.point().along * outwards.y(),
+                           -ray.point().down);
+  std::array<Vector3d, 3> corners;
+  for (int k = 0; k < 3; ++k)
+    corners[static_cast<std::size_t>(k)] = triangles_.corner(found.face, k) - point;
+  const auto& [a, b, c] = corners;
+  const double turn = direction.dot((b - a).cross(c - a)) > 0.0 ? 1.0 : -1.0;
+  for (const auto& [p, q] : {std::pair(a, b), {b, c}, {c, a}}) {
+    const double length_m = (q - p).cross(direction).norm();  // as the ray sees the edge
+    if (turn * direction.dot(p.cross(q)) < -reach_m * length_m) return false;
+  }
+  return true;
 }
 
 Hit BentReference::trace(const Ray& launch) const {
@@ -135,7 +152,7 @@ Verdict BentReference::judge(const BentRay& ray, const Hit& found) const {
   const double apart_m = both ? std::abs(found.t - expected.t) : 0.0;
   if (both && found.face == expected.face)
     return apart_m <= tolerance_m ? Verdict::same : Verdict::unexplained;
-  if (found && !is_on_plane(launch, found)) return Verdict::unexplained;
+  if (found && !is_on_face(launch, found)) return Verdict::unexplained;
   if (both && apart_m < reach_m) return Verdict::tie;
   const double t = std::min(found ? found.t : launch.t_max, expected ? expected.t : launch.t_max);
   if (std::abs(t - launch.t_max) < reach_m) return Verdict::end;

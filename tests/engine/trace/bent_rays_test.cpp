@@ -160,6 +160,7 @@ TEST_CASE("a hit of a bent ray is judged by what rays a millimetre beside it hit
   CHECK(verdict(2.5, 0.5, 20.0, miss) == Verdict::same);
   CHECK(verdict(1.0, 0.9998, 20.0, {1, 1, 8.0, 0.5, 0.0}) == Verdict::tie);
   CHECK(verdict(1.0, 0.9998, 20.0, {1, 1, 8.1, 0.5, 0.0}) == Verdict::unexplained);
+  CHECK(verdict(1.0, 0.99, 20.0, {1, 1, 8.0, 0.5, 0.0}) == Verdict::unexplained);
   CHECK(verdict(1.5, 0.5, 8.0005, miss) == Verdict::end);
   CHECK(verdict(1.5, 0.5, 8.01, miss) == Verdict::unexplained);
   CHECK(verdict(2.0005, 0.5, 20.0, {0, 0, 8.0, 1.0, 0.25}) == Verdict::edge);
