@@ -77,6 +77,11 @@ std::span<const ObjectView> SimulatorInternals::object_visibility(const Simulato
   return simulator.worker_->views.at(sonar).views();
 }
 
+Refraction SimulatorInternals::refraction(const Simulator& simulator) {
+  const Simulator::Ready& ready = *simulator.ready_;
+  return ready.refraction(*ready.sonars.front());
+}
+
 RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {
   RefractionCounts sum;
   for (const PingTracer& tracer : simulator.worker_->tracers) sum += tracer.refraction_counts();

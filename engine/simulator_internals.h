@@ -18,6 +18,7 @@
 namespace ensonify::engine {
 
 class Recorder;
+struct Refraction;
 
 /// What a run, the live view, `check` and the benchmark need of a Simulator. Not installed: a
 /// program does without. The Simulator's thread rule holds for all of it.
@@ -64,6 +65,9 @@ struct SimulatorInternals {
   /// What was counted of a sonar's pings, one per object of the seafloor; empty where nothing was.
   static std::span<const ObjectView> object_visibility(const Simulator& simulator,
                                                        std::size_t sonar);
+  /// The layered sea of its pings, the same for all sonars but for absorption. Its profile is good
+  /// as long as this Simulator.
+  static Refraction refraction(const Simulator& simulator);
   /// What became of this Simulator's refracted rays.
   static RefractionCounts refraction_counts(const Simulator& simulator);
   static const StageTimes& times(const Simulator& simulator);

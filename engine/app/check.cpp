@@ -5,19 +5,20 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/random.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
+#include "check_pings.h"
+#include "check_report.h"
 #include "progress.h"
 
 namespace ensonify::engine::app {
@@ -28,6 +29,10 @@ constexpr std::string_view slow_name = "brute_force";
 constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
 /// An intersector that would get fewer than one of this number of rays is left out.
 constexpr std::uint64_t slowest_every = 10000;
+/// Of the scene's rays, one in this number is also compared as it is bent, or more if that is fewer
+/// than enough_bent: the reference takes about 10 µs for each.
+constexpr std::uint64_t most_bent_every = 10;
+constexpr std::uint64_t enough_bent = 20000;
 
 struct Arguments {
   SceneArguments scene;
@@ -39,62 +44,28 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// Blocks of pings as in a run, with at least `rays` rays, spread over the track. A block is long
-/// enough for a tree that serves several pings to be built, used and built again. If the track has
-/// too few pings, it is repeated with slightly turned sonars.
-std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays) {
-  const std::vector<Pose> track = simulator.track();
-  const auto fans_at = [&](const Pose& pose) {
-    const std::span<const RayFan> fans = SimulatorInternals::aim(simulator, pose);
-    return std::vector<RayFan>(fans.begin(), fans.end());
-  };
-  std::uint64_t a_ping = 0;
-  for (const RayFan& fan : fans_at(track[track.size() / 2])) a_ping += rays_within_beam(*fan.grid);
-  const std::uint64_t wanted = rays / std::max<std::uint64_t>(a_ping, 1) + 1;
-  const std::size_t length =
-      std::min(track.size(), static_cast<std::size_t>(scene.run.tree_pings) + 2);
-  const std::size_t count = (wanted + length - 1) / length, a_pass = track.size() / length;
-  std::vector<PingBlock> blocks(count);
-  for (std::size_t b = 0; b < count; ++b) {
-    const std::size_t pass = b / a_pass, first = pass * a_pass;
-    const std::size_t of = std::min(count - first, a_pass);
-    const std::size_t begin = (b - first) * (track.size() - length) / std::max<std::size_t>(of, 1);
-    std::array<double, 3> turn{};
-    if (pass > 0) RandomStream(scene.seed, Purpose::agreement, {2, pass, 0}).normal(turn);
-    for (std::size_t ping = begin; ping < begin + length; ++ping) {
-      Pose pose = track[ping];
-      pose.roll_rad += 0.05 * turn[0];
-      pose.pitch_rad += 0.05 * turn[1];
-      pose.heading_rad += 0.05 * turn[2];
-      try {
-        blocks[b].push_back(fans_at(pose));
-      } catch (const std::invalid_argument&) {  // the turn moved a sonar out of the water
-        blocks[b].push_back(fans_at(track[ping]));
-      }
-    }
-  }
-  return blocks;
-}
-
 /// An intersector is compared on every n-th ray, to limit the time of the slow one. Returns n; 0 if
 /// too few rays would be left.
-std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces,
-                          const std::vector<PingBlock>& blocks, std::uint64_t aimed) {
+std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces, std::uint64_t rays) {
   if (kind.name != slow_name) return 1;
-  double rays = static_cast<double>(aimed);
-  for (const PingBlock& block : blocks)  // may be more than requested: blocks are whole
-    for (const std::vector<RayFan>& ping : block)
-      for (const RayFan& fan : ping) rays += static_cast<double>(rays_within_beam(*fan.grid));
-  const auto every =
-      static_cast<std::uint64_t>(std::ceil(rays * static_cast<double>(faces) / slow_tests));
+  const auto every = static_cast<std::uint64_t>(
+      std::ceil(static_cast<double>(rays) * static_cast<double>(faces) / slow_tests));
   return every > slowest_every ? 0 : every;
 }
 
-/// One intersector with every face source; `reference` is built over the whole mesh.
+/// One intersector with every face source; `reference` is built over the whole mesh. `refraction`
+/// has a profile where rays are bent.
 std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::TriangleMesh& mesh,
                                   const std::shared_ptr<const Intersector>& reference,
                                   const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
-                                  const Scene& scene, std::uint64_t every) {
+                                  const Scene& scene, std::uint64_t every,
+                                  const Refraction& refraction, double reference_mps) {
+  std::function<std::unique_ptr<RefractedTracer>()> make_bent;
+  if (refraction.profile)
+    make_bent = [=] {
+      return std::make_unique<RefractedTracer>(*refraction.profile, refraction.highest_m,
+                                               refraction.deepest_m, reference_mps);
+    };
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
   const FaceSourceParts parts{
       .all = mesh,
@@ -114,8 +85,16 @@ std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::Tri
                   faces] { return std::make_unique<FacesWithBodies>(make(parts), faces, parts); },
          .precision = kind.precision,
          .has_every_face = !surface.needs_progressive_mesh,
-         .every = every});
+         .every = every,
+         .make_bent = make_bent});
   return all;
+}
+
+/// As in a run; without a profile where the rays of these blocks are straight.
+Refraction refraction_of(const Simulator& simulator, const std::vector<PingBlock>& blocks) {
+  Refraction refraction = SimulatorInternals::refraction(simulator);
+  if (blocks.front().front().front().bend.turn_rad == 0.0) refraction.profile = nullptr;
+  return refraction;
 }
 
 /// The altitudes of two simulators: over the mesh, and over its progressive mesh.
@@ -131,76 +110,6 @@ std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& 
   };
   return {candidate("static", "bed_grid", of_mesh),
           candidate("refined", "plumb_line", of_analysis)};
-}
-
-std::string csv(const std::vector<AgreementRow>& rows) {
-  std::string out = "surface,intersector,source,rays";
-  for (const std::string_view verdict : verdict_names) out += fmt::format(",{}", verdict);
-  out +=
-      ",largest_dt_m,largest_dt_relative,largest_dt_of_tolerance,coarse,unlike_static,wrong_index,"
-      "wrong_run,over_limit\n";
-  for (const AgreementRow& row : rows) {
-    out += fmt::format("{},{},{},{}", row.surface, row.intersector,
-                       ray_source_names[static_cast<std::size_t>(row.source)], row.rays);
-    for (const std::uint64_t count : row.verdicts) out += fmt::format(",{}", count);
-    out += fmt::format(",{:.3g},{:.3g},{:.3g},{},{},{},{},{}\n", row.largest_dt_m,
-                       row.largest_dt_relative, row.largest_dt_of_tolerance, row.coarse,
-                       row.unlike_static, row.wrong_index, row.wrong_run,
-                       fmt::join(exceeded_limits(row), "+"));
-  }
-  return out;
-}
-
-nlohmann::ordered_json to_json(const AgreementRow& row) {
-  nlohmann::ordered_json json = {{"surface", row.surface},
-                                 {"intersector", row.intersector},
-                                 {"source", ray_source_names[static_cast<std::size_t>(row.source)]},
-                                 {"rays", row.rays}};
-  for (std::size_t i = 0; i < verdict_names.size(); ++i) json[verdict_names[i]] = row.verdicts[i];
-  json["largest_dt_m"] = row.largest_dt_m;
-  json["largest_dt_relative"] = row.largest_dt_relative;
-  json["largest_dt_of_tolerance"] = row.largest_dt_of_tolerance;
-  json["coarse"] = row.coarse;
-  json["unlike_static"] = row.unlike_static;
-  json["wrong_index"] = row.wrong_index;
-  json["wrong_run"] = row.wrong_run;
-  json["over_limit"] = exceeded_limits(row);
-  nlohmann::ordered_json shares = nlohmann::ordered_json::object();
-  for (const Limit& limit : limits(row.source, row.precision)) shares[limit.name] = limit.share;
-  json["limits"] = shares;  // as shares of the rays
-  return json;
-}
-
-/// One line per exceeded limit: "over the limit: static embree scene: tie 0.012 of the rays, ...".
-std::string report_limits(const std::vector<AgreementRow>& rows) {
-  std::string lines;
-  for (const AgreementRow& row : rows)
-    for (const Limit& limit : limits(row.source, row.precision))
-      if (exceeds(limit, row))
-        lines += fmt::format(
-            "over the limit: {} {} {}: {} {:.2g} of the rays, at most {:.2g}\n", row.surface,
-            row.intersector, ray_source_names[static_cast<std::size_t>(row.source)], limit.name,
-            static_cast<double>(limit.of(row)) / static_cast<double>(row.rays), limit.share);
-  return lines;
-}
-
-/// Prints what is needed to reproduce each difference: `ensonify seafloor` writes the mesh,
-/// `ensonify trace` traces the ray.
-void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_origin) {
-  const auto answer = [](const Hit& hit) {
-    return hit ? fmt::format("face {}, t {:.17g}, u {:.17g}, v {:.17g}", hit.face, hit.t, hit.u,
-                             hit.v)
-               : "no face";
-  };
-  for (const Difference& d : row.unexplained) {
-    const Eigen::Vector3d o = d.ray.origin + world_origin;
-    fmt::print(stderr,
-               "unexplained: {} {} {}\n  ox,oy,oz,dx,dy,dz,t_min,t_max\n  {:.17g},{:.17g},{:.17g},"
-               "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n  reference: {}\n  found:     {}\n",
-               row.surface, row.intersector, ray_source_names[static_cast<std::size_t>(row.source)],
-               o.x(), o.y(), o.z(), d.ray.direction.x(), d.ray.direction.y(), d.ray.direction.z(),
-               d.ray.t_min, d.ray.t_max, answer(d.expected), answer(d.found));
-  }
 }
 
 void check(const Arguments& arguments) {
@@ -228,6 +137,11 @@ void check(const Arguments& arguments) {
   progress->report("trees", 0, 1);
   const std::shared_ptr<const Intersector> reference = make_intersector(reference_name, mesh);
   const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
+  const std::uint64_t scene_rays = rays_of(blocks);  // may be more than requested: blocks are whole
+  const Refraction refraction = refraction_of(simulator, blocks);
+  const BentWater water{refraction.profile, refraction.highest_m, simulator.sound_speed_mps()};
+  const std::uint64_t bent_every =
+      std::clamp<std::uint64_t>(scene_rays / enough_bent, 1, most_bent_every);
   const Simulator of_analysis(scene, {.threads = threads, .seafloor = analysed});
   const double prepare_s = seconds_since(start);
 
@@ -257,11 +171,17 @@ void check(const Arguments& arguments) {
   };
   // One intersector after another, so that its trees are freed before the next one's are built.
   for (const IntersectorKind& kind : intersector_kinds()) {
-    const std::uint64_t every = asked_every(kind, mesh.faces.size(), blocks, arguments.rays / 2);
+    const std::uint64_t every =
+        asked_every(kind, mesh.faces.size(), scene_rays + arguments.rays / 2);
     if (every == 0 || stopped) continue;
-    compare_some(
-        kind.name, candidates(kind, mesh, reference, analysed->seafloor.progressive, scene, every),
-        {.aimed_fan_rays = arguments.rays / 4, .aimed_rays = arguments.rays / 4, .bodies = true});
+    compare_some(kind.name,
+                 candidates(kind, mesh, reference, analysed->seafloor.progressive, scene, every,
+                            refraction, water.reference_mps),
+                 {.aimed_fan_rays = arguments.rays / 4,
+                  .aimed_rays = arguments.rays / 4,
+                  .bodies = true,
+                  .water = every == 1 ? water : BentWater{},
+                  .bent_every = bent_every});
   }
   if (!stopped)
     compare_some("altitudes", {},
@@ -279,6 +199,9 @@ void check(const Arguments& arguments) {
 
   print_warnings(analysed->warnings);
   for (const AgreementRow& row : rows) print_unexplained(row, mesh.world_origin);
+  if (water.profile && !arguments.quiet)
+    fmt::print(stderr, "source bent: one in {} of the scene's rays, as the water bends them\n",
+               bent_every);
   if (arguments.json) {
     nlohmann::ordered_json table = nlohmann::ordered_json::array();
     for (const AgreementRow& row : rows) table.push_back(to_json(row));
@@ -287,6 +210,7 @@ void check(const Arguments& arguments) {
         {"seed", scene.seed},
         {"faces", simulator.seafloor().faces},
         {"reference", reference_name},
+        {"bent_every", water.profile ? nlohmann::ordered_json(bent_every) : nullptr},
         {"stopped", stopped},
         {"unexplained", reached.unexplained},
         {"rows", table},
@@ -333,8 +257,9 @@ void add_check(CLI::App& app, Action& action) {
       "check",
       "Compare every surface (face source) and intersector with the exact reference, on the rays "
       "of a scene and on rays aimed at vertices and edges. Exit code 1 if a difference is "
-      "unexplained. Rays are straight, even if the scene's water refracts them. Ctrl-C ends the "
-      "comparison and prints the table so far");
+      "unexplained. If sea.refraction = \"full\", a share of the scene's rays is also compared as the "
+      "water bends them (source bent): about 20,000, or one in 10 if that is more; brute_force has "
+      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far");
   arguments->scene.add_to(command);
   command
       .add_option(

@@ -87,6 +87,39 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   CHECK(scene_rays >= 15000);  // more than the track's pings give: the track is repeated
 }
 
+TEST_CASE("check compares the bent rays of a scene with a cast on every surface") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  write_text(folder / "cast.csv", "depth_m,soundspeed_mps\n0,1520\n4,1520\n7,1490\n60,1490\n");
+  const auto check = [&](const std::string& refraction) {
+    const Outcome outcome = run_program(
+        folder.path(), {"check", "tiny.toml", "--quiet", "--rays", "3e4", "--json", "-D",
+                        "sea.profile=cast.csv", "-D", "sea.refraction=" + refraction});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto report = check("full");
+  CHECK(report["unexplained"] == 0);
+  CHECK(report["bent_every"] == 1);
+  int rows = 0;
+  for (const auto& row : report["rows"]) {
+    if (row["source"] != "bent") continue;
+    ++rows;
+    CHECK(row["rays"] > 15000);
+    CHECK(row["same"] >= 0.995 * row["rays"].get<double>());
+    CHECK(row["over_limit"].empty());
+    CHECK(row["limits"]["edge"] == 5e-3);
+    CHECK(row["largest_dt_m"] > 0.0);
+    CHECK(row["largest_dt_m"] < 1e-4);
+  }
+  CHECK(rows >= 3 * 4);  // brute_force has them only if it traces every ray
+
+  const auto straight = check("time-only");
+  CHECK(straight["bent_every"].is_null());
+  for (const auto& row : straight["rows"]) CHECK(row["source"] != "bent");
+}
+
 TEST_CASE("check refuses wrong arguments") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);

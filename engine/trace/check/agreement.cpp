@@ -38,6 +38,7 @@ class Comparison {
         blocks_(blocks),
         options_(options),
         aimed_(triangles, options.seed),
+        bent_(options.water, triangles, reference),
         workers_(static_cast<std::size_t>(std::max(1, options.threads))) {
     plan();
     make(workers_.front());
@@ -99,6 +100,7 @@ class Comparison {
     add(RaySource::scene, blocks_.size());
     add(RaySource::aimed_fans, parts_of(options_.aimed_fan_rays, fan_rays));
     add(RaySource::aimed_rays, parts_of(options_.aimed_rays, list_rays));
+    if (options_.water.profile) add(RaySource::bent, blocks_.size());
     if (options_.bodies) add(RaySource::bodies, parts_of(blocks_.size(), body_blocks));
     if (!options_.heights.empty())
       add(RaySource::plumb_lines, parts_of(options_.plumb_lines, plumb_list));
@@ -116,13 +118,13 @@ class Comparison {
     }
     std::uint64_t rays = 0;
     for (const std::vector<RayFan>& ping : pings_of(item)) rays += rays_of(ping);
-    return rays;
+    return item.source == RaySource::bent ? rays / options_.bent_every : rays;
   }
   static std::uint64_t rays_of_list(std::size_t list, std::uint64_t each, std::uint64_t all) {
     return std::min(each, all - list * each);
   }
   std::span<const std::vector<RayFan>> pings_of(const Item& item) const {
-    if (item.source == RaySource::scene) return blocks_[item.number];
+    if (item.source != RaySource::bodies) return blocks_[item.number];
     const PingBlock& block = blocks_[item.number * body_blocks];
     return std::span(block).first(std::min(body_pings, block.size()));
   }
@@ -154,6 +156,7 @@ class Comparison {
         rays = list.size();
         break;
       }
+      case RaySource::bent: rays = compare_bent(item, worker, tallies); break;
       case RaySource::bodies: rays = compare_bodies(item, worker, tallies); break;
       case RaySource::plumb_lines: {
         std::vector<Ray> list(rays_of_item(item));
@@ -183,6 +186,17 @@ class Comparison {
       rays += rays_of(pings[ping]);
     }
     return rays;
+  }
+
+  /// A share of the bent rays of the pings.
+  std::uint64_t compare_bent(const Item& item, CandidateWorker& worker,
+                             std::span<AgreementCounts> tallies) {
+    worker.reset();
+    // Different rays of each ping, and of each block.
+    std::uint64_t turn = first_turn(item.number, options_.bent_every);
+    for (const std::vector<RayFan>& ping : pings_of(item))
+      if (!stopped_) worker.compare_bent(ping, bent_, options_.bent_every, turn, tallies);
+    return rays_of_item(item);
   }
 
   /// Pings with bodies in the water, which are added, moved before every second ping, and removed.
@@ -217,6 +231,7 @@ class Comparison {
   std::span<const PingBlock> blocks_;
   const AgreementOptions& options_;
   AdversarialRays aimed_;
+  BentReference bent_;
   std::vector<Item> items_;
   std::vector<std::optional<CandidateWorker>> workers_;
   std::mutex progress_mutex_;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include <ensonify/engine/trace/check/bent_rays.h>
 #include <ensonify/engine/trace/check/candidate_worker.h>
 #include <ensonify/engine/trace/check/limits.h>
 #include <ensonify/engine/trace/ray_fan.h>
@@ -33,6 +34,8 @@ struct AgreementOptions {
   std::vector<HeightCandidate> heights = {};
   std::uint64_t plumb_lines = 0;  ///< how many places `heights` are compared at
   std::size_t bed_faces = 0;      ///< the bed's faces: those with the lowest numbers
+  BentWater water = {};           ///< bends the rays of the blocks, if it has a profile
+  std::uint64_t bent_every = 1;   ///< one in so many of these rays is compared as it is bent
   int threads = 1;                ///< does not change the result
   /// Called with the progress, from one thread at a time. If it returns false, the comparison ends
   /// and its rows cover the rays traced so far.
@@ -40,9 +43,10 @@ struct AgreementOptions {
 };
 
 /// Traces the same rays with every candidate and with the reference: the scene's pings in blocks,
-/// as a run traces them, and rays aimed at the mesh's weak places. Returns one row for each
-/// candidate and each source of rays that it traced; a candidate that takes no lists of rays has
-/// no row for those. Throws std::invalid_argument for an empty mesh, and what intersectors throw.
+/// as a run traces them, straight and bent, and rays aimed at the mesh's weak places. Returns one
+/// row for each candidate and each source of rays that it traced; a candidate that takes no lists
+/// of rays has no row for those. Throws std::invalid_argument for an empty mesh, and what
+/// intersectors throw.
 std::vector<AgreementRow> compare(refine::Triangles triangles, const Intersector& reference,
                                   std::span<const Candidate> candidates,
                                   std::span<const PingBlock> blocks,

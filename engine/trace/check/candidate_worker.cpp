@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::uint64_t tetrahedra = 3;  // per ping, of four bodies each
 
-/// Every n-th ray begins here: so different items compare different rays.
-std::uint64_t first_turn(std::uint64_t number, std::uint64_t every) {
-  return number * 0x9e3779b97f4a7c15 % every;
-}
-
 bool takes_lists(FaceSource& surface) {
   const Ray ray;
   Hit hit;
@@ -30,6 +25,10 @@ bool takes_lists(FaceSource& surface) {
 
 }  // namespace
 
+std::uint64_t first_turn(std::uint64_t number, std::uint64_t every) {
+  return number * 0x9e3779b97f4a7c15 % every;
+}
+
 CandidateWorker::CandidateWorker(const Judge& judge, const Intersector& reference,
                                  std::span<const Candidate> candidates,
                                  std::span<const HeightCandidate> heights)
@@ -38,7 +37,8 @@ CandidateWorker::CandidateWorker(const Judge& judge, const Intersector& referenc
     const Candidate& candidate = candidates[c];
     surfaces_.push_back(candidate.make());
     comparisons_.emplace_back(judge, candidate.precision);
-    takes_lists_.push_back(candidate.has_every_face && takes_lists(*surfaces_[c]));
+    takes_lists_.push_back(takes_lists(*surfaces_[c]));
+    bent_tracers_.push_back(candidate.make_bent ? candidate.make_bent() : nullptr);
     const auto same =
         std::ranges::find(candidates.first(c), candidate.intersector, &Candidate::intersector);
     const auto twin = static_cast<std::size_t>(same - candidates.begin());
@@ -59,6 +59,21 @@ void CandidateWorker::compare_ping(std::span<const RayFan> fans, std::uint64_t n
     const Intersector& intersector = surfaces_[c]->prepare(fans);
     look_ahead(*surfaces_[c]);
     compare_candidate(c, *surfaces_[c], intersector, fans, number, comparisons_[c], tallies[c]);
+  }
+}
+
+void CandidateWorker::compare_bent(std::span<const RayFan> fans, const BentReference& reference,
+                                   std::uint64_t every, std::uint64_t& turn,
+                                   std::span<AgreementCounts> tallies) {
+  std::vector<std::vector<BentRay>> some;
+  for (const RayFan& fan : fans) some.push_back(reference.trace_some(fan, every, turn));
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    if (!bent_tracers_[c]) continue;
+    const Intersector& intersector = surfaces_[c]->prepare(fans);
+    for (std::size_t i = 0; i < fans.size(); ++i)
+      reference.compare(fans[i], some[i], *bent_tracers_[c],
+                        takes_lists_[c] ? &intersector : nullptr, surfaces_[c]->triangles(),
+                        surfaces_[c]->version(), tallies[c]);
   }
 }
 
@@ -127,7 +142,7 @@ void CandidateWorker::compare_list(std::span<const Ray> rays, std::uint64_t numb
   expected_[0].resize(rays.size());
   reference_.intersect(rays, expected_[0]);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    if (!takes_lists_[c]) continue;
+    if (!candidates_[c].has_every_face || !takes_lists_[c]) continue;
     const std::uint64_t every = candidates_[c].every;
     asked_.clear();
     expected_of_asked_.clear();

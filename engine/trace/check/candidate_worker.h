@@ -8,10 +8,12 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/trace/check/bent_rays.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/check/judge.h>
 #include <ensonify/engine/trace/check/tetrahedron.h>
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
+#include <ensonify/engine/trace/refraction/refracted_tracer.h>
 
 namespace ensonify::engine {
 
@@ -25,7 +27,12 @@ struct Candidate {
   /// It has all faces for any fan, so lists of rays may be traced too.
   bool has_every_face = true;
   std::uint64_t every = 1;  ///< traces every n-th ray; if n > 1, as a list
+  /// Makes one worker's tracer of bent rays, as a run has it; null: bent rays are left out.
+  std::function<std::unique_ptr<RefractedTracer>()> make_bent = {};
 };
+
+/// Every n-th ray of an item of work begins with this one, so that items compare different rays.
+std::uint64_t first_turn(std::uint64_t number, std::uint64_t every);
 
 /// A function for the height of the bed at (x, y); it returns NaN where there is no bed.
 struct HeightCandidate {
@@ -50,6 +57,9 @@ class CandidateWorker {
   void compare_ping(std::span<const RayFan> fans, std::uint64_t number,
                     const std::function<void(FaceSource&)>& look_ahead,
                     std::span<AgreementCounts> tallies);
+  /// Some of the bent rays of the fans of one ping, as in BentReference::trace_some().
+  void compare_bent(std::span<const RayFan> fans, const BentReference& reference,
+                    std::uint64_t every, std::uint64_t& turn, std::span<AgreementCounts> tallies);
   /// One fan, with temporary face sources, so that the memory of a wide fan is freed.
   void compare_fan(const RayFan& fan, std::uint64_t number, std::span<AgreementCounts> tallies);
   /// Candidates that take no lists are left out.
@@ -90,7 +100,8 @@ class CandidateWorker {
   std::vector<FanComparison> comparisons_;
   std::vector<bool> takes_lists_;
   std::vector<std::size_t> twins_;  // static faces, same intersector; itself if there is none
-  std::vector<PingHits> hits_;      // of candidates that others are compared with
+  std::vector<std::unique_ptr<RefractedTracer>> bent_tracers_;
+  std::vector<PingHits> hits_;  // of candidates that others are compared with
   std::vector<std::function<double(double, double)>> heights_;  // by height candidate
   std::vector<Tetrahedron> bodies_;
   // Memory.

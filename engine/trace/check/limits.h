@@ -13,9 +13,9 @@
 namespace ensonify::engine {
 
 /// Where a comparison's rays come from.
-enum class RaySource { scene, aimed_fans, aimed_rays, bodies, plumb_lines, faces };
-inline constexpr std::array ray_source_names{"scene",  "aimed_fans",  "aimed_rays",
-                                             "bodies", "plumb_lines", "faces"};
+enum class RaySource { scene, aimed_fans, aimed_rays, bodies, plumb_lines, faces, bent };
+inline constexpr std::array ray_source_names{"scene",       "aimed_fans", "aimed_rays", "bodies",
+                                             "plumb_lines", "faces",      "bent"};
 
 /// One line of the table.
 struct AgreementRow : AgreementCounts {
@@ -35,7 +35,7 @@ struct Limit {
     return count ? tally.*count : tally.count(verdict);
   }
 };
-/// The limits for rays as in runs (scene, bodies), or for rays aimed at weak places.
+/// The limits for rays as in runs (scene, bodies), for rays aimed at weak places, or for bent rays.
 std::span<const Limit> limits(RaySource source, Precision precision);
 bool exceeds(const Limit& limit, const AgreementCounts& tally);
 /// The names of the limits that a row exceeds.

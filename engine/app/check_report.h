@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/trace/check/limits.h>
+
+namespace ensonify::engine::app {
+
+/// The table of a comparison.
+std::string csv(const std::vector<AgreementRow>& rows);
+nlohmann::ordered_json to_json(const AgreementRow& row);
+
+/// One line per exceeded limit: "over the limit: static embree scene: tie 0.012 of the rays, ...".
+std::string report_limits(const std::vector<AgreementRow>& rows);
+
+/// Prints to stderr what is needed to reproduce each difference: `ensonify seafloor` writes the
+/// mesh, `ensonify trace` traces the ray, if it is straight. Of a bent ray it prints the launch.
+void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_origin);
+
+}  // namespace ensonify::engine::app
