@@ -97,7 +97,7 @@ const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
           "per boulder. A few with a hull's detail are [[objects]].",
       .purpose = Purpose::boulder_layer,
       .class_name = "boulder",
-      .material = "rock",
+      .material = "stone",
       .add = &add_boulders,
       .values = {
           {"per_hectare", "", 0, 1e5, "How many in 100 x 100 m, on average.",

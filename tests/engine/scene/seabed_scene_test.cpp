@@ -66,7 +66,7 @@ TEST_CASE("Patches and layers of relief are read, overridden and dumped to the s
   CHECK(bed.crests[0].area.gentlest_rad);
   CHECK(bed.trawl_marks[0].class_name.empty());
   CHECK(bed.outcrops[0].class_name == "outcrop");
-  CHECK(bed.boulders[0].material == "rock");
+  CHECK(bed.boulders[0].material == "stone");
   for (const bool with_comments : {true, false}) {
     const std::string text = dump_scene(scene, with_comments);
     const Scene back = parse_scene(text, "dumped");
