@@ -313,6 +313,39 @@ TEST_CASE("A recording has the position that the vehicle reports, not the true o
   }
 }
 
+TEST_CASE("A reader takes the numbered recordings of a run in parts for one line") {
+  const std::string track =
+      "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n"
+      "[artefacts]\nlost = 0.1\n[sonar.s]\n" +
+      sonar;
+  const TemporaryFolder whole, in_parts;
+  run_scene(whole, track);
+  std::string scene = level_bed;
+  const std::string key = "jsf = true\n";
+  scene.replace(scene.find(key), key.size(), key + "pings_per_file = 37\n");
+  run_scene(in_parts, track, scene);
+  using Reader = std::vector<Line> (*)(const std::string&);
+  for (const auto& [ending, read] :
+       {std::pair<std::string, Reader>{".xtf", &read_xtf}, {".jsf", &read_jsf}}) {
+    CAPTURE(ending);
+    const std::vector<Line> expected = read(read_text(whole / ("out/s" + ending)));
+    std::vector<Line> lines;
+    for (const std::string number : {"0001", "0002", "0003", "0004", "0005"}) {
+      const std::vector<Line> part =
+          read(read_text(in_parts / ("out/part_" + number + "/s_" + number + ending)));
+      CHECK(part.size() > 2);
+      lines.insert(lines.end(), part.begin(), part.end());
+    }
+    REQUIRE(lines.size() == expected.size());
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      CHECK(lines[i].number == expected[i].number);
+      CHECK(lines[i].place_deg == expected[i].place_deg);
+      CHECK(lines[i].near_to_far == expected[i].near_to_far);
+    }
+    CHECK((local_m(place_of_ball_deg(lines)) - ball_m).norm() < 0.1);
+  }
+}
+
 TEST_CASE("The JSF subsystems of a scene's sonars are ordered by frequency") {
   const TemporaryFolder folder;
   run_scene(folder, "pings = 1\n[sonar.a]\nfrequency_hz = 900e3\n" + sonar +
