@@ -43,7 +43,8 @@ void shrink_spheres(const fs::path& file) {
 
 }  // namespace
 
-TEST_CASE("check compares every intersector with the reference, and finds nothing unexplained") {
+TEST_CASE("check compares every intersector with the reference, and finds nothing unexplained",
+          "[slow]") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
   const auto check = [&](std::vector<std::string> more) {
