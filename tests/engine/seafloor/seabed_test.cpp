@@ -220,7 +220,7 @@ TEST_CASE("The map's materials and classes reach the faces, and relief follows `
     if (name == "boulder") REQUIRE(p.x() > -2.0);
   }
   CHECK(seen == std::set<std::string>{"medium sand/seabed", "sandy mud/seabed", "seagrass/seagrass",
-                                      "rock/boulder"});
+                                      "stone/boulder"});
   CHECK(mud / static_cast<double>(floor.bed_faces) == Approx(0.5).margin(0.01));
 
   bed.seabed.boulders.clear();
