@@ -2,12 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <numbers>
-#include <optional>
 #include <stdexcept>
 
 #include <ensonify/engine/sonar/reception/recorder.h>
@@ -135,49 +131,6 @@ std::vector<float> seabed_levels(const Waterfall& waterfall, const Levels& level
   return values;
 }
 
-/// The steps of a brightness that rises with the level, without computing it for each pixel: the
-/// least level of each step decides, and the leading bits of the level tell where to look.
-class Steps {
- public:
-  template <class StepOf>
-  Steps(std::size_t count, const StepOf& step_of) {
-    constexpr double highest = std::numeric_limits<double>::max();
-    for (std::size_t step = 1; step <= count && step_of(highest) >= step; ++step) {
-      std::uint64_t below = 0, at = std::bit_cast<std::uint64_t>(highest);
-      while (at - below > 1) {
-        const std::uint64_t middle = below + (at - below) / 2;
-        (step_of(std::bit_cast<double>(middle)) >= step ? at : below) = middle;
-      }
-      least_.push_back(std::bit_cast<double>(at));
-    }
-    if (least_.empty()) return;
-    first_cell_ = cell_of(least_.front());
-    std::size_t step = 0;
-    for (std::uint64_t cell = first_cell_; cell <= cell_of(least_.back()); ++cell) {
-      while (least_[step] < std::bit_cast<double>(cell << cell_bits)) ++step;
-      steps_.push_back(step);
-    }
-  }
-
-  std::size_t of(double level) const {
-    const std::uint64_t cell = cell_of(level);
-    if (cell < first_cell_ || steps_.empty()) return 0;
-    std::size_t step = steps_[std::min<std::size_t>(cell - first_cell_, steps_.size() - 1)];
-    while (step < least_.size() && level >= least_[step]) ++step;
-    return step;
-  }
-
- private:
-  static constexpr int cell_bits = 46;  // 64 cells per octave
-  static std::uint64_t cell_of(double level) {
-    return std::bit_cast<std::uint64_t>(level) >> cell_bits;
-  }
-
-  std::vector<double> least_;       // of the steps from 1 on
-  std::uint64_t first_cell_ = 0;    // of levels with a step above 0
-  std::vector<std::size_t> steps_;  // that lie below each cell
-};
-
 // Polynomials fitted to matplotlib's colour map viridis (van der Walt and Smith).
 std::array<double, 3> viridis(double t) {
   constexpr std::array<std::array<double, 3>, 7> terms{
@@ -280,7 +233,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
                                         : std::vector<float>();
   const double amplitude_gain = mid_amplitude * scatter::from_db(0.5 * display.gain_db);
   const double scale = amplitude_gain * amplitude_gain;
-  // Brightness of a level, at least 0: 0 to 1, not yet clamped.
+  // Brightness of a level: 0 to 1, not yet clamped.
   const auto brightness = [&](double level) {
     switch (display.mapping) {
       case Mapping::gamma: break;
@@ -310,23 +263,14 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
     }
   }
 
-  const auto step_of = [&](double level) {
-    return static_cast<std::size_t>(std::lround(full * std::clamp(brightness(level), 0.0, 1.0)));
-  };
-  std::optional<Steps> steps;  // 65,535 steps would cost more than they save
-  if (bits == 8) steps.emplace(255, step_of);
-
   picture.pixels.resize(rows * columns * pixel_bytes);
   std::uint8_t* pixel = picture.pixels.data();
   for (std::size_t row = rows; row-- > 0;)
     for (std::size_t column = 0; column < columns; ++column) {
       const std::size_t from =
           display.slant_range_correction ? levels.over_ground(row, column) : column;
-      std::size_t step = 0;
-      if (from != Levels::none) {
-        const double level = levels.at(row, from);
-        step = steps ? steps->of(level) : step_of(level);
-      }
+      const double light = from == Levels::none ? 0.0 : brightness(levels.at(row, from));
+      const auto step = static_cast<std::size_t>(std::lround(full * std::clamp(light, 0.0, 1.0)));
       pixel = std::copy_n(&palette[step * pixel_bytes], pixel_bytes, pixel);
     }
   return picture;

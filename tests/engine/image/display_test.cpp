@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
-#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -99,36 +98,6 @@ TEST_CASE("Each part of the gain law has its documented effect") {
   CHECK(int(shown(waterfall, display).pixels[300]) == 178);  // 255 * 0.35 * 10^(6/20)
   display.gain_db = 20.0;
   CHECK(int(shown(waterfall, display).pixels[300]) == 255);
-}
-
-TEST_CASE("The 8 bits of a pixel are its 16 bits rounded, at every level and by every mapping") {
-  // 8 bits come from a table of levels, 16 bits from the formula.
-  Waterfall waterfall = flat_bed(50, 400);
-  std::vector<float>& intensity = waterfall.pixels.intensity;
-  for (std::size_t i = 0; i < intensity.size(); ++i)
-    if (intensity[i] > 0.0f)
-      intensity[i] *= static_cast<float>(std::pow(
-          10.0, 24.0 * static_cast<double>(i) / static_cast<double>(intensity.size()) - 16.0));
-  for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic, Mapping::equalised})
-    for (const double gamma : {0.3, 0.7, 1.0, 3.0}) {
-      CAPTURE(static_cast<int>(mapping), gamma);
-      Display display = levelling;
-      display.mapping = mapping;
-      display.gamma = gamma;
-      const Calibration calibration = calibration_of(waterfall.sonar);
-      const Picture coarse = render(waterfall, display, calibration);
-      const Picture fine = render(waterfall, display, calibration, 16);
-      REQUIRE(fine.pixels.size() == 2 * coarse.pixels.size());
-      std::size_t wrong = 0;
-      std::set<int> steps;
-      for (std::size_t i = 0; i < coarse.pixels.size(); ++i) {
-        const int exact = fine.pixels[2 * i] * 256 + fine.pixels[2 * i + 1];
-        wrong += std::abs(coarse.pixels[i] - exact / 257.0) > 0.5 + 0.5 / 257.0;
-        steps.insert(coarse.pixels[i]);
-      }
-      CHECK(wrong == 0);
-      CHECK(steps.size() > 200);
-    }
 }
 
 TEST_CASE("The newest ping is on top, port is left, and each bin has its column") {
