@@ -65,8 +65,8 @@ struct SimulatorInternals {
   /// What was counted of a sonar's pings, one per object of the seafloor; empty where nothing was.
   static std::span<const ObjectView> object_visibility(const Simulator& simulator,
                                                        std::size_t sonar);
-  /// The layered sea of its pings, the same for all sonars but for absorption. Its profile is good
-  /// as long as this Simulator.
+  /// The water that bends the rays of its pings. Sonars differ only in absorption. The profile
+  /// belongs to this Simulator.
   static Refraction refraction(const Simulator& simulator);
   /// What became of this Simulator's refracted rays.
   static RefractionCounts refraction_counts(const Simulator& simulator);

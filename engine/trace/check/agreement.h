@@ -35,7 +35,7 @@ struct AgreementOptions {
   std::uint64_t plumb_lines = 0;  ///< how many places `heights` are compared at
   std::size_t bed_faces = 0;      ///< the bed's faces: those with the lowest numbers
   BentWater water = {};           ///< bends the rays of the blocks, if it has a profile
-  std::uint64_t bent_every = 1;   ///< one in so many of these rays is compared as it is bent
+  std::uint64_t bent_every = 1;   ///< one in this many rays of the scene is compared as bent
   int threads = 1;                ///< does not change the result
   /// Called with the progress, from one thread at a time. If it returns false, the comparison ends
   /// and its rows cover the rays traced so far.

@@ -97,7 +97,7 @@ TEST_CASE("each leg begins with its first ping on the straight line, and the tur
     for (std::size_t leg = 0; leg < 3; ++leg) {
       const std::size_t first = made.leg_starts[leg];
       const std::size_t end = leg < 2 ? made.leg_starts[leg + 1] : made.poses.size();
-      // A leg of 60 m and pings each metre, then, but for the last leg, half a circle of 10 m.
+      // A ping per metre: 60 on the leg, and 31 in the half circle of 10 m after it.
       for (std::size_t ping = first; ping < first + 60; ++ping) CHECK(straight(ping));
       CHECK(made.poses[first].position.y() == Approx(70.0 - 20.0 * static_cast<double>(leg)));
       CHECK(straight(end - 1) == (leg == 2 || !ping_in_turns));

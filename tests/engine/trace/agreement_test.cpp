@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "support/catch.h"
+#include "support/meshes.h"
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/trace/check/adversarial_rays.h>
@@ -26,30 +27,17 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Two faces for each cell of a square of side x side points, placed by column and row.
-template <class Place>
-refine::TriangleMesh square_of(std::uint32_t side, Place&& place) {
-  refine::TriangleMesh mesh;
-  for (std::uint32_t j = 0; j < side; ++j)
-    for (std::uint32_t i = 0; i < side; ++i) mesh.positions.push_back(place(i, j));
-  for (std::uint32_t j = 0; j + 1 < side; ++j)
-    for (std::uint32_t i = 0; i + 1 < side; ++i) {
-      const std::uint32_t k = j * side + i;
-      mesh.faces.push_back({k, k + 1, k + side + 1});
-      mesh.faces.push_back({k, k + side + 1, k + side});
-    }
-  return mesh;
-}
-
 /// A rough bed of 2 x 16 x 16 faces in a square of 8 m, 20 m deep, with a column of needles.
 refine::TriangleMesh rough_bed() {
   constexpr std::uint32_t side = 17;
   std::vector<double> heights(side * side);
   RandomStream(5, Purpose::test).normal(heights);
-  return square_of(side, [&](std::uint32_t i, std::uint32_t j) {
-    return Eigen::Vector3f(i == 8 ? -0.499f : -4.0f + 0.5f * static_cast<float>(i),
-                           -4.0f + 0.5f * static_cast<float>(j),
-                           static_cast<float>(-20.0 + 0.15 * heights[j * side + i]));
+  return tests::sheet(side, side, [&](double i, double j) -> Vector3d {
+    return Eigen::Vector3f(
+               i == 8 ? -0.499f : -4.0f + 0.5f * static_cast<float>(i),
+               -4.0f + 0.5f * static_cast<float>(j),
+               static_cast<float>(-20.0 + 0.15 * heights[static_cast<std::size_t>(j * side + i)]))
+        .cast<double>();
   });
 }
 
@@ -472,10 +460,11 @@ refine::TriangleMesh rocks() {
   constexpr std::uint32_t side = 49;
   std::vector<double> heights(side * side);
   RandomStream(9, Purpose::test).normal(heights);
-  return square_of(side, [&](std::uint32_t i, std::uint32_t j) {
-    return Eigen::Vector3f(-9.6f + 0.4f * static_cast<float>(i),
-                           -9.6f + 0.4f * static_cast<float>(j),
-                           static_cast<float>(-18.0 + 0.05 * heights[j * side + i]));
+  return tests::sheet(side, side, [&](double i, double j) -> Vector3d {
+    return Eigen::Vector3f(
+               -9.6f + 0.4f * static_cast<float>(i), -9.6f + 0.4f * static_cast<float>(j),
+               static_cast<float>(-18.0 + 0.05 * heights[static_cast<std::size_t>(j * side + i)]))
+        .cast<double>();
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/catch.h"
+#include "support/meshes.h"
 
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/face_sources/static_faces.h>
@@ -26,22 +27,10 @@ const SoundSpeedProfile thermocline({{0, 1520}, {6, 1520}, {10, 1490}, {60, 1490
 
 /// A wavy bed of 2 x 60 x 60 faces of about 0.7 m, 14 to 15 m deep.
 refine::TriangleMesh waves() {
-  constexpr std::uint32_t side = 61;
-  refine::TriangleMesh mesh;
-  for (std::uint32_t j = 0; j < side; ++j)
-    for (std::uint32_t i = 0; i < side; ++i) {
-      const auto x = static_cast<float>(i), y = static_cast<float>(j);
-      mesh.positions.emplace_back(
-          0.7f * x - 21.0f, 0.7f * y - 21.0f,
-          -14.5f + 0.2f * std::sin(0.9f * x) * std::cos(0.7f * y) + 0.2f * std::sin(0.3f * x));
-    }
-  for (std::uint32_t j = 0; j + 1 < side; ++j)
-    for (std::uint32_t i = 0; i + 1 < side; ++i) {
-      const std::uint32_t k = j * side + i;
-      mesh.faces.push_back({k, k + 1, k + side + 1});
-      mesh.faces.push_back({k, k + side + 1, k + side});
-    }
-  return mesh;
+  return tests::sheet(61, 61, [](double x, double y) {
+    return Vector3d(0.7 * x - 21.0, 0.7 * y - 21.0,
+                    -14.5 + 0.2 * std::sin(0.9 * x) * std::cos(0.7 * y) + 0.2 * std::sin(0.3 * x));
+  });
 }
 
 /// About 1e5 rays, as `check --rays 2e5` takes them of a scene: a two-sided sonar that goes north.
