@@ -32,6 +32,10 @@ struct StoppedBetweenParts : Stopped {
 /// Share `index` of `count` of a dataset's samples or of a run's parts: consecutive ones.
 struct Shard {
   std::size_t index = 0, count = 1;
+
+  /// Of that many samples or parts, the share is those from begin() until end().
+  std::size_t begin(std::size_t all) const { return all * index / count; }
+  std::size_t end(std::size_t all) const { return all * (index + 1) / count; }
 };
 
 /// The size of a run in parts, known before its first ping.

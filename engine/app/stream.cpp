@@ -25,6 +25,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t longest_line = 1 << 20;
+/// Of requests and answers. A program that reads it knows whether it can talk to this one.
+constexpr int protocol = 1;
 
 struct Arguments {
   SceneArguments scene;
@@ -32,6 +34,7 @@ struct Arguments {
   MemoryLimit memory;
   std::vector<std::string> layers = {"intensity"};
   bool json = false;
+  bool answer_all = false;
   bool quiet = false;
 };
 
@@ -115,7 +118,10 @@ class PoseSession {
           Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).behind({}));
   }
 
+  /// Answers a request. Throws UsageError, SceneError, refine::MeshError or std::invalid_argument
+  /// for a faulty one, which changes nothing.
   void answer(const std::string& line) {
+    if (line.size() > longest_line) throw UsageError("the line is longer than 1 MiB");
     Json request;
     try {
       request = Json::parse(line);
@@ -133,16 +139,22 @@ class PoseSession {
     } else if (const auto moved = fields.take("move")) {
       const Pose pose = fields.pose();
       fields.finish();
-      simulator_.move(instance(*moved), pose);
+      const std::uint32_t number = instance(*moved);
+      simulator_.move(number, pose);
+      if (arguments_.answer_all) write_json({{"moved", number}});
     } else if (const auto removed = fields.take("remove")) {
       fields.finish();
-      simulator_.remove(instance(*removed));
+      const std::uint32_t number = instance(*removed);
+      simulator_.remove(number);
+      if (arguments_.answer_all) write_json({{"removed", number}});
     } else {
       const Pose pose = fields.pose();
       fields.finish();
       ping(pose);
     }
   }
+
+  void answer_error(const std::string& error) { write_json({{"error", error}}); }
 
  private:
   static Scene for_stream(Scene scene) {
@@ -238,7 +250,8 @@ class PoseSession {
                         {"bins", sonar.bins},
                         {"bin_m", sonar.bin_m()}});
     }
-    write_json({{"sonars", sonars},
+    write_json({{"protocol", protocol},
+                {"sonars", sonars},
                 {"classes", strings(simulator_.classes())},
                 {"materials", strings(simulator_.materials())}});
     print_warnings(simulator_.warnings().subspan(warned_));
@@ -270,20 +283,21 @@ void stream(const Arguments& arguments) {
   for (std::size_t number = 1; std::getline(std::cin, line); ++number) {
     if (SignalWatch::caught() != 0) break;
     if (line.empty()) continue;
-    const auto at_line = [&](const std::exception& error) {
-      return UsageError(fmt::format("stdin:{}: {}", number, error.what()));
+    const auto refuse = [&](const std::exception& error) {
+      const std::string message = fmt::format("stdin:{}: {}", number, error.what());
+      if (!arguments.answer_all) throw UsageError(message);
+      stream.answer_error(message);
     };
     try {
-      if (line.size() > longest_line) throw UsageError("the line is longer than 1 MiB");
       stream.answer(line);
     } catch (const UsageError& error) {
-      throw at_line(error);
+      refuse(error);
     } catch (const SceneError& error) {
-      throw at_line(error);
+      refuse(error);
     } catch (const refine::MeshError& error) {
-      throw at_line(error);
+      refuse(error);
     } catch (const std::invalid_argument& error) {
-      throw at_line(error);
+      refuse(error);
     }
   }
   if (SignalWatch::caught() != 0) throw Stopped("stopped on request");
@@ -303,6 +317,11 @@ void add_stream(CLI::App& app, Action& action) {
       ->type_name("NAME,NAME");
   command.add_flag("--json", arguments->json,
                    "Write the values in the JSON line, not as a block of float32 after it");
+  command.add_flag(
+      "--answer-all", arguments->answer_all,
+      "Answer every request with at least one line: a move with {\"moved\": NUMBER}, a "
+      "removal with {\"removed\": NUMBER}, and a faulty request with {\"error\": "
+      "MESSAGE} instead of ending");
   add_cache(command, arguments->cache);
   add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");

@@ -41,7 +41,7 @@ std::size_t tar_size(const Recipe& recipe) {
 /// The tars (or samples) of a shard.
 Interval units_of(const Recipe& recipe, const Shard& shard) {
   const std::size_t units = (recipe.samples() + tar_size(recipe) - 1) / tar_size(recipe);
-  return {units * shard.index / shard.count, units * (shard.index + 1) / shard.count};
+  return {shard.begin(units), shard.end(units)};
 }
 Interval samples_of(const Recipe& recipe, const Interval& units) {
   return {units.begin * tar_size(recipe), std::min(recipe.samples(), units.end * tar_size(recipe))};

@@ -127,28 +127,30 @@ TEST_CASE("in a stream a sonar can be set, and objects can be added, moved and r
   CHECK_FALSE(seen(10));
 }
 
+/// Lines that are refused, and what the message says.
+const std::vector<std::pair<std::string, std::string>> wrong_lines = {
+    {"pose", "is not JSON"},
+    {"[1]", "expected an object"},
+    {R"({"x_m": 1, "y_m": 2})", "there is no 'z_m'"},
+    {R"({"x_m": 1, "y_m": 2, "z_m": "deep"})", "expected a number"},
+    {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "unknown key 'yaw_deg'"},
+    {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
+    {R"({"x_m": 1, "y_m": 2, "z_m": 3})", "sonar left-right 3.0 m above the sea surface"},
+    {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "0.0 m above the sea surface"},
+    {R"({"x_m": 1, "y_m": 2, "z_m": -60})", " m below the bed"},
+    {R"({"set": {"track.pings": 4}})", "cannot be set"},
+    {R"({"set": {"sonar.left-right.range_m": -4}})", "expected a number from"},
+    {R"({"set": {}})", "names no key"},
+    {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
+    {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
+    {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
+    {R"({"remove": -1})", "is not an instance"},
+    {std::string(2 << 20, ' '), "longer than 1 MiB"},
+};
+
 TEST_CASE("a wrong line ends a stream with its line number and advice") {
   const Folder folder;
-  const std::vector<std::pair<std::string, std::string>> cases = {
-      {"pose", "is not JSON"},
-      {"[1]", "expected an object"},
-      {R"({"x_m": 1, "y_m": 2})", "there is no 'z_m'"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": "deep"})", "expected a number"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "unknown key 'yaw_deg'"},
-      {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": 3})", "sonar left-right 3.0 m above the sea surface"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "0.0 m above the sea surface"},
-      {R"({"x_m": 1, "y_m": 2, "z_m": -60})", " m below the bed"},
-      {R"({"set": {"track.pings": 4}})", "cannot be set"},
-      {R"({"set": {"sonar.left-right.range_m": -4}})", "expected a number from"},
-      {R"({"set": {}})", "names no key"},
-      {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
-      {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
-      {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
-      {R"({"remove": -1})", "is not an instance"},
-      {std::string(2 << 20, ' '), "longer than 1 MiB"},
-  };
-  for (const auto& [line, message] : cases) {
+  for (const auto& [line, message] : wrong_lines) {
     CAPTURE(line.substr(0, 100), message);
     const tests::Outcome outcome = folder.stream(pose + "\n" + line + "\n" + pose);
     CHECK(outcome.code == 2);
@@ -157,6 +159,40 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
     CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
   }
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
+}
+
+TEST_CASE("with --answer-all each request has an answer, and a faulty one changes nothing") {
+  const Folder folder;
+  std::string lines = pose;
+  for (const auto& [line, message] : wrong_lines) lines += line + "\n";
+  const std::string place = R"(, "x_m": 5, "y_m": 0, "z_m": -18})";
+  lines += pose + R"({"add": {"shape": "sphere"})" + place + "\n" + R"({"move": 1)" + place + "\n" +
+           R"({"remove": 1})" + "\n" + R"({"remove": 1})" + "\n";
+  const tests::Outcome outcome =
+      folder.stream(lines, {"--json", "--answer-all", "--layers", "intensity_mean"});
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err == "");
+  const std::vector<Json> answers = json_lines(outcome.out);
+  REQUIRE(answers.size() == 1 + 2 + wrong_lines.size() + 2 + 4);
+  CHECK(answers[0]["protocol"] == 1);
+  for (std::size_t i = 0; i < wrong_lines.size(); ++i) {
+    const std::string error = answers[3 + i]["error"];
+    CAPTURE(error, wrong_lines[i].second);
+    CHECK(error.find("stdin:" + std::to_string(2 + i) + ": ") == 0);
+    CHECK(error.find(wrong_lines[i].second) != std::string::npos);
+  }
+  const std::size_t behind = 3 + wrong_lines.size();
+  for (std::size_t side = 0; side < 2; ++side) {
+    Json first = answers[1 + side], again = answers[behind + side];
+    CHECK(again["ping"] == 1);
+    first.erase("ping");
+    again.erase("ping");
+    CHECK(again == first);
+  }
+  CHECK(answers[behind + 2]["added"] == 1);
+  CHECK(answers[behind + 3]["moved"] == 1);
+  CHECK(answers[behind + 4]["removed"] == 1);
+  CHECK(answers[behind + 5].contains("error"));
 }
 
 TEST_CASE("a stream takes the names of layers with - or _ and answers with _") {

@@ -1,0 +1,90 @@
+#include <ensonify/engine/run/one_part.h>
+
+#include <optional>
+#include <span>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/run/whole_run.h>
+
+namespace ensonify::engine {
+namespace {
+
+void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulator,
+                   std::span<const Waterfall> images) {
+  if (!run.picture_is_due()) return;
+  const Clock::time_point start = Clock::now();
+  for (std::size_t i = 0; i < images.size(); ++i)
+    output.write(images[i].sonar.name + ".png", encode_picture(run.scene, images[i], simulator, i));
+  run.picture.written(start);
+}
+
+ScenePings ping_track(RunState& run, OutputFolder& output, Simulator& simulator,
+                      const TrackPings& track) {
+  ScenePings pings;
+  bool taken = false;
+  ping_parts(run.scene, simulator, track, run.threads,
+             {.next_part = [&]() -> std::optional<PingRange> {
+                if (std::exchange(taken, true)) return std::nullopt;
+                return PingRange{0, track.count()};
+              },
+              .finished = [&](const PingRange&, ScenePings all,
+                              const Simulator&) { pings = std::move(all); },
+              .after_block =
+                  [&](std::span<const Waterfall> images, std::size_t done) {
+                    run.report_stage("pings", done, track.count());
+                    if (done > 0) grow_pictures(run, output, simulator, images);
+                  },
+              .verify_pings = run.control.verify_pings});
+  return pings;
+}
+
+PartRecord write_run(const RunState& run, OutputFolder& output, const Simulator& simulator,
+                     ScenePings& pings, const RunPlan& plan) {
+  run.report_stage("files", 0, 1);
+  PartRecord record =
+      run.record_files(pings, simulator, "", run.threads,
+                       [&](const std::string& name, std::span<const std::byte> bytes) {
+                         output.write(name, bytes);
+                       });
+  if (run.control.on_outputs)
+    run.control.on_outputs({simulator, pings.images, pings.object_visibility});
+  std::vector<std::string> warnings = run.warnings;
+  const std::vector<std::string> more = warnings_of(record, run.scene.run.intersector);
+  warnings.insert(warnings.end(), more.begin(), more.end());
+  record.warnings = run.report.extrapolation.behind(warnings);
+  record.files = output.records();
+  const std::string manifest = manifest_of(record, plan);
+  output.write("manifest.json", std::as_bytes(std::span(manifest)));
+  record.files = output.records();
+  run.report_stage("files", 1, 1);
+  return record;
+}
+
+}  // namespace
+
+PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulator,
+                         const TrackPings& track, const RunPlan& plan) {
+  if (run.control.shard.count > 1)
+    throw SceneError(
+        "the run has one part, so there are no shares of it; set output.pings_per_file");
+  if (is_run_in_parts(run.folder))
+    throw SceneError(
+        fmt::format("{}: the folder holds a run in several parts; choose another folder with -o",
+                    run.folder.string()));
+  Clock::time_point start = Clock::now();
+  ScenePings pings = ping_track(run, output, simulator, track);
+  run.report.stages = pings.stages;
+  run.report.pings_s = seconds_since(start);
+
+  start = Clock::now();
+  PartRecord record;
+  with_memory_for("the files", [&] { record = write_run(run, output, simulator, pings, plan); });
+  run.report.files_s = seconds_since(start);
+  run.report.disk_s = output.disk_s();
+  output.keep();
+  return record;
+}
+
+}  // namespace ensonify::engine

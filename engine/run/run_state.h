@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/clock.h>
+#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/run/part_record.h>
+#include <ensonify/engine/run/parts.h>
+#include <ensonify/engine/run/run_files.h>
+
+namespace ensonify::engine {
+
+/// When the picture of an unfinished run is due: from the first block on, for a twentieth of the
+/// time at most.
+class PictureTimer {
+ public:
+  bool is_due() const { return seconds_since(written_) >= std::max(1.0, 20.0 * took_s_); }
+  /// After a picture that was begun at this time.
+  void written(Clock::time_point start) {
+    took_s_ = seconds_since(start);
+    written_ = Clock::now();
+  }
+
+ private:
+  Clock::time_point written_{};  // long ago, so that the first block shows
+  double took_s_ = 0.0;
+};
+
+/// A scene's run while it goes on, of one part or of several. Scene, folder and control must
+/// outlive it.
+struct RunState {
+  const Scene& scene;
+  const std::filesystem::path& folder;
+  const RunControl& control;
+  int threads;                        ///< at least 1
+  std::string scene_toml;             ///< all keys, defaults included
+  std::vector<std::string> warnings;  ///< about the scene and its track
+  RunReport report;
+  PictureTimer picture;
+
+  /// Throws Stopped if the caller wants no more.
+  void report_stage(std::string_view stage, std::size_t done, std::size_t of) const;
+  bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
+  /// While one part is written by each thread, another one is pinged.
+  std::size_t pings_in_memory(const RunParts& parts) const;
+  /// Writes the files of these pings, as write_files() does.
+  PartRecord record_files(ScenePings& pings, const Simulator& simulator, const std::string& ending,
+                          int file_threads, const TakeFile& take) const;
+};
+
+}  // namespace ensonify::engine
