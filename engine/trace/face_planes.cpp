@@ -14,9 +14,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace ensonify::engine {
 namespace HWY_NAMESPACE {
-namespace {
 
-void find_face_planes_here(const FacePlanes& planes, std::int64_t count) {
+void find_face_planes(const FacePlanes& planes, std::int64_t count) {
   const Frame frame = laid(planes.frame);
   const V sine = hn::Set(d, planes.sin_azimuth), cosine = hn::Set(d, planes.cos_azimuth);
   for (std::int64_t i = 0; i < count; i += lanes) {
@@ -45,13 +44,6 @@ void find_face_planes_here(const FacePlanes& planes, std::int64_t count) {
   }
 }
 
-}  // namespace
-
-// HWY_EXPORT needs functions outside the unnamed namespace.
-void find_face_planes_on(const FacePlanes& planes, std::int64_t count) {
-  find_face_planes_here(planes, count);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -59,10 +51,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
-HWY_EXPORT(find_face_planes_on);
+HWY_EXPORT(find_face_planes);
 
 void find_face_planes(const FacePlanes& planes, std::int64_t count) {
-  HWY_DYNAMIC_DISPATCH(find_face_planes_on)(planes, count);
+  HWY_DYNAMIC_DISPATCH(find_face_planes)(planes, count);
 }
 
 }  // namespace ensonify::engine

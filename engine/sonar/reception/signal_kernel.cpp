@@ -49,40 +49,65 @@ HWY_INLINE VF to_float(VU value) { return hn::ConvertTo(f, hn::BitCast(fi, value
 /// Hashes 32 bits (the finaliser of Appleby's MurmurHash3).
 HWY_INLINE VU scrambled(VU h) {
   h = hn::Xor(h, hn::ShiftRight<16>(h));
-  h = hn::Mul(h, hn::Set(fu, 0x85ebca6bu));
+  h = h * hn::Set(fu, 0x85ebca6bu);
   h = hn::Xor(h, hn::ShiftRight<13>(h));
-  h = hn::Mul(h, hn::Set(fu, 0xc2b2ae35u));
+  h = h * hn::Set(fu, 0xc2b2ae35u);
   return hn::Xor(h, hn::ShiftRight<16>(h));
 }
 
 /// sin(2 pi t) for t of -1/2 to 1/2, within 0.0011: two parabolas with a correction.
 HWY_INLINE VF sine_of_turns(VF t) {
-  const VF y = hn::Add(t, t);
-  const VF s = hn::Mul(hn::Mul(set(4.0f), y), hn::Sub(set(1.0f), hn::Abs(y)));
-  return hn::Mul(s, hn::Add(set(0.775f), hn::Mul(set(0.225f), hn::Abs(s))));
+  const VF y = t + t;
+  const VF s = set(4.0f) * y * (set(1.0f) - hn::Abs(y));
+  return s * (set(0.775f) + set(0.225f) * hn::Abs(s));
 }
-HWY_INLINE VF wrapped(VF t) { return hn::Sub(t, hn::Round(t)); }
+HWY_INLINE VF wrapped(VF t) { return t - hn::Round(t); }
 
 /// The square root of -ln u, where u is (the upper 24 bits + 1/2) / 2^24.
 HWY_INLINE VF rayleigh(VU random) {
-  const VF u = hn::Mul(hn::Add(to_float(hn::ShiftRight<8>(random)), set(0.5f)), set(0x1p-24f));
+  const VF u = (to_float(hn::ShiftRight<8>(random)) + set(0.5f)) * set(0x1p-24f);
   const VU bits = hn::BitCast(fu, u);
-  const VF exponent = hn::Sub(to_float(hn::ShiftRight<23>(bits)), set(127.0f));
-  const VF p = hn::Sub(
-      hn::BitCast(f, hn::Or(hn::And(bits, hn::Set(fu, 0x007fffffu)), hn::Set(fu, 0x3f800000u))),
-      set(1.0f));
+  const VF exponent = to_float(hn::ShiftRight<23>(bits)) - set(127.0f);
+  const VF p =
+      hn::BitCast(f, hn::Or(hn::And(bits, hn::Set(fu, 0x007fffffu)), hn::Set(fu, 0x3f800000u))) -
+      set(1.0f);
   // log2(1 + p) within 3e-6, fitted; exact at both ends.
   VF poly = set(-0.02583931f);
-  poly = hn::Add(hn::Mul(poly, p), set(0.12179088f));
-  poly = hn::Add(hn::Mul(poly, p), set(-0.27789668f));
-  poly = hn::Add(hn::Mul(poly, p), set(0.4575443f));
-  poly = hn::Add(hn::Mul(poly, p), set(-0.71814403f));
-  poly = hn::Add(hn::Mul(poly, p), set(1.4425448f));
-  const VF log2 = hn::Add(exponent, hn::Mul(poly, p));
-  return hn::Sqrt(hn::Max(hn::Mul(log2, set(-0.69314718f)), set(0.0f)));
+  poly = poly * p + set(0.12179088f);
+  poly = poly * p + set(-0.27789668f);
+  poly = poly * p + set(0.4575443f);
+  poly = poly * p + set(-0.71814403f);
+  poly = poly * p + set(1.4425448f);
+  const VF log2 = exponent + poly * p;
+  return hn::Sqrt(hn::Max(log2 * set(-0.69314718f), set(0.0f)));
 }
 
-void place_cells_here(const CellPlaces& to) {
+/// The convolution at the bin whose value `middle` points to.
+HWY_INLINE VF convolved(const float* taps, std::size_t reach, const float* middle) {
+  VF sum = set(taps[0]) * hn::LoadU(f, middle);
+  for (std::size_t k = 1; k <= reach; ++k)
+    sum = sum + set(taps[k]) * (hn::LoadU(f, middle + k) + hn::LoadU(f, middle - k));
+  return sum;
+}
+
+/// log2 of positive numbers by the series of artanh about 1, which needs no fused operations;
+/// within 1e-9.
+HWY_INLINE VD log2_of(hn::Vec<HalfF> value) {
+  const auto bits = hn::BitCast(hu, value);
+  // The offset makes the mantissa lie between 2/3 and 4/3.
+  const auto offset = hn::Set(hu, 0x3f2aaaabu);
+  const auto exponent = hn::ShiftRight<23>(hn::BitCast(hi, bits - offset));
+  const auto rest = hn::BitCast(hf, bits - hn::BitCast(hu, hn::ShiftLeft<23>(exponent)));
+  const VD m = hn::PromoteTo(d, rest), one = set_double(1.0);
+  const VD s = (m - one) / (m + one), s2 = s * s;
+  VD sum = set_double(1.0 / 11.0);
+  for (const double odd : {9.0, 7.0, 5.0, 3.0, 1.0}) sum = sum * s2 + set_double(1.0 / odd);
+  return hn::PromoteTo(d, exponent) + sum * s * set_double(2.885390081777927);  // 2 / ln 2
+}
+
+}  // namespace
+
+void place_cells(const CellPlaces& to) {
   const std::size_t lanes = hn::Lanes(d);
   for (std::size_t group = 0; group < to.bins; group += signal_group) {
     std::uint32_t most = 0, placeless = 0;
@@ -91,35 +116,32 @@ void place_cells_here(const CellPlaces& to) {
                z = load_double(to.z_m + n);
       const auto lit = hn::Gt(load_double(to.intensity + n), hn::Zero(d));
       if (hn::AllFalse(d, lit)) continue;
-      const auto nowhere =
-          hn::Eq(hn::Add(hn::Abs(x), hn::Add(hn::Abs(y), hn::Abs(z))), hn::Zero(d));
+      const auto nowhere = hn::Eq(hn::Abs(x) + (hn::Abs(y) + hn::Abs(z)), hn::Zero(d));
       placeless |= hn::AllFalse(d, hn::And(lit, nowhere)) ? 0u : 1u;
 
-      const VD across =
-          hn::Add(hn::Mul(set_double(to.across[0]), x), hn::Mul(set_double(to.across[1]), y));
-      const VD along =
-          hn::Add(hn::Add(hn::Mul(set_double(to.along[0]), x), hn::Mul(set_double(to.along[1]), y)),
-                  hn::Add(hn::Mul(set_double(to.along[2]), z), set_double(to.along_from)));
-      const VD out = hn::Sub(across, set_double(to.across_from));
+      const VD across = set_double(to.across[0]) * x + set_double(to.across[1]) * y;
+      const VD along = set_double(to.along[0]) * x + set_double(to.along[1]) * y +
+                       (set_double(to.along[2]) * z + set_double(to.along_from));
+      const VD out = across - set_double(to.across_from);
       const VD range = hn::Max(load_double(to.range_m + n), set_double(1e-3));
-      const VD turns = hn::Div(hn::Mul(set_double(-to.turns), out), range);
+      const VD turns = set_double(-to.turns) * out / range;
       hn::StoreU(hn::DemoteTo(hf, turns), hf, to.phase_turns + n);
 
-      const VD raised = hn::CopySign(hn::Mul(set_double(to.rise), z), hn::Mul(out, z));
-      const VD cell = hn::Mul(hn::Sub(across, raised), set_double(to.across_cells_per_m));
+      const VD raised = hn::CopySign(set_double(to.rise) * z, out * z);
+      const VD cell = (across - raised) * set_double(to.across_cells_per_m);
       const VD whole = hn::Floor(cell);
       store_integer(whole, to.across_cell + n);
-      const VD within = hn::Mul(hn::Sub(hn::Sub(cell, whole), set_double(0.5)), set_double(0x1p32));
+      const VD within = (cell - whole - set_double(0.5)) * set_double(0x1p32);
       hn::StoreU(hn::Xor(hn::BitCast(hu, hn::DemoteTo(hi, within)), hn::Set(hu, 0x80000000u)), hu,
                  to.across_within + n);
 
-      const VD middle = hn::Mul(along, load_double(to.cells_per_m + n));
+      const VD middle = along * load_double(to.cells_per_m + n);
       const VD reach = load_double(to.reach + n);
-      const VD first = hn::Floor(hn::Sub(middle, reach));
+      const VD first = hn::Floor(middle - reach);
       store_integer(first, to.first_cell + n);
-      hn::StoreU(hn::DemoteTo(hf, hn::Mul(hn::Sub(first, middle), set_double(to.columns_per_cell))),
-                 hf, to.first_column + n);
-      const VD cells = hn::Add(hn::Sub(hn::Floor(hn::Add(middle, reach)), first), set_double(1.0));
+      hn::StoreU(hn::DemoteTo(hf, (first - middle) * set_double(to.columns_per_cell)), hf,
+                 to.first_column + n);
+      const VD cells = hn::Floor(middle + reach) - first + set_double(1.0);
       const auto in_lanes = hn::MaxOfLanes(d, hn::IfThenElseZero(lit, cells));
       most =
           hn::GetLane(in_lanes) > most ? static_cast<std::uint32_t>(hn::GetLane(in_lanes)) : most;
@@ -129,7 +151,7 @@ void place_cells_here(const CellPlaces& to) {
   }
 }
 
-void sum_cells_here(const CellSums& sums) {
+void sum_cells(const CellSums& sums) {
   const VU one = hn::Set(fu, 1u);
   const VF step = set(sums.columns_per_cell);
   const auto last = hn::Set(fi, static_cast<std::int32_t>(sums.last_column));
@@ -141,7 +163,7 @@ void sum_cells_here(const CellSums& sums) {
     }
     const VU across = hn::LoadU(fu, sums.across_cell + n);
     const VU within = hn::LoadU(fu, sums.across_within + n);
-    const VU key = hn::Add(hn::LoadU(fu, sums.key + n), hn::Set(fu, sums.common_key));
+    const VU key = hn::LoadU(fu, sums.key + n) + hn::Set(fu, sums.common_key);
     const auto row = hn::BitCast(fi, hn::LoadU(fu, sums.first_weight + n));
     const VF turns = hn::LoadU(f, sums.phase_turns + n);
     VU cell = hn::LoadU(fu, sums.first_cell + n);
@@ -149,151 +171,119 @@ void sum_cells_here(const CellSums& sums) {
     VF sum_re = hn::Zero(f), sum_im = hn::Zero(f), squares = hn::Zero(f);
     for (std::uint32_t i = sums.cells[n / signal_group]; i > 0; --i) {
       // Neighbouring rows of cells are offset by the golden section of a cell.
-      const VU stagger = hn::Mul(cell, hn::Set(fu, 0x9e3779b9u));
-      const VU place = hn::Add(within, stagger);
-      const VU its_across = hn::Add(across, hn::IfThenElseZero(hn::Lt(place, stagger), one));
-      VU random = hn::Mul(its_across, hn::Set(fu, 0xcc9e2d51u));
+      const VU stagger = cell * hn::Set(fu, 0x9e3779b9u);
+      const VU place = within + stagger;
+      const VU its_across = across + hn::IfThenElseZero(hn::Lt(place, stagger), one);
+      VU random = its_across * hn::Set(fu, 0xcc9e2d51u);
       random = hn::Xor(random, hn::ShiftRight<15>(random));
-      random = scrambled(hn::Add(random, hn::Add(hn::Mul(cell, hn::Set(fu, 0x1b873593u)), key)));
+      random = scrambled(random + (cell * hn::Set(fu, 0x1b873593u) + key));
       // Takes new random bits from the product, whose upper bits are as evenly distributed.
-      const VU more = hn::Mul(random, hn::Set(fu, 0x9e3779b1u));
+      const VU more = random * hn::Set(fu, 0x9e3779b1u);
 
-      const VF jitter = hn::Mul(to_float(hn::ShiftRight<24>(random)), set(1.0f / 256.0f));
-      const VF column = hn::Abs(hn::Add(begin, hn::Mul(jitter, step)));
-      const auto index = hn::Add(row, hn::Min(hn::ConvertTo(fi, column), last));
-      const auto pair = hn::Add(index, index);
+      const VF jitter = to_float(hn::ShiftRight<24>(random)) * set(1.0f / 256.0f);
+      const VF column = hn::Abs(begin + jitter * step);
+      const auto index = row + hn::Min(hn::ConvertTo(fi, column), last);
+      const auto pair = index + index;
       const VF weight_re = hn::GatherIndex(f, sums.weights, pair);
-      const VF weight_im = hn::GatherIndex(f, sums.weights, hn::Add(pair, hn::Set(fi, 1)));
+      const VF weight_im = hn::GatherIndex(f, sums.weights, pair + hn::Set(fi, 1));
 
-      const VF own = hn::Mul(to_float(hn::And(random, hn::Set(fu, 0xffffu))), set(0x1p-16f));
-      const VF way = hn::Mul(hn::Mul(to_float(hn::ShiftRight<8>(place)), set(0x1p-24f)), turns);
-      const VF t = wrapped(hn::Add(own, way));
+      const VF own = to_float(hn::And(random, hn::Set(fu, 0xffffu))) * set(0x1p-16f);
+      const VF way = to_float(hn::ShiftRight<8>(place)) * set(0x1p-24f) * turns;
+      const VF t = wrapped(own + way);
       const VF magnitude = rayleigh(more);
-      const VF s = hn::Mul(magnitude, sine_of_turns(t));
-      const VF c = hn::Mul(magnitude, sine_of_turns(wrapped(hn::Add(t, set(0.25f)))));
-      sum_re = hn::Add(sum_re, hn::Sub(hn::Mul(weight_re, c), hn::Mul(weight_im, s)));
-      sum_im = hn::Add(sum_im, hn::Add(hn::Mul(weight_re, s), hn::Mul(weight_im, c)));
-      squares =
-          hn::Add(squares, hn::Add(hn::Mul(weight_re, weight_re), hn::Mul(weight_im, weight_im)));
-      cell = hn::Add(cell, one);
-      begin = hn::Add(begin, step);
+      const VF s = magnitude * sine_of_turns(t);
+      const VF c = magnitude * sine_of_turns(wrapped(t + set(0.25f)));
+      sum_re = sum_re + (weight_re * c - weight_im * s);
+      sum_im = sum_im + (weight_re * s + weight_im * c);
+      squares = squares + (weight_re * weight_re + weight_im * weight_im);
+      cell = cell + one;
+      begin = begin + step;
     }
-    const VF scale = hn::Sqrt(hn::Div(hn::LoadU(f, sums.power + n), hn::Max(squares, set(1e-6f))));
-    hn::StoreU(hn::Mul(sum_re, scale), f, sums.re + n);
-    hn::StoreU(hn::Mul(sum_im, scale), f, sums.im + n);
+    const VF scale = hn::Sqrt(hn::LoadU(f, sums.power + n) / hn::Max(squares, set(1e-6f)));
+    hn::StoreU(sum_re * scale, f, sums.re + n);
+    hn::StoreU(sum_im * scale, f, sums.im + n);
   }
 }
 
-void draw_complex_normal_here(std::uint32_t key, std::size_t count, float* re, float* im) {
+void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float* im) {
   const VU its_key = hn::Set(fu, key);
   VU place = hn::BitCast(fu, hn::Iota(fi, 0));
   const VU step = hn::Set(fu, static_cast<std::uint32_t>(hn::Lanes(f)));
   for (std::size_t n = 0; n < count; n += hn::Lanes(f)) {
-    const VU random = scrambled(hn::Add(hn::Mul(place, hn::Set(fu, 0xcc9e2d51u)), its_key));
+    const VU random = scrambled(place * hn::Set(fu, 0xcc9e2d51u) + its_key);
     const VU more = scrambled(hn::Xor(random, hn::Set(fu, 0x9e3779b9u)));
-    const VF t = wrapped(hn::Mul(to_float(hn::ShiftRight<8>(random)), set(0x1p-24f)));
+    const VF t = wrapped(to_float(hn::ShiftRight<8>(random)) * set(0x1p-24f));
     const VF magnitude = rayleigh(more);
-    hn::StoreU(hn::Mul(magnitude, sine_of_turns(wrapped(hn::Add(t, set(0.25f))))), f, re + n);
-    hn::StoreU(hn::Mul(magnitude, sine_of_turns(t)), f, im + n);
-    place = hn::Add(place, step);
+    hn::StoreU(magnitude * sine_of_turns(wrapped(t + set(0.25f))), f, re + n);
+    hn::StoreU(magnitude * sine_of_turns(t), f, im + n);
+    place = place + step;
   }
 }
 
-/// The convolution at the bin whose value `middle` points to.
-HWY_INLINE VF convolved(const float* taps, std::size_t reach, const float* middle) {
-  VF sum = hn::Mul(set(taps[0]), hn::LoadU(f, middle));
-  for (std::size_t k = 1; k <= reach; ++k)
-    sum = hn::Add(
-        sum, hn::Mul(set(taps[k]), hn::Add(hn::LoadU(f, middle + k), hn::LoadU(f, middle - k))));
-  return sum;
-}
-
-void shape_here(const Shaping& of) {
+void shape(const Shaping& of) {
   for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
     const VF spread = convolved(of.energy_taps, of.reach, of.power + of.reach + n);
     const VF power = hn::LoadU(f, of.power + of.reach + n);
     // The lower bound avoids a division by zero where there is no energy.
-    const VF scale = hn::Sqrt(hn::Div(power, hn::Max(spread, set(1e-30f))));
-    hn::StoreU(hn::Mul(scale, convolved(of.taps, of.reach, of.spread_re + of.reach + n)), f,
-               of.re + n);
-    hn::StoreU(hn::Mul(scale, convolved(of.taps, of.reach, of.spread_im + of.reach + n)), f,
-               of.im + n);
+    const VF scale = hn::Sqrt(power / hn::Max(spread, set(1e-30f)));
+    hn::StoreU(scale * convolved(of.taps, of.reach, of.spread_re + of.reach + n), f, of.re + n);
+    hn::StoreU(scale * convolved(of.taps, of.reach, of.spread_im + of.reach + n), f, of.im + n);
   }
 }
 
-void detect_here(const Detection& of) {
+void detect(const Detection& of) {
   const VF share = set(of.share), leak = set(of.leak), step = set(of.step);
   for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
     VF re = hn::LoadU(f, of.re + n), im = hn::LoadU(f, of.im + n);
     const VF power = hn::LoadU(f, of.power + n);
     if (of.white_re) {
       const VF amplitude = hn::Sqrt(power);
-      re =
-          hn::Add(re, hn::Mul(amplitude, convolved(of.taps, of.reach, of.white_re + of.reach + n)));
-      im =
-          hn::Add(im, hn::Mul(amplitude, convolved(of.taps, of.reach, of.white_im + of.reach + n)));
+      re = re + amplitude * convolved(of.taps, of.reach, of.white_re + of.reach + n);
+      im = im + amplitude * convolved(of.taps, of.reach, of.white_im + of.reach + n);
     }
     if (of.other_re) {
-      re = hn::Add(re, hn::Mul(leak, hn::LoadU(f, of.other_re + n)));
-      im = hn::Add(im, hn::Mul(leak, hn::LoadU(f, of.other_im + n)));
+      re = re + leak * hn::LoadU(f, of.other_re + n);
+      im = im + leak * hn::LoadU(f, of.other_im + n);
     }
-    VF energy = hn::Add(hn::Mul(re, re), hn::Mul(im, im));
-    if (!of.white_re) energy = hn::Add(energy, power);
+    VF energy = re * re + im * im;
+    if (!of.white_re) energy = energy + power;
 
-    const VF gain = hn::Mul(step, hn::LoadU(f, of.gain + n));
-    VF seen = hn::Mul(hn::Mul(gain, gain), energy);
+    const VF gain = step * hn::LoadU(f, of.gain + n);
+    VF seen = gain * gain * energy;
     if (of.behind_re) {
       const VF rms = set(of.behind_rms);
-      const VF a = hn::Add(hn::Mul(gain, re), hn::Mul(rms, hn::LoadU(f, of.behind_re + n)));
-      const VF b = hn::Add(hn::Mul(gain, im), hn::Mul(rms, hn::LoadU(f, of.behind_im + n)));
-      seen = hn::Add(hn::Mul(a, a), hn::Mul(b, b));
+      const VF a = gain * re + rms * hn::LoadU(f, of.behind_re + n);
+      const VF b = gain * im + rms * hn::LoadU(f, of.behind_im + n);
+      seen = a * a + b * b;
     } else {
-      seen = hn::Add(seen, set(of.behind_rms * of.behind_rms));
+      seen = seen + set(of.behind_rms * of.behind_rms);
     }
     VF detected = hn::Sqrt(seen);
-    energy = hn::Mul(share, energy);
-    if (!of.peak) detected = hn::Mul(share, detected);
+    energy = share * energy;
+    if (!of.peak) detected = share * detected;
     if (!of.first) {
-      energy = hn::Add(energy, hn::LoadU(f, of.energy + n));
+      energy = energy + hn::LoadU(f, of.energy + n);
       const VF before = hn::LoadU(f, of.detected + n);
-      detected = of.peak ? hn::Max(detected, before) : hn::Add(detected, before);
+      detected = of.peak ? hn::Max(detected, before) : detected + before;
     }
     hn::StoreU(energy, f, of.energy + n);
     hn::StoreU(detected, f, of.detected + n);
   }
 }
 
-/// log2 of positive numbers by the series of artanh about 1, which needs no fused operations;
-/// within 1e-9.
-HWY_INLINE VD log2_of(hn::Vec<HalfF> value) {
-  const auto bits = hn::BitCast(hu, value);
-  // The offset makes the mantissa lie between 2/3 and 4/3.
-  const auto offset = hn::Set(hu, 0x3f2aaaabu);
-  const auto exponent = hn::ShiftRight<23>(hn::BitCast(hi, hn::Sub(bits, offset)));
-  const auto rest = hn::BitCast(hf, hn::Sub(bits, hn::BitCast(hu, hn::ShiftLeft<23>(exponent))));
-  const VD m = hn::PromoteTo(d, rest), one = set_double(1.0);
-  const VD s = hn::Div(hn::Sub(m, one), hn::Add(m, one)), s2 = hn::Mul(s, s);
-  VD sum = set_double(1.0 / 11.0);
-  for (const double odd : {9.0, 7.0, 5.0, 3.0, 1.0})
-    sum = hn::Add(hn::Mul(sum, s2), set_double(1.0 / odd));
-  return hn::Add(hn::PromoteTo(d, exponent),
-                 hn::Mul(hn::Mul(sum, s), set_double(2.885390081777927)));  // 2 / ln 2
-}
-
-void digitise_here(const Digitisation& of) {
+void digitise(const Digitisation& of) {
   constexpr double db_of_octave = 6.020599913279624;
   const std::size_t lanes = hn::Lanes(d);
   const auto samples = [&](const float* amplitudes) HWY_ATTR {
-    auto level =
-        hn::Min(hn::Mul(hn::Set(hf, of.gain), hn::LoadU(hf, amplitudes)), hn::Set(hf, 1.0f));
+    auto level = hn::Min(hn::Set(hf, of.gain) * hn::LoadU(hf, amplitudes), hn::Set(hf, 1.0f));
     if (of.square_root) level = hn::Sqrt(level);
     VD out = hn::PromoteTo(d, level);
     if (of.curve_range_db > 0.0)
-      out = hn::Max(hn::Add(hn::Mul(log2_of(hn::Max(level, hn::Set(hf, 1e-37f))),
-                                    set_double(db_of_octave / of.curve_range_db)),
-                            set_double(1.0)),
+      out = hn::Max(log2_of(hn::Max(level, hn::Set(hf, 1e-37f))) *
+                            set_double(db_of_octave / of.curve_range_db) +
+                        set_double(1.0),
                     hn::Zero(d));
-    out = hn::Add(hn::Mul(out, set_double(of.full_scale)), set_double(0.5));
+    out = out * set_double(of.full_scale) + set_double(0.5);
     return hn::BitCast(hu, hn::DemoteTo(hi, out));
   };
   std::size_t n = 0;
@@ -306,18 +296,6 @@ void digitise_here(const Digitisation& of) {
   for (std::size_t i = n; i < of.bins; ++i) of.samples[i] = last_samples[i - n];
 }
 
-}  // namespace
-
-// Exported functions must not be in an unnamed namespace.
-void sum_cells_on(const CellSums& sums) { sum_cells_here(sums); }
-void draw_complex_normal_on(std::uint32_t key, std::size_t count, float* re, float* im) {
-  draw_complex_normal_here(key, count, re, im);
-}
-void place_cells_on(const CellPlaces& places) { place_cells_here(places); }
-void shape_on(const Shaping& shaping) { shape_here(shaping); }
-void detect_on(const Detection& detection) { detect_here(detection); }
-void digitise_on(const Digitisation& digitisation) { digitise_here(digitisation); }
-
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -325,21 +303,21 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
-HWY_EXPORT(place_cells_on);
-HWY_EXPORT(sum_cells_on);
-HWY_EXPORT(draw_complex_normal_on);
-HWY_EXPORT(shape_on);
-HWY_EXPORT(detect_on);
-HWY_EXPORT(digitise_on);
+HWY_EXPORT(place_cells);
+HWY_EXPORT(sum_cells);
+HWY_EXPORT(draw_complex_normal);
+HWY_EXPORT(shape);
+HWY_EXPORT(detect);
+HWY_EXPORT(digitise);
 
-void place_cells(const CellPlaces& places) { HWY_DYNAMIC_DISPATCH(place_cells_on)(places); }
-void sum_cells(const CellSums& sums) { HWY_DYNAMIC_DISPATCH(sum_cells_on)(sums); }
+void place_cells(const CellPlaces& places) { HWY_DYNAMIC_DISPATCH(place_cells)(places); }
+void sum_cells(const CellSums& sums) { HWY_DYNAMIC_DISPATCH(sum_cells)(sums); }
 void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float* im) {
-  HWY_DYNAMIC_DISPATCH(draw_complex_normal_on)(key, count, re, im);
+  HWY_DYNAMIC_DISPATCH(draw_complex_normal)(key, count, re, im);
 }
-void shape(const Shaping& shaping) { HWY_DYNAMIC_DISPATCH(shape_on)(shaping); }
-void detect(const Detection& detection) { HWY_DYNAMIC_DISPATCH(detect_on)(detection); }
-void digitise(const Digitisation& digitisation) { HWY_DYNAMIC_DISPATCH(digitise_on)(digitisation); }
+void shape(const Shaping& shaping) { HWY_DYNAMIC_DISPATCH(shape)(shaping); }
+void detect(const Detection& detection) { HWY_DYNAMIC_DISPATCH(detect)(detection); }
+void digitise(const Digitisation& digitisation) { HWY_DYNAMIC_DISPATCH(digitise)(digitisation); }
 
 }  // namespace ensonify::engine
 #endif
