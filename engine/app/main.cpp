@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -48,6 +49,8 @@ int perform(const app::Action& action) {
   } catch (const app::UsageError& error) {
     return failed(wrong_input, error.what());
   } catch (const ensonify::engine::SceneError& error) {
+    return failed(wrong_input, error.what());
+  } catch (const ensonify::engine::RecordingError& error) {
     return failed(wrong_input, error.what());
   } catch (const ensonify::refine::MeshError& error) {
     return failed(wrong_input, error.what());
@@ -144,6 +147,7 @@ int main(int argc, char** argv) {
   app::add_view(program, action);
   app::add_trace(program, action);
   app::add_mesh_info(program, action);
+  app::add_recording_info(program, action);
   app::add_dump_default(program, action);
   app::add_schema(program, action);
   app::add_intersectors(program, action);

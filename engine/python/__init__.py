@@ -4,16 +4,17 @@
     image = ensonify.simulate("scenes/ripples.toml")     # a NumPy array of (pings, samples)
 
 `simulate` gives a scene's image, `images` the images of all its sonars with their poses, targets and
-attributes, and a `Simulator` pings from any pose. `layers` lists what is known of each sample.
+attributes, and a `Simulator` pings from any pose. `read_recording` reads a real recording. `layers` lists what is known of each sample.
 """
 
-from ._ensonify import (EchoLine, Error, Image, MemoryError, MeshError, Pose, SceneError, Simulator,
-                        __version__, images, layers)
+from ._ensonify import (EchoLine, Error, Image, MemoryError, MeshError, Pose, RecordedLine, RecordingError,
+                        SceneError, Simulator, __version__, images, layers, read_recording)
 
-__all__ = ["EchoLine", "Error", "Image", "MemoryError", "MeshError", "Pose", "SceneError", "Simulator",
-           "images", "layers", "simulate"]
+__all__ = ["EchoLine", "Error", "Image", "MemoryError", "MeshError", "Pose", "RecordedLine",
+           "RecordingError", "SceneError", "Simulator", "images", "layers", "read_recording", "simulate"]
 
-for _public in (EchoLine, Error, Image, MemoryError, MeshError, Pose, SceneError, Simulator, images):
+for _public in (EchoLine, Error, Image, MemoryError, MeshError, Pose, RecordedLine, RecordingError, SceneError,
+                Simulator, images, read_recording):
     _public.__module__ = __name__
 
 

@@ -184,6 +184,16 @@ CsvTable CsvTable::read(const std::filesystem::path& file, std::string_view a_ro
   return parse(text, file.string(), a_row, columns);
 }
 
+CsvTable CsvTable::of(std::string name, std::vector<bool> has, std::vector<double> values,
+                      std::vector<int> row_numbers) {
+  CsvTable table;
+  table.name_ = std::move(name);
+  table.has_ = std::move(has);
+  table.values_ = std::move(values);
+  table.lines_ = std::move(row_numbers);
+  return table;
+}
+
 SceneError CsvTable::fault(std::size_t row, std::string_view what) const {
   return SceneError(fmt::format("{}:{}: {}", name_, lines_[row], what));
 }

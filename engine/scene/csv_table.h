@@ -33,6 +33,11 @@ class CsvTable {
   static CsvTable parse(std::string_view text, std::string_view name, std::string_view a_row,
                         std::span<const CsvColumn> columns);
 
+  /// A table from elsewhere: which columns it has, and its values row by row. In messages its rows
+  /// have these numbers.
+  static CsvTable of(std::string name, std::vector<bool> has, std::vector<double> values,
+                     std::vector<int> row_numbers);
+
   std::size_t rows() const { return lines_.size(); }  ///< at least one
   /// Whether the file has a column, by its index in `columns`.
   bool has(std::size_t column) const { return has_[column]; }

@@ -339,7 +339,8 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"file", "", {},
             "A recorded track: CSV with t_s (or time_s, utc_s), then x_m,y_m (local), "
             "easting_m,northing_m (the survey's) or lat_deg,lon_deg, and where known z_m, depth_m "
-            "or altitude_m, roll_deg, pitch_deg, heading_deg; a path as for seafloor.survey.",
+            "or altitude_m, roll_deg, pitch_deg, heading_deg; or an XTF or JSF recording, whose "
+            "pings have these; a path as for seafloor.survey.",
             at(&Scene::track, &TrackOptions::file)},
            {"smooth_s", "s", {0, 60},
             "Time over which a file's positions and heights are smoothed, without repeated "

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/scene/csv_table.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
@@ -47,6 +49,49 @@ constexpr std::array<CsvColumn, 15> columns{{{"t_s", false},
                                              {"pitch_deg", false},
                                              {"heading_deg", false}}};
 constexpr double farthest_m = 1e9, longest_s = 1e12;  // beyond, nothing is meant
+
+/// The column of recordings with that name; null if they have none.
+const PingColumn* recorded_column(std::string_view name) {
+  const auto found = std::ranges::find(ping_columns(), name, &PingColumn::name);
+  return found == ping_columns().end() ? nullptr : &*found;
+}
+
+/// The navigation of a recording's first line: its pings with a place and a time that is after all
+/// before. A column that one of them lacks is left out.
+CsvTable navigation_table(const std::filesystem::path& file) {
+  RecordedLine line;
+  try {
+    line = std::move(read_recording(file).front());
+  } catch (const RecordingError& error) {
+    throw SceneError(error.what());
+  }
+  std::vector<const RecordedPing*> pings;
+  std::vector<int> numbers;
+  for (std::size_t i = 0; i < line.pings.size(); ++i) {
+    const RecordedPing& ping = line.pings[i];
+    if (!ping.t_s || !(ping.place || ping.place_m)) continue;
+    if (!pings.empty() && !(*ping.t_s > *pings.back()->t_s)) continue;
+    pings.push_back(&ping);
+    numbers.push_back(static_cast<int>(i + 1));
+  }
+  if (pings.empty())
+    throw SceneError(fmt::format(
+        "{}: none of its {} pings has a time and a position, so it is no track; give a CSV file",
+        file.string(), line.pings.size()));
+  std::vector<bool> has;
+  std::vector<double> values(pings.size() * columns.size(), 0.0);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const PingColumn* column = recorded_column(columns[i].name);
+    bool all = column != nullptr;
+    for (std::size_t row = 0; all && row < pings.size(); ++row) {
+      const std::optional<double> value = column->value(*pings[row]);
+      all = value.has_value();
+      values[row * columns.size() + i] = value.value_or(0.0);
+    }
+    has.push_back(all);
+  }
+  return CsvTable::of(file.string(), std::move(has), std::move(values), std::move(numbers));
+}
 
 class TrackReader {
  public:
@@ -201,8 +246,10 @@ NavigationLog parse_track(std::string_view text, std::string_view name, const Tr
 }
 
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame) {
-  const std::string name = track.file.path.string();
-  return TrackReader(CsvTable::read(track.file.path, "pose", columns), name, track, frame).read();
+  const std::filesystem::path& file = track.file.path;
+  const CsvTable table =
+      is_recording(file) ? navigation_table(file) : CsvTable::read(file, "pose", columns);
+  return TrackReader(table, file.string(), track, frame).read();
 }
 
 }  // namespace ensonify::engine

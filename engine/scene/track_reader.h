@@ -26,6 +26,10 @@ struct LocalFrame {
 /// - `roll_deg,pitch_deg`, 0 where they are missing, and `heading_deg`, from true north in a file
 ///   with latitudes, else from the y axis.
 ///
+/// Or an XTF or JSF recording: the navigation of its pings (RecordedPing), with `utc_s`. Pings
+/// without a place, or with a time that is not after those before, are left out; so is a column
+/// that one of the others lacks. In messages the number after the file's name is the ping's.
+///
 /// Latitudes and longitudes are projected onto the tangent plane about the origin of the track
 /// options, if they have one, which lies at the seabed's middle; else into the seabed's UTM zone,
 /// if it is known; else, over a generated seabed, onto the tangent plane about the middle of the

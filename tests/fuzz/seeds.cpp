@@ -4,10 +4,13 @@
 #include <map>
 #include <string>
 
+#include <ensonify/engine/output/jsf.h>
+#include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include "support/damaged_meshes.h"
 #include "support/grids.h"
+#include "support/small_recording.h"
 #include "support/tricky_meshes.h"
 
 using namespace ensonify;
@@ -82,6 +85,8 @@ int main(int argc, char** argv) {
   seeds.add("track",
             "# a recording\nping,utc_s,lat_deg,lon_deg,depth_m,altitude_m\n1,7.5,48.4,-68.8,14,11\n"
             "2,7.6,48.4,-68.8,14,11\n");
+  seeds.add("recording", tests::as_text(engine::encode_xtf(tests::small_recording())));
+  seeds.add("recording", tests::as_text(engine::encode_jsf(tests::small_recording())));
   seeds.add("profile", "depth_m,soundspeed_mps\n0,1500.5\n10,1490\n");
   seeds.add(
       "strength_table",

@@ -12,6 +12,7 @@ import pickle
 import pydoc
 import re
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -302,6 +303,43 @@ degrees: float = poses[0].heading_deg
 version: str = ensonify.__version__
 """
 
+    def test_a_jsf_recording_is_read_into_arrays(self):
+        # A message of type 80 as EdgeTech's description of the format has it.
+        def message(number, channel, samples):
+            header = bytearray(240)
+            struct.pack_into("<i", header, 0, 1700000000 + number)
+            struct.pack_into("<I", header, 8, number)
+            struct.pack_into("<H", header, 30, 1 | 1 << 3)  # position and heading are valid
+            struct.pack_into("<iih", header, 80, 10 * 600000, -5 * 600000, 2)
+            struct.pack_into("<HI", header, 114, len(samples), 40000)  # samples, ns per sample
+            struct.pack_into("<HH", header, 126, 44000, 46000)  # 10 Hz
+            struct.pack_into("<H", header, 172, 27000)
+            body = bytes(header) + struct.pack(f"<{len(samples)}h", *samples)
+            return struct.pack("<HBxHBBBBHi", 0x1601, 13, 80, 0, 21, channel, 0, 0, len(body)) + body
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "line.jsf"
+            path.write_bytes(b"".join(message(n, c, [n, c, 100 + n]) for n in (4, 6) for c in (0, 1)))
+            (line,) = ensonify.read_recording(path)
+            path.write_bytes(b"nothing")
+            with self.assertRaisesRegex(ensonify.RecordingError, "is no recording"):
+                ensonify.read_recording(path)
+        self.assertEqual((line.format, line.frequency_hz, line.bandwidth_hz), ("JSF", 450e3, 20e3))
+        numpy.testing.assert_array_equal(line.port, [[4, 0, 104], [6, 0, 106]])
+        numpy.testing.assert_array_equal(line.starboard, [[4, 1, 104], [6, 1, 106]])
+        self.assertEqual(line.port.dtype, numpy.float32)
+        numpy.testing.assert_array_equal(line.number, [4, 6])
+        numpy.testing.assert_allclose(line.utc_s, [1700000004, 1700000006])
+        numpy.testing.assert_allclose(line.lon_deg, [10, 10])
+        numpy.testing.assert_allclose(line.lat_deg, [-5, -5])
+        numpy.testing.assert_allclose(line.heading_deg, [270, 270])
+        numpy.testing.assert_allclose(line.range_m, 3 * 40e-6 * 1500 / 2)
+        self.assertTrue(numpy.isnan(line.altitude_m).all())
+        port = line.port
+        del line
+        gc.collect()
+        self.assertEqual(port[1, 2], 106)  # the array keeps its line
+
     @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
     def test_the_stub_passes_mypy_strict_and_fits_the_module(self):
         package = pathlib.Path(ensonify.__file__).parent
@@ -318,7 +356,8 @@ version: str = ensonify.__version__
             self.assertIn("Found 2 errors", checked("mypy", "--strict", "program.py").stdout)
             # A pybind11 class differs from a Python class in its metaclass and its __init__.
             allowed = pathlib.Path(folder) / "allowed"
-            allowed.write_text("ensonify\\.(EchoLine|Image|Pose|Simulator)\nensonify\\.(EchoLine|Image)\\.__init__\n")
+            allowed.write_text("ensonify\\.(EchoLine|Image|Pose|RecordedLine|Simulator)\n"
+                               "ensonify\\.(EchoLine|Image|RecordedLine)\\.__init__\n")
             module = checked("mypy.stubtest", "ensonify", "--ignore-missing-stub", "--allowlist", str(allowed))
             self.assertEqual(module.returncode, 0, module.stdout + module.stderr)
 

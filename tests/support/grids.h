@@ -4,19 +4,12 @@
 #include <bit>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-namespace ensonify::tests {
+#include "support/temporary_folder.h"
 
-/// Writes bytes into a file unchanged.
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw std::runtime_error("test: cannot write " + file.string());
-}
+namespace ensonify::tests {
 
 /// A small GeoTIFF, uncompressed, one strip, heights in float. Written without GDAL, so that GDAL's
 /// reader is checked independently. The heights come last, so that a shortened file lacks some.

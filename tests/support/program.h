@@ -25,10 +25,6 @@ inline std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
-}
-
 /// The result of running a program.
 struct Outcome {
   int code = -1;  ///< the exit code, or minus the signal that ended it

@@ -4,7 +4,12 @@
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/data.h"
+#include "support/small_recording.h"
+#include "support/temporary_folder.h"
 
+#include <ensonify/engine/output/jsf.h>
+#include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 
@@ -93,6 +98,35 @@ TEST_CASE("an error in a track names its line") {
   CHECK(
       error_of("t_s,easting_m,northing_m\n0,1,1\n").starts_with("t.csv: easting_m and northing_m"));
   CHECK(error_of("t_s,x_m,y_m\n").starts_with("t.csv:1: no pose follows"));
+}
+
+TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
+  const tests::TemporaryFolder folder;
+  Recording recording = tests::small_recording();
+  recording.pings[1].unix_ms = recording.pings[0].unix_ms;  // not after the ping before: left out
+  for (const bool jsf : {false, true}) {
+    CAPTURE(jsf);
+    const std::filesystem::path file = folder / "line";
+    tests::write_text(file, tests::as_text(jsf ? encode_jsf(recording) : encode_xtf(recording)));
+    const NavigationLog log = read_track({.kind = TrackKind::file, .file = {"line", file}}, {});
+    REQUIRE(log.t_s.size() == 2);
+    CHECK(log.t_s[1] - log.t_s[0] == Approx(0.5).margin(1e-3));
+    // The tangent plane about the middle of two places 2e-4 degrees of latitude apart.
+    CHECK(log.y_m[1] - log.y_m[0] == Approx(2e-4 * 111330.0).epsilon(2e-3));
+    CHECK(log.z_m == std::vector{-12.5, -12.5});
+    CHECK(log.altitude_m == std::vector{7.25, 7.25});
+    CHECK(log.heading_rad[1] == Approx(102.0 * radians_per_degree).margin(1e-4));
+  }
+  for (NavPing& ping : recording.pings) ping.place = {};
+  tests::write_text(folder / "line", tests::as_text(encode_xtf(recording)));
+  try {
+    read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
+    FAIL("accepted");
+  } catch (const SceneError& error) {
+    CHECK(std::string(error.what())
+              .ends_with("none of its 3 pings has a time and a position, so it "
+                         "is no track; give a CSV file"));
+  }
 }
 
 TEST_CASE("a real recording's navigation is steady after smoothing") {

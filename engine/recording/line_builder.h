@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/recording/recorded_line.h>
+
+namespace ensonify::engine {
+
+/// Collects the pings of a recording's lines, whatever their lengths.
+class LineBuilder {
+ public:
+  explicit LineBuilder(std::string format) : format_(std::move(format)) {}
+
+  /// The line of this number, for its facts.
+  RecordedLine& line(int number);
+  /// Adds one side of a ping, near to far. It belongs to the newest ping of the line if that has
+  /// the same number and no such side yet.
+  void add(int line, const RecordedPing& ping, Side side, std::vector<float> samples);
+  void skipped(std::size_t bytes) { skipped_bytes_ += bytes; }
+  void cut_off() { cut_off_ = true; }
+
+  /// The lines by number. Throws RecordingError if there is none, or if a line's pings differ so
+  /// much in length that its rows would take far more memory than its file.
+  std::vector<RecordedLine> finish(std::string_view name);
+
+ private:
+  struct Sides {
+    std::vector<float> port, starboard;
+  };
+  struct Entry {
+    RecordedLine line;
+    std::vector<Sides> sides;  // by ping
+  };
+  std::string format_;
+  std::map<int, Entry> entries_;
+  std::size_t skipped_bytes_ = 0;
+  bool cut_off_ = false;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/sonar/instrument/beam_pattern.h>
+
+namespace ensonify::engine {
+
+/// One ping of a recording. What its file does not state is unset.
+struct RecordedPing {
+  std::uint64_t number = 0;
+  std::optional<double> t_s;               ///< since 1970, UTC
+  std::optional<GeographicPlace> place;    ///< of the sonar, or of the ship if that is all there is
+  std::optional<Eigen::Vector2d> place_m;  ///< instead of `place`: east and north on the file's map
+  std::optional<double> heading_rad;       ///< clockwise from north
+  std::optional<double> pitch_rad;         ///< nose up
+  std::optional<double> roll_rad;          ///< starboard down
+  std::optional<double> depth_m;           ///< of the sonar, below the sea surface
+  std::optional<double> altitude_m;        ///< of the sonar, above the bed
+  std::optional<double> speed_mps;
+  double range_m = 0.0;     ///< slant range of the far edge of its last sample; 0: not stated
+  std::size_t samples = 0;  ///< per side; the rest of its row is 0
+};
+
+/// The pings of one sidescan sonar of a recording, or of one of its frequencies.
+struct RecordedLine {
+  std::string format;         ///< XTF or JSF
+  std::string sonar;          ///< its name in the file; empty: none
+  double frequency_hz = 0.0;  ///< 0: not stated, and likewise below
+  double bandwidth_hz = 0.0;
+  double pulse_length_s = 0.0;
+  double sound_speed_mps = 0.0;
+  std::vector<RecordedPing> pings;
+  std::size_t samples = 0;  ///< per row and side: of the longest ping
+  /// Amplitudes as recorded, one row per ping, near to far; empty: the line has no such side.
+  std::vector<float> port, starboard;
+  std::vector<std::string> warnings;  ///< what was left out
+
+  const std::vector<float>& side(Side which) const {
+    return which == Side::port ? port : starboard;
+  }
+  std::span<const float> row(Side which, std::size_t ping) const {
+    return std::span(side(which)).subspan(ping * samples, samples);
+  }
+};
+
+/// A number of each ping, by its name in tables: metres, degrees, seconds.
+struct PingColumn {
+  std::string_view name;  ///< the same as in a CSV track where that has it
+  std::string_view help;
+  std::optional<double> (*value)(const RecordedPing& ping);  ///< unset: the file does not state it
+};
+std::span<const PingColumn> ping_columns();
+
+}  // namespace ensonify::engine

@@ -1,0 +1,111 @@
+#include <ensonify/engine/recording/recording_reader.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/recording/formats.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A format: whether a file begins as it does, and its reader.
+struct Format {
+  bool (*is)(std::span<const std::byte> begin);
+  std::vector<RecordedLine> (*parse)(std::span<const std::byte> bytes, std::string_view name);
+};
+constexpr std::array formats{Format{&is_xtf, &parse_xtf}, Format{&is_jsf, &parse_jsf}};
+
+constexpr std::size_t begin_bytes = 1024;  // that tell the format
+
+/// At most `most` bytes. Throws RecordingError.
+std::vector<std::byte> bytes_of(const fs::path& file, std::uintmax_t most) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(file, unknown))  // a named pipe would wait for ever
+    throw RecordingError(
+        fmt::format("{}: is not a file that can be read; correct the path", file.string()));
+  std::vector<std::byte> bytes(
+      static_cast<std::size_t>(std::min(most, fs::file_size(file, unknown))));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw RecordingError(fmt::format("{}: cannot be opened; check its permissions", file.string()));
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream)
+    throw RecordingError(
+        fmt::format("{}: cannot be read to its end; check the disk", file.string()));
+  return bytes;
+}
+
+void append(RecordedLine& line, RecordedLine next) {
+  const auto widen = [](RecordedLine& one, std::size_t samples) {
+    for (std::vector<float>* side : {&one.port, &one.starboard}) {
+      if (side->empty() || one.samples == samples) continue;
+      std::vector<float> wide(one.pings.size() * samples, 0.0f);
+      for (std::size_t ping = 0; ping < one.pings.size(); ++ping)
+        std::copy_n(side->begin() + static_cast<std::ptrdiff_t>(ping * one.samples), one.samples,
+                    wide.begin() + static_cast<std::ptrdiff_t>(ping * samples));
+      *side = std::move(wide);
+    }
+    one.samples = samples;
+  };
+  const std::size_t samples = std::max(line.samples, next.samples);
+  widen(line, samples);
+  widen(next, samples);
+  const auto join = [&](std::vector<float>& to, const std::vector<float>& more) {
+    if (to.empty() && more.empty()) return;
+    to.resize(line.pings.size() * samples, 0.0f);
+    to.insert(to.end(), more.begin(), more.end());
+    to.resize((line.pings.size() + next.pings.size()) * samples, 0.0f);
+  };
+  join(line.port, next.port);
+  join(line.starboard, next.starboard);
+  line.pings.insert(line.pings.end(), next.pings.begin(), next.pings.end());
+  line.warnings.insert(line.warnings.end(), next.warnings.begin(), next.warnings.end());
+}
+
+}  // namespace
+
+bool is_recording(const fs::path& file) {
+  try {
+    const std::vector<std::byte> begin = bytes_of(file, begin_bytes);
+    return std::ranges::any_of(formats, [&](const Format& format) { return format.is(begin); });
+  } catch (const RecordingError&) {
+    return false;
+  }
+}
+
+std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std::string_view name) {
+  const auto found =
+      std::ranges::find_if(formats, [&](const Format& format) { return format.is(bytes); });
+  if (found == formats.end())
+    throw RecordingError(fmt::format("{}: is no recording, expected an XTF or a JSF file", name));
+  return found->parse(bytes, name);
+}
+
+std::vector<RecordedLine> read_recording(const fs::path& file) {
+  return parse_recording(bytes_of(file, static_cast<std::uintmax_t>(-1)), file.string());
+}
+
+std::vector<RecordedLine> read_recordings(std::span<const fs::path> files) {
+  std::vector<RecordedLine> lines;
+  for (const fs::path& file : files) {
+    std::vector<RecordedLine> more = read_recording(file);
+    if (lines.empty()) {
+      lines = std::move(more);
+      continue;
+    }
+    if (more.size() != lines.size() || more.front().format != lines.front().format)
+      throw RecordingError(fmt::format(
+          "{}: has {} lines of {}, and {} has {} of {}; expected files of one recording",
+          file.string(), more.size(), more.front().format, files.front().string(), lines.size(),
+          lines.front().format));
+    for (std::size_t i = 0; i < lines.size(); ++i) append(lines[i], std::move(more[i]));
+  }
+  return lines;
+}
+
+}  // namespace ensonify::engine

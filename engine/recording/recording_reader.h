@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/recording/recorded_line.h>
+#include <ensonify/refine/error.h>
+
+namespace ensonify::engine {
+
+/// A fault in a recording: `file: what is wrong, what was expected`.
+struct RecordingError : Error {
+  using Error::Error;
+};
+
+/// Whether a file begins as an XTF or JSF recording does.
+bool is_recording(const std::filesystem::path& file);
+
+/// Reads the sidescan channels of an XTF or JSF recording: a line for each sonar or frequency, in
+/// the file's order. Both sides of a ping go together. Damaged or unknown packets are skipped, with
+/// a warning; a packet that the file cuts off ends it. Takes about three times the memory of the
+/// file. Throws RecordingError if the file cannot be read, is of another format, or has no sidescan
+/// samples; std::bad_alloc.
+std::vector<RecordedLine> read_recording(const std::filesystem::path& file);
+
+/// Several files of one recording, in their order, as one.
+std::vector<RecordedLine> read_recordings(std::span<const std::filesystem::path> files);
+
+/// The same from bytes; `name` stands for the file in messages.
+std::vector<RecordedLine> parse_recording(std::span<const std::byte> bytes, std::string_view name);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,227 @@
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include <ensonify/engine/recording/formats.h>
+#include <ensonify/engine/recording/line_builder.h>
+#include <ensonify/engine/recording/recording_bytes.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double knot_mps = 1852.0 / 3600.0;
+constexpr std::size_t file_header = 1024, first_channel_info = 256, channel_info = 128,
+                      ping_header = 256, channel_header = 64;
+constexpr std::uint16_t magic = 0xFACE;
+
+enum class SampleFormat { u8, u16, i16, i32, f32, unknown };
+
+std::size_t bytes_of(SampleFormat format) {
+  switch (format) {
+    case SampleFormat::u8: return 1;
+    case SampleFormat::u16:
+    case SampleFormat::i16: return 2;
+    case SampleFormat::i32:
+    case SampleFormat::f32: return 4;
+    case SampleFormat::unknown: break;
+  }
+  return 0;
+}
+
+/// A channel as the file's header describes it.
+struct Channel {
+  int line = 0;  ///< number of its line; -1: no sidescan
+  Side side = Side::port;
+  SampleFormat format = SampleFormat::unknown;
+  std::size_t samples = 0;  ///< where a ping does not state them
+  double frequency_hz = 0.0;
+};
+
+/// From the codes of CHANINFO: its sample format, else its bytes per sample; unipolar or bipolar.
+SampleFormat sample_format(const RecordingBytes& info) {
+  const bool bipolar = info.at<std::uint16_t>(4) == 0;
+  switch (info.at<std::uint8_t>(74)) {
+    case 2: return SampleFormat::i32;
+    case 3: return bipolar ? SampleFormat::i16 : SampleFormat::u16;
+    case 5: return SampleFormat::f32;
+    case 8: return SampleFormat::u8;
+    case 0: break;
+    default: return SampleFormat::unknown;
+  }
+  switch (info.at<std::uint16_t>(6)) {
+    case 1: return SampleFormat::u8;
+    case 2: return bipolar ? SampleFormat::i16 : SampleFormat::u16;
+    case 4: return SampleFormat::i32;
+    default: return SampleFormat::unknown;
+  }
+}
+
+float sample_at(const RecordingBytes& bytes, SampleFormat format, std::size_t i) {
+  const std::size_t offset = i * bytes_of(format);
+  switch (format) {
+    case SampleFormat::u8: return bytes.at<std::uint8_t>(offset);
+    case SampleFormat::u16: return bytes.at<std::uint16_t>(offset);
+    case SampleFormat::i16: return std::abs(static_cast<float>(bytes.at<std::int16_t>(offset)));
+    case SampleFormat::i32: return std::abs(static_cast<float>(bytes.at<std::int32_t>(offset)));
+    case SampleFormat::f32: break;
+    case SampleFormat::unknown: return 0.0f;
+  }
+  const float value = bytes.at<float>(offset);
+  return std::isfinite(value) ? std::abs(value) : 0.0f;
+}
+
+std::optional<double> time_s(const RecordingBytes& ping) {
+  using namespace std::chrono;
+  const year_month_day date{year(ping.at<std::uint16_t>(14)), month(ping.at<std::uint8_t>(16)),
+                            day(ping.at<std::uint8_t>(17))};
+  if (!date.ok()) return std::nullopt;
+  const auto days = static_cast<double>(sys_days(date).time_since_epoch().count());
+  return days * 86400.0 + ping.at<std::uint8_t>(18) * 3600.0 + ping.at<std::uint8_t>(19) * 60.0 +
+         ping.at<std::uint8_t>(20) + ping.at<std::uint8_t>(21) * 0.01;
+}
+
+/// 0: not stated.
+double sound_speed_mps(const RecordingBytes& ping) {
+  const double computed = ping.at<float>(72), stated = ping.at<float>(32);
+  for (const double speed_mps : {computed, stated, 2.0 * stated})
+    if (is_sound_speed(speed_mps)) return speed_mps;
+  return 0.0;
+}
+
+RecordedPing ping_of(const RecordingBytes& header, bool geographic) {
+  RecordedPing ping{.number = header.at<std::uint32_t>(28), .t_s = time_s(header)};
+  for (const std::size_t y_offset : {std::size_t{160}, std::size_t{128}}) {  // sensor, ship
+    const double y = header.at<double>(y_offset), x = header.at<double>(y_offset + 8);
+    if ((x == 0.0 && y == 0.0) || !std::isfinite(x) || !std::isfinite(y)) continue;
+    if (!geographic)
+      ping.place_m = Eigen::Vector2d(x, y);
+    else if (std::abs(y) <= 90.0 && std::abs(x) <= 360.0)
+      ping.place = GeographicPlace{y * degree, x * degree};
+    else
+      continue;
+    break;
+  }
+  const auto radians = [&](std::size_t offset) -> std::optional<double> {
+    const double value = header.at<float>(offset);
+    if (!(std::abs(value) <= 360.0)) return std::nullopt;
+    return value * degree;
+  };
+  if (header.known<float>(204) || header.known<float>(208) || header.known<float>(212)) {
+    ping.pitch_rad = radians(204);
+    ping.roll_rad = radians(208);
+    ping.heading_rad = radians(212);
+  }
+  ping.depth_m = header.known<float>(192);
+  ping.altitude_m = header.known<float>(196);
+  if (const auto knots = header.known<float>(152)) ping.speed_mps = *knots * knot_mps;
+  return ping;
+}
+
+class XtfReader {
+ public:
+  explicit XtfReader(std::span<const std::byte> bytes) : file_(bytes) {
+    const std::size_t channels = file_.at<std::uint16_t>(166);
+    int ports = 0, starboards = 0;
+    for (std::size_t k = 0; k < channels && file_.has(first_channel_info + k * channel_info, 1);
+         ++k) {
+      const RecordingBytes info = file_.part(first_channel_info + k * channel_info, channel_info);
+      const int type = info.at<std::uint8_t>(0);  // 1: port, 2: starboard
+      channels_.push_back({.line = type == 1   ? ports++
+                                   : type == 2 ? starboards++
+                                               : -1,
+                           .side = type == 1 ? Side::port : Side::starboard,
+                           .format = sample_format(info),
+                           .samples = info.at<std::uint32_t>(8),
+                           .frequency_hz = 1e3 * info.known<float>(32).value_or(0.0)});
+    }
+  }
+
+  std::vector<RecordedLine> read(std::string_view name) {
+    const bool geographic = file_.at<std::uint16_t>(164) == 3;
+    for (std::size_t place = file_header; file_.has(place, 1);) {
+      const RecordingBytes rest = file_.part(place);
+      const std::size_t size = rest.at<std::uint32_t>(10);
+      if (rest.at<std::uint16_t>(0) != magic || size < 14) {
+        lines_.skipped(1);
+        ++place;
+        continue;
+      }
+      if (size > rest.size()) {
+        lines_.cut_off();
+        break;
+      }
+      constexpr std::uint8_t sonar_packet = 0;
+      if (rest.at<std::uint8_t>(2) == sonar_packet && size >= ping_header)
+        read_ping(file_.part(place, size), geographic);
+      place += size;
+    }
+    return lines_.finish(name);
+  }
+
+ private:
+  void read_ping(const RecordingBytes& packet, bool geographic) {
+    RecordedPing ping = ping_of(packet, geographic);
+    std::size_t at = ping_header;
+    for (int left = packet.at<std::uint16_t>(4); left > 0 && packet.has(at, channel_header);
+         --left) {
+      const RecordingBytes header = packet.part(at, channel_header);
+      const std::size_t number = header.at<std::uint16_t>(0);
+      if (number >= channels_.size()) return;  // the length of its samples is unknown
+      const Channel& channel = channels_[number];
+      std::size_t samples = header.at<std::uint32_t>(42);
+      if (samples == 0) samples = channel.samples;
+      const std::size_t bytes = bytes_of(channel.format);
+      at += channel_header;
+      if (bytes == 0 || samples > (packet.size() - at) / bytes) return;
+      if (channel.line >= 0 && samples > 0) {
+        RecordedLine& line = lines_.line(channel.line);
+        const double speed_mps = sound_speed_mps(packet);
+        if (line.sound_speed_mps == 0.0) line.sound_speed_mps = speed_mps;
+        if (line.frequency_hz == 0.0)
+          line.frequency_hz = channel.frequency_hz > 0.0 ? channel.frequency_hz
+                                                         : 1e3 * header.at<std::uint16_t>(26);
+        line.sonar = file_.text(18, 16);
+        ping.range_m = range_m(header, speed_mps);
+        lines_.add(channel.line, ping, channel.side,
+                   near_to_far(packet.part(at), channel, samples));
+      }
+      at += samples * bytes;
+    }
+  }
+
+  static double range_m(const RecordingBytes& header, double speed_mps) {
+    const double slant_m = header.at<float>(4), two_way_s = header.at<float>(16);
+    const double range_m = slant_m > 0.0 ? slant_m : 0.5 * speed_mps * two_way_s;
+    return std::isfinite(range_m) && range_m > 0.0 ? range_m : 0.0;
+  }
+
+  static std::vector<float> near_to_far(const RecordingBytes& bytes, const Channel& channel,
+                                        std::size_t samples) {
+    std::vector<float> values(samples);
+    for (std::size_t i = 0; i < samples; ++i)
+      values[channel.side == Side::port ? samples - 1 - i : i] =
+          sample_at(bytes, channel.format, i);
+    return values;
+  }
+
+  RecordingBytes file_;
+  std::vector<Channel> channels_;
+  LineBuilder lines_{"XTF"};
+};
+
+}  // namespace
+
+bool is_xtf(std::span<const std::byte> begin) {
+  const RecordingBytes bytes(begin);
+  constexpr int file_format = 123;
+  const int channels = bytes.at<std::uint16_t>(166);
+  return bytes.at<std::uint8_t>(0) == file_format && channels > 0 && channels < 256;
+}
+
+std::vector<RecordedLine> parse_xtf(std::span<const std::byte> bytes, std::string_view name) {
+  return XtfReader(bytes).read(name);
+}
+
+}  // namespace ensonify::engine

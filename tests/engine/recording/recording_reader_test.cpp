@@ -1,0 +1,293 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "support/catch.h"
+#include "support/data.h"
+#include "support/data.h"
+#include "support/small_recording.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/output/jsf.h>
+#include <ensonify/engine/output/xtf.h>
+#include <ensonify/engine/recording/recording_reader.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+std::vector<RecordedLine> parse(const std::string& bytes) {
+  return parse_recording(std::as_bytes(std::span(bytes)), "r");
+}
+
+std::string error_of(const std::string& bytes) {
+  try {
+    parse(bytes);
+  } catch (const RecordingError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+template <class T>
+void put(std::string& bytes, std::size_t offset, T value) {
+  REQUIRE(offset + sizeof value <= bytes.size());
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+
+/// An XTF file of one ping and one starboard channel, with these samples.
+template <class T>
+std::string xtf_of(const std::vector<T>& samples, int format, bool bipolar = false) {
+  std::string bytes(1024 + 256 + 64 + samples.size() * sizeof(T), '\0');
+  put<std::uint8_t>(bytes, 0, 123);
+  put<std::uint16_t>(bytes, 166, 1);  // channels
+  put<std::uint8_t>(bytes, 256, 2);   // starboard
+  put<std::uint16_t>(bytes, 256 + 4, bipolar ? 0 : 1);
+  put<std::uint16_t>(bytes, 256 + 6, sizeof(T));
+  put<std::uint8_t>(bytes, 256 + 74, static_cast<std::uint8_t>(format));
+  put<std::uint16_t>(bytes, 1024, 0xFACE);
+  put<std::uint16_t>(bytes, 1024 + 4, 1);
+  put<std::uint32_t>(bytes, 1024 + 10, static_cast<std::uint32_t>(bytes.size() - 1024));
+  put<float>(bytes, 1024 + 32, 750.0f);      // half the sound speed
+  put<float>(bytes, 1024 + 256 + 16, 0.1f);  // two-way time of the range
+  put<std::uint32_t>(bytes, 1024 + 256 + 42, static_cast<std::uint32_t>(samples.size()));
+  std::memcpy(bytes.data() + 1024 + 256 + 64, samples.data(), samples.size() * sizeof(T));
+  return bytes;
+}
+
+}  // namespace
+
+TEST_CASE("what was written as XTF or JSF is read again") {
+  const Recording written = tests::small_recording();
+  for (const bool jsf : {false, true}) {
+    CAPTURE(jsf);
+    const auto lines = parse_recording(jsf ? encode_jsf(written) : encode_xtf(written), "r");
+    REQUIRE(lines.size() == 1);
+    const RecordedLine& line = lines.front();
+    CHECK(line.format == (jsf ? "JSF" : "XTF"));
+    CHECK(line.warnings.empty());
+    CHECK(line.frequency_hz == Approx(455e3));
+    CHECK(line.sound_speed_mps == 1480.0);
+    if (jsf) {
+      CHECK(line.bandwidth_hz == Approx(40e3));
+      CHECK(line.pulse_length_s == Approx(2.5e-3));
+    } else {
+      CHECK(line.sonar == "towfish");
+    }
+    REQUIRE(line.samples == written.bins);
+    REQUIRE(line.pings.size() == 3);
+    for (std::size_t row = 0; row < 3; ++row) {
+      const RecordedPing& ping = line.pings[row];
+      const NavPing& of = written.pings[row];
+      CHECK(ping.number == of.number);
+      CHECK(ping.t_s.value() ==
+            Approx(static_cast<double>(of.unix_ms) / 1e3).epsilon(0).margin(1e-3));
+      CHECK(ping.place.value().latitude_rad ==
+            Approx(of.place.latitude_rad).epsilon(0).margin(1e-6 * degree));
+      CHECK(ping.place.value().longitude_rad ==
+            Approx(of.place.longitude_rad).epsilon(0).margin(1e-6 * degree));
+      CHECK(ping.heading_rad.value() == Approx(of.heading_rad).epsilon(0).margin(0.005 * degree));
+      CHECK(ping.pitch_rad.value() == Approx(of.pitch_rad).epsilon(0).margin(0.005 * degree));
+      CHECK(ping.roll_rad.value() == Approx(of.roll_rad).epsilon(0).margin(0.005 * degree));
+      CHECK(ping.depth_m.value() == Approx(12.5));
+      CHECK(ping.altitude_m.value() == Approx(7.25));
+      CHECK(ping.speed_mps.value() == Approx(1.5).epsilon(0).margin(0.003));
+      CHECK(ping.range_m == Approx(30.0).epsilon(1e-6));
+      const auto port = written.side(row, Side::port);
+      CHECK(std::ranges::equal(line.row(Side::port, row), std::vector(port.rbegin(), port.rend())));
+      CHECK(std::ranges::equal(line.row(Side::starboard, row), written.side(row, Side::starboard)));
+    }
+  }
+}
+
+TEST_CASE("a recording of one side has one side") {
+  Recording written = tests::small_recording();
+  written.port = false;
+  const RecordedLine line = parse_recording(encode_jsf(written), "r").front();
+  CHECK(line.port.empty());
+  CHECK(line.starboard.size() == 15);
+}
+
+TEST_CASE("files of one recording are read as one line") {
+  const tests::TemporaryFolder folder;
+  Recording written = tests::small_recording();
+  const std::string first = tests::as_text(encode_xtf(written));
+  written = tests::small_recording(8);  // another length
+  for (NavPing& ping : written.pings) ping.number += 100;
+  tests::write_text(folder / "a.xtf", first);
+  tests::write_text(folder / "b.xtf", tests::as_text(encode_xtf(written)));
+  tests::write_text(folder / "c.jsf", tests::as_text(encode_jsf(written)));
+  const std::vector<std::filesystem::path> files = {folder / "a.xtf", folder / "b.xtf"};
+  const RecordedLine line = read_recordings(files).front();
+  REQUIRE(line.samples == 8);
+  REQUIRE(line.pings.size() == 6);
+  CHECK(line.pings[3].number == 107);
+  CHECK(std::ranges::equal(line.row(Side::starboard, 1),
+                           std::vector{205, 206, 207, 208, 209, 0, 0, 0}));
+  CHECK(line.row(Side::starboard, 5)[7] == 315);
+  const std::vector<std::filesystem::path> mixed = {folder / "a.xtf", folder / "c.jsf"};
+  CHECK_THROWS_AS(read_recordings(mixed), RecordingError);
+  CHECK(is_recording(folder / "c.jsf"));
+  tests::write_text(folder / "d.csv", "t_s,x_m,y_m\n");
+  CHECK_FALSE(is_recording(folder / "d.csv"));
+}
+
+TEST_CASE("XTF samples of every format are amplitudes") {
+  CHECK(parse(xtf_of<std::uint8_t>({1, 200}, 8)).front().starboard == std::vector{1.0f, 200.0f});
+  CHECK(parse(xtf_of<std::uint16_t>({1, 40000}, 3)).front().starboard ==
+        std::vector{1.0f, 40000.0f});
+  CHECK(parse(xtf_of<std::int16_t>({1, -40}, 3, true)).front().starboard ==
+        std::vector{1.0f, 40.0f});
+  CHECK(parse(xtf_of<std::int32_t>({-70000}, 2)).front().starboard == std::vector{70000.0f});
+  CHECK(parse(xtf_of<float>({0.5f, NAN}, 5)).front().starboard == std::vector{0.5f, 0.0f});
+  // An old file has no format, but bytes per sample.
+  CHECK(parse(xtf_of<std::uint8_t>({3}, 0)).front().starboard == std::vector{3.0f});
+  const RecordedLine line = parse(xtf_of<std::uint16_t>({1, 2}, 0)).front();
+  CHECK(line.starboard == std::vector{1.0f, 2.0f});
+  CHECK(line.sound_speed_mps == 1500.0);
+  CHECK(line.pings.front().range_m == Approx(75.0));
+  CHECK_FALSE(line.pings.front().t_s);
+  CHECK_FALSE(line.pings.front().place);
+  CHECK_FALSE(line.pings.front().heading_rad);
+  CHECK_FALSE(line.pings.front().altitude_m);
+}
+
+TEST_CASE("an analytic JSF sample is the magnitude of its two numbers, scaled by the weight") {
+  Recording written = tests::small_recording();
+  written.starboard = false;
+  std::string bytes = tests::as_text(encode_jsf(written));
+  bytes.resize(bytes.size() / 3);  // the first message: 5 samples
+  const std::vector<std::int16_t> pairs = {3, 4, -6, 8, 0, -5, 0, 0, 30000, -30000};
+  bytes.resize(16 + 240);
+  bytes.append(reinterpret_cast<const char*>(pairs.data()), 2 * pairs.size());
+  put<std::int32_t>(bytes, 12, 240 + 20);
+  put<std::int16_t>(bytes, 16 + 34, 1);   // analytic
+  put<std::int16_t>(bytes, 16 + 168, 1);  // 2^-1
+  const RecordedLine line = parse(bytes).front();
+  CHECK(line.port == std::vector{2.5f, 5.0f, 2.5f, 0.0f, std::sqrt(1.8e9f) / 2.0f});
+}
+
+TEST_CASE("what is no recording is refused, and says so") {
+  CHECK(error_of("") == "r: is no recording, expected an XTF or a JSF file");
+  CHECK(error_of("t_s,x_m\n0,0\n").starts_with("r: is no recording"));
+  std::string empty(1024, '\0');
+  put<std::uint8_t>(empty, 0, 123);
+  put<std::uint16_t>(empty, 166, 2);
+  CHECK(error_of(empty) == "r: has no sidescan samples, expected a recording of a sidescan sonar");
+  const tests::TemporaryFolder folder;
+  CHECK_THROWS_AS(read_recording(folder / "nothing.xtf"), RecordingError);
+  CHECK_THROWS_AS(read_recording(folder.path()), RecordingError);
+}
+
+TEST_CASE("damaged packets are left out, with a warning") {
+  const std::string file = tests::as_text(encode_xtf(tests::small_recording()));
+  const std::size_t packet = (file.size() - 1024) / 3;
+  const std::string junk = file.substr(0, 1024 + packet) + "some junk" + file.substr(1024 + packet);
+  RecordedLine line = parse(junk).front();
+  CHECK(line.pings.size() == 3);
+  CHECK(line.warnings ==
+        std::vector<std::string>{"9 bytes between its packets are no packet; skipped"});
+  line = parse(file.substr(0, file.size() - 10)).front();
+  CHECK(line.pings.size() == 2);
+  CHECK(line.warnings == std::vector<std::string>{"its last packet is cut off; left out"});
+}
+
+TEST_CASE("a ping that claims too many samples does not fill the memory") {
+  // One ping of 3 million samples, and 3000 of one sample: their rows would take 9e9 values.
+  std::string bytes = xtf_of(std::vector<std::uint8_t>(3000000), 8);
+  const std::string one = xtf_of(std::vector<std::uint8_t>(1), 8).substr(1024);
+  for (std::uint32_t number = 1; number <= 3000; ++number) {
+    const std::size_t at = bytes.size();
+    bytes += one;
+    put(bytes, at + 28, number);
+  }
+  CHECK(error_of(bytes).starts_with("r: one ping has 3000000 samples, and 3001 pings have"));
+}
+
+TEST_CASE("no damage to a recording does more than an error") {
+  std::mt19937 random(1);
+  for (const bool jsf : {false, true}) {
+    const Recording written = tests::small_recording();
+    const std::string sound = tests::as_text(jsf ? encode_jsf(written) : encode_xtf(written));
+    for (std::size_t size = 0; size < sound.size(); size += 13) error_of(sound.substr(0, size));
+    for (int i = 0; i < 3000; ++i) {
+      std::string damaged = sound;
+      for (int k = 0; k < 3; ++k)
+        damaged[random() % damaged.size()] = static_cast<char>(random() % 3 ? random() : 255);
+      try {
+        for (const RecordedLine& line : parse(damaged)) {
+          for (const Side side : {Side::port, Side::starboard}) {
+            const std::vector<float>& samples = line.side(side);
+            REQUIRE((samples.empty() || samples.size() == line.pings.size() * line.samples));
+            REQUIRE(
+                std::ranges::all_of(samples, [](float a) { return std::isfinite(a) && a >= 0; }));
+          }
+          for (const RecordedPing& ping : line.pings)
+            for (const PingColumn& column : ping_columns())
+              if (const auto value = column.value(ping)) REQUIRE(std::isfinite(*value));
+        }
+      } catch (const RecordingError&) {
+      }
+    }
+  }
+}
+
+TEST_CASE("real recordings are read whole") {
+  const auto scotsman = tests::data_file("sidescan/scotsman-iver2.xtf");
+  const auto river = tests::data_file("sidescan/river-1236.xtf");
+  const auto navigation = tests::data_file("nav/scotsman_iver2_nav.csv");
+  if (!scotsman || !river || !navigation) {
+    WARN("skipped: the recordings are not there");
+    return;
+  }
+  RecordedLine line = read_recording(*scotsman).front();
+  CHECK(line.warnings.empty());
+  CHECK(line.pings.size() == 461);
+  CHECK(line.samples == 1024);
+  CHECK(line.frequency_hz == 600e3);
+  CHECK(line.sound_speed_mps == 1500.0);
+  CHECK_FALSE(line.pings.front().place);  // the first ping has no navigation
+  // Near to far: the water column is dark, on both sides.
+  for (const Side side : {Side::port, Side::starboard}) {
+    double near = 0.0, far = 0.0;
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
+      for (std::size_t bin = 0; bin < 50; ++bin) {
+        near += line.row(side, ping)[50 + bin];
+        far += line.row(side, ping)[500 + bin];
+      }
+    CHECK(far > 3.0 * near);
+  }
+  // Its navigation, as another program extracted it: ping,utc_s,lat,lon,kn,depth,altitude,...
+  std::ifstream rows(*navigation);
+  std::string row;
+  std::size_t compared = 0;
+  while (std::getline(rows, row)) {
+    double n, t, lat, lon, kn, depth, altitude, pitch, roll, heading;
+    if (std::sscanf(row.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", &n, &t, &lat, &lon, &kn,
+                    &depth, &altitude, &pitch, &roll, &heading) != 10)
+      continue;
+    const RecordedPing& ping = line.pings.at(static_cast<std::size_t>(n));
+    ++compared;
+    CHECK(std::fmod(ping.t_s.value(), 86400.0) == Approx(t).epsilon(0).margin(0.006));
+    CHECK(ping.place.value().latitude_rad == Approx(lat * degree).epsilon(0).margin(1e-9));
+    CHECK(ping.place.value().longitude_rad == Approx(lon * degree).epsilon(0).margin(1e-9));
+    CHECK(ping.depth_m.value() == Approx(depth));
+    CHECK(ping.altitude_m.value() == Approx(altitude));
+    CHECK(ping.pitch_rad.value() == Approx(pitch * degree).epsilon(0).margin(1e-4));
+    CHECK(ping.roll_rad.value() == Approx(roll * degree).epsilon(0).margin(1e-4));
+    CHECK(ping.heading_rad.value() == Approx(heading * degree).epsilon(0).margin(1e-3));
+  }
+  CHECK(compared == 460);
+
+  line = read_recording(*river).front();
+  CHECK(line.pings.size() == 1446);
+  CHECK(line.samples == 512);
+  CHECK(line.pings[700].range_m == Approx(36.74).epsilon(1e-3));
+  CHECK_FALSE(line.pings[700].altitude_m);
+}
