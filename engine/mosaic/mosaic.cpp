@@ -47,7 +47,7 @@ struct Strip {
   Box reach;  // all ground that its pings can cover, local metres of the first run
 };
 
-double median_spacing_m(const std::vector<RecordedPing>& pings) {
+double median_spacing_m(const std::vector<MosaicPing>& pings) {
   std::vector<double> distances_m;
   for (std::size_t i = 1; i < pings.size(); ++i)
     distances_m.push_back((pings[i].place_m - pings[i - 1].place_m).norm());
@@ -81,7 +81,7 @@ float brightness(float level) {
 }
 
 /// Slant range of a bin over the sonar's height.
-double ratio(const RecordedRun& run, const RecordedPing& ping, std::size_t bin) {
+double ratio(const RecordedRun& run, const MosaicPing& ping, std::size_t bin) {
   return (static_cast<double>(bin) + 0.5) * run.sonar.bin_m() / ping.height_m;
 }
 
@@ -205,7 +205,7 @@ class Mosaic {
     return box;
   }
 
-  void add_levels(Line& line, const RecordedPing& ping, const ShownPing& shown) {
+  void add_levels(Line& line, const MosaicPing& ping, const ShownPing& shown) {
     if (type_ != PixelType::brightness) return;
     for (std::size_t side = 0; side < shown.size(); ++side)
       for (std::size_t bin = 0; bin < shown[side].values.size(); ++bin)
@@ -330,7 +330,7 @@ class Mosaic {
   void draw(const Line& line, std::size_t number, const PlacedSide& ground,
             const PlacedSide* neighbour, bool next, const std::vector<float>& values,
             Canvas& canvas) const {
-    const RecordedPing& ping = line.run.pings[number];
+    const MosaicPing& ping = line.run.pings[number];
     const double half_m = (next ? 0.5 : -0.5) * line.spacing_m;
     const Vector2d ahead_m =
         half_m * Vector2d(std::sin(ping.heading_rad), std::cos(ping.heading_rad));

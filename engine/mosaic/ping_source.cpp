@@ -37,8 +37,7 @@ std::vector<ShownPing> PingSource::read(const RecordedRun& run, std::size_t begi
   return pings;
 }
 
-ShownPing PingSource::shown(const RecordedRun& run, const RecordedPing& ping,
-                            std::size_t row) const {
+ShownPing PingSource::shown(const RecordedRun& run, const MosaicPing& ping, std::size_t row) const {
   const Recorder recorder(run.sonar.receiver, 0.0, 0, 0.0, 0.0);  // only for its curve
   const auto bins = static_cast<std::size_t>(run.sonar.bins);
   const std::span<const Side> sides = sides_of(run.sonar);

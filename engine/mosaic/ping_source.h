@@ -33,7 +33,7 @@ class PingSource {
   std::vector<ShownPing> read(const RecordedRun& run, std::size_t begin, std::size_t end);
 
  private:
-  ShownPing shown(const RecordedRun& run, const RecordedPing& ping, std::size_t row) const;
+  ShownPing shown(const RecordedRun& run, const MosaicPing& ping, std::size_t row) const;
 
   Positions positions_;
   bool power_;                       // whether samples become squared amplitudes

@@ -19,13 +19,13 @@ bool has_place(const GroundLayers& layers, std::size_t bin) {
 }
 
 /// Horizontally away from the array.
-Eigen::Vector2d outwards(const RecordedPing& ping, Side side) {
+Eigen::Vector2d outwards(const MosaicPing& ping, Side side) {
   const Eigen::Vector2d starboard{std::cos(ping.heading_rad), -std::sin(ping.heading_rad)};
   return side == Side::port ? -starboard : starboard;
 }
 
 /// Places from the truth. Entry k of the result is at the slant range k * bin / 2.
-std::vector<Eigen::Vector2d> true_places(const RecordedPing& ping, const Sonar& sonar, Side side,
+std::vector<Eigen::Vector2d> true_places(const MosaicPing& ping, const Sonar& sonar, Side side,
                                          const GroundLayers& layers) {
   const std::size_t bins = layers.region.size();
   std::size_t first = 0, last = bins - 1;
@@ -70,7 +70,7 @@ double ground_range_m(double slant_m, double height_m) {
   return std::sqrt(std::max(slant_m * slant_m - height_m * height_m, 0.0));
 }
 
-PlacedSide place(const RecordedPing& ping, const Sonar& sonar, Side side, Positions positions,
+PlacedSide place(const MosaicPing& ping, const Sonar& sonar, Side side, Positions positions,
                  const GroundLayers& layers) {
   const std::size_t bins = layers.region.size();
   PlacedSide placed;

@@ -35,7 +35,7 @@ double ground_range_m(double slant_m, double height_m);
 /// objects before and behind it. Behind the last echo it continues as over a level bed. With
 /// Positions::navigation all bins lie abeam of the sonar, as over a level bed. Bins without data
 /// and the water column are not shown.
-PlacedSide place(const RecordedPing& ping, const Sonar& sonar, Side side, Positions positions,
+PlacedSide place(const MosaicPing& ping, const Sonar& sonar, Side side, Positions positions,
                  const GroundLayers& layers);
 
 }  // namespace ensonify::engine

@@ -139,7 +139,7 @@ class PingReader {
   /// Spreads reports that several pings repeat over the time until the next report. After the last
   /// one, the sonar keeps its speed.
   void interpolate_repeats() {
-    std::vector<RecordedPing>& pings = run_.pings;
+    std::vector<MosaicPing>& pings = run_.pings;
     const auto repeats = [&](std::size_t i) {
       return pings[i].place_m == pings[i - 1].place_m &&
              pings[i].heading_rad == pings[i - 1].heading_rad;
@@ -171,11 +171,11 @@ class PingReader {
   }
 
   /// Ping i, placed on the straight way between the reports of two other pings.
-  RecordedPing between(std::size_t i, std::size_t from, std::size_t to) const {
-    const RecordedPing &a = run_.pings[from], &b = run_.pings[to];
+  MosaicPing between(std::size_t i, std::size_t from, std::size_t to) const {
+    const MosaicPing &a = run_.pings[from], &b = run_.pings[to];
     const double time_s = times_s_[to] - times_s_[from];
     const double share = time_s > 0.0 ? (times_s_[i] - times_s_[from]) / time_s : 0.0;
-    RecordedPing ping = run_.pings[i];
+    MosaicPing ping = run_.pings[i];
     ping.place_m = a.place_m + share * (b.place_m - a.place_m);
     ping.heading_rad = a.heading_rad + share * std::remainder(b.heading_rad - a.heading_rad,
                                                               2.0 * std::numbers::pi);

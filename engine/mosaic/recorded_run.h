@@ -15,7 +15,7 @@ namespace ensonify::engine {
 enum class Positions { truth, navigation };
 
 /// What a mosaic needs of one ping of a sonar.
-struct RecordedPing {
+struct MosaicPing {
   /// Of the sonar: east and north of the run's world origin. With Positions::navigation they follow
   /// from the reported pose; reports that repeat are interpolated to the next one.
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
@@ -31,7 +31,7 @@ struct RecordedRun {
   Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
   std::string reference;  ///< coordinate reference system of the world as WKT; empty: unknown
   std::vector<std::filesystem::path> images;
-  std::vector<RecordedPing> pings;  ///< oldest first
+  std::vector<MosaicPing> pings;  ///< oldest first
 };
 
 /// Reads the manifest, the image headers and the tables of pings of a run's folder, whether the run

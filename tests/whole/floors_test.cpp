@@ -2,7 +2,9 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -203,4 +205,53 @@ TEST_CASE("the floors hold: planted breaches are found") {
   }
   std::ranges::sort(expected);
   CHECK(breaches(tree.path()) == expected);
+}
+
+namespace {
+
+/// The types that a tree defines at the top of its floors' namespaces, outside unnamed ones, as
+/// "floor::Name", with their files. Two of one name would be one type to the linker.
+std::map<std::string, std::set<std::string>> types_of(const fs::path& tree) {
+  static const std::regex definition(
+      R"(^(?:struct|class|enum class|enum)\s+(\w+)\b(?!::)[^;()]*(\{.*|,)?$)");
+  std::map<std::string, std::set<std::string>> types;
+  for (const char* floor : {"scatter", "refine", "engine"}) {
+    if (!fs::is_directory(tree / floor)) continue;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(tree / floor)) {
+      if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+      std::ifstream in(entry.path());
+      bool unnamed = false;
+      for (std::string line; std::getline(in, line);) {
+        if (line == "namespace {") unnamed = true;
+        if (line == "}  // namespace") unnamed = false;
+        std::smatch found;
+        if (!unnamed && std::regex_match(line, found, definition))
+          types[std::string(floor) + "::" + found.str(1)].insert(
+              entry.path().lexically_relative(tree).string());
+      }
+    }
+  }
+  return types;
+}
+
+}  // namespace
+
+TEST_CASE("no two types of a floor have one name") {
+  for (const auto& [name, files] : types_of(ensonify::tests::source_folder())) {
+    CAPTURE(name, files);
+    // The inner namespaces of these are not known here.
+    const bool in_app_or_live = std::ranges::any_of(files, [](const std::string& file) {
+      return file.starts_with("engine/app/") || file.starts_with("engine/live/");
+    });
+    CHECK((files.size() == 1 || in_app_or_live));
+  }
+  const ensonify::tests::TemporaryFolder tree;
+  fs::create_directories(tree.path() / "engine");
+  std::ofstream(tree.path() / "engine/a.h") << "struct One;\nstruct Two {\n};\nstruct Three {};\n";
+  std::ofstream(tree.path() / "engine/b.cpp")
+      << "struct Two final : Base {\n};\nnamespace {\nstruct Three {\n};\n}  // namespace\n";
+  const auto types = types_of(tree.path());
+  CHECK(types.size() == 2);
+  CHECK(types.at("engine::Two").size() == 2);
+  CHECK(types.at("engine::Three").size() == 1);
 }

@@ -24,7 +24,7 @@ Sonar sonar_of_20_bins() {
 }
 
 /// A ping that heads 30 degrees, at (100, 200).
-RecordedPing ping() {
+MosaicPing ping() {
   return {.place_m = {100.0, 200.0}, .heading_rad = std::numbers::pi / 6.0, .height_m = height_m};
 }
 
