@@ -53,6 +53,7 @@ void add_seafloor(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_mesh_info(CLI::App& app, Action& action);
+void add_compare(CLI::App& app, Action& action);
 void add_recording_info(CLI::App& app, Action& action);
 void add_dump_default(CLI::App& app, Action& action);
 void add_schema(CLI::App& app, Action& action);

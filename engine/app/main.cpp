@@ -147,6 +147,7 @@ int main(int argc, char** argv) {
   app::add_view(program, action);
   app::add_trace(program, action);
   app::add_mesh_info(program, action);
+  app::add_compare(program, action);
   app::add_recording_info(program, action);
   app::add_dump_default(program, action);
   app::add_schema(program, action);

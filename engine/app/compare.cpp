@@ -1,0 +1,89 @@
+#include <ensonify/engine/comparison/comparison_page.h>
+#include <ensonify/engine/comparison/line_source.h>
+#include <ensonify/engine/comparison/line_statistics.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/refine/atomic_file.h>
+
+#include "app.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+struct Arguments {
+  std::filesystem::path a, b, html;
+  std::string sonar_a, sonar_b;
+  std::optional<double> limit;
+  bool json = false;
+};
+
+std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4g}", value); }
+
+void compare(const Arguments& arguments) {
+  const RecordedLine a = read_line(arguments.a, arguments.sonar_a);
+  const RecordedLine b = read_line(arguments.b, arguments.sonar_b);
+  print_warnings(a.warnings);
+  print_warnings(b.warnings);
+  nlohmann::ordered_json all = nlohmann::ordered_json::object();
+  std::string out = "statistic,a,b,spread_of_a,ratio\n";
+  std::string worst;
+  std::size_t beyond = 0;
+  const std::vector<ComparedStatistic> statistics = compare_lines(a, b);
+  for (const ComparedStatistic& one : statistics) {
+    out += fmt::format("{},{},{},{},{}\n", one.name, shown(one.a), shown(one.b), shown(one.spread),
+                       shown(one.ratio()));
+    all[one.name] = {
+        {"a", one.a}, {"b", one.b}, {"spread_of_a", one.spread}, {"ratio", one.ratio()}};
+    if (arguments.limit && one.ratio() > *arguments.limit && ++beyond == 1) worst = one.name;
+  }
+  if (!arguments.html.empty())
+    refine::write_file(arguments.html, comparison_page(arguments.a.string(), a,
+                                                       arguments.b.string(), b, statistics));
+  if (arguments.json)
+    print_object({{"statistics", all}});
+  else
+    print(out);
+  if (beyond > 0)
+    throw std::runtime_error(
+        fmt::format("{} statistics differ by more than {} times the spread of {}; the first is {}",
+                    beyond, *arguments.limit, arguments.a.string(), worst));
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "compare",
+      "Compare how two lines look: recordings (XTF, JSF) or folders of runs. One row per statistic, "
+      "with the spread of A's own halves; a ratio is the difference over that spread. '-': the line "
+      "cannot tell");
+  command.add_option("A", arguments->a, "A recording, or a run's folder")->required();
+  command.add_option("B", arguments->b, "What is compared with it")->required();
+  command
+      .add_option("--sonar-a", arguments->sonar_a,
+                  "Which line of A: a run's sonar by name, a recording's line by number from 1")
+      ->type_name("NAME");
+  command.add_option("--sonar-b", arguments->sonar_b, "Which line of B")->type_name("NAME");
+  command
+      .add_option("--limit", arguments->limit,
+                  "Exit code 1 if a ratio is larger than this; unknown ones do not count")
+      ->type_name("X")
+      ->check(CLI::Range(0.0, 1e6));
+  command
+      .add_option("--html", arguments->html, "Also write a page with both pictures and the table")
+      ->type_name("FILE");
+  command.add_flag("--json", arguments->json, "Print one JSON object; unknown numbers are null");
+  command.callback([&action, arguments] { action = [arguments] { compare(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,105 @@
+#include <ensonify/engine/comparison/comparison_page.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include <cpl_conv.h>
+#include <cpl_string.h>
+#include <fmt/format.h>
+
+#include <ensonify/engine/output/png.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t most_columns = 1000, most_rows = 1500;
+
+/// How many values a pixel covers so that there are at most that many pixels.
+std::size_t covered(std::size_t values, std::size_t most) {
+  return std::max<std::size_t>(1, (values + most - 1) / most);
+}
+
+std::string png_source(const Picture& picture) {
+  const std::vector<std::byte> png = encode_png(picture);
+  const std::unique_ptr<char, decltype(&VSIFree)> text(
+      CPLBase64Encode(static_cast<int>(png.size()), reinterpret_cast<const GByte*>(png.data())),
+      &VSIFree);
+  return fmt::format("data:image/png;base64,{}", text.get());
+}
+
+std::string escaped(const std::string& text) {
+  const std::unique_ptr<char, decltype(&VSIFree)> safe(CPLEscapeString(text.c_str(), -1, CPLES_XML),
+                                                       &VSIFree);
+  return safe.get();
+}
+
+std::string cell(double value) {
+  return std::isnan(value) ? "<td>&ndash;</td>" : fmt::format("<td>{:.4g}</td>", value);
+}
+
+}  // namespace
+
+Picture picture_of(const RecordedLine& line) {
+  const std::size_t sides = !line.port.empty() + !line.starboard.empty();
+  const std::size_t per_column = covered(sides * line.samples, most_columns);
+  const std::size_t per_row = covered(line.pings.size(), most_rows);
+  const std::size_t half = (line.samples + per_column - 1) / per_column;
+  const std::size_t width = sides * half, height = (line.pings.size() + per_row - 1) / per_row;
+  std::vector<float> largest(width * height, 0.0f);
+  const auto add = [&](Side side, auto column_of) {
+    if (line.side(side).empty()) return;
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
+      for (std::size_t k = 0; k < line.samples; ++k) {
+        float& pixel = largest[(height - 1 - ping / per_row) * width + column_of(k / per_column)];
+        pixel = std::max(pixel, line.row(side, ping)[k]);
+      }
+  };
+  add(Side::port, [&](std::size_t column) { return half - 1 - column; });
+  add(Side::starboard, [&](std::size_t column) { return width - half + column; });
+  std::vector<float> sorted = largest;
+  const auto white =
+      sorted.begin() + static_cast<std::ptrdiff_t>(0.995 * double(sorted.size() - 1));
+  std::nth_element(sorted.begin(), white, sorted.end());
+  Picture picture{width, height, 1, std::vector<std::uint8_t>(width * height)};
+  for (std::size_t i = 0; i < largest.size(); ++i)
+    picture.pixels[i] = static_cast<std::uint8_t>(std::lround(
+        255.0 * std::pow(*white > 0.0f ? std::min(largest[i] / *white, 1.0f) : 0.0f, 0.6)));
+  return picture;
+}
+
+std::string comparison_page(const std::string& name_a, const RecordedLine& a,
+                            const std::string& name_b, const RecordedLine& b,
+                            std::span<const ComparedStatistic> statistics) {
+  std::string page = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Two lines compared</title>
+<meta name="viewport" content="width=device-width"><style>
+:root { color-scheme: light dark; font-family: sans-serif; }
+figure { display: inline-block; vertical-align: top; margin: 0 1em 1em 0; max-width: 48%; }
+img { width: 100%; image-rendering: auto; }
+table { border-collapse: collapse; }
+td, th { padding: 0.1em 0.8em; text-align: right; }
+td:first-child, th:first-child { text-align: left; }
+tr.apart { font-weight: bold; }
+</style></head><body>
+<h1>Two lines compared</h1>
+)";
+  for (const auto& [name, line] : {std::pair{&name_a, &a}, {&name_b, &b}})
+    page += fmt::format(
+        "<figure><img alt=\"Waterfall of {0}\" src=\"{1}\"><figcaption>{0}: {2} pings of {3} "
+        "samples, newest on top, port left</figcaption></figure>\n",
+        escaped(*name), png_source(picture_of(*line)), line->pings.size(), line->samples);
+  page += fmt::format(
+      "<p>The ratio is the difference over the spread between the halves of {}. Rows with a ratio "
+      "over 1 are bold.</p>\n<table><tr><th>statistic</th><th>{}</th><th>{}</th><th>spread</th>"
+      "<th>ratio</th></tr>\n",
+      escaped(name_a), escaped(name_a), escaped(name_b));
+  for (const ComparedStatistic& one : statistics)
+    page +=
+        fmt::format("<tr{}><td>{}</td>{}{}{}{}</tr>\n", one.ratio() > 1.0 ? " class=\"apart\"" : "",
+                    one.name, cell(one.a), cell(one.b), cell(one.spread), cell(one.ratio()));
+  return page + "</table></body></html>\n";
+}
+
+}  // namespace ensonify::engine

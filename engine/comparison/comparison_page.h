@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/image/display.h>
+#include <ensonify/engine/recording/recorded_line.h>
+
+namespace ensonify::engine {
+
+/// A line as a grey picture, port left and the newest ping on top, at most 1000 x 1500 pixels: each
+/// is the largest of the samples that it covers, to the power of 0.6, white at the 99.5th
+/// percentile.
+Picture picture_of(const RecordedLine& line);
+
+/// A page with the pictures of two lines side by side and the table of their statistics. It needs
+/// no other file.
+std::string comparison_page(const std::string& name_a, const RecordedLine& a,
+                            const std::string& name_b, const RecordedLine& b,
+                            std::span<const ComparedStatistic> statistics);
+
+}  // namespace ensonify::engine

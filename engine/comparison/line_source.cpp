@@ -1,0 +1,82 @@
+#include <ensonify/engine/comparison/line_source.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/mosaic/image_reader.h>
+#include <ensonify/engine/mosaic/recorded_run.h>
+#include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/scene/scene.h>
+
+namespace ensonify::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
+  std::vector<RecordedLine> lines = read_recording(file);
+  std::size_t number = lines.size() == 1 ? 1 : 0;
+  if (!sonar.empty()) std::from_chars(sonar.data(), sonar.data() + sonar.size(), number);
+  if (number < 1 || number > lines.size())
+    throw RecordingError(fmt::format(
+        "{}: has {} lines, and {} is chosen; expected --sonar 1 to {}, see recording-info",
+        file.string(), lines.size(), sonar.empty() ? "none" : "'" + sonar + "'", lines.size()));
+  return std::move(lines[number - 1]);
+}
+
+/// Rows of a run's image are port far to near, then starboard near to far.
+void add_rows(const Sonar& sonar, const std::vector<float>& values, std::size_t rows,
+              RecordedLine& line) {
+  const std::size_t bins = line.samples, columns = values.size() / rows;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(row * columns);
+    const auto half = begin + static_cast<std::ptrdiff_t>(bins);
+    if (sonar.sides != Sides::starboard)
+      line.port.insert(line.port.end(), std::make_reverse_iterator(half),
+                       std::make_reverse_iterator(begin));
+    if (sonar.sides == Sides::starboard) line.starboard.insert(line.starboard.end(), begin, half);
+    if (sonar.sides == Sides::both)
+      line.starboard.insert(line.starboard.end(), half, half + static_cast<std::ptrdiff_t>(bins));
+  }
+}
+
+RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
+  const RecordedRun run = read_recorded_run(folder, sonar, Positions::navigation);
+  RecordedLine line{.format = "run",
+                    .sonar = run.sonar.name,
+                    .frequency_hz = run.sonar.frequency_hz,
+                    .bandwidth_hz = run.sonar.pulse.bandwidth_hz,
+                    .pulse_length_s = run.sonar.pulse.transmitted_length_s(),
+                    .samples = static_cast<std::size_t>(run.sonar.bins)};
+  const std::array<std::string, 1> layers{"sample"};
+  std::array<std::vector<float>, 1> values;
+  for (const fs::path& file : run.images) {
+    ImageReader image(file);
+    image.read(0, image.rows(), layers, values);
+    add_rows(run.sonar, values.front(), image.rows(), line);
+  }
+  for (std::size_t i = 0; i < run.pings.size(); ++i)
+    line.pings.push_back({.number = i,
+                          .heading_rad = run.pings[i].heading_rad,
+                          .altitude_m = run.pings[i].height_m > 0.0
+                                            ? std::optional(run.pings[i].height_m)
+                                            : std::nullopt,
+                          .range_m = run.sonar.range_m,
+                          .samples = line.samples});
+  const std::size_t rows = std::max(line.port.size(), line.starboard.size()) / line.samples;
+  if (rows != line.pings.size())
+    throw SceneError(fmt::format("{}: its images have {} pings and its tables {}; run it again",
+                                 folder.string(), rows, line.pings.size()));
+  return line;
+}
+
+}  // namespace
+
+RecordedLine read_line(const fs::path& place, const std::string& sonar) {
+  return fs::is_directory(place) ? line_of_run(place, sonar) : line_of_recording(place, sonar);
+}
+
+}  // namespace ensonify::engine

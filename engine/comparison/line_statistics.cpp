@@ -1,0 +1,308 @@
+#include <ensonify/engine/comparison/line_statistics.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t block_pings = 8, block_samples = 16;
+constexpr std::size_t fewest = 20;  // blocks or samples that give a value
+
+double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
+
+/// The value below which a share of them lies; NaN without enough of them.
+double quantile(std::vector<double> values, double share, std::size_t enough = fewest) {
+  if (values.size() < enough) return unknown;
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+double median(std::vector<double> values) { return quantile(std::move(values), 0.5); }
+
+/// Sums for a mean that needs enough samples.
+struct Mean {
+  double sum = 0.0;
+  std::size_t count = 0;
+  void add(double value) {
+    sum += value;
+    ++count;
+  }
+  double value() const { return count < fewest ? unknown : sum / static_cast<double>(count); }
+};
+
+/// Means over 5 pings and 5 samples.
+class Smooth {
+ public:
+  Smooth(const RecordedLine& line, Side side) : line_(line), side_(side), row_(line.samples) {}
+
+  /// The row of a ping; valid until the next call.
+  std::span<const double> row(std::size_t ping) {
+    const std::size_t begin = ping < 2 ? 0 : ping - 2, end = std::min(ping + 3, line_.pings.size());
+    std::vector<double> sum(line_.samples + 4, 0.0);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::span<const float> values = line_.row(side_, i);
+      for (std::size_t k = 0; k < line_.samples; ++k) sum[k + 2] += values[k];
+    }
+    const double scale = 1.0 / (5.0 * static_cast<double>(end - begin));
+    for (std::size_t k = 0; k < line_.samples; ++k)
+      row_[k] = scale * (sum[k] + sum[k + 1] + sum[k + 2] + sum[k + 3] + sum[k + 4]);
+    return row_;
+  }
+
+ private:
+  const RecordedLine& line_;
+  Side side_;
+  std::vector<double> row_;
+};
+
+/// A block of the bed without samples at full scale and without silence.
+struct Block {
+  double grazing_rad, mean, variance, skew, kurtosis;
+  std::size_t bright;  ///< samples over 4 times the mean
+  std::array<double, 4> range_correlation;
+  std::array<double, 3> track_correlation;
+};
+constexpr std::array<std::size_t, 4> range_lags{1, 2, 4, 8};
+constexpr std::array<std::size_t, 3> track_lags{1, 2, 4};
+
+/// Correlation about the mean of samples some pings and some samples apart.
+double correlation(const RecordedLine& line, Side side, std::size_t ping, std::size_t sample,
+                   const Block& block, std::size_t pings, std::size_t samples) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i + pings < block_pings; ++i)
+    for (std::size_t k = 0; k + samples < block_samples; ++k)
+      sum += (line.row(side, ping + i)[sample + k] - block.mean) *
+             (line.row(side, ping + i + pings)[sample + k + samples] - block.mean);
+  const auto pairs = static_cast<double>((block_pings - pings) * (block_samples - samples));
+  return sum / (pairs * block.variance);
+}
+
+std::vector<Block> blocks_of(const RecordedLine& line, Side side, std::span<const std::size_t> bed,
+                             std::size_t first, std::size_t end) {
+  std::vector<Block> blocks;
+  for (std::size_t ping = first; ping + block_pings <= end; ping += block_pings) {
+    const std::size_t begin =
+        *std::max_element(bed.begin() + static_cast<std::ptrdiff_t>(ping),
+                          bed.begin() + static_cast<std::ptrdiff_t>(ping + block_pings));
+    for (std::size_t sample = begin; sample + block_samples <= line.samples;
+         sample += block_samples) {
+      Block block{};
+      std::vector<double> values;
+      for (std::size_t i = 0; i < block_pings; ++i)
+        for (std::size_t k = 0; k < block_samples; ++k)
+          values.push_back(line.row(side, ping + i)[sample + k]);
+      constexpr auto count = static_cast<double>(block_pings * block_samples);
+      for (const double value : values) block.mean += value / count;
+      double third = 0.0, fourth = 0.0;
+      for (const double value : values) {
+        const double off = value - block.mean, square = off * off;
+        block.variance += square / count;
+        third += square * off / count;
+        fourth += square * square / count;
+        block.bright += value > 4.0 * block.mean;
+      }
+      if (!(block.variance > 0.0)) continue;
+      block.skew = third / std::pow(block.variance, 1.5);
+      block.kurtosis = fourth / (block.variance * block.variance) - 3.0;
+      const double middle = static_cast<double>(sample + block_samples / 2);
+      block.grazing_rad = std::asin(std::min(static_cast<double>(begin) / middle, 1.0));
+      for (std::size_t i = 0; i < range_lags.size(); ++i)
+        block.range_correlation[i] = correlation(line, side, ping, sample, block, 0, range_lags[i]);
+      for (std::size_t i = 0; i < track_lags.size(); ++i)
+        block.track_correlation[i] = correlation(line, side, ping, sample, block, track_lags[i], 0);
+      blocks.push_back(block);
+    }
+  }
+  return blocks;
+}
+
+/// What both sides of some pings are made of.
+struct Samples {
+  std::vector<Block> blocks;
+  std::array<Mean, 18> power_by_grazing;  // of 5 degrees each
+  std::array<Mean, 10> power_by_range;    // tenths of the range
+  Mean bed_power;
+  std::vector<double> column;    // amplitudes of the water column
+  std::vector<double> first_m;   // range of the first return, by ping and side
+  std::vector<double> wander_m;  // its distance from the mean of the pings around
+  std::vector<double> overshoot_db;
+  std::vector<double> row_brightness;  // the bed's mean over that of the pings around
+  std::size_t clipped = 0, all = 0;
+};
+
+/// A value over the mean of those within 10 places, 1 place excluded at the ends.
+template <class F>
+void over_neighbours(const std::vector<double>& values, F&& take) {
+  constexpr std::size_t reach = 10;
+  for (std::size_t i = reach; i + reach < values.size(); ++i) {
+    double mean = 0.0;
+    for (std::size_t k = i - reach; k <= i + reach; ++k) mean += values[k] / (2.0 * reach + 1.0);
+    take(values[i], mean);
+  }
+}
+
+void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_t end,
+              float full_scale, Samples& to) {
+  const std::vector<std::size_t> bed = find_bed(line, side);
+  const std::vector<Block> blocks = blocks_of(line, side, bed, first, end);
+  to.blocks.insert(to.blocks.end(), blocks.begin(), blocks.end());
+  std::vector<double> first_m, brightness;
+  for (std::size_t ping = first; ping < end; ++ping) {
+    const std::span<const float> row = line.row(side, ping);
+    const std::size_t begin = bed[ping];
+    if (begin >= line.samples) continue;
+    double sum = 0.0;
+    for (std::size_t k = begin; k < line.samples; ++k) {
+      const double power = double(row[k]) * row[k];
+      const double grazing =
+          std::asin(static_cast<double>(begin) / static_cast<double>(std::max(k, std::size_t{1})));
+      to.power_by_grazing[std::min<std::size_t>(static_cast<std::size_t>(grazing / degree / 5.0),
+                                                17)]
+          .add(power);
+      to.power_by_range[10 * k / line.samples].add(power);
+      to.bed_power.add(power);
+      to.clipped += row[k] >= full_scale;
+      ++to.all;
+      sum += row[k];
+    }
+    brightness.push_back(sum / static_cast<double>(line.samples - begin));
+    // Beyond the transmit burst, and clear of the first return.
+    for (std::size_t k = begin / 3; k + begin / 10 + 3 < begin; ++k) to.column.push_back(row[k]);
+    const double sample_m = line.pings[ping].range_m / static_cast<double>(line.samples);
+    first_m.push_back(static_cast<double>(begin) * sample_m);
+    if (begin + begin / 2 + 8 < line.samples) {
+      double near = 0.0, far = 0.0;
+      for (std::size_t k = 0; k < 8; ++k) {
+        near = std::max(near, double(row[begin + k]));
+        far += row[begin + begin / 2 + k] / 8.0;
+      }
+      if (near > 0.0 && far > 0.0) to.overshoot_db.push_back(db_of(near / far));
+    }
+  }
+  to.first_m.insert(to.first_m.end(), first_m.begin(), first_m.end());
+  over_neighbours(first_m, [&](double value, double mean) {
+    if (value > 0.0) to.wander_m.push_back(std::abs(value - mean));
+  });
+  over_neighbours(brightness, [&](double value, double mean) {
+    if (mean > 0.0) to.row_brightness.push_back(std::abs(value / mean - 1.0));
+  });
+}
+
+/// Median of a number of the blocks whose grazing angle lies between two, degrees.
+template <class F>
+double of_blocks(const Samples& samples, double low_deg, double high_deg, F&& number) {
+  std::vector<double> values;
+  for (const Block& block : samples.blocks)
+    if (block.grazing_rad >= low_deg * degree && block.grazing_rad < high_deg * degree)
+      values.push_back(number(block));
+  return median(std::move(values));
+}
+
+}  // namespace
+
+std::vector<std::size_t> find_bed(const RecordedLine& line, Side side) {
+  std::vector<std::size_t> bed(line.pings.size(), line.samples);
+  Smooth smooth(line, side);
+  for (std::size_t ping = 0; ping < bed.size(); ++ping) {
+    const std::span<const double> row = smooth.row(ping);
+    // The darkest tenth before the far half is water, unless there is none: then all is bed.
+    const std::vector<double> before(row.begin(), row.begin() + std::ssize(row) / 2);
+    const double water = quantile(before, 0.1, 10);
+    const double level =
+        quantile(std::vector<double>(row.begin() + std::ssize(row) / 4, row.end()), 0.5, 10);
+    if (!(level > 0.0)) continue;
+    const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
+    std::size_t k = 2;
+    while (k < row.size() && row[k] >= threshold) ++k;  // the transmit burst
+    constexpr std::size_t lasting = 8;
+    for (std::size_t above = 0; k < row.size() && above < lasting; ++k)
+      above = row[k] >= threshold ? above + 1 : 0;
+    bed[ping] = k < row.size() ? k - lasting : 0;
+  }
+  return bed;
+}
+
+std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
+                                           std::size_t end) {
+  Samples samples;
+  float full_scale = 0.0f;
+  for (const Side side : {Side::port, Side::starboard})
+    for (const float value : line.side(side)) full_scale = std::max(full_scale, value);
+  for (const Side side : {Side::port, Side::starboard})
+    if (!line.side(side).empty()) add_side(line, side, first, end, full_scale, samples);
+
+  std::vector<LineStatistic> all;
+  const auto add = [&](std::string name, double value) { all.push_back({std::move(name), value}); };
+  const double bed_power = samples.bed_power.value();
+  const auto level = [&](const Mean& power) {
+    return 10.0 * std::log10(power.value() / bed_power);
+  };
+  for (std::size_t i = 1; i < 16; ++i)
+    add(fmt::format("level_at_{}_to_{}_deg_db", 5 * i, 5 * i + 5),
+        level(samples.power_by_grazing[i]));
+  for (std::size_t i = 0; i < samples.power_by_range.size(); ++i)
+    add(fmt::format("level_at_{}_to_{}_percent_of_range_db", 10 * i, 10 * i + 10),
+        level(samples.power_by_range[i]));
+  for (const auto& [low, high] : {std::pair{8, 14}, {14, 20}, {20, 40}, {40, 70}}) {
+    const auto name = [&](std::string_view what) {
+      return fmt::format("{}_at_{}_to_{}_deg", what, low, high);
+    };
+    const auto number = [&](auto value) { return of_blocks(samples, low, high, value); };
+    add(name("contrast"), number([](const Block& b) { return std::sqrt(b.variance) / b.mean; }));
+    add(name("skew"), number([](const Block& b) { return b.skew; }));
+    add(name("kurtosis"), number([](const Block& b) { return b.kurtosis; }));
+    double bright = 0.0, blocks = 0.0;
+    for (const Block& block : samples.blocks)
+      if (block.grazing_rad >= low * degree && block.grazing_rad < high * degree) {
+        bright += static_cast<double>(block.bright);
+        blocks += 1.0;
+      }
+    add(name("bright_per_10000"),
+        blocks < fewest ? unknown : 1e4 * bright / (blocks * block_pings * block_samples));
+  }
+  for (std::size_t i = 0; i < range_lags.size(); ++i)
+    add(fmt::format("range_correlation_{}", range_lags[i]),
+        of_blocks(samples, 8, 70, [i](const Block& b) { return b.range_correlation[i]; }));
+  for (std::size_t i = 0; i < track_lags.size(); ++i)
+    add(fmt::format("track_correlation_{}", track_lags[i]),
+        of_blocks(samples, 8, 70, [i](const Block& b) { return b.track_correlation[i]; }));
+  add("ping_brightness", 1.4826 * median(samples.row_brightness));  // sd of a normal distribution
+  const double column = median(samples.column);
+  add("column_over_bed_db", db_of(column / std::sqrt(bed_power)));
+  add("column_over_bed", column / std::sqrt(bed_power));
+  add("first_return_m", median(samples.first_m));
+  add("first_return_wander_m", 1.4826 * median(samples.wander_m));
+  add("first_return_overshoot_db", median(samples.overshoot_db));
+  add("clipped_share", samples.all < fewest ? unknown
+                                            : static_cast<double>(samples.clipped) /
+                                                  static_cast<double>(samples.all));
+  return all;
+}
+
+double ComparedStatistic::ratio() const { return std::abs(b - a) / spread; }
+
+std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b) {
+  const std::size_t pings = a.pings.size(), half = pings / 2;
+  const std::vector<LineStatistic> of_a = line_statistics(a, 0, pings),
+                                   first = line_statistics(a, 0, half),
+                                   second = line_statistics(a, half, pings),
+                                   of_b = line_statistics(b, 0, b.pings.size());
+  std::vector<ComparedStatistic> all;
+  for (std::size_t i = 0; i < of_a.size(); ++i)
+    all.push_back({.name = of_a[i].name,
+                   .a = of_a[i].value,
+                   .b = of_b[i].value,
+                   .spread = std::abs(first[i].value - second[i].value)});
+  return all;
+}
+
+}  // namespace ensonify::engine

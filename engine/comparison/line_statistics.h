@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/recording/recorded_line.h>
+
+namespace ensonify::engine {
+
+/// One number that says how a line looks.
+struct LineStatistic {
+  std::string name;  ///< with its unit
+  double value;      ///< NaN: the line cannot tell
+};
+
+/// The statistics of pings [first, end) of a line, always the same names in the same order. They
+/// do not depend on the recorder's scale. Amplitudes are as recorded; levels are 20 log10 of them.
+///
+/// The bed begins, in each ping of each side, at the first sample that stays above the geometric
+/// mean of the water column and the bed (find_bed()). Grazing angles are those of a level bed
+/// there: asin(range of the first return / range). Blocks are 8 pings x 16 samples of the bed; the
+/// local mean of a sample is that of its block, and a correlation is between samples of one block,
+/// about its mean. Medians over blocks are robust against objects and shadows.
+std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
+                                           std::size_t end);
+
+/// By ping: the first sample of the bed; line.samples where there is none. Pings of one side.
+std::vector<std::size_t> find_bed(const RecordedLine& line, Side side);
+
+/// A statistic of two lines beside the first one's own spread.
+struct ComparedStatistic {
+  std::string name;
+  double a, b;
+  double spread;  ///< between the halves of A's pings
+  /// |b - a| over the spread; NaN if one of them is unknown.
+  double ratio() const;
+};
+std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,145 @@
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "support/catch.h"
+#include "support/data.h"
+
+#include <ensonify/engine/comparison/line_source.h>
+#include <ensonify/engine/comparison/line_statistics.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr std::size_t pings = 400, samples = 600;
+
+std::size_t altitude_samples(std::size_t ping) { return 50 + ping / 20; }
+
+/// A level bed of this amplitude under a water column of 1/50 of it, both with Rayleigh speckle;
+/// K-distributed of this shape where it is given: the bed's power is multiplied by gamma numbers.
+RecordedLine speckled_line(double shape = 0.0, double amplitude = 1000.0) {
+  std::mt19937 random(7);
+  std::exponential_distribution<double> power;
+  std::gamma_distribution<double> texture(shape > 0.0 ? shape : 1.0);
+  RecordedLine line{.samples = samples};
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    line.pings.push_back({.number = ping, .range_m = 60.0, .samples = samples});
+    for (std::vector<float>* side : {&line.port, &line.starboard})
+      for (std::size_t k = 0; k < samples; ++k) {
+        const bool water = k < altitude_samples(ping);
+        const double mean_power = amplitude * amplitude * (water ? 4e-4 : 1.0);
+        const double factor = !water && shape > 0.0 ? texture(random) / shape : 1.0;
+        side->push_back(static_cast<float>(std::sqrt(mean_power * factor * power(random))));
+      }
+  }
+  return line;
+}
+
+std::map<std::string, double> numbers_of(const RecordedLine& line) {
+  std::map<std::string, double> numbers;
+  for (const LineStatistic& one : line_statistics(line, 0, line.pings.size()))
+    numbers[one.name] = one.value;
+  return numbers;
+}
+
+}  // namespace
+
+TEST_CASE("the bed of a line begins where the first return is") {
+  const RecordedLine line = speckled_line();
+  for (const Side side : {Side::port, Side::starboard}) {
+    const std::vector<std::size_t> bed = find_bed(line, side);
+    for (std::size_t ping = 0; ping < pings; ++ping) {
+      CAPTURE(ping);
+      CHECK(std::abs(static_cast<double>(bed[ping]) -
+                     static_cast<double>(altitude_samples(ping))) <= 3.0);
+    }
+  }
+  // Without water in front, all is bed; without an echo, nothing.
+  RecordedLine all = line;
+  for (float& value : all.port) value = 500.0f;
+  CHECK(find_bed(all, Side::port)[9] == 0);
+  for (float& value : all.port) value = 0.0f;
+  CHECK(find_bed(all, Side::port)[9] == samples);
+}
+
+TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distribution") {
+  const std::map<std::string, double> found = numbers_of(speckled_line());
+  // Of 128 samples about their own mean: sd / mean is 0.5227 for many, 0.3 % less for 128; medians
+  // of skew (0.631) and excess kurtosis (0.245) are lower, because few samples reach the tail.
+  CHECK(found.at("contrast_at_8_to_14_deg") == Approx(0.5227).epsilon(0.01));
+  CHECK(found.at("contrast_at_14_to_20_deg") == Approx(0.5227).epsilon(0.01));
+  CHECK(found.at("skew_at_8_to_14_deg") == Approx(0.60).margin(0.05));
+  CHECK(found.at("kurtosis_at_8_to_14_deg") == Approx(0.1).margin(0.15));
+  // P(amplitude > 4 means) = exp(-16 pi / 4) = 3.5e-6.
+  CHECK(found.at("bright_per_10000_at_8_to_14_deg") < 1.0);
+  for (const int lag : {1, 2, 4, 8})  // -1 / 128: about the block's own mean
+    CHECK(found.at("range_correlation_" + std::to_string(lag)) == Approx(-1.0 / 128).margin(0.01));
+  for (const int lag : {1, 2, 4})
+    CHECK(found.at("track_correlation_" + std::to_string(lag)) == Approx(-1.0 / 128).margin(0.01));
+  for (int low = 10; low < 60; low += 5)
+    CHECK(found.at("level_at_" + std::to_string(low) + "_to_" + std::to_string(low + 5) +
+                   "_deg_db") == Approx(0.0).margin(0.1));
+  CHECK(found.at("level_at_50_to_60_percent_of_range_db") == Approx(0.0).margin(0.1));
+  // Median over rms of Rayleigh amplitudes: sqrt(ln 2); the column is 1/50 of the bed.
+  CHECK(found.at("column_over_bed") == Approx(std::sqrt(std::log(2.0)) / 50.0).epsilon(0.02));
+  // The sd of a mean of some 540 samples.
+  CHECK(found.at("ping_brightness") == Approx(0.5227 / std::sqrt(540.0)).epsilon(0.15));
+  CHECK(found.at("first_return_m") == Approx(0.1 * 60.0).margin(0.2));
+  CHECK(found.at("first_return_wander_m") < 0.1);
+}
+
+TEST_CASE("statistics tell texture, correlation and clipping from speckle") {
+  // K distribution: <I^2> / <I>^2 = 2 (1 + 1/n), and sd / mean of the amplitude is 0.703 for n
+  // = 1.6 (Abraham and Lyons, IEEE JOE 27, 800, 2002).
+  const std::map<std::string, double> textured = numbers_of(speckled_line(1.6));
+  CHECK(textured.at("contrast_at_8_to_14_deg") == Approx(0.70).margin(0.02));
+  CHECK(textured.at("bright_per_10000_at_8_to_14_deg") > 5.0);
+
+  RecordedLine smooth = speckled_line();
+  const std::vector<float> white = smooth.starboard;
+  for (std::size_t i = 0; i + 1 < white.size(); ++i)
+    smooth.starboard[i] = 0.5f * (white[i] + white[i + 1]);
+  smooth.port.clear();
+  const std::map<std::string, double> correlated = numbers_of(smooth);
+  CHECK(correlated.at("range_correlation_1") == Approx(0.5).margin(0.02));
+  CHECK(correlated.at("range_correlation_2") == Approx(0.0).margin(0.02));
+
+  RecordedLine clipped = speckled_line();
+  for (std::vector<float>* side : {&clipped.port, &clipped.starboard})
+    for (float& value : *side) value = std::min(value, 1517.43f);  // a tenth of them: sqrt(ln 10)
+  CHECK(numbers_of(clipped).at("clipped_share") == Approx(0.1).margin(0.005));
+}
+
+TEST_CASE("a recorder's scale changes no statistic, and a line equals itself") {
+  const RecordedLine line = speckled_line(), louder = speckled_line(0.0, 4000.0);
+  for (const ComparedStatistic& one : compare_lines(line, louder)) {
+    CAPTURE(one.name);
+    CHECK((std::isnan(one.a) == std::isnan(one.b)));
+    if (!std::isnan(one.a)) CHECK(one.b == Approx(one.a).epsilon(1e-4).margin(1e-4));
+  }
+}
+
+TEST_CASE("a line too short to tell gives unknown numbers") {
+  RecordedLine line{.samples = 10};
+  line.pings.push_back({.samples = 10});
+  line.port.assign(10, 1.0f);
+  for (const LineStatistic& one : line_statistics(line, 0, 1)) {
+    CAPTURE(one.name);
+    CHECK(std::isnan(one.value));
+  }
+}
+
+TEST_CASE("a real recording has the statistics that were measured on it by hand") {
+  const auto file = tests::data_file("sidescan/scotsman-iver2.xtf");
+  if (!file) {
+    WARN("skipped: the recording is not there");
+    return;
+  }
+  const std::map<std::string, double> found = numbers_of(read_line(*file, ""));
+  CHECK(found.at("contrast_at_8_to_14_deg") > 0.52);
+  CHECK(found.at("contrast_at_8_to_14_deg") < 0.66);
+  CHECK(found.at("column_over_bed_db") == Approx(-34.0).margin(2.0));
+  CHECK(found.at("clipped_share") == Approx(0.024).margin(0.005));
+}

@@ -1,0 +1,74 @@
+// `ensonify compare`, and a run's recording read back.
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "support/catch.h"
+#include "support/program.h"
+
+using namespace ensonify::tests;
+
+namespace {
+
+const std::string scene = R"(version = 1
+[seafloor]
+extent_east_m = 80
+extent_north_m = 60
+cell_m = 0.5
+[track]
+pings = 120
+[sonar.left-right]
+range_m = 30
+bins = 300
+elevations = 512
+[output]
+xtf = true
+jsf = true
+)";
+
+}  // namespace
+
+TEST_CASE("a run and its recordings have the same statistics") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  for (const std::string file : {"a/left-right.xtf", "a/left-right.jsf"}) {
+    const Outcome same = run_program(
+        folder.path(), {"compare", "a", file, "--json", "--limit", "0.001", "--html", "page.html"});
+    CAPTURE(file, same.err);
+    CHECK(same.code == 0);
+    const nlohmann::json statistics = nlohmann::json::parse(same.out)["statistics"];
+    CHECK(statistics.size() > 50);
+    CHECK(statistics["contrast_at_20_to_40_deg"]["a"].is_number());
+    for (const auto& [name, one] : statistics.items()) {
+      CAPTURE(name);
+      // JSF has the time between samples in whole nanoseconds.
+      if (one["a"].is_number())
+        CHECK(one["b"].get<double>() == Approx(one["a"].get<double>()).epsilon(1e-5));
+      else
+        CHECK(one["b"].is_null());
+    }
+  }
+  CHECK(read_text(folder / "page.html").find("data:image/png;base64,iVBOR") != std::string::npos);
+}
+
+TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it cannot read") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "b", "--quiet", "-D",
+                                      "sonar.left-right.ping_mean=0.5"})
+              .code == 0);
+  const Outcome beyond = run_program(folder.path(), {"compare", "a", "b", "--limit", "0.001"});
+  CHECK(beyond.code == 1);
+  CHECK(beyond.err.find("differ by more than 0.001 times the spread of a") != std::string::npos);
+  CHECK(beyond.out.find("statistic,a,b,spread_of_a,ratio\n") == 0);
+  CHECK(run_program(folder.path(), {"compare", "a", "s.toml"}).code == 2);
+  CHECK(run_program(folder.path(), {"compare", "a", "nowhere"}).code == 2);
+  CHECK(run_program(folder.path(), {"compare", "a", "a/left-right.xtf", "--sonar-b", "2"}).code ==
+        2);
+  CHECK(run_program(folder.path(), {"compare", "a", "b", "--sonar-a", "x"}).code == 2);
+}
