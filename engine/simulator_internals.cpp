@@ -59,6 +59,10 @@ const PreparedSeafloor& SimulatorInternals::prepared(const Simulator& simulator)
   return *simulator.ready_->prepared;
 }
 
+std::shared_ptr<const Intersector> SimulatorInternals::whole(const Simulator& simulator) {
+  return simulator.ready_->parts.whole;
+}
+
 std::string_view SimulatorInternals::code_path(const Simulator& simulator) {
   return simulator.ready_->code_path;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
+#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/trace/ray_fan.h>
 #include <ensonify/engine/trace/refraction/refracted_tracer.h>
 #include <ensonify/refine/spare_threads.h>
@@ -52,6 +54,8 @@ struct SimulatorInternals {
 
   /// How the seafloor was made.
   static const PreparedSeafloor& prepared(const Simulator& simulator);
+  /// The intersector over all faces; null unless the face source is `static`.
+  static std::shared_ptr<const Intersector> whole(const Simulator& simulator);
   /// What the intersector's last bits depend on.
   static std::string_view code_path(const Simulator& simulator);
 

@@ -128,14 +128,17 @@ void check(const Arguments& arguments) {
                         .memory = arguments.memory};
 
   Clock::time_point start = Clock::now();
-  // The reference mesh is made from the scene, not from its analysis, which is checked as well.
-  scene.run.surface = "static";
-  Simulator simulator(scene, how);
+  // The reference mesh is made from the scene, not from its analysis, which is checked as well. The
+  // tree over it is the reference: a second one, of the scene's intersector, would only take
+  // memory.
+  Scene of_mesh = scene;
+  of_mesh.run.surface = "static";
+  of_mesh.run.intersector = reference_name;
+  Simulator simulator(of_mesh, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
+  const std::shared_ptr<const Intersector> reference = SimulatorInternals::whole(simulator);
   scene.run.surface = "refined";
   const auto analysed = prepare_seafloor(scene, how);
-  progress->report("trees", 0, 1);
-  const std::shared_ptr<const Intersector> reference = make_intersector(reference_name, mesh);
   const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
   const std::uint64_t scene_rays = rays_of(blocks);  // may be more than requested: blocks are whole
   const Refraction refraction = refraction_of(simulator, blocks);

@@ -129,8 +129,8 @@ class Comparison {
     return std::span(block).first(std::min(body_pings, block.size()));
   }
 
-  void make(std::optional<CandidateWorker>& worker) const {
-    worker.emplace(judge_, reference_, candidates_, options_.heights);
+  void make(std::optional<CandidateWorker>& worker) {
+    worker.emplace(judge_, reference_, candidates_, options_.heights, large_);
   }
 
   /// Returns one count for each candidate.
@@ -202,6 +202,7 @@ class Comparison {
   /// Pings with bodies in the water, which are added, moved before every second ping, and removed.
   std::uint64_t compare_bodies(const Item& item, CandidateWorker& worker,
                                std::span<AgreementCounts> tallies) {
+    const std::lock_guard lock(large_);
     worker.reset();
     std::uint64_t rays = 0;
     const std::span<const std::vector<RayFan>> pings = pings_of(item);
@@ -233,6 +234,7 @@ class Comparison {
   AdversarialRays aimed_;
   BentReference bent_;
   std::vector<Item> items_;
+  std::mutex large_;  // see CandidateWorker
   std::vector<std::optional<CandidateWorker>> workers_;
   std::mutex progress_mutex_;
   AgreementProgress progress_;

@@ -31,8 +31,12 @@ std::uint64_t first_turn(std::uint64_t number, std::uint64_t every) {
 
 CandidateWorker::CandidateWorker(const Judge& judge, const Intersector& reference,
                                  std::span<const Candidate> candidates,
-                                 std::span<const HeightCandidate> heights)
-    : judge_(judge), reference_(reference), candidates_(candidates), hits_(candidates.size()) {
+                                 std::span<const HeightCandidate> heights, std::mutex& large)
+    : judge_(judge),
+      reference_(reference),
+      large_(large),
+      candidates_(candidates),
+      hits_(candidates.size()) {
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     const Candidate& candidate = candidates[c];
     surfaces_.push_back(candidate.make());
@@ -82,9 +86,16 @@ void CandidateWorker::compare_fan(const RayFan& fan, std::uint64_t number,
   const std::span<const RayFan> fans(&fan, 1);
   ask(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    const auto temporary = candidates_[c].has_every_face ? nullptr : candidates_[c].make();
-    FacesWithBodies& surface = temporary ? *temporary : *surfaces_[c];
-    compare_candidate(c, surface, surface.prepare(fans), fans, number, comparisons_[c], tallies[c]);
+    const auto compare_on = [&](FaceSource& surface) {
+      compare_candidate(c, surface, surface.prepare(fans), fans, number, comparisons_[c],
+                        tallies[c]);
+    };
+    if (candidates_[c].has_every_face) {
+      compare_on(*surfaces_[c]);
+    } else {
+      const std::lock_guard lock(large_);
+      compare_on(*candidates_[c].make());
+    }
   }
 }
 
@@ -186,8 +197,10 @@ void CandidateWorker::compare_with_bodies(std::span<const RayFan> fans, std::uin
 
 void CandidateWorker::remove_bodies() {
   bodies_.clear();
-  for (const auto& surface : surfaces_)
+  for (const auto& surface : surfaces_) {
     for (std::size_t body = surface->bodies(); body-- > 0;) surface->remove(body);
+    surface->prepare({});  // frees the joined faces
+  }
 }
 
 void CandidateWorker::compare_heights(std::span<const Ray> rays, std::size_t bed_faces,

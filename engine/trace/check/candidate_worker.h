@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,9 +47,11 @@ struct HeightCandidate {
 /// trace every n-th one.
 class CandidateWorker {
  public:
-  /// All must outlive this. `reference` is exact and answers lists of rays.
+  /// All must outlive this. `reference` is exact and answers lists of rays. A worker locks `large`
+  /// while it holds memory that may grow with the whole mesh, so that one at a time does.
   CandidateWorker(const Judge& judge, const Intersector& reference,
-                  std::span<const Candidate> candidates, std::span<const HeightCandidate> heights);
+                  std::span<const Candidate> candidates, std::span<const HeightCandidate> heights,
+                  std::mutex& large);
 
   /// The face sources forget earlier pings.
   void reset();
@@ -66,7 +69,9 @@ class CandidateWorker {
   void compare_list(std::span<const Ray> rays, std::uint64_t number,
                     std::span<AgreementCounts> tallies);
 
-  /// Puts tetrahedra at random places in the water; each call replaces those of the last one.
+  /// Puts tetrahedra at random places in the water; each call replaces those of the last one. The
+  /// caller locks `large` from the first call until remove_bodies() returns: face sources join
+  /// copies of their faces with the bodies.
   void put_bodies(std::span<const RayFan> fans, std::uint64_t seed, std::uint64_t number,
                   std::uint64_t ping);
   /// The fans of one ping, with the bodies. The reference has them and the faces near the fans in
@@ -94,6 +99,7 @@ class CandidateWorker {
 
   const Judge& judge_;
   const Intersector& reference_;
+  std::mutex& large_;
   std::span<const Candidate> candidates_;
   // By candidate.
   std::vector<std::unique_ptr<FacesWithBodies>> surfaces_;

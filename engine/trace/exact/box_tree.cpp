@@ -22,10 +22,7 @@ BoxLine::BoxLine(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction
   for (int axis = 0; axis < 3; ++axis) backwards_[axis] = std::signbit(direction[axis]);
 }
 
-void BoxTree::build(std::span<const Box> boxes) {
-  std::vector<Item> items;
-  items.reserve(boxes.size());
-  for (const Box& box : boxes) items.push_back({box, static_cast<std::uint32_t>(items.size())});
+void BoxTree::grow_over(std::span<Item> items) {
   forks_.clear();
   order_.clear();
   order_.reserve(items.size());

@@ -66,7 +66,15 @@ class BoxLine {
 /// their largest spread.
 class BoxTree {
  public:
-  void build(std::span<const Box> boxes);
+  /// Over boxes 0 to count - 1; `box_of` returns the box of a number.
+  template <class BoxOf>
+  void build(std::uint32_t count, BoxOf&& box_of) {
+    std::vector<Item> items;
+    items.reserve(count);
+    for (std::uint32_t number = 0; number < count; ++number)
+      items.push_back({box_of(number), number});
+    grow_over(items);
+  }
 
   /// Calls meet(number) for every box that the line cuts ahead of 0 and enters no farther than
   /// `limit`, which meet may lower. Nearer boxes come first, approximately.
@@ -111,6 +119,7 @@ class BoxTree {
     Box box;
     std::uint32_t number;
   };
+  void grow_over(std::span<Item> items);
   Branch grow(std::span<Item> items);
 
   Branch root_;

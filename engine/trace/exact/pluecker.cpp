@@ -10,9 +10,7 @@ class Pluecker final : public RayByRay {
  public:
   void build(refine::Triangles triangles) override {
     faces_.build(triangles);
-    std::vector<Box> boxes(faces_.count());
-    for (std::uint32_t face = 0; face < faces_.count(); ++face) boxes[face] = faces_.box(face);
-    tree_.build(boxes);
+    tree_.build(faces_.count(), [this](std::uint32_t face) { return faces_.box(face); });
   }
 
   std::string_view code_path() const override { return "portable"; }

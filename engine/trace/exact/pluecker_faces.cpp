@@ -66,11 +66,18 @@ void PlueckerFaces::build(refine::Triangles triangles) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });
   triangles_ = triangles;
-  edges_.clear();
   faces_.resize(triangles.faces.size());
-  for (const HalfEdge& half : half_edges) {
-    if (edges_.empty() || edges_.back().from != half.from || edges_.back().to != half.to)
-      edges_.push_back(edge_between(half.from, half.to));
+  const auto begins_edge = [&](std::size_t i) {
+    return i == 0 || half_edges[i - 1].from != half_edges[i].from ||
+           half_edges[i - 1].to != half_edges[i].to;
+  };
+  std::size_t edges = 0;
+  for (std::size_t i = 0; i < half_edges.size(); ++i) edges += begins_edge(i);
+  edges_.clear();
+  edges_.reserve(edges);
+  for (std::size_t i = 0; i < half_edges.size(); ++i) {
+    const HalfEdge& half = half_edges[i];
+    if (begins_edge(i)) edges_.push_back(edge_between(half.from, half.to));
     const auto edge = static_cast<std::uint32_t>(edges_.size() - 1);
     const bool against = triangles.faces[half.face][half.corner] != edges_.back().from;
     faces_[half.face][half.corner] = 2 * edge + against;

@@ -91,7 +91,10 @@ const Intersector& FacesWithBodies::prepare(std::span<const RayFan> fans) {
   }
   if (joined_) ++version_;  // other triangles, or only the fixed ones
   joined_ = !wanted_.empty();
-  if (!joined_) return fixed;
+  if (!joined_) {
+    if (bodies_.empty()) release();
+    return fixed;
+  }
   const bool moved =
       std::ranges::any_of(wanted_, [&](std::size_t body) { return bodies_[body].moved; });
   if (moved || wanted_ != in_tree_) gather();
@@ -141,6 +144,13 @@ void FacesWithBodies::join(const refine::Triangles& fixed) {
   all_numbers_.resize(joined_faces_);
   all_numbers_.insert(all_numbers_.end(), seen_numbers_.begin(), seen_numbers_.end());
   ++version_;
+}
+
+/// Frees the copy of the faces: most sessions have no bodies any more when their last is removed.
+void FacesWithBodies::release() {
+  all_ = {};
+  all_numbers_ = {};
+  joined_positions_ = joined_faces_ = 0;
 }
 
 refine::Triangles FacesWithBodies::triangles() const {

@@ -76,6 +76,7 @@ class FacesWithBodies final : public FaceSource {
 
   void gather();
   void join(const refine::Triangles& fixed);
+  void release();
 
   std::unique_ptr<FaceSource> fixed_;
   std::uint32_t fixed_faces_;

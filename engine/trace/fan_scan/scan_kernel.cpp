@@ -98,7 +98,7 @@ void find_blocks_here(ScanArgs& args) {
 // t = (N.a) / (N.d). At that point the weight of b is d.((c - a) x a) / (N.d), that of c is
 // d.(a x (b - a)) / (N.d), and a has the rest. All signs are chosen so that N.a >= 0.
 HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64_t first_candidate,
-                              std::int64_t place, const Corners& at) {
+                              std::int64_t place, M within, const Corners& at) {
   const V3 a = at.a, b = at.b, c = at.c;
   const V3 ab = b - a, ac = c - a, bc = c - b;
   const V zero = hn::Zero(d);
@@ -133,16 +133,12 @@ HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64
     hn::StoreInterleaved4(u.z, v.z, normal.z, zero, d, forms + 2 * step);
   }
   hn::StoreU(hn::IfThenElse(apart, zero, hn::Set(d, 1.0)), d, &batch.sees_origin[0] + place);
-  batch.through_origin |= !hn::AllTrue(d, apart);
+  batch.through_origin |= !hn::AllTrue(d, hn::Or(apart, hn::Not(within)));
   const V3 scaled = inverse * normal;
   float* planes = &batch.planes[0] + place;
   hn::StoreU(hn::DemoteTo(df, scaled.x), df, planes);
   hn::StoreU(hn::DemoteTo(df, scaled.y), df, planes + batch_room);
   hn::StoreU(hn::DemoteTo(df, scaled.z), df, planes + 2 * batch_room);
-  double* precise = &batch.precise_planes[0] + place;
-  hn::StoreU(scaled.x, d, precise);
-  hn::StoreU(scaled.y, d, precise + batch_room);
-  hn::StoreU(scaled.z, d, precise + 2 * batch_room);
 
   // No point of the face is farther than its farthest corner, or nearer than that corner's distance
   // minus the longest edge.
@@ -261,8 +257,8 @@ HWY_INLINE void cross_faces(const ScanArgs& args, const Frame& frame, ScanBatch&
   };
   const Corners at{corner(0), corner(1), corner(2)};
   const V3 a = at.a, b = at.b, c = at.c;
-  prepare_faces(args, batch, first_candidate, place, at);
   const M within = hn::FirstN(d, static_cast<std::size_t>(batch.count - place));
+  prepare_faces(args, batch, first_candidate, place, within, at);
   const V places = hn::BitCast(d, hn::Add(hn::Iota(di, 0), hn::Set(di, place)));
   const auto tangents = [&](std::int64_t row) HWY_ATTR {
     return promoted(&batch.rows[0] + row * batch_room + place);
@@ -353,13 +349,17 @@ HWY_INLINE void find_below(const ScanArgs& args, V p_order, V q_order, hn::Vec<I
 struct Claim {
   float x, y, least, greatest;
   std::uint32_t candidate;
-  const double* on_edge;  // normal over distance in double where float is not enough, else null
+  bool on_edge;  // float is not enough for 1 / t
 };
 
-// 1 / t of a face's plane on a ray in double, from the face's corners. Hits and runs share this one
-// computation.
-HWY_INLINE double precise_nearness(const ScanArgs& args, std::uint32_t candidate,
-                                   std::int64_t plane, std::int64_t ray) {
+// The same in double: 1 / t = (level cos(elevation) + pole sin(elevation)) / distance.
+struct PreciseClaim {
+  double level, pole, distance, least, greatest;
+};
+
+// From the face's corners. Hits and runs share this one computation.
+HWY_NOINLINE PreciseClaim precise_claim(const ScanArgs& args, std::uint32_t candidate,
+                                        std::int64_t plane) {
   const std::int64_t index = args.index[candidate];
   const float* rows =
       args.block_rows + index / block_faces * block_rows * block_faces + index % block_faces;
@@ -379,7 +379,8 @@ HWY_INLINE double precise_nearness(const ScanArgs& args, std::uint32_t candidate
     distance += normal[i] * a[i];
     size += std::fabs(normal[i]);
   }
-  if (!(std::fabs(distance) > in_the_plane * size)) return nearest_of_all;
+  if (!(std::fabs(distance) > in_the_plane * size))
+    return {0.0, 0.0, 1.0, nearest_of_all, nearest_of_all};
   for (std::int64_t k = 0; k < 3; ++k) {
     double corner2 = 0.0, edge2 = 0.0;
     for (std::int64_t i = 0; i < 3; ++i) {
@@ -390,27 +391,55 @@ HWY_INLINE double precise_nearness(const ScanArgs& args, std::uint32_t candidate
     far2 = far2 > corner2 ? far2 : corner2;
     longest2 = longest2 > edge2 ? longest2 : edge2;
   }
-  const double level = normal[0] * args.sin_azimuth[plane] + normal[1] * args.cos_azimuth[plane];
-  const double facing = level * args.cos_elevation[ray] + normal[2] * args.sin_elevation[ray];
   const double far = std::sqrt(far2), near = far - std::sqrt(longest2);
-  const double within = facing / distance > 1.0 / far ? facing / distance : 1.0 / far;
-  return near > 0.0 && within > 1.0 / near ? 1.0 / near : within;
+  return {normal[0] * args.sin_azimuth[plane] + normal[1] * args.cos_azimuth[plane], normal[2],
+          distance, 1.0 / far, near > 0.0 ? 1.0 / near : std::numeric_limits<double>::infinity()};
 }
 
-// Whether a face is nearer on a ray than another, where float cannot decide. At equal distance the
-// lowest number wins, then the first.
-HWY_NOINLINE bool nearer(const ScanArgs& args, std::uint32_t candidate, std::uint32_t than,
-                         std::int64_t plane, std::int64_t ray) {
-  const double one = precise_nearness(args, candidate, plane, ray);
-  const double other = precise_nearness(args, than, plane, ray);
+// 1 / t on a ray.
+HWY_INLINE double nearness_on(const ScanArgs& args, const PreciseClaim& face, std::int64_t ray) {
+  const double facing = face.level * args.cos_elevation[ray] + face.pole * args.sin_elevation[ray];
+  const double plain = facing / face.distance;
+  const double within = plain > face.least ? plain : face.least;
+  return within < face.greatest ? within : face.greatest;
+}
+
+// Whether a face is nearer on a ray than another. At equal distance the lowest number wins, then
+// the first.
+HWY_INLINE bool nearer(const ScanArgs& args, const PreciseClaim& face, std::uint32_t candidate,
+                       std::uint32_t than, std::int64_t plane, std::int64_t ray) {
+  const double one = nearness_on(args, face, ray);
+  const double other = nearness_on(args, precise_claim(args, than, plane), ray);
   if (one != other) return one > other;
   const std::uint32_t i = args.index[candidate], j = args.index[than];
   if (!args.numbers || args.numbers[i] == args.numbers[j]) return i < j;
   return args.numbers[i] < args.numbers[j];
 }
 
-// The face claims those of rays [from, until) of a plane to which it is nearer than all before it.
-template <bool on_edge>
+// The face claims those of rays [from, until) of a plane to which it is nearer than all before it,
+// decided in double where float is not enough. It is called rarely and is a function of its own, so
+// that claim_row keeps its values in registers.
+HWY_NOINLINE void claim_carefully(const ScanArgs& args, std::int64_t plane, std::int64_t from,
+                                  std::int64_t until, Claim face) {
+  const PreciseClaim precise = precise_claim(args, face.candidate, plane);
+  float* nearness = args.nearness + plane * args.stride;
+  std::uint32_t* nearest = args.nearest + plane * args.stride;
+  for (std::int64_t j = from; j < until; ++j) {
+    const float plain = face.on_edge ? static_cast<float>(nearness_on(args, precise, j))
+                                     : std::fma(face.x, args.cos_elevation_rounded[j],
+                                                face.y * args.sin_elevation_rounded[j]);
+    const float within = plain > face.least ? plain : face.least;
+    const float w = within < face.greatest ? within : face.greatest;
+    if (w * surely_nearer > nearness[j] ||
+        (w * maybe_nearer > nearness[j] &&
+         nearer(args, precise, face.candidate, nearest[j], plane, j))) {
+      nearness[j] = w;
+      nearest[j] = face.candidate;
+    }
+  }
+}
+
+// The same, decided in float until a ray needs double.
 HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                           std::int64_t until, const Claim& face) {
   constexpr F f;
@@ -422,22 +451,9 @@ HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t
   const auto least = hn::Set(f, face.least), greatest = hn::Set(f, face.greatest);
   const auto candidate = hn::Set(u, face.candidate);
   for (std::int64_t j = from; j < until; j += width) {
-    const auto plain = [&]() HWY_ATTR {
-      if constexpr (on_edge) {
-        const double level = face.on_edge[0] * args.sin_azimuth[plane] +
-                             face.on_edge[batch_room] * args.cos_azimuth[plane];
-        const double pole = face.on_edge[2 * batch_room];
-        float in_double[width] = {};
-        for (std::int64_t i = 0; i < width && j + i < until; ++i)
-          in_double[i] = static_cast<float>(level * args.cos_elevation[j + i] +
-                                            pole * args.sin_elevation[j + i]);
-        return hn::LoadU(f, in_double);
-      } else {
-        const auto cosine = hn::LoadU(f, args.cos_elevation_rounded + j);
-        const auto sine = hn::LoadU(f, args.sin_elevation_rounded + j);
-        return fma(f, x, cosine, hn::Mul(y, sine));
-      }
-    }();
+    const auto cosine = hn::LoadU(f, args.cos_elevation_rounded + j);
+    const auto sine = hn::LoadU(f, args.sin_elevation_rounded + j);
+    const auto plain = fma(f, x, cosine, hn::Mul(y, sine));
     // `old` arrives late, because the last face's store wrote it: everything that does not need it
     // is computed first.
     const auto within = hn::FirstN(f, static_cast<std::size_t>(until - j));
@@ -445,43 +461,30 @@ HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t
     const auto surely = hn::Mul(w, hn::Set(f, surely_nearer));
     const auto perhaps = hn::Mul(w, hn::Set(f, maybe_nearer));
     const auto old = hn::LoadU(f, nearness + j);
-    auto wins = hn::Gt(surely, old);
-    const auto unsure = hn::AndNot(wins, hn::Gt(perhaps, old));
-    if (HWY_UNLIKELY(!hn::AllFalse(f, unsure))) {
-      std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(f, unsure, bits);
-      for (std::int64_t i = 0; i < width; ++i)
-        if ((bits[i / 8] >> i % 8 & 1) &&
-            !nearer(args, face.candidate, nearest[j + i], plane, j + i))
-          bits[i / 8] &= static_cast<std::uint8_t>(~(1 << i % 8));
-      wins = hn::Or(wins, hn::LoadMaskBits(f, bits));
-    }
+    const auto wins = hn::Gt(surely, old);
+    if (HWY_UNLIKELY(!hn::AllFalse(f, hn::AndNot(wins, hn::Gt(perhaps, old)))))
+      return claim_carefully(args, plane, j, until, face);
     hn::StoreU(hn::IfThenElse(wins, w, old), f, nearness + j);
     hn::StoreU(hn::IfThenElse(hn::RebindMask(u, wins), candidate, hn::LoadU(u, nearest + j)), u,
                nearest + j);
   }
 }
 
-HWY_NOINLINE void claim_rays_on_edge(const ScanArgs& args, std::int64_t plane, std::int64_t from,
-                                     std::int64_t until, const Claim& face) {
-  const std::int64_t first = args.left_out_from[plane], last = args.left_out_until[plane];
-  if (from < first) claim_row<true>(args, plane, from, until < first ? until : first, face);
-  if (until > last) claim_row<true>(args, plane, from > last ? from : last, until, face);
-}
-
 // Claims rays [from, until) except those outside the beam.
 HWY_INLINE void claim_rays(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                            std::int64_t until, const Claim& face) {
   const std::int64_t first = args.left_out_from[plane], last = args.left_out_until[plane];
-  if (HWY_UNLIKELY(face.on_edge != nullptr))
-    return claim_rays_on_edge(args, plane, from, until, face);
-  if (from < first) claim_row<false>(args, plane, from, until < first ? until : first, face);
-  if (until > last) claim_row<false>(args, plane, from > last ? from : last, until, face);
+  const auto claim = [&](std::int64_t begin, std::int64_t end) HWY_ATTR {
+    if (HWY_UNLIKELY(face.on_edge)) return claim_carefully(args, plane, begin, end, face);
+    claim_row(args, plane, begin, end, face);
+  };
+  if (from < first) claim(from, until < first ? until : first);
+  if (until > last) claim(from > last ? from : last, until);
 }
 
 // A face that goes through the origin meets all of a plane's rays there, except those in its plane.
-HWY_INLINE void claim_at_origin(const ScanArgs& args, std::int64_t plane, double order_in_face,
-                                Claim face) {
+HWY_NOINLINE void claim_at_origin(const ScanArgs& args, std::int64_t plane, double order_in_face,
+                                  Claim face) {
   face.least = face.greatest = nearest_of_all;
   const double* order = args.ascending + 1;
   std::int64_t below = 0;
@@ -504,7 +507,7 @@ HWY_INLINE Claim claim_of(const ScanArgs& args, const ScanBatch& batch, std::int
           std::fabs(least),
           face[4 * batch_room],
           static_cast<std::uint32_t>(first_candidate + place),
-          least < 0.0f ? &batch.precise_planes[0] + place : nullptr};
+          least < 0.0f};
 }
 
 // Replaces a plane's list of crossings by a list of ray intervals: the first row holds the first

@@ -68,9 +68,8 @@ struct ScanBatch {
   std::array<float, (max_tangent + 1) * batch_room> rows;
   // The normal over the distance, the least 1 / t (negative: needs double), the greatest.
   std::array<float, 5 * batch_room> planes;
-  std::array<double, 3 * batch_room> precise_planes;  // the same normal over distance in double
   std::array<double, batch_room> sees_origin;  // 1 where the face's plane goes through the origin
-  bool through_origin;                         // any of sees_origin
+  bool through_origin;                         // whether any face's does
   /// Rows of lists, by plane: where the faces' edges cross the plane (along the plane and along the
   /// pole, for two edges) and which face; later which rays, and which face.
   static constexpr std::int64_t list_rows = 5, list_room = batch_faces + 8;
