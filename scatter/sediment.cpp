@@ -16,6 +16,9 @@
 namespace ensonify::scatter {
 namespace {
 
+/// The name of the default model (backscatter.h).
+constexpr std::string_view handbook = "tr9407";
+
 constexpr double finest_gravel_phi = -1.0, medium_sand_phi = 1.5, very_fine_sand_phi = 3.5;
 
 struct Grain {
@@ -200,11 +203,11 @@ double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
   return wavenumber_per_cm(frequency_hz, sound_speed_mps);
 }
 
-double expected_spread_db(const Sediment& sediment, double frequency_hz) {
+double expected_spread_db(const Sediment& sediment, double frequency_hz, std::string_view model) {
   if (frequency_hz >= lowest_valid_hz && frequency_hz <= highest_valid_hz) return 0.0;
   if (!(frequency_hz > highest_valid_hz && frequency_hz <= highest_compared_hz))
     return std::numeric_limits<double>::infinity();
-  if (sediment.lambert_mu_db) return 10.0;
+  if (sediment.lambert_mu_db && model == handbook) return 10.0;
   const double nu = sediment.sound_speed_ratio;
   if (nu > 2.0) return 26.0;
   if (nu > sound_speed_ratio(finest_gravel_phi)) return 15.0;
@@ -217,17 +220,19 @@ std::string spread_text(double spread_db) {
                                   : "by how much they may be off is not known";
 }
 
-std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz) {
+std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz,
+                                            std::string_view model) {
   std::string warning;
   if (!(frequency_hz >= lowest_valid_hz && frequency_hz <= highest_valid_hz))
     warning = fmt::format(
         "{:g} kHz is outside 10 to 100 kHz, where the bottom model is validated: {}, {}",
         frequency_hz / 1000.0,
-        sediment.lambert_mu_db ? "levels are those measured at 100 kHz"
+        model != handbook        ? "levels are extrapolated"
+        : sediment.lambert_mu_db ? "levels are those measured at 100 kHz"
         : frequency_hz > highest_valid_hz && gravel_or_rock(sediment)
             ? "levels are extrapolated by the roughness of 100 kHz"
             : "levels are extrapolated",
-        spread_text(expected_spread_db(sediment, frequency_hz)));
+        spread_text(expected_spread_db(sediment, frequency_hz, model)));
   if (!(sediment.exponent >= 2.4 && sediment.exponent <= 3.9))
     warning += fmt::format("{}exponent {} is outside the recommended 2.4 to 3.9",
                            warning.empty() ? "" : "; ", sediment.exponent);

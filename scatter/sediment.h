@@ -75,9 +75,11 @@ double relief_wavenumber_per_cm(const Sediment& sediment, double frequency_hz,
 /// decibels; 0 within. From 100 kHz to 1 MHz it is the largest difference from the small-slope
 /// approximation at 3 to 90 degrees, by the bed's sound speed: 2 for silt, clay and very fine sand,
 /// 6 to medium sand, 10 to sandy gravel, 15 for stones, 26 for the handbook's rock. For measured
-/// rock it is 10, within which all outcrops lie that Olson and others measured at 100 kHz. Infinite
+/// rock it is 10, within which all outcrops lie that Olson and others measured at 100 kHz; only
+/// `tr9407` has that strength. Another model is that far off too, by the same comparison. Infinite
 /// elsewhere: there is nothing to compare with.
-double expected_spread_db(const Sediment& sediment, double frequency_hz);
+double expected_spread_db(const Sediment& sediment, double frequency_hz,
+                          std::string_view model = "tr9407");
 
 /// The spread of an ordinary bed. Levels with a spread up to this need no warning: the handbook
 /// itself states 5 to 10 dB for a bed that is known by its name alone.
@@ -88,7 +90,8 @@ std::string spread_text(double spread_db);
 
 /// A warning, for once per run, if the frequency is outside TR 9407's validity (10 to 100 kHz) or
 /// the exponent outside its recommended range; otherwise none.
-std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz);
+std::optional<std::string> validity_warning(const Sediment& sediment, double frequency_hz,
+                                            std::string_view model = "tr9407");
 
 /// W2(K), TR 9407 eq. 7, cm^4.
 double relief_spectrum_cm4(const Sediment& sediment, double k_per_cm);

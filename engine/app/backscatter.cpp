@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <numeric>
@@ -7,6 +8,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/scene/extrapolation.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
@@ -41,6 +45,8 @@ struct Arguments {
   std::optional<double> mean_grain_size_phi;
   std::array<std::optional<double>, parameters.size()> given;
   std::string model = "tr9407";
+  std::optional<std::string> material;
+  std::filesystem::path scene, data_folder;
   std::vector<double> angles_deg = std::vector<double>(90);
 
   Arguments() { std::iota(angles_deg.begin(), angles_deg.end(), 1.0); }
@@ -56,8 +62,8 @@ Sediment sediment_of(const Arguments& arguments) {
     for (std::size_t i = 0; i < parameters.size(); ++i)
       if (!arguments.given[i])
         throw UsageError(
-            fmt::format("{} is missing: give --sediment, --mean-grain-size-phi, or all six "
-                        "parameters",
+            fmt::format("{} is missing: give --sediment, --mean-grain-size-phi, --material, or all "
+                        "six parameters",
                         parameters[i].option));
   }
   for (std::size_t i = 0; i < parameters.size(); ++i)
@@ -75,11 +81,51 @@ std::string model_help() {
   return help;
 }
 
-void print_backscatter(const Arguments& arguments) {
-  const Sediment sediment = sediment_of(arguments);
+/// What the command prints.
+struct Seabed {
+  std::unique_ptr<scatter::Backscatter> backscatter;
+  std::optional<Sediment> sediment;  ///< none for a solid, a cover or a measurement
+  std::vector<std::string> warnings;
+};
+
+/// A material, with the warnings of a run.
+Seabed seabed_of_material(const Arguments& arguments) {
+  std::vector<Material> own;
+  if (!arguments.scene.empty())
+    own = read_scene(arguments.scene, {}, arguments.data_folder).materials;
+  const Material material = material_named(*arguments.material, own);
+  Seabed seabed{.backscatter = backscatter_of(material, arguments.frequency_hz,
+                                              arguments.sound_speed_mps, 0.0),
+                .sediment = sediment_of(material)};
+  Sonar sonar;
+  sonar.frequency_hz = arguments.frequency_hz;
+  const std::array<std::string, 2> names = {"none", material.name};
+  seabed.warnings = Extrapolation(std::span(&sonar, 1), names, own)
+                        .behind(warnings_of(material, *seabed.backscatter, sonar.frequency_hz));
+  return seabed;
+}
+
+Seabed seabed_of(const Arguments& arguments) {
+  if (arguments.material) return seabed_of_material(arguments);
+  Seabed seabed{.sediment = sediment_of(arguments)};
   const scatter::BottomModelKind& model = scatter::bottom_model_kind(arguments.model);
-  const scatter::Bottom bottom(sediment, arguments.frequency_hz, arguments.sound_speed_mps,
-                               model.name);
+  seabed.backscatter = std::make_unique<scatter::Bottom>(*seabed.sediment, arguments.frequency_hz,
+                                                         arguments.sound_speed_mps, model.name);
+  if (model.by_sediment)
+    if (const auto warning =
+            scatter::validity_warning(*seabed.sediment, arguments.frequency_hz, model.name))
+      seabed.warnings.push_back(*warning);
+  if (const auto excess = scatter::energy_excess(*seabed.backscatter))
+    seabed.warnings.push_back(
+        fmt::format("at {:.3g} degrees it is {:.1f} dB stronger than any opaque surface can be, by "
+                    "the energy that arrives",
+                    excess->grazing_rad * 180.0 / std::numbers::pi, excess->excess_db));
+  return seabed;
+}
+
+void print_backscatter(const Arguments& arguments) {
+  const Seabed seabed = seabed_of(arguments);
+  const auto* const bottom = dynamic_cast<const scatter::Bottom*>(seabed.backscatter.get());
   std::string out =
       "grazing_deg,strength_db,roughness,volume,kirchhoff,composite,large_roughness,"
       "reflection_loss_db,bound_db\n";
@@ -88,21 +134,19 @@ void print_backscatter(const Arguments& arguments) {
       throw UsageError(
           fmt::format("--angles-deg: {} is not a grazing angle, expected 0 to 90", angle_deg));
     const double grazing_rad = angle_deg * std::numbers::pi / 180.0;
-    const scatter::BottomTerms terms = bottom.terms(grazing_rad);
-    out += fmt::format("{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n",
-                       angle_deg, scatter::to_db(bottom.cross_section(grazing_rad)),
-                       terms.roughness, terms.volume, terms.kirchhoff, terms.composite,
-                       terms.large_roughness, scatter::reflection_loss_db(sediment, grazing_rad),
+    const double strength = seabed.backscatter->cross_section(grazing_rad);
+    const scatter::BottomTerms terms =
+        bottom ? bottom->terms(grazing_rad) : scatter::BottomTerms{.roughness = strength};
+    const std::string loss_db =
+        seabed.sediment
+            ? fmt::format("{:.10g}", scatter::reflection_loss_db(*seabed.sediment, grazing_rad))
+            : "";
+    out += fmt::format("{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{},{:.10g}\n", angle_deg,
+                       scatter::to_db(strength), terms.roughness, terms.volume, terms.kirchhoff,
+                       terms.composite, terms.large_roughness, loss_db,
                        scatter::to_db(scatter::diffuse_bound(grazing_rad)));
   }
-  if (model.by_sediment)
-    if (const auto warning = scatter::validity_warning(sediment, arguments.frequency_hz))
-      fmt::print(stderr, "ensonify: warning: {}\n", *warning);
-  if (const auto excess = scatter::energy_excess(bottom))
-    fmt::print(stderr,
-               "ensonify: warning: at {:.3g} degrees it is {:.1f} dB stronger than any opaque "
-               "surface can be, by the energy that arrives\n",
-               excess->grazing_rad * 180.0 / std::numbers::pi, excess->excess_db);
+  print_warnings(seabed.warnings);
   print(out);
 }
 
@@ -118,7 +162,8 @@ void add_backscatter(CLI::App& app, Action& action) {
       "cross-sections; bound_db is the most that an opaque surface can scatter back diffusely; "
       "strength_db is that of roughness + volume. Terms that a model does not have are 0: "
       "kirchhoff, composite and large_roughness for small-slope; those and volume for lambert and "
-      "for rock, whose strength is measured");
+      "for rock, whose strength is measured, and for a material that is not a sediment, which has "
+      "no reflection_loss_db either");
   command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency of the sound, Hz")
       ->required();
   command
@@ -129,17 +174,33 @@ void add_backscatter(CLI::App& app, Action& action) {
                                 .add_option("--sediment", arguments->sediment,
                                             "A named seabed (`ensonify sediments` lists them)")
                                 ->type_name("NAME");
+  CLI::Option* const grain_size =
+      command
+          .add_option("--mean-grain-size-phi", arguments->mean_grain_size_phi,
+                      "The seabed by its mean grain size, -1 to 9")
+          ->type_name("PHI")
+          ->excludes(name);
+  CLI::Option* const material =
+      command
+          .add_option("--material", arguments->material,
+                      "A material: one of --scene, or a named seabed, cover or solid")
+          ->type_name("NAME");
   command
-      .add_option("--mean-grain-size-phi", arguments->mean_grain_size_phi,
-                  "The seabed by its mean grain size, -1 to 9")
-      ->type_name("PHI")
-      ->excludes(name);
+      .add_option("--scene", arguments->scene,
+                  "The scene file that has [material.NAME], with any "
+                  "model: gsab and table too")
+      ->type_name("SCENE")
+      ->needs(material);
+  add_data(command, arguments->data_folder);
+  std::vector<CLI::Option*> of_sediment = {name, grain_size};
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
-        ->group("A seabed's six parameters: all, or only those to change");
-  command.add_option("--model", arguments->model, model_help())
-      ->capture_default_str()
-      ->type_name("NAME");
+    of_sediment.push_back(
+        command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
+            ->group("A seabed's six parameters: all, or only those to change"));
+  of_sediment.push_back(command.add_option("--model", arguments->model, model_help())
+                            ->capture_default_str()
+                            ->type_name("NAME"));
+  for (CLI::Option* const other : of_sediment) material->excludes(other);
   command
       .add_option("--angles-deg", arguments->angles_deg,
                   "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")

@@ -75,6 +75,7 @@ std::optional<std::int64_t> unix_time(std::string_view text) {
 Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
                          const RecordingFrame& frame) {
   const Sonar& sonar = waterfall.sonar;
+  const double width_x = sonar.transmit_array(1.0).shading.beam_width_x();
   const auto full_scale_db = [](double gain) { return -scatter::to_db(gain * gain); };
   Recording recording{
       .name = sonar.name,
@@ -82,8 +83,9 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       .bandwidth_hz = sonar.pulse.bandwidth_hz,
       .pulse_length_s = sonar.pulse.transmitted_length_s(),
       .range_m = sonar.range_m,
-      // Uniform line array: 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
-      .beamwidth_rad = 0.886 * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
+      // The transmitter's: 0.886 lambda / L if uniform (Urick, Principles of Underwater
+      // Sound, 3.2).
+      .beamwidth_rad = width_x * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
       .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
       .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,
                    sonar.vertical.tilt_rad + sonar.vertical.starboard_mount_rad},

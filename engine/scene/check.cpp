@@ -1,6 +1,7 @@
 #include <ensonify/engine/scene/check.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -47,6 +48,43 @@ void check_track(const Scene& scene, const auto& require) {
             return "'output.file_per_leg' needs legs: set track.kind = \"lawn-mower\", or use "
                    "output.pings_per_file";
           });
+}
+
+constexpr std::size_t max_elements = 256;  // of an array with weights
+
+void check_shading(const Sonar& sonar, const auto& require) {
+  const auto key = [&](std::string_view name) {
+    return fmt::format("sonar.{}.{}", sonar.name, name);
+  };
+  const auto weights = [&](ShadingKind kind, const std::vector<double>& given, bool receiver) {
+    const std::string_view prefix = receiver ? "receive_" : "";
+    const std::string weights_key = key(fmt::format("{}shading_weights", prefix));
+    require(given.empty() || kind == ShadingKind::weights, weights_key,
+            [&] { return fmt::format("'{}' needs {}shading = \"weights\"", weights_key, prefix); });
+    require(given.size() <= max_elements, weights_key, [&] {
+      return fmt::format("'{}' has {} weights, expected at most {}", weights_key, given.size(),
+                         max_elements);
+    });
+    std::string fault;
+    try {
+      if (receiver)
+        sonar.receive_array(1.0);
+      else
+        sonar.transmit_array(1.0);
+    } catch (const std::invalid_argument& error) {
+      fault = error.what();
+    }
+    const std::string fault_key = kind == ShadingKind::weights ? weights_key : key("taylor_nbar");
+    require(fault.empty(), fault_key, [&] { return fmt::format("'{}': {}", fault_key, fault); });
+  };
+  weights(sonar.shading, sonar.shading_weights, false);
+  weights(sonar.receive_shading, sonar.receive_shading_weights, true);
+  require(sonar.focus_zones_m.empty() || !sonar.focused, key("focus_zones_m"), [&] {
+    return fmt::format(
+        "'{0}' is given, and {1} is true: the arrays are focused either in zones or at all ranges, "
+        "leave one out",
+        key("focus_zones_m"), key("focused"));
+  });
 }
 
 constexpr std::size_t max_objects = max_labels - 1;  // 0 is no object
@@ -188,6 +226,7 @@ void check_scene(const Scene& scene,
     };
     long_enough(sonar.array_length_m, "array_length_m");
     long_enough(sonar.receive_length_m(), "receive_array_length_m");
+    check_shading(sonar, require);
     require(sonar.pulse.bandwidth_hz <= sonar.frequency_hz, key("bandwidth_hz"), [&] {
       return fmt::format("'{}' is {}, expected at most frequency_hz, which is {}",
                          key("bandwidth_hz"), sonar.pulse.bandwidth_hz, sonar.frequency_hz);

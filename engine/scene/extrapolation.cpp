@@ -12,9 +12,11 @@ Extrapolation::Extrapolation(std::span<const Sonar> sonars, std::span<const std:
                              std::span<const Material> own) {
   for (const Sonar& sonar : sonars)
     for (const std::string& name : materials.subspan(1)) {  // after "none"
-      const auto sediment = sediment_of(material_named(name, own));
+      const Material material = material_named(name, own);
+      const auto sediment = sediment_of(material);
       if (!sediment) continue;
-      const double spread_db = scatter::expected_spread_db(*sediment, sonar.frequency_hz);
+      const double spread_db =
+          scatter::expected_spread_db(*sediment, sonar.frequency_hz, material.model);
       if (!(spread_db > scatter::ordinary_spread_db)) continue;
       add(name, spread_db);
       lowest_hz_ = std::min(lowest_hz_, sonar.frequency_hz);

@@ -465,6 +465,8 @@ class Reader {
             option->name = word();
           } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
             *option = strings(node, refuse);
+          } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+            *option = numbers(key.range, node, refuse);
           } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>) {
             *option = points(key.range, node, refuse);
           } else if constexpr (std::is_same_v<T, std::string>) {
@@ -485,6 +487,20 @@ class Reader {
       strings.push_back(element.as_string()->get());
     }
     return strings;
+  }
+
+  /// An array of numbers. `refuse` makes the error.
+  static std::vector<double> numbers(const Range& range, const toml::node& node,
+                                     const auto& refuse) {
+    const toml::array* array = node.as_array();
+    if (!array) throw refuse();
+    std::vector<double> numbers;
+    for (const toml::node& element : *array) {
+      numbers.push_back(element.is_number() ? *element.value<double>() : std::nan(""));
+      if (!(numbers.back() >= range.low && numbers.back() <= range.high))
+        throw refuse(fmt::format("; number {} is not", numbers.size()));
+    }
+    return numbers;
   }
 
   const std::string* drawn_value(const std::string& path) const {

@@ -63,6 +63,12 @@ std::string points_text(const std::vector<Eigen::Vector2d>& points) {
   return fmt::format("[{}]", text);
 }
 
+std::string numbers_text(const std::vector<double>& numbers) {
+  std::string text;
+  for (const double number : numbers) text += (text.empty() ? "" : ", ") + number_text(number);
+  return fmt::format("[{}]", text);
+}
+
 std::string strings_text(const std::vector<std::string>& strings) {
   std::string text;
   for (const std::string& string : strings)
@@ -736,6 +742,9 @@ std::string expectation(std::string_view unit, const Range& range,
     return "strings [\"...\", ...]";
   if (std::holds_alternative<const std::string*>(option)) return "a name";
   const std::string_view space = unit.empty() ? "" : " ";
+  if (std::holds_alternative<const std::vector<double>*>(option))
+    return fmt::format("numbers [a, b, ...], each from {} to {}{}{}", range.low, range.high, space,
+                       unit);
   if (std::holds_alternative<const std::vector<Eigen::Vector2d>*>(option))
     return fmt::format("points [[east, north], ...], each number from {} to {}{}{}", range.low,
                        range.high, space, unit);
@@ -769,6 +778,8 @@ std::optional<std::string> option_text(const ConstOption& option, bool in_degree
           return value->empty() ? std::nullopt : std::optional(points_text(*value));
         else if constexpr (std::is_same_v<T, std::vector<std::string>>)
           return value->empty() ? std::nullopt : std::optional(strings_text(*value));
+        else if constexpr (std::is_same_v<T, std::vector<double>>)
+          return value->empty() ? std::nullopt : std::optional(numbers_text(*value));
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name.empty() ? std::nullopt : std::optional(toml_string(value->name));
         else if constexpr (std::is_enum_v<T>)

@@ -22,10 +22,10 @@ struct ValueTypes {
 };
 using OptionTypes =
     ValueTypes<bool, int, std::uint64_t, std::optional<std::uint64_t>, double,
-               std::optional<double>, std::string, std::vector<std::string>, InputFile,
-               std::vector<Eigen::Vector2d>, RefractionMode, SeafloorKind, FractalSpectrum,
-               TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer, PulseKind, PulseWindow,
-               Detector, TransferCurve, ExrCompression>;
+               std::optional<double>, std::string, std::vector<std::string>, std::vector<double>,
+               InputFile, std::vector<Eigen::Vector2d>, RefractionMode, SeafloorKind,
+               FractalSpectrum, TrackKind, Vertical, Sides, Palette, Mapping, DisplayedLayer,
+               PulseKind, PulseWindow, ShadingKind, Detector, TransferCurve, ExrCompression>;
 /// The option behind a key, to be set.
 using Option = OptionTypes::Pointer;
 /// The same, to be read.

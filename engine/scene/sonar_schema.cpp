@@ -62,6 +62,32 @@ const Section<Sonar>& sonar_section() {
            "Whether the arrays are focused at all ranges; if not, the beam is as wide as the array "
            "is long at ranges below about length^2 / wavelength.",
            at(&Sonar::focused)},
+          {"focus_zones_m", "m", {0.1, 100000},
+           "Ranges at which the arrays are focused, in place of focused: each for the ranges "
+           "nearest to it in 1 / r. In between, the beam is widened by the quadratic phase of 1 / r "
+           "- 1 / zone.",
+           at(&Sonar::focus_zones_m)},
+          {"shading", "", {},
+           "Weights of the transmitter over its length. They change its beam, side lobes and near "
+           "field; source_level_db stays that on the axis.",
+           at(&Sonar::shading), {"uniform", "hann", "taylor", "chebyshev", "weights"}},
+          {"receive_shading", "", {},
+           "Weights of the receiver, which also change the noise it receives.",
+           at(&Sonar::receive_shading),
+           {"uniform", "hann", "taylor", "chebyshev", "weights", "same"}},
+          {"shading_side_lobe_db", "dB", {-80, -14},
+           "Level of the side lobes of taylor and chebyshev, one way, re the axis.",
+           at(&Sonar::shading_side_lobe_db)},
+          {"taylor_nbar", "", {2, 30},
+           "nbar of taylor: the first nbar - 1 side lobes are nearly at that level, those beyond "
+           "fall.",
+           at(&Sonar::taylor_nbar)},
+          {"shading_weights", "", {0, 1e6},
+           "For weights: one number per element of the transmitter, from one end to the other, in "
+           "any scale, the same from both ends.",
+           at(&Sonar::shading_weights)},
+          {"receive_shading_weights", "", {0, 1e6}, "The same of the receiver.",
+           at(&Sonar::receive_shading_weights)},
           {"side_lobes", "", {0, 20},
            "Number of side lobes that are traced on either side; 0: the main lobe alone.",
            at(&Sonar::side_lobes)},

@@ -20,6 +20,9 @@ bool may_be(const Key<Owner>& key, const T& value) {
     const double own = key.in_degrees() ? value / radians_per_degree : value;
     const double rounding = key.in_degrees() ? 1e-9 : 0.0;
     return own >= key.range.low - rounding && own <= key.range.high + rounding;
+  } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+    return std::ranges::all_of(
+        value, [&](double number) { return number >= key.range.low && number <= key.range.high; });
   } else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>) {
     return std::ranges::all_of(value, [&](const Eigen::Vector2d& point) {
       return point.minCoeff() >= key.range.low && point.maxCoeff() <= key.range.high;

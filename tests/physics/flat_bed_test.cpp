@@ -74,6 +74,44 @@ TEST_CASE("a flat bed's level follows the sonar equation whatever the pulse and 
     }
 }
 
+TEST_CASE("a flat bed's level follows the sonar equation with the equivalent beam of any shading") {
+  const Medium medium{1500.0, 0.03};
+  struct Arrays {
+    ShadingKind transmit, receive;
+    double receive_m;
+    int side_lobes;
+  };
+  for (const Arrays& arrays : {Arrays{ShadingKind::hann, ShadingKind::same, 0.0, 0},
+                               Arrays{ShadingKind::taylor, ShadingKind::same, 0.0, 0},
+                               Arrays{ShadingKind::chebyshev, ShadingKind::same, 0.0, 3},
+                               Arrays{ShadingKind::weights, ShadingKind::same, 0.0, 0},
+                               Arrays{ShadingKind::uniform, ShadingKind::hann, 0.0, 3},
+                               Arrays{ShadingKind::taylor, ShadingKind::uniform, 0.4, 4}}) {
+    Sonar sonar = plain_sonar();
+    sonar.shading = arrays.transmit;
+    sonar.receive_shading = arrays.receive;
+    sonar.receive_array_length_m = arrays.receive_m;
+    sonar.side_lobes = arrays.side_lobes;
+    if (arrays.transmit == ShadingKind::weights) sonar.shading_weights = {1, 3, 5, 6, 5, 3, 1};
+    const double wavelength_m = 1500.0 / sonar.frequency_hz;
+    const LineArray transmit = sonar.transmit_array(wavelength_m);
+    const LineArray receive = sonar.receive_array(wavelength_m);
+    double width_rad = 0.0;
+    for (double s = 1e-6; s < 0.4; s += 2e-6)
+      width_rad += 2.0 * 2e-6 * transmit.power(s) * receive.power(s);
+    const double change_db =
+        scatter::to_db(width_rad / (2.0 / 3.0 * wavelength_m / sonar.array_length_m));
+    const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium);
+    for (std::size_t i = 0; i < lines[1].bins.range_m.size(); ++i) {
+      const double r = lines[1].bins.range_m[i];
+      if (r < 1.2 * altitude_m) continue;
+      CAPTURE(static_cast<int>(arrays.transmit), static_cast<int>(arrays.receive), r, change_db);
+      REQUIRE(scatter::to_db(lines[1].bins.intensity_mean[i]) ==
+              Approx(closed_form_db(sonar, medium, r) + change_db).epsilon(0).margin(0.05));
+    }
+  }
+}
+
 TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each side its own") {
   const Medium medium{1500.0, 0.0};
   Sonar sonar = plain_sonar();

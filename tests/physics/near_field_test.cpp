@@ -15,25 +15,37 @@ namespace {
 
 constexpr double wavelength_m = 0.00375;
 
+double uniform(double) { return 1.0; }
+double hann(double u) { return 1.0 + std::cos(2.0 * std::numbers::pi * u); }
+
 /// One-way power of an array, summed over elements with their exact distances: no approximation.
-double one_way(double length_m, double along_m, double abeam_m) {
+/// It is focused at a range, and `weight` shades it.
+double one_way(double length_m, double along_m, double abeam_m, double focus_m = 1e9,
+               double (*weight)(double) = uniform) {
   constexpr int elements = 600;
   std::complex<double> sum = 0.0;
   for (int i = 0; i < elements; ++i) {
-    const double x_m = length_m * ((i + 0.5) / elements - 0.5);
-    sum += std::polar(1.0 / elements, 2.0 * std::numbers::pi / wavelength_m *
-                                          (std::hypot(along_m - x_m, abeam_m) - abeam_m));
+    const double u = (i + 0.5) / elements - 0.5, x_m = length_m * u;
+    const double delay_m = std::hypot(focus_m, x_m) - focus_m;
+    sum += std::polar(weight(u) / elements,
+                      2.0 * std::numbers::pi / wavelength_m *
+                          (std::hypot(along_m - x_m, abeam_m) - abeam_m - delay_m));
   }
   return std::norm(sum);
 }
 
 /// Equivalent width of transmit x receive at a range, rad.
-double two_way_width_rad(double length_m, double range_m) {
+double two_way_width_rad(double length_m, double range_m, double focus_m = 1e9,
+                         double (*weight)(double) = uniform) {
   const double step = 2e-4 / length_m;
   double sum = 0.0;
-  for (double s = 0.5 * step; s < length_m / range_m + 2.0 * wavelength_m / length_m; s += step)
+  const double end = length_m * std::max(1.0 / range_m, std::abs(1.0 / range_m - 1.0 / focus_m)) +
+                     4.0 * wavelength_m / length_m;
+  for (double s = 0.5 * step; s < end; s += step)
     sum +=
-        2.0 * step * std::pow(one_way(length_m, range_m * s, range_m * std::sqrt(1.0 - s * s)), 2);
+        2.0 * step *
+        std::pow(one_way(length_m, range_m * s, range_m * std::sqrt(1.0 - s * s), focus_m, weight),
+                 2);
   return sum;
 }
 
@@ -106,6 +118,37 @@ TEST_CASE("in the near field a flat bed's level has the width of an unfocused ar
       CAPTURE(altitude_m, r);
       CHECK(scatter::to_db(lines[1].bins.intensity_mean[bin]) ==
             Approx(expected_db).epsilon(0).margin(0.05));
+    }
+  }
+}
+
+TEST_CASE("focused in zones, a flat bed's level has the width of the beam that is out of focus") {
+  const double altitude_m = 6.0;
+  struct Place {
+    double range_m, zone_m;
+  };
+  for (const ShadingKind shading : {ShadingKind::uniform, ShadingKind::hann}) {
+    Sonar sonar = plain_sonar();
+    sonar.focused = false;
+    sonar.shading = shading;
+    sonar.side_lobes = 1;
+    sonar.focus_zones_m = {10.0, 30.0};
+    const auto lines =
+        ping_once(sonar, level_bed(20.0), {.position = {0.0, 0.0, altitude_m - 20.0}}, altitude_m,
+                  {1500.0, 0.0});
+    for (const Place& place : {Place{7.5, 10.0}, Place{10.0, 10.0}, Place{14.0, 10.0},
+                               Place{16.0, 30.0}, Place{30.0, 30.0}, Place{60.0, 30.0}}) {
+      const auto bin = static_cast<std::size_t>(place.range_m / sonar.bin_m());
+      const double r = lines[1].bins.range_m[bin], sine = altitude_m / r;
+      const double width_rad = two_way_width_rad(sonar.array_length_m, r, place.zone_m,
+                                                 shading == ShadingKind::hann ? hann : uniform);
+      const double area_m2 =
+          r * width_rad * sonar.pulse.cell_m(1500.0) / std::sqrt(1.0 - sine * sine);
+      const double expected_db = sonar.source_level_db - 40.0 * std::log10(r) - 27.0 +
+                                 20.0 * std::log10(sine) + 10.0 * std::log10(area_m2);
+      CAPTURE(static_cast<int>(shading), r);
+      CHECK(scatter::to_db(lines[1].bins.intensity_mean[bin]) ==
+            Approx(expected_db).epsilon(0).margin(0.06));
     }
   }
 }

@@ -135,6 +135,50 @@ TEST_CASE("rock has its measured strength, and the handbook's by its own name or
   CHECK(backscatter(at_20 + "rough_rock").err.empty());
 }
 
+TEST_CASE("backscatter prints any material: of a scene by measurement, or by its name") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.csv", "grazing_deg,strength_db\n10,-30\n40,-20\n");
+  write_text(folder / "s.toml",
+             "version = 1\n[material.table]\nmodel = \"table\"\ntable = \"s.csv\"\n"
+             "[material.gravel-bed]\nmodel = \"gsab\"\ngsab_lambert_db = -20\n"
+             "gsab_specular_db = -10\ngsab_specular_width_deg = 5\n"
+             "[material.slope]\nlike = \"rock\"\nmodel = \"small-slope\"\n");
+  const auto printed = [&](const std::string& arguments) {
+    std::vector<std::string> words = {"backscatter", "--frequency-hz", "400000",
+                                      "--sound-speed-mps", "1500"};
+    std::istringstream stream(arguments);
+    for (std::string word; stream >> word;) words.push_back(word);
+    return run_program(folder.path(), words);
+  };
+  const Outcome table = printed("--scene s.toml --material table --angles-deg 10,40");
+  INFO(table.err);
+  REQUIRE(table.code == 0);
+  const std::vector<Row> rows = rows_of(table.out);
+  CHECK(std::stod(rows[0].at("strength_db")) == Approx(-30.0));
+  CHECK(std::stod(rows[1].at("strength_db")) == Approx(-20.0));
+  CHECK(std::stod(rows[1].at("roughness")) == Approx(0.01));
+  CHECK(rows[1].at("reflection_loss_db").empty());
+  CHECK(table.err.find("material table: its table begins at 10 degrees") != std::string::npos);
+
+  const Row gsab = rows_of(printed("--scene s.toml --material gravel-bed --angles-deg 80").out)[0];
+  const double lobe = 0.1 * std::exp(-0.5 * 10.0 * 10.0 / (5.0 * 5.0));
+  const double cosine = std::cos(10.0 * 3.14159265358979 / 180.0);
+  CHECK(std::stod(gsab.at("strength_db")) ==
+        Approx(10.0 * std::log10(lobe + 0.01 * cosine * cosine)));
+
+  // Small slope does not have the strength that was measured on rock, and not its spread.
+  const Outcome slope = printed("--scene s.toml --material slope --angles-deg 20");
+  CHECK(slope.err.find("expected within 26 dB") != std::string::npos);
+  const Outcome named = printed("--sediment rock --model small-slope --angles-deg 20");
+  CHECK(named.err.find("levels are extrapolated, expected within 26 dB") != std::string::npos);
+  CHECK(slope.out == named.out);
+  CHECK(printed("--material rock --angles-deg 20").out ==
+        printed("--sediment rock --angles-deg 20").out);
+  CHECK(printed("--material steel --angles-deg 20").code == 0);
+  CHECK(printed("--material lava").err.find("is not known") != std::string::npos);
+  CHECK(printed("--material rock --sediment rock").err.find("excludes") != std::string::npos);
+}
+
 TEST_CASE("a wrong seabed or angle gives one message and exit code 2") {
   for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
            {"--sediment medum_sand", "'medium sand'"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace ensonify::engine {
@@ -18,16 +19,17 @@ double nearness_of(std::size_t row) {
 }
 
 /// One row: power times 1 + 2 F, which stays bounded as F grows, at x = column * step.
-void fill_row(double nearness, double step, std::span<float> row) {
+void fill_row(const Shading& shading, double nearness, double step, std::span<float> row) {
   // The Fresnel integral over one half of the array, by Simpson's rule; the cosines of its steps by
   // recurrence.
   const double last_x = step * static_cast<double>(row.size() - 1);
-  const int steps = 64 + 2 * static_cast<int>(4.0 * (nearness + last_x));
+  const int steps = shading.whole_steps(64 + 2 * static_cast<int>(4.0 * (nearness + last_x)));
   const double du = 0.5 / steps;
   std::vector<double> re(static_cast<std::size_t>(steps) + 1), im(re.size());
   for (std::size_t i = 0; i < re.size(); ++i) {
     const double u = du * static_cast<double>(i);
-    const double weight = i == 0 || i + 1 == re.size() ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    const double rule = i == 0 || i + 1 == re.size() ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    const double weight = rule * shading.at(u);
     const double phase = 2.0 * std::numbers::pi * nearness * u * u;
     re[i] = 2.0 * weight * du / 3.0 * std::cos(phase);
     im[i] = 2.0 * weight * du / 3.0 * std::sin(phase);
@@ -55,14 +57,14 @@ double diamond_angle(double abeam, double down) {
 }  // namespace
 
 // One lobe more than asked for, because a moving receiver reaches beyond the transmitter's lobes.
-ArrayTable::ArrayTable(int side_lobes)
-    : reach_(side_lobes + 2.0),
-      columns_(static_cast<std::size_t>(columns_per_lobe * (side_lobes + 2)) + 1),
+ArrayTable::ArrayTable(int side_lobes, const Shading& shading)
+    : reach_(shading.null_x(side_lobes + 1) + 1.0),
+      columns_(static_cast<std::size_t>(columns_per_lobe * std::ceil(reach_)) + 1),
       last_column_(static_cast<float>(columns_ - 1)),
       values_(rows * columns_) {
   for (std::size_t row = 0; row < rows; ++row) {
     const double step = (nearness_of(row) + reach_) / static_cast<double>(columns_ - 1);
-    fill_row(nearness_of(row), step, std::span(values_).subspan(row * columns_, columns_));
+    fill_row(shading, nearness_of(row), step, std::span(values_).subspan(row * columns_, columns_));
   }
 }
 
@@ -115,17 +117,33 @@ ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m,
 }
 
 Beam::Beam(const Sonar& sonar, double wavelength_m)
-    : focused_(sonar.focused),
-      same_arrays_(sonar.receive_length_m() == sonar.array_length_m),
-      table_(sonar.side_lobes),
+    : Beam(sonar, sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m)) {}
+
+Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive)
+    : focused_(sonar.focused && sonar.focus_zones_m.empty()),
+      same_arrays_(receive.length_m == transmit.length_m && receive.shading == transmit.shading),
+      transmit_table_(sonar.side_lobes, transmit.shading),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)} {
-  const auto array = [&](double length_m) -> Array {
-    return {static_cast<float>(length_m / wavelength_m),
-            focused_ ? 0.0 : 0.5 * length_m * length_m / wavelength_m};
+  const auto array = [&](const LineArray& of) -> Array {
+    return {static_cast<float>(of.length_m / of.wavelength_m),
+            focused_ ? 0.0 : 0.5 * of.length_m * of.length_m / of.wavelength_m};
   };
-  transmit_ = array(sonar.array_length_m);
-  receive_ = array(sonar.receive_length_m());
+  transmit_ = array(transmit);
+  receive_ = array(receive);
+  for (const double zone_m : sonar.focus_zones_m)
+    zones_per_m_.push_back(static_cast<float>(1.0 / zone_m));
+  if (receive.shading != transmit.shading)
+    receive_table_.emplace(sonar.side_lobes, receive.shading);
+}
+
+// As the kernel has it; Sonar::defocus() without its sign.
+double Beam::defocus_at(double range_m) const {
+  if (zones_per_m_.empty()) return 1.0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const float zone_per_m : zones_per_m_)
+    least = std::min(least, std::abs(1.0 - range_m * double(zone_per_m)));
+  return least;
 }
 
 double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
@@ -134,16 +152,19 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   const VerticalTable& vertical = vertical_table(side);
   const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
   const auto cosine = static_cast<float>(cos_elevation);
-  const ArrayTable::Row row = table_.row(transmit_.nearness_m / range_m);
+  const double defocus = defocus_at(range_m);
+  const ArrayTable::Row row = transmit_table_.row(transmit_.nearness_m / range_m * defocus);
   float sum = 0.0f;
   if (motion.steady && same_arrays_) {
     for (const BeamSample& sample : samples) {
-      const float one_way = table_.value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
+      const float one_way =
+          transmit_table_.value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
       sum += sample.width_rad * one_way * one_way;
     }
     return cos_elevation * sent * sent * row.scale * row.scale * sum;
   }
-  const ArrayTable::Row heard_row = same_arrays_ ? row : table_.row(receive_.nearness_m / range_m);
+  const ArrayTable::Row heard_row =
+      same_arrays_ ? row : receive_table().row(receive_.nearness_m / range_m * defocus);
   double heard = sent;
   float shift = 0.0f;
   if (!motion.steady) {
@@ -154,10 +175,10 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   }
   for (const BeamSample& sample : samples) {
     const float sine = cosine * sample.sin_azimuth;
-    const float transmitted = table_.value(row, sine * transmit_.x_per_sine);
+    const float transmitted = transmit_table_.value(row, sine * transmit_.x_per_sine);
     if (transmitted > 0.0f)
       sum += sample.width_rad * transmitted *
-             table_.value(heard_row, (sine + shift) * receive_.x_per_sine);
+             receive_table().value(heard_row, (sine + shift) * receive_.x_per_sine);
   }
   return cos_elevation * sent * heard * row.scale * heard_row.scale * sum;
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,13 +15,13 @@
 
 namespace ensonify::engine {
 
-/// LineArray::power of an unfocused array as a table, which is the same for all arrays: over the
-/// angle x = L sin(psi) / lambda and the nearness F = L^2 / (2 lambda r). Interpolated linearly in
-/// both; its error is within 0.3 % of the power on the axis for F below 5. It is 0 beyond the side
-/// lobes that it was made for.
+/// LineArray::power as a table, which is the same for all arrays with one shading: over the angle x
+/// = L sin(psi) / lambda and the nearness |F|. Interpolated linearly in both; its error is within
+/// 0.3 % of the power on the axis for F below 5. It is 0 beyond the side lobes that it was made
+/// for.
 class ArrayTable {
  public:
-  explicit ArrayTable(int side_lobes);
+  explicit ArrayTable(int side_lobes, const Shading& shading = {});
 
   /// Two rows of the table, between which a nearness lies.
   struct Row {
@@ -96,7 +97,8 @@ class Beam {
                  const Eigen::Vector3d& direction, double range_m,
                  const ReceiverMotion& motion) const;
 
-  /// A line array's scale of the table: x over sin(psi), and nearness times range (0: focused).
+  /// A line array's scale of its table: x over sin(psi), and nearness times range without focus (0:
+  /// focused at all ranges).
   struct Array {
     float x_per_sine;
     double nearness_m;
@@ -104,17 +106,27 @@ class Beam {
   const Array& transmit() const { return transmit_; }
   const Array& receive() const { return receive_; }
   bool focused() const { return focused_; }
-  /// Whether the transmit and the receive array are of one length.
+  /// 1 / range of each zone in which the arrays are focused; none: as focused() says.
+  std::span<const float> zones_per_m() const { return zones_per_m_; }
+  /// Whether the transmit and the receive array are of one length and shading.
   bool same_arrays() const { return same_arrays_; }
-  const ArrayTable& array_table() const { return table_; }
+  const ArrayTable& transmit_table() const { return transmit_table_; }
+  const ArrayTable& receive_table() const {
+    return receive_table_ ? *receive_table_ : transmit_table_;
+  }
   const VerticalTable& vertical_table(Side side) const {
     return vertical_[static_cast<std::size_t>(side)];
   }
 
  private:
+  Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive);
+  double defocus_at(double range_m) const;
+
   bool focused_, same_arrays_;
+  std::vector<float> zones_per_m_;
   Array transmit_, receive_;
-  ArrayTable table_;
+  ArrayTable transmit_table_;
+  std::optional<ArrayTable> receive_table_;  ///< only for another shading
   std::array<VerticalTable, 2> vertical_;
 };
 

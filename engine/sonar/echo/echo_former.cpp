@@ -26,7 +26,6 @@ SurfaceWalk walk_over(const Seafloor& seafloor, double bin_m) {
 PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
   const Beam& beam = *view.beam;
   const ReceiverMotion& motion = *view.motion;
-  const ArrayTable& table = beam.array_table();
   const std::span<const BeamSample> samples = view.layout->samples_of(plane);
   const Eigen::Vector3d direction = view.fan->plane_direction(plane);
   const auto along = [&](const Eigen::Vector3d& vector) -> AlongPlane {
@@ -34,18 +33,21 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
             static_cast<float>(vector.dot(view.fan->pole)),
             static_cast<float>(vector.dot(motion.drift))};
   };
-  const auto array = [](const Beam::Array& of) -> PlaneBeam::Array {
-    return {static_cast<float>(of.nearness_m), of.x_per_sine};
+  const auto array = [](const Beam::Array& of, const ArrayTable& table) -> PlaneBeam::Array {
+    return {.power = table.values().data(),
+            .columns = static_cast<std::int32_t>(table.columns()),
+            .reach = static_cast<float>(table.reach()),
+            .nearness_m = static_cast<float>(of.nearness_m),
+            .x_per_sine = of.x_per_sine};
   };
   return {.samples = samples.data(),
           .sample_count = samples.size(),
-          .array_power = table.values().data(),
-          .columns = static_cast<std::int32_t>(table.columns()),
-          .reach = static_cast<float>(table.reach()),
-          .transmit = array(beam.transmit()),
-          .receive = array(beam.receive()),
+          .transmit = array(beam.transmit(), beam.transmit_table()),
+          .receive = array(beam.receive(), beam.receive_table()),
           .same_arrays = beam.same_arrays(),
           .focused = beam.focused(),
+          .zones_per_m = beam.zones_per_m().data(),
+          .zone_count = beam.zones_per_m().size(),
           .vertical = beam.vertical_table(view.side).values().data(),
           .steady = motion.steady,
           .abeam = along(motion.abeam),

@@ -130,31 +130,42 @@ HWY_INLINE VF vertical_power(const float* table, VF abeam, VF down) {
   return interpolated(table, below, place - hn::ConvertTo(f, below));
 }
 
+// Beam::defocus_at, of an array that is focused in zones.
+HWY_INLINE VF defocus(const PlaneBeam& beam, VF range_m) {
+  VF least = hn::Abs(set(1.0f) - range_m * set(beam.zones_per_m[0]));
+  for (std::size_t i = 1; i < beam.zone_count; ++i)
+    least = hn::Min(least, hn::Abs(set(1.0f) - range_m * set(beam.zones_per_m[i])));
+  return least;
+}
+
 // ArrayTable::row and value.
 struct ArrayRow {
   VI values;
   VF share, columns_per_x, scale;
 };
-HWY_INLINE ArrayRow array_row(const PlaneBeam& beam, VF nearness) {
-  const VF one = set(1.0f), last = set(static_cast<float>(beam.columns - 1));
-  const VF columns_per_x = last / (nearness + set(beam.reach));
+HWY_INLINE ArrayRow array_row(const PlaneBeam& beam, const PlaneBeam::Array& array, VF range_m) {
+  const VF one = set(1.0f), last = set(static_cast<float>(array.columns - 1));
+  VF nearness = set(array.nearness_m) / range_m;
+  if (beam.zone_count > 0) nearness = nearness * defocus(beam, range_m);
+  const VF columns_per_x = last / (nearness + set(array.reach));
   if (beam.focused) return {hn::Zero(i32), hn::Zero(f), columns_per_x, one};
   const VF all = nearness / (nearness + set(float(array_middle_nearness)));
   const VF place =
       hn::Min(all * set(float(array_rows)), set(static_cast<float>(array_rows) - 1.001f));
   const VI below = hn::ConvertTo(i32, place);
-  return {below * hn::Set(i32, beam.columns), place - hn::ConvertTo(f, below), columns_per_x,
+  return {below * hn::Set(i32, array.columns), place - hn::ConvertTo(f, below), columns_per_x,
           one / fma(set(2.0f), nearness, one)};
 }
-HWY_INLINE VF array_value(const PlaneBeam& beam, const ArrayRow& row, VF x) {
+HWY_INLINE VF array_value(const PlaneBeam& beam, const PlaneBeam::Array& array, const ArrayRow& row,
+                          VF x) {
   const VF place = hn::Abs(x) * row.columns_per_x;
-  const auto inside = place < set(static_cast<float>(beam.columns - 1));
+  const auto inside = place < set(static_cast<float>(array.columns - 1));
   const VI column = hn::ConvertTo(i32, hn::IfThenElseZero(inside, place));
   const VF right = place - hn::ConvertTo(f, column);
   const VI at = row.values + column;
-  VF value = interpolated(beam.array_power, at, right);
+  VF value = interpolated(array.power, at, right);
   if (!beam.focused) {
-    const VF next = interpolated(beam.array_power + beam.columns, at, right);
+    const VF next = interpolated(array.power + array.columns, at, right);
     value = fma(row.share, next - value, value);
   }
   return hn::IfThenElseZero(inside, value);
@@ -174,18 +185,18 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
     heard = vertical_power(beam.vertical, fma(range_m, back(beam.abeam_turn), back(beam.abeam)),
                            fma(range_m, back(beam.down_turn), back(beam.down)));
   }
-  const ArrayRow row = array_row(beam, set(beam.transmit.nearness_m) / range_m);
-  const ArrayRow heard_row =
-      beam.same_arrays ? row : array_row(beam, set(beam.receive.nearness_m) / range_m);
+  const ArrayRow row = array_row(beam, beam.transmit, range_m);
+  const ArrayRow heard_row = beam.same_arrays ? row : array_row(beam, beam.receive, range_m);
   VF sum = set(0.0f);
   for (std::size_t i = 0; i < beam.sample_count; ++i) {
     const BeamSample& sample = beam.samples[i];
     const VF sine_off = cosine * set(sample.sin_azimuth);
-    const VF transmitted = array_value(beam, row, sine_off * set(beam.transmit.x_per_sine));
-    const VF received =
-        beam.steady && beam.same_arrays
-            ? transmitted
-            : array_value(beam, heard_row, (sine_off + shift) * set(beam.receive.x_per_sine));
+    const VF transmitted =
+        array_value(beam, beam.transmit, row, sine_off * set(beam.transmit.x_per_sine));
+    const VF received = beam.steady && beam.same_arrays
+                            ? transmitted
+                            : array_value(beam, beam.receive, heard_row,
+                                          (sine_off + shift) * set(beam.receive.x_per_sine));
     sum = fma(transmitted * received, set(sample.width_rad), sum);
   }
   return cosine * sent * (heard * sum) * (row.scale * heard_row.scale);

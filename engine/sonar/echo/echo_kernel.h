@@ -46,15 +46,17 @@ struct AlongPlane {
 struct PlaneBeam {
   const BeamSample* samples;  ///< across the plane
   std::size_t sample_count;
-  // The horizontal pattern: ArrayTable's values, and what turns an array's angle into its columns.
-  const float* array_power;
-  std::int32_t columns;  ///< of one row
-  float reach;
+  /// The horizontal pattern: ArrayTable's values, and what turns an array's angle into its columns.
   struct Array {
+    const float* power;
+    std::int32_t columns;  ///< of one row
+    float reach;
     float nearness_m, x_per_sine;
   } transmit, receive;
-  bool same_arrays;       ///< transmit and receive
-  bool focused;           ///< nearness is 0: only the table's first row counts
+  bool same_arrays;          ///< transmit and receive
+  bool focused;              ///< nearness is 0: only the table's first row counts
+  const float* zones_per_m;  ///< as Beam::zones_per_m()
+  std::size_t zone_count;
   const float* vertical;  ///< VerticalTable's values
   // How the receiver moves, as in ReceiverMotion.
   bool steady;

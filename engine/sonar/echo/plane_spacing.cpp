@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 
 namespace ensonify::engine {
@@ -43,10 +42,9 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
   const std::vector<Thing> things = things_of(seafloor);
   for (const Sonar& sonar : sonars) {
     const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
-    const double apart_rad =
-        2.0 / sonar.planes *
-        std::min(LineArray{sonar.array_length_m, wavelength_m}.null_rad(1),
-                 LineArray{sonar.receive_length_m(), wavelength_m}.null_rad(1));
+    const double apart_rad = 2.0 / sonar.planes *
+                             std::min(sonar.transmit_array(wavelength_m).null_rad(1),
+                                      sonar.receive_array(wavelength_m).null_rad(1));
     std::vector<Pose> own;
     const std::size_t stride = poses.size() / max_poses + 1;
     for (std::size_t i = 0; i < poses.size(); i += stride)

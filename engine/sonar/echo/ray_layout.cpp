@@ -13,6 +13,7 @@ namespace ensonify::engine {
 namespace {
 
 /// Samples the beam over the azimuths of a plane: two Gauss points in each of some equal parts.
+/// null_rad: the first null without shading, by which side lobes are spaced with any shading.
 void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamSample>& samples) {
   const double azimuth = std::asin(plane.sin_azimuth);
   // Where only the near field reaches, the beam changes over a larger angle.
@@ -30,7 +31,8 @@ void add_samples(const FanGrid::Plane& plane, double null_rad, std::vector<BeamS
 /// How far from broadside a beam reaches: to one of its nulls, and in the near field farther, as
 /// the array's ends see it.
 double reach_rad(const Sonar& sonar, const LineArray& array, int null, double nearest_m) {
-  const double near_rad = sonar.focused ? 0.0 : std::atan(0.5 * array.length_m / nearest_m);
+  const double at_m = sonar.most_defocused_m(nearest_m);
+  const double near_rad = std::atan(0.5 * array.length_m * std::abs(sonar.defocus(at_m)) / at_m);
   return std::min(array.null_rad(null) + near_rad, std::numbers::pi / 2.0);
 }
 
@@ -106,8 +108,8 @@ void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& 
 
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
                           double lean_rad) {
-  const LineArray transmit{sonar.array_length_m, wavelength_m};
-  const LineArray receive{sonar.receive_length_m(), wavelength_m};
+  const LineArray transmit = sonar.transmit_array(wavelength_m);
+  const LineArray receive = sonar.receive_array(wavelength_m);
   const double nearest_m = sonar.range_m / range_over_height;  // the first return
   const auto reach = [&](int null) {
     return std::min(reach_rad(sonar, transmit, null, nearest_m),
@@ -126,9 +128,11 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
       .range_over_height = range_over_height,
       .lean_rad = lean_rad,
   });
+  const double longest_m = std::max(transmit.length_m, receive.length_m);
+  const double lobe_rad = LineArray{longest_m, wavelength_m}.null_rad(1);
   for (const FanGrid::Plane& plane : grid->planes) {
     layout.first_sample.push_back(layout.samples.size());
-    add_samples(plane, null_rad, layout.samples);
+    add_samples(plane, lobe_rad, layout.samples);
   }
   layout.first_sample.push_back(layout.samples.size());
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 #include <ensonify/scatter/decibel.h>
@@ -32,26 +31,16 @@ double interpolated_db(const std::vector<VerticalLevel>& levels, double depressi
 }  // namespace
 
 double LineArray::power(double sin_psi) const {
-  const double s = sinc(length_m * sin_psi / wavelength_m);
-  return s * s;
+  const double amplitude = shading.far_field(length_m * sin_psi / wavelength_m);
+  return amplitude * amplitude;
 }
 
-double LineArray::power(double sin_psi, double range_m) const {
-  const double x = length_m * sin_psi / wavelength_m;
-  const double fresnel = 0.5 * length_m * length_m / (wavelength_m * range_m);
-  // Simpson's rule; a step is at most a sixteenth of the fastest turn of the phase.
-  const int steps = 64 + 2 * static_cast<int>(8.0 * (fresnel + std::abs(x)));
-  std::complex<double> sum = 0.0;
-  for (int i = 0; i <= steps; ++i) {
-    const double u = static_cast<double>(i) / steps - 0.5;
-    const double weight = i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-    sum += std::polar(weight / (3.0 * steps), 2.0 * pi * (fresnel * u * u - x * u));
-  }
-  return std::norm(sum);
+double LineArray::power(double sin_psi, double range_m, double defocus) const {
+  return std::norm(shading.field(length_m * sin_psi / wavelength_m, nearness(range_m, defocus)));
 }
 
 double LineArray::null_rad(int number) const {
-  return std::asin(std::min(1.0, number * wavelength_m / length_m));
+  return std::asin(std::min(1.0, shading.null_x(number) * wavelength_m / length_m));
 }
 
 double VerticalPattern::power(double depression_rad, Side side) const {

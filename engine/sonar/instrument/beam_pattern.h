@@ -5,24 +5,31 @@
 #include <vector>
 
 #include <ensonify/engine/input_file.h>
+#include <ensonify/engine/sonar/instrument/shading.h>
 
 namespace ensonify::engine {
 
 enum class Side { port, starboard };
 
-/// One-way power pattern of a uniform line array as a function of the angle psi from its broadside
-/// plane.
+/// One-way power pattern of a line array as a function of the angle psi from its broadside plane.
 struct LineArray {
   double length_m;
   double wavelength_m;
+  Shading shading = {};
 
-  /// In the far field, or of a focused array: sinc^2(L sin(psi) / lambda).
+  /// In the far field, or of a focused array: Shading::far_field() squared, sinc^2(L sin(psi) /
+  /// lambda) of a uniform array.
   double power(double sin_psi) const;
-  /// Of an unfocused array, at a range of at least the array's length: |integral of exp(i 2 pi (F
-  /// u^2 - x u)) du|^2 over u from -1/2 to 1/2, with x = L sin(psi) / lambda and F = L^2 / (2
-  /// lambda r) (Fresnel).
-  double power(double sin_psi, double range_m) const;
-  /// psi of null `number`, asin(n lambda / L); a right angle if there is no such null.
+  /// At a range of at least the array's length, with a defocus as of Sonar::defocus(); 1:
+  /// unfocused. |Shading::field()|^2 with x = L sin(psi) / lambda and F = L^2 / (2 lambda r) times
+  /// the defocus.
+  double power(double sin_psi, double range_m, double defocus = 1.0) const;
+  /// F, see above.
+  double nearness(double range_m, double defocus) const {
+    return 0.5 * length_m * length_m / (wavelength_m * range_m) * defocus;
+  }
+  /// psi of null `number` in the far field, asin(n lambda / L) of a uniform array; a right angle if
+  /// there is no such null.
   double null_rad(int number) const;
 };
 

@@ -4,6 +4,57 @@
 #include <cmath>
 
 namespace ensonify::engine {
+namespace {
+
+Shading shading_of(ShadingKind kind, double side_lobe_db, int nbar,
+                   const std::vector<double>& weights) {
+  switch (kind) {
+    case ShadingKind::uniform:
+    case ShadingKind::same: break;
+    case ShadingKind::hann: return Shading::hann();
+    case ShadingKind::taylor: return Shading::taylor(side_lobe_db, nbar);
+    case ShadingKind::chebyshev: return Shading::chebyshev(side_lobe_db);
+    case ShadingKind::weights: return Shading::of_weights(weights);
+  }
+  return {};
+}
+
+}  // namespace
+
+LineArray Sonar::transmit_array(double wavelength_m) const {
+  return {array_length_m, wavelength_m,
+          shading_of(shading, shading_side_lobe_db, taylor_nbar, shading_weights)};
+}
+
+LineArray Sonar::receive_array(double wavelength_m) const {
+  const bool same = receive_shading == ShadingKind::same;
+  return {receive_length_m(), wavelength_m,
+          shading_of(same ? shading : receive_shading, shading_side_lobe_db, taylor_nbar,
+                     same ? shading_weights : receive_shading_weights)};
+}
+
+double Sonar::defocus(double at_m) const {
+  if (focus_zones_m.empty()) return focused ? 0.0 : 1.0;
+  double nearest = 1.0 - at_m / focus_zones_m.front();
+  for (const double zone_m : focus_zones_m)
+    if (const double its = 1.0 - at_m / zone_m; std::abs(its) < std::abs(nearest)) nearest = its;
+  return nearest;
+}
+
+// Between two zones |1 / r - 1 / z| is largest where both are equally far, in the middle by 1 / r.
+double Sonar::most_defocused_m(double nearest_m) const {
+  double worst_m = nearest_m;
+  const auto include = [&](double at_m) {
+    if (at_m > nearest_m && at_m <= range_m &&
+        std::abs(defocus(at_m)) / at_m > std::abs(defocus(worst_m)) / worst_m)
+      worst_m = at_m;
+  };
+  for (const double a : focus_zones_m) {
+    include(range_m);
+    for (const double b : focus_zones_m) include(2.0 / (1.0 / a + 1.0 / b));
+  }
+  return worst_m;
+}
 
 Sonar Sonar::sampled(double sound_speed_mps) const {
   Sonar sonar = *this;

@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
@@ -23,13 +24,22 @@ struct Sonar {
   double frequency_hz = 400e3;
   double source_level_db = 210.0;  ///< dB re 1 uPa at 1 m, on the axis of the beam
   Pulse pulse;
-  double range_m = 75.0;                ///< slant range of the last bin's far edge
-  int bins = 1500;                      ///< per side
-  double sample_rate_hz = 0.0;          ///< of the digitiser; 0: `bins` gives the bin length
-  double array_length_m = 0.5;          ///< of the transmitter
-  double receive_array_length_m = 0.0;  ///< 0: the same array
+  double range_m = 75.0;                       ///< slant range of the last bin's far edge
+  int bins = 1500;                             ///< per side
+  double sample_rate_hz = 0.0;                 ///< of the digitiser; 0: `bins` gives the bin length
+  double array_length_m = 0.5;                 ///< of the transmitter
+  double receive_array_length_m = 0.0;         ///< 0: the same array
+  ShadingKind shading = ShadingKind::uniform;  ///< of the transmitter
+  ShadingKind receive_shading = ShadingKind::same;  ///< same: as the transmitter
+  double shading_side_lobe_db = -30.0;              ///< of taylor and chebyshev
+  int taylor_nbar = 4;
+  /// For ShadingKind::weights: as in Shading::of_weights().
+  std::vector<double> shading_weights, receive_shading_weights;
   bool focused = false;  ///< at all ranges; otherwise the near field is as wide as the array
-  int side_lobes = 0;    ///< number that is traced on either side of the main lobe
+  /// Ranges at which the arrays are focused, each for the ranges nearest to it (in 1 / r); empty:
+  /// as `focused` says.
+  std::vector<double> focus_zones_m;
+  int side_lobes = 0;  ///< number that is traced on either side of the main lobe
   VerticalPattern vertical;
   double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: lowest depression of the fan
   double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: highest depression of the fan
@@ -40,6 +50,15 @@ struct Sonar {
   double receive_length_m() const {
     return receive_array_length_m > 0.0 ? receive_array_length_m : array_length_m;
   }
+  /// Its arrays, with their shading. Throws std::invalid_argument as Shading does.
+  LineArray transmit_array(double wavelength_m) const;
+  LineArray receive_array(double wavelength_m) const;
+  /// How far out of focus the arrays are at a range r: 1 - r / z, with the z of focus_zones_m for
+  /// which it is nearest to 0; 1 if unfocused, 0 if focused at all ranges. At its range an object
+  /// sees a beam of the array's length times this, spread by diffraction.
+  double defocus(double at_m) const;
+  /// Of all ranges r from nearest_m to range_m the one where |defocus(r)| / r is largest.
+  double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }
   /// A copy. If the digitiser's rate is given, its bins are c / (2 rate) long for the sound speed
   /// c, and there are just enough to reach the range.

@@ -103,9 +103,11 @@ double EchoLaw::vertical_width_rad(Side side, int power) const {
 }
 
 double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
-  // The array receives isotropic noise in a beam that is lambda / L wide at all depressions.
-  const double solid_angle_sr = std::min(law.wavelength_m() / sonar.receive_length_m(), 2.0) *
-                                law.vertical_width_rad(side, 1);
+  // The array receives isotropic noise in a beam that is lambda / L wide at all depressions, wider
+  // by its shading.
+  const LineArray array = sonar.receive_array(law.wavelength_m());
+  const double width = array.wavelength_m / array.length_m * array.shading.noise_width_x();
+  const double solid_angle_sr = std::min(width, 2.0) * law.vertical_width_rad(side, 1);
   const double ambient =
       scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz, sea.wind_mps, sea.shipping)) *
       solid_angle_sr / (4.0 * pi);

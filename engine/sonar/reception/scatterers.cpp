@@ -24,26 +24,13 @@ constexpr int finest_level = 10;    // the finest cells have a 1024th of the arr
 constexpr double bin_share = 1.0;   // length of a cell over that of a bin
 constexpr double rise = 0.25;  // metres of cells per metre of height, so that walls have cells too
 
-/// The complex field of a uniform line array at a range r and a distance y along the array: the
-/// mean of exp(i k (y - a)^2 / 2 r) over the array's points a; of exp(i k (y^2 - 2 y a) / 2 r) if
-/// it is focused.
-std::complex<double> one_way(double length_m, double wavelength_m, bool focused, double y_m,
-                             double range_m) {
-  const double x = length_m * y_m / (wavelength_m * range_m);
-  const double quadratic = pi * y_m * y_m / (wavelength_m * range_m);
-  const double fresnel = focused ? 0.0 : 0.5 * length_m * length_m / (wavelength_m * range_m);
-  if (fresnel < 1e-3) {
-    const double sinc = std::abs(x) < 1e-6 ? 1.0 : std::sin(pi * x) / (pi * x);
-    return std::polar(sinc, quadratic);
-  }
-  const int steps = 32 + 2 * static_cast<int>(4.0 * (fresnel + std::abs(x)));
-  std::complex<double> sum = 0.0;
-  for (int i = 0; i <= steps; ++i) {
-    const double u = static_cast<double>(i) / steps - 0.5;
-    const double weight = i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-    sum += std::polar(weight / (3.0 * steps), 2.0 * pi * (fresnel * u * u - x * u));
-  }
-  return sum * std::polar(1.0, quadratic);
+/// The complex field of a line array at a range r and a distance y along the array: the mean of
+/// exp(i k (y - a)^2 / 2 r - i k a^2 / 2 z) over the array's points a with their weights, if it is
+/// focused at z.
+std::complex<double> one_way(const LineArray& array, double y_m, double range_m, double defocus) {
+  const double x = array.length_m * y_m / (array.wavelength_m * range_m);
+  const double quadratic = pi * y_m * y_m / (array.wavelength_m * range_m);
+  return array.shading.field(x, array.nearness(range_m, defocus)) * std::polar(1.0, quadratic);
 }
 
 }  // namespace
@@ -52,6 +39,8 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
                        double reference_heading_rad)
     : cell_m_(bin_share * sonar.bin_m()), reference_rad_(reference_heading_rad) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
+  const LineArray arrays[] = {sonar.transmit_array(wavelength_m),
+                              sonar.receive_array(wavelength_m)};
   turns_per_cell_ = 2.0 * cell_m_ / wavelength_m;
   columns_ = static_cast<std::uint32_t>((0.5 * max_cells * (sonar.side_lobes + 1) + 2.0) *
                                         columns_per_cell);
@@ -63,13 +52,13 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
     const auto row = static_cast<std::size_t>(rows_per_octave * std::log2(range_m / nearest_m));
     while (rows_.size() <= row) {
       const double middle = (static_cast<double>(rows_.size()) + 0.5) / rows_per_octave;
-      rows_.push_back(make_row(sonar, wavelength_m, nearest_m * std::exp2(middle)));
+      rows_.push_back(make_row(sonar, arrays, nearest_m * std::exp2(middle)));
       levels = std::max(levels, static_cast<std::size_t>(rows_.back().level) + 1);
     }
     row_of_bin_.push_back(static_cast<std::uint16_t>(row));
   }
   rows_.push_back(make_row(  // for interpolating the widths beyond the last row's middle
-      sonar, wavelength_m,
+      sonar, arrays,
       nearest_m * std::exp2((static_cast<double>(rows_.size()) + 0.5) / rows_per_octave)));
   for (int bin = 0; bin < sonar.bins;
        ++bin) {  // interpolated between rows, linearly in the logarithm of the range
@@ -107,16 +96,26 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
   }
 }
 
-Scatterers::Row Scatterers::make_row(const Sonar& sonar, double wavelength_m, double range_m) {
-  const double lengths[] = {sonar.array_length_m, sonar.receive_length_m()};
+Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays,
+                                     double range_m) {
+  const double defocus = sonar.defocus(range_m);
+  const bool same =
+      arrays[0].length_m == arrays[1].length_m && arrays[0].shading == arrays[1].shading;
   double reach_m = 1e300;
-  for (const double length_m : lengths)
-    reach_m =
-        std::min(reach_m, (sonar.focused ? 0.0 : 0.5 * length_m) +
-                              (sonar.side_lobes + beam_reach) * wavelength_m * range_m / length_m);
+  for (const LineArray& array : arrays) {
+    const Shading& shading = array.shading;
+    // Of the main lobe a shaded array shows as much as a shorter one without shading.
+    const double widening = shading.beam_width_x() / Shading().beam_width_x();
+    const double inner = shading.null_x(sonar.side_lobes);
+    const double lobes = sonar.side_lobes == 0
+                             ? beam_reach * widening
+                             : inner + beam_reach * (shading.null_x(sonar.side_lobes + 1) - inner);
+    reach_m = std::min(reach_m, 0.5 * array.length_m / widening * std::abs(defocus) +
+                                    lobes * array.wavelength_m * range_m / array.length_m);
+  }
   Row row;
   const double across = max_cells * (sonar.side_lobes + 1);
-  const double shortest_m = lengths[0] * std::exp2(-finest_level);
+  const double shortest_m = arrays[0].length_m * std::exp2(-finest_level);
   row.level =
       std::max(0, static_cast<int>(std::ceil(std::log2(2.0 * reach_m / across / shortest_m))));
   const double cell_m = shortest_m * std::exp2(row.level);
@@ -128,12 +127,9 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, double wavelength_m, do
   const int columns = static_cast<int>(std::ceil(row.reach * columns_per_cell));
   for (int column = 0; column < columns; ++column) {
     const double y_m = (column + 0.5) * step_m;
-    const std::complex<double> sent =
-        one_way(lengths[0], wavelength_m, sonar.focused, y_m, range_m);
+    const std::complex<double> sent = one_way(arrays[0], y_m, range_m, defocus);
     const std::complex<double> weight =
-        sent * (lengths[0] == lengths[1]
-                    ? sent
-                    : one_way(lengths[1], wavelength_m, sonar.focused, y_m, range_m));
+        sent * (same ? sent : one_way(arrays[1], y_m, range_m, defocus));
     weights_.push_back(static_cast<float>(weight.real()));
     weights_.push_back(static_cast<float>(weight.imag()));
     row.width_m += 2.0 * step_m * std::norm(weight);

@@ -73,7 +73,7 @@ class Scatterers {
   };
   const Frame& frame_of(const ArrayFrame& array_frame) const;
   void place_side_lobes(const BinLayers& bins, Memory& memory) const;
-  Row make_row(const Sonar& sonar, double wavelength_m, double range_m);
+  Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m);
 
   double cell_m_, turns_per_cell_;
   double reference_rad_;

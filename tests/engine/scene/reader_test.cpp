@@ -37,7 +37,12 @@ std::string bits(const Key<Owner>& key, Owner& owner) {
           return fmt::format("{}", fmt::join(*value, "|"));
         else if constexpr (std::is_same_v<T, double>)
           return fmt::format("{:x}", std::bit_cast<std::uint64_t>(*value));
-        else if constexpr (std::is_enum_v<T>)
+        else if constexpr (std::is_same_v<T, std::vector<double>>) {
+          std::string all;
+          for (const double v : *value)
+            all += fmt::format("{:x} ", std::bit_cast<std::uint64_t>(v));
+          return all;
+        } else if constexpr (std::is_enum_v<T>)
           return fmt::format("{}", static_cast<int>(*value));
         else if constexpr (std::is_same_v<T, InputFile>)
           return value->name;
@@ -133,6 +138,10 @@ wander_s = 33.3
 heading_step_deg = 0.1
 [sonar.zeta]
 frequency_hz = 123456.7
+shading = "weights"
+shading_weights = [0.1, 0.7, 1, 0.7, 0.1]
+receive_shading = "taylor"
+focus_zones_m = [7.3, 40]
 vertical_beamwidth_deg = 51.7
 tilt_deg = 19.3
 [sonar.alpha-2]
@@ -197,6 +206,8 @@ TEST_CASE("Every key has help and a range, and reads what is written through -D"
       bad.insert(bad.end(), {"1", "word"});
     } else if (std::holds_alternative<std::vector<std::string>*>(option)) {
       bad = {"1", "{}", "[1]", "2024-01-01"};
+    } else if (std::holds_alternative<std::vector<double>*>(option)) {
+      bad = {"1", "{}", "[1e9]", "[1, true]", "2024-01-01"};
     } else {
       CHECK(key.range.low < key.range.high);
       bad.insert(bad.end(), {fmt::format("{:.17g}", key.range.low - 1.0),
@@ -378,6 +389,17 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:5:18: 'sonar.a.array_length_m' is 0.003, expected a wavelength or more, 0.00375 m "
        "at "
        "400000 Hz"},
+      {head + "[sonar.a]\nshading = \"taylor\"\nshading_side_lobe_db = -40",
+       "s.toml: 'sonar.a.taylor_nbar': Taylor's side lobes of -40 dB need an nbar of 6 or more, and "
+       "it is 4"},
+      {head + "[sonar.a]\nreceive_shading = \"weights\"\nreceive_shading_weights = [1, 2]",
+       "s.toml:4:27: 'sonar.a.receive_shading_weights': weight 1 is 1 from one end and 2 from the "
+       "other, expected the same"},
+      {head + "[sonar.a]\nshading_weights = [1, 1]",
+       "s.toml:3:19: 'sonar.a.shading_weights' needs shading = \"weights\""},
+      {head + "[sonar.a]\nfocused = true\nfocus_zones_m = [10]",
+       "s.toml:4:17: 'sonar.a.focus_zones_m' is given, and sonar.a.focused is true: the arrays are "
+       "focused either in zones or at all ranges, leave one out"},
       {head + "[sonar.a]\nbandwidth_hz = 500e3",
        "s.toml:3:16: 'sonar.a.bandwidth_hz' is 500000, expected at most frequency_hz, which is "
        "400000"},

@@ -12,7 +12,7 @@ using namespace ensonify::engine;
 using ensonify::scatter::to_db;
 
 namespace {
-constexpr LineArray array{.length_m = 0.5, .wavelength_m = 0.00375};
+const LineArray array{.length_m = 0.5, .wavelength_m = 0.00375};
 }
 
 TEST_CASE("a line array's one-way beam is 0.8859 lambda/L wide, its two-way beam 0.6378") {
