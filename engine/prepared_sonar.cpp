@@ -39,6 +39,8 @@ ChainOptions chain_options(const Scene& scene, std::size_t number, const Prepare
           .absorption_db_per_m = its.medium.absorption_db_per_m,
           .heading_rad = scene.track.kind == TrackKind::file ? 0.0 : scene.track.heading_rad,
           .nominal_altitude_m = nominal_altitude_m(scene, its.sonar),
+          .nominal_speed_mps = scene.track.speed_mps,
+          .ping_interval_s = scene.ping_interval_s(its.medium.sound_speed_mps),
           .nominal_strength =
               [&bed_table](double sine) { return bed_table.sigma_over_sine(sine) * sine; },
           .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))

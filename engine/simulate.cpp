@@ -88,7 +88,8 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     worker.prepared[i]->chain->receive({.ping = number,
                                         .t_s = pose.t_s,
                                         .array = {fan.origin, fan.array_axis, down},
-                                        .altitude_m = worker.heights_m[i]},
+                                        .altitude_m = worker.heights_m[i],
+                                        .speed_mps = pose.velocity_mps.norm()},
                                        lines, worker.memory);
     watch.lap(worker.times.receive_s);
     first_line += sides;

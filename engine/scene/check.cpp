@@ -250,7 +250,7 @@ void check_scene(const Scene& scene,
         key(sonar.pulse.kind == PulseKind::cw && sonar.pulse.length_s > 0.0 ? "pulse_length_s"
                                                                             : "bandwidth_hz");
     const double pulse_m = sonar.pulse.cell_m(sound_speed_mps);
-    const double reach_m = sound_speed_mps * sonar.pulse.reach_s();  // both ways
+    const double reach_m = 0.5 * sound_speed_mps * (sonar.pulse.end_s() - sonar.pulse.begin_s());
     require(reach_m <= max_bins_in_pulse * sampled.bin_m(), bins_key, [&] {
       return fmt::format(
           "'{}' makes bins of {:.3g} m, and a pulse of {:.3g} m with its side lobes spans more "

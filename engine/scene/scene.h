@@ -84,6 +84,9 @@ struct Scene {
   std::map<std::string, std::string, std::less<>> places;
 
   std::uint64_t bed_seed() const { return seafloor_seed.value_or(seed); }
+  /// The time from ping to ping; where the track does not give it, the two-way time of the longest
+  /// range.
+  double ping_interval_s(double sound_speed_mps) const;
 };
 
 }  // namespace ensonify::engine

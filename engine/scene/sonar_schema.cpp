@@ -33,8 +33,10 @@ const Section<Sonar>& sonar_section() {
           {"source_level_db", "dB re 1 uPa at 1 m", {0, 300}, "Source level on the beam's axis.",
            at(&Sonar::source_level_db)},
           {"pulse", "", {},
-           "cw: a tone of constant amplitude; lfm: a sweep, which the matched filter compresses to "
-           "1 / bandwidth.",
+           "cw: a tone of constant amplitude, whose echo begins at its range; lfm: a sweep of rising "
+           "frequency, which the matched filter compresses to 1 / bandwidth about its range. On the "
+           "move a sweep's echo lies nearer by frequency_hz * pulse_length_s / bandwidth_hz times the "
+           "closing speed.",
            at(&Sonar::pulse, &Pulse::kind), {"cw", "lfm"}},
           {"bandwidth_hz", "Hz", {10, 10e6}, "Bandwidth of the pulse.",
            at(&Sonar::pulse, &Pulse::bandwidth_hz)},
@@ -131,8 +133,16 @@ const Section<Sonar>& sonar_section() {
           {"noise", "", {}, "Whether it receives the sea's noise and its own.",
            at(&Sonar::receiver, &ReceiverOptions::noise)},
           {"self_noise_db", "dB re 1 uPa^2/Hz", {-100, 250},
-           "Its own noise, as if received along the beam's axis; unset: only the sea's noise.",
+           "Noise of the receiver and of its platform, as if received along the beam's axis; unset: "
+           "only the sea's noise.",
            at(&Sonar::receiver, &ReceiverOptions::self_noise_db)},
+          {"self_noise_speed_mps", "m/s", {0.01, 100},
+           "Speed of the vehicle up to which self_noise_db holds.",
+           at(&Sonar::receiver, &ReceiverOptions::self_noise_speed_mps)},
+          {"self_noise_slope_db", "dB", {0, 120},
+           "How much the self-noise grows beyond that speed, per factor of ten in speed; 0: not at "
+           "all.",
+           at(&Sonar::receiver, &ReceiverOptions::self_noise_slope_db)},
           {"output_noise_db", "dB re full scale", {-200, 0},
            "Noise added behind the gain and before the detector, which makes the recorded noise "
            "floor constant over range; unset: none.",

@@ -22,11 +22,8 @@ class TrackBuilder {
  public:
   TrackBuilder(const Scene& scene, const Ground& ground, double sound_speed_mps)
       : scene_(scene), track_(scene.track), ground_(ground), motion_(scene.motion, scene.seed) {
-    interval_s_ = track_.ping_interval_s;
-    if (interval_s_ > 0.0 || track_.kind == TrackKind::file) return;
-    double longest_m = 0.0;
-    for (const Sonar& sonar : scene.sonars) longest_m = std::max(longest_m, sonar.range_m);
-    interval_s_ = 2.0 * longest_m / sound_speed_mps;
+    interval_s_ = track_.kind == TrackKind::file ? track_.ping_interval_s
+                                                 : scene.ping_interval_s(sound_speed_mps);
   }
 
   TrackPoses build_track() {
@@ -196,6 +193,13 @@ class TrackBuilder {
 };
 
 }  // namespace
+
+double Scene::ping_interval_s(double sound_speed_mps) const {
+  if (track.ping_interval_s > 0.0) return track.ping_interval_s;
+  double longest_m = 0.0;
+  for (const Sonar& sonar : sonars) longest_m = std::max(longest_m, sonar.range_m);
+  return 2.0 * longest_m / sound_speed_mps;
+}
 
 TrackPoses build_track(const Scene& scene, const Ground& ground, double sound_speed_mps) {
   return TrackBuilder(scene, ground, sound_speed_mps).build_track();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <vector>
@@ -38,12 +39,16 @@ struct Circumstances {
   ArrayFrame array_frame = context.array;
   ArtefactOptions artefacts = {};
   std::optional<scatter::Sediment> bed = {};
+  std::function<double(double sine)> strength = [](double) { return 3e-4; };
+  double ping_interval_s = 0.0;
 };
 std::vector<double> received(const Sonar& sonar, const OtherPathsOptions& arrivals,
                              const std::vector<float>& direct = {}, const SeaState& sea = {},
                              const Circumstances& under = {}) {
   const SignalChain chain(sonar, {.speckle = false,
                                   .absorption_db_per_m = 0.03,
+                                  .ping_interval_s = under.ping_interval_s,
+                                  .nominal_strength = under.strength,
                                   .bed = under.bed,
                                   .sea = sea,
                                   .arrivals = arrivals,
@@ -310,6 +315,68 @@ TEST_CASE("a multiple by the bed loses the sediment's reflection loss at that an
     // |R(90)| of medium sand by the handbook's regressions is 0.369775.
     if (over_m < 1.0) CHECK(loss_db == Approx(-20.0 * std::log10(0.369775)).margin(0.05));
   }
+}
+
+TEST_CASE("a multiple has the bed's strength at both of its legs' grazing angles") {
+  Sonar sonar = open_sonar();
+  sonar.bins = 3000;
+  const SeaState calm{.wind_mps = 0.0};
+  const auto lambert = [](double sine) { return 2e-3 * sine * sine; };
+  for (const double over_m : {5.0, 28.0, 60.0}) {
+    const double r = std::hypot(over_m, altitude_m);
+    std::vector<float> direct(3000, 0.0f);
+    const auto lit = static_cast<std::size_t>(r / sonar.bin_m());
+    for (std::size_t i = lit - 4; i <= lit + 4; ++i) direct[i] = 1e9f;
+    const double up_m = altitude_m + 2.0 * depth_m, back_m = std::hypot(over_m, up_m);
+    const auto energy = [&](const std::function<double(double)>& strength) {
+      const std::vector<double> all = received(sonar, {.multiples = true, .bottom_loss_db = 200.0},
+                                               direct, calm, {.strength = strength});
+      const auto bin = static_cast<std::ptrdiff_t>(0.5 * (r + back_m) / sonar.bin_m());
+      return std::accumulate(all.begin() + bin - 20, all.begin() + bin + 21, 0.0);
+    };
+    // Lambert's law: mu sin g sin g' over mu sin^2 g.
+    const double expected_db = scatter::to_db((up_m / back_m) / (altitude_m / r));
+    CAPTURE(over_m);
+    CHECK(scatter::to_db(energy(lambert) / energy([](double) { return 2e-3; })) ==
+          Approx(expected_db).margin(0.02));
+  }
+}
+
+TEST_CASE("the ping before is heard from c P / 2 farther, by the sonar equation") {
+  const Sonar sonar = open_sonar();
+  const double ping_m = 90.0, interval_s = 2.0 * ping_m / 1500.0;
+  const auto lambert = [](double sine) { return 2e-3 * sine * sine; };
+  const std::vector<double> all = received(sonar, {.second_time_around = true}, {}, {},
+                                           {.strength = lambert, .ping_interval_s = interval_s});
+  const auto level = [&](double from_m) {
+    const double sine = altitude_m / from_m;
+    const double width = 2.0 / 3.0 * 1500.0 / sonar.frequency_hz / sonar.array_length_m;
+    const double area_m2 =
+        from_m * width * sonar.pulse.cell_m(1500.0) / std::sqrt(1.0 - sine * sine);
+    return scatter::from_db(sonar.source_level_db - 40.0 * std::log10(from_m) -
+                            2.0 * 0.03 * from_m) *
+           area_m2 * lambert(sine);
+  };
+  for (const double r : {1.0, 20.0, 50.0, 74.0}) {
+    double expected = 0.0;
+    for (int pings = 1; pings <= 4; ++pings) expected += level(r + pings * ping_m);
+    CAPTURE(r);
+    CHECK(scatter::to_db(all[static_cast<std::size_t>(r / sonar.bin_m())]) ==
+          Approx(scatter::to_db(expected)).epsilon(0).margin(0.05));
+  }
+  // Without an interval it is the two-way time of the range, 75 m. By default it is not heard.
+  const std::vector<double> at_once =
+      received(sonar, {.second_time_around = true}, {}, {}, {.strength = lambert});
+  CHECK(scatter::to_db(at_once[100] / (level(80.0) + level(155.0))) == Approx(0.0).margin(0.1));
+  for (const double none : received(sonar, {}, {}, {}, {.strength = lambert})) REQUIRE(none == 0.0);
+  // Far below the noise nothing is added.
+  Sonar noisy = sonar;
+  noisy.receiver.noise = true;
+  const auto without = received(noisy, {}, {}, {}, {.strength = lambert});
+  CHECK(received(noisy, {.second_time_around = true}, {}, {},
+                 {.strength = lambert, .ping_interval_s = 4.0}) == without);
+  CHECK(received(noisy, {.second_time_around = true}, {}, {}, {.strength = lambert})[0] >
+        without[0]);
 }
 
 TEST_CASE("transmit leakage blinds the first samples and no others") {

@@ -31,12 +31,19 @@ double closed_form_db(const Sonar& sonar, const Medium& medium, double r,
          scatter::to_db(bed.cross_section(grazing)) + 10.0 * std::log10(area_m2);
 }
 
+/// The middle of the range cell that a bin receives.
+double cell_middle_m(const Sonar& sonar, const Medium& medium, double range_m) {
+  return range_m - (sonar.pulse.kind == PulseKind::cw
+                        ? 0.5 * sonar.pulse.cell_m(medium.sound_speed_mps)
+                        : 0.0);
+}
+
 double worst_error_db(const Sonar& sonar, const Medium& medium, const EchoLine& line,
                       double from_m) {
   double worst = 0.0;
   for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
-    const double r = line.bins.range_m[i];
-    if (r < from_m) continue;
+    if (line.bins.range_m[i] < from_m) continue;
+    const double r = cell_middle_m(sonar, medium, line.bins.range_m[i]);
     const double level = scatter::to_db(line.bins.intensity_mean[i]);
     worst = std::max(worst, std::abs(level - closed_form_db(sonar, medium, r)));
   }
@@ -112,6 +119,29 @@ TEST_CASE("a flat bed's level follows the sonar equation with the equivalent bea
   }
 }
 
+TEST_CASE("a tone of 1 ms over a flat bed begins at the altitude and has the level of its cell") {
+  const Medium medium{1500.0, 0.03};
+  Sonar sonar = plain_sonar();
+  sonar.pulse.length_s = 1e-3;
+  const double cell_m = 0.75;
+  const auto line = ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium)[1];
+  for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+    const double r = line.bins.range_m[i];
+    CAPTURE(r);
+    if (r < altitude_m - sonar.bin_m()) REQUIRE(line.bins.intensity_mean[i] == 0.0f);
+    if (r > altitude_m + sonar.bin_m()) REQUIRE(line.bins.intensity_mean[i] > 0.0f);
+    if (r < altitude_m + cell_m + 0.3) continue;
+    // The sonar equation for the places between r - cell and r, each with its own range.
+    double sum = 0.0;
+    constexpr int parts = 200;
+    for (int k = 0; k < parts; ++k)
+      sum +=
+          scatter::from_db(closed_form_db(sonar, medium, r - cell_m * (k + 0.5) / parts)) / parts;
+    REQUIRE(scatter::to_db(line.bins.intensity_mean[i]) ==
+            Approx(scatter::to_db(sum)).epsilon(0).margin(0.03));
+  }
+}
+
 TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each side its own") {
   const Medium medium{1500.0, 0.0};
   Sonar sonar = plain_sonar();
@@ -123,7 +153,7 @@ TEST_CASE("a flat bed shows the measured vertical pattern twice (in dB), each si
   const auto lines = ping_once(sonar, level_bed(20.0), above_bed, altitude_m, medium);
   for (const EchoLine& line : lines)
     for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
-      const double r = line.bins.range_m[i];
+      const double r = cell_middle_m(sonar, medium, line.bins.range_m[i]);
       if (r < 1.2 * altitude_m) continue;
       const double depression = std::asin(altitude_m / r);
       if (std::ranges::any_of(corners, [&](double c) { return std::abs(depression - c) < 0.005; }))

@@ -73,4 +73,74 @@ TEST_CASE("a point's echo has the width of its pulse in range, and the pulse's s
 
   const EchoLine cw = echo_of_point({.kind = PulseKind::cw, .bandwidth_hz = 30e3});
   CHECK(width_m(cw.bins.intensity_mean, bin_m, 3.0103) == Approx(cell_m).epsilon(0.01));
+  // It begins at the point's range.
+  const std::vector<float>& tone = cw.bins.intensity_mean;
+  const float peak_of_tone = *std::max_element(tone.begin(), tone.end());
+  for (std::size_t i = 0; i < tone.size(); ++i) {
+    const double r = (double(i) + 0.5) * bin_m;
+    CAPTURE(r);
+    if (r < range_m - 2.0 * bin_m || r > range_m + cell_m + 2.0 * bin_m) REQUIRE(tone[i] == 0.0f);
+    if (r > range_m + 2.0 * bin_m && r < range_m + cell_m - 2.0 * bin_m)
+      REQUIRE(tone[i] == Approx(peak_of_tone).epsilon(0.01));
+  }
+}
+
+TEST_CASE(
+    "over a flat bed a sonar that moves to the side sees places nearer or farther by v f T / B") {
+  constexpr double altitude_m = 10.0, speed_mps = 1.5;
+  Sonar sonar = plain_sonar();
+  sonar.pulse = {
+      .kind = PulseKind::lfm, .bandwidth_hz = 20e3, .length_s = 10e-3, .window = PulseWindow::hann};
+  const double shift_m = speed_mps * 400e3 * 10e-3 / 20e3;  // 0.3 m
+  const Pose pose{.position = {0.0, 0.0, -10.0}, .velocity_mps = {speed_mps, 0.0, 0.0}};
+  const auto lines = ping_once(sonar, level_bed(20.0), pose, altitude_m);
+  for (const EchoLine& line : lines) {
+    const double to_side = line.side == Side::starboard ? 1.0 : -1.0;
+    std::size_t lit = 0;
+    for (std::size_t i = 0; i < line.bins.range_m.size(); ++i) {
+      if (line.bins.region[i] != std::uint32_t(Region::seabed) || line.bins.range_m[i] < 11.0)
+        continue;
+      ++lit;
+      const double over_m = std::abs(double(line.bins.x_m[i])), r = std::hypot(over_m, altitude_m);
+      CAPTURE(to_side, line.bins.range_m[i]);
+      REQUIRE(line.bins.range_m[i] - r ==
+              Approx(-to_side * shift_m * over_m / r).margin(0.2 * sonar.bin_m()));
+    }
+    CHECK(lit == std::size_t(sonar.bins) - std::size_t(11.0 / sonar.bin_m()));
+    CHECK(line.starved == 0);
+  }
+  // Straight below nothing closes: the first return stays. A tone does not mind.
+  CHECK(lines[1].bins.range_m[std::size_t(lines[1].first_return)] ==
+        Approx(altitude_m).margin(sonar.bin_m()));
+  sonar.pulse = {};
+  const auto tone = ping_once(sonar, level_bed(20.0), pose, altitude_m);
+  const double x_m = tone[1].bins.x_m[800], r = std::hypot(x_m, altitude_m);
+  CHECK(tone[1].bins.range_m[800] == Approx(r).margin(0.2 * sonar.bin_m()));
+}
+
+TEST_CASE("a sweep's shadow moves with its echoes") {
+  constexpr double altitude_m = 10.0;
+  Sonar sonar = plain_sonar();
+  sonar.pulse = {
+      .kind = PulseKind::lfm, .bandwidth_hz = 20e3, .length_s = 10e-3, .window = PulseWindow::hann};
+  Seafloor bed = level_bed(20.0);
+  add_box(bed, {25.0f, -20.0f, -20.0f}, {26.0f, 20.0f, -17.0f});
+  const auto shadow = [&](double speed_mps) {
+    const auto line = ping_once(
+        sonar, bed, {.position = {0.0, 0.0, -10.0}, .velocity_mps = {speed_mps, 0.0, 0.0}},
+        altitude_m)[1];
+    std::size_t first = line.bins.region.size(), count = 0;
+    for (std::size_t i = 0; i < line.bins.region.size(); ++i)
+      if (line.bins.region[i] == std::uint32_t(Region::shadow)) {
+        first = std::min(first, i);
+        ++count;
+      }
+    return std::pair(double(first), double(count));
+  };
+  const auto still = shadow(0.0), closing = shadow(2.0);
+  const double cosine = 25.5 / std::hypot(25.5, 8.5);
+  CHECK((still.first - closing.first) * sonar.bin_m() ==
+        Approx(0.4 * cosine).margin(2.0 * sonar.bin_m()));
+  CHECK(closing.second == Approx(still.second).margin(2.0));
+  CHECK(still.second > 50.0);
 }

@@ -368,6 +368,32 @@ TEST_CASE("the noise has the level of the formulas, the array's gain and the ban
   CHECK(scatter::thermal_noise_db(400e3) == Approx(37.04).margin(0.01));
 }
 
+TEST_CASE(
+    "self-noise grows by 60 dB per factor of ten in speed above 2 m/s, at each ping's speed") {
+  Sonar sonar;
+  sonar.receiver.self_noise_db = 30.0;
+  const SignalChain chain(sonar, {.speckle = false});
+  SignalChain::Memory memory;
+  EchoLine line;
+  line.bins.assign(static_cast<std::size_t>(sonar.bins));
+  const auto self_noise_db = [&](double speed_mps) {
+    chain.receive({.speed_mps = speed_mps}, std::span(&line, 1), memory);
+    sonar.receiver.self_noise_db.reset();
+    const double sea = SignalChain(sonar, {.speckle = false}).noise(Side::port);
+    sonar.receiver.self_noise_db = 30.0;
+    return scatter::to_db((double(line.bins.intensity[50]) - sea) / sonar.pulse.bandwidth_hz);
+  };
+  CHECK(self_noise_db(0.0) == Approx(30.0).margin(1e-3));
+  CHECK(self_noise_db(2.0) == Approx(30.0).margin(1e-3));
+  CHECK(self_noise_db(3.0) == Approx(30.0 + 60.0 * std::log10(1.5)).margin(1e-3));
+  CHECK(self_noise_db(20.0) == Approx(90.0).margin(1e-3));
+  CHECK(chain.noise(Side::port, 2.0) == chain.noise(Side::port));
+
+  sonar.receiver.self_noise_speed_mps = 1.0;
+  sonar.receiver.self_noise_slope_db = 40.0;
+  CHECK(scatter::to_db(sonar.receiver.self_noise_density(10.0)) == Approx(70.0));
+}
+
 TEST_CASE("the receiver's own noise adds to the sea's, and speckle = false gives their mean") {
   Sonar sonar;
   Receiver sea(sonar);

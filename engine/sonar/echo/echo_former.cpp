@@ -76,7 +76,9 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
       profile_(medium.profile),
       bins_(sonar.bin_m(), bins_of(sonar, medium)),
       walk_(walk_over(seafloor, sonar.bin_m())),
-      pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())) {
+      pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
+      closing_shift_m_(0.5 * medium.sound_speed_mps *
+                       sonar.pulse.closing_shift_s(sonar.frequency_hz)) {
   for (const scatter::BackscatterTable& table : by_material) {
     strengths_from_.push_back(static_cast<std::int32_t>(strengths_.size()));
     strengths_.insert(strengths_.end(), table.values().begin(), table.values().end());
@@ -86,7 +88,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
     gain_.push_back(
         scatter::from_db(sonar.source_level_db - 2.0 * medium.absorption_db_per_m * range_m));
   }
-  energy_.resize(gain_.size() + 2 * pulse_.size());
+  energy_.resize(gain_.size() + 2 * pulse_.weights.size());
   sums_.resize(static_cast<std::size_t>(sonar.bins));
 }
 
@@ -275,22 +277,48 @@ void EchoFormer::correct_bent_rays() {
 void EchoFormer::lay(std::size_t plane) {
   bins_.begin_plane();
   walk_.walk(view_, plane, pieces_);
+  if (closing_shift_m_ > 0.0 && !view_.motion->steady) return lay_shifted(plane);
   bins_.lay(pieces_.to_lay());
   for (const Shadow& shadow : walk_.shadows()) bins_.shade(shadow);
+}
+
+/// Lays pieces and shadows where a sweep's echoes appear: nearer by closing_shift_m_ times the
+/// closing speed over c / 2, which is the part of ReceiverMotion::drift along the ray.
+void EchoFormer::lay_shifted(std::size_t plane) {
+  const RayFan& fan = *view_.fan;
+  const double level_m = closing_shift_m_ * view_.motion->drift.dot(fan.plane_direction(plane));
+  const double pole_m = closing_shift_m_ * view_.motion->drift.dot(fan.pole);
+  const RayAngles rays = ray_angles(*view_.layout);
+  // Halfway between rays j - 1 and j it is angle 2 j - 1; there neighbouring pieces meet.
+  const auto nearer_m = [&](std::size_t angle) {
+    return level_m * rays.cosines[angle] + pole_m * rays.sines[angle];
+  };
+  const auto before_ray = [](std::size_t ray) { return ray > 0 ? 2 * ray - 1 : 0; };
+  for (std::size_t i = 0; i < pieces_.count; ++i) {
+    pieces_.from_m[i] -= nearer_m(before_ray(pieces_.begin[i]));
+    pieces_.until_m[i] -= nearer_m(before_ray(pieces_.end[i]));
+  }
+  bins_.lay(pieces_.to_lay());
+  for (Shadow shadow : walk_.shadows()) {
+    const double shift_m = nearer_m(2 * shadow.ray);
+    shadow.from_m -= shift_m;
+    shadow.until_m -= shift_m;
+    bins_.shade(shadow);
+  }
 }
 
 /// Writes the truth, and the bins' energy after the pulse.
 void EchoFormer::finish(EchoLine& line) {
   bins_.write(labels_, view_.fan->origin, line);
-  const std::size_t margin = pulse_.size();
+  const std::size_t margin = pulse_.weights.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
-  // The pulse's kernel is even: pulse_[d] is its value d bins to either side. The inner loops are
-  // over bins, which vector registers take side by side.
-  const double* here = &energy_[margin];
-  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] = pulse_[0] * here[i];
-  for (std::size_t d = 1; d < pulse_.size(); ++d)
-    for (std::size_t i = 0; i < sums_.size(); ++i)
-      sums_[i] += pulse_[d] * (here[i + d] + *(here + i - d));
+  // The inner loop is over bins, which vector registers take side by side.
+  std::fill(sums_.begin(), sums_.end(), 0.0);
+  const double* from = &energy_[margin] - pulse_.first;
+  for (const double weight : pulse_.weights) {
+    for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += weight * from[i];
+    --from;
+  }
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sums_[i]);
     line.bins.range_m[i] = static_cast<float>((static_cast<double>(i) + 0.5) * bins_.bin_m());

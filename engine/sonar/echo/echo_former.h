@@ -43,8 +43,11 @@ struct Medium {
 /// face becomes one piece or a few. A piece has the density at its middle over the elevations
 /// halfway to the neighbouring rays, and its energy lies in the bins between the ranges of its
 /// ends. Where one surface goes on from piece to piece, these ends meet halfway; where it breaks
-/// off, each piece keeps its own half step (SurfaceWalk). The bins are then convolved with the
-/// pulse's energy response.
+/// off, each piece keeps its own half step (SurfaceWalk). A sweep's echo from a place that closes
+/// at a speed lies nearer (Pulse::closing_shift_s): there are its energy, its truth and its
+/// shadows. The bins are then convolved with the pulse's energy response. The truth is not: a bin
+/// has that of the places at its own range. For a CW pulse these are where its energy came from
+/// last; the rest of it came from up to c T / 2 nearer.
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
@@ -72,6 +75,7 @@ class EchoFormer {
   void absorb_over_depth();
   void correct_bent_rays();
   void lay(std::size_t plane);
+  void lay_shifted(std::size_t plane);
   void finish(EchoLine& line);
 
   FaceLabels labels_;
@@ -83,8 +87,9 @@ class EchoFormer {
   const scatter::SoundSpeedProfile* profile_;
   RangeBins bins_;
   SurfaceWalk walk_;
-  std::vector<double> gain_;    // per bin, of its energy: source level and absorption
-  std::vector<double> pulse_;   // pulse_kernel
+  std::vector<double> gain_;  // per bin, of its energy: source level and absorption
+  PulseKernel pulse_;
+  double closing_shift_m_;      // Pulse::closing_shift_s() as a range
   std::vector<double> energy_;  // per bin, with gain; and room for the pulse at both ends
   std::vector<double> sums_;    // per bin of the line, after the pulse
 

@@ -149,8 +149,10 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
 }
 
 double trace_range_m(const Sonar& sonar, double sound_speed_mps) {
+  constexpr double closing_mps = 3.0;  // the fastest for which the last bins get all echoes
   return sonar.range_m +
-         std::max(sonar.pulse.cell_m(sound_speed_mps) + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m);
+         std::max(sonar.pulse.cell_m(sound_speed_mps) + 2.0 * sonar.bin_m(), 0.01 * sonar.range_m) +
+         closing_mps * sonar.pulse.closing_shift_s(sonar.frequency_hz);
 }
 
 double lean_rad(const Pose& pose, Side side) {

@@ -51,7 +51,8 @@ RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_
 /// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
 double lean_rad(const Pose& pose, Side side);
 
-/// The range of the rays: a little beyond the last bin, whose pulse reaches there too.
+/// The range of the rays: a little beyond the last bin. A sweep's pulse reaches there, and its
+/// echoes from there may appear nearer.
 double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 
 /// The fan of one side at a pose. Its origin is the position rounded to floats (nearest_floats.h).

@@ -62,7 +62,8 @@ void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
     caster_ = last;
     if (pieces.answers[next])
       shadows_.push_back({pieces.last_ray_m(last), pieces.first_ray_m(next),
-                          pieces.beam_weight[next], pieces.label[last]});
+                          pieces.beam_weight[next], pieces.label[last],
+                          pieces.end[last] - std::size_t{1}});
   } else if (pieces.end[last] < stretches_.front().until) {
     end_in_water(last);
   } else {  // with its stretch of rays
@@ -129,6 +130,7 @@ double SurfaceWalk::next_ray_m(std::size_t piece) const {
 void SurfaceWalk::continue_beyond_range(std::size_t piece, double next_m) {
   PieceTable& pieces = *pieces_;
   const std::size_t added = pieces.count++, end = pieces.end[piece];
+  pieces.begin[added] = pieces.end[added] = pieces.end[piece];  // half a step, no ray
   pieces.until_m[piece] = pieces.from_m[added] = 0.5 * (pieces.last_ray_m(piece) + next_m);
   pieces.until_m[added] = next_m;
   const std::vector<double>& edge_rad = view_->layout->edge_rad;
@@ -159,7 +161,8 @@ void SurfaceWalk::shade_beyond(std::size_t caster) {
   const double weight = view_->beam->two_way(view_->side, view_->layout->samples_of(plane_),
                                              fan.grid->cos_elevation[pieces_->end[caster] - 1],
                                              direction, leaves_m, *view_->motion);
-  shadows_.push_back({begins_m, leaves_m, static_cast<float>(weight), pieces_->label[caster]});
+  shadows_.push_back({begins_m, leaves_m, static_cast<float>(weight), pieces_->label[caster],
+                      pieces_->end[caster] - std::size_t{1}});
 }
 
 double SurfaceWalk::longest_edge_m(std::uint32_t index) const {

@@ -14,61 +14,65 @@ constexpr double sound_speed_mps = 1500.0;
 
 struct PresetRow {
   std::string_view name, instrument;
-  double frequency_hz, beamwidth_deg, bandwidth_hz, range_m, source_level_db;
+  double frequency_hz, beamwidth_deg;
+  PulseKind pulse;
+  double bandwidth_hz, pulse_length_ms, range_m, source_level_db;
   double vertical_beamwidth_deg, tilt_deg;
   std::string_view documented;
 };
 
-// Sources. EdgeTech: frequencies, dual simultaneous chirps and the 4125's range at 600 kHz from the
-// manual of the 4200 and a survey report. Klein 3900: frequencies from USGS Data Series 739. Klein
-// 5000: frequency, five beams per side and the receiver's bandwidth from its manual and NOAA (one
-// of the five beams is simulated).
+// Sources. EdgeTech: frequencies, dual simultaneous linear FM chirps and the 4125's range at 600
+// kHz from the manual of the 4200 (0004842 rev. N, 1.3.2) and a survey report. Klein 3900:
+// frequencies from USGS Data Series 739. Klein 5000: frequency, five beams per side and the
+// receiver's bandwidth from its manual and NOAA (one of the five beams is simulated). No document
+// was found for the lengths of pulses and the source levels: the lengths are those of a setting for
+// the longest range. presets.md compares the reach of each preset with its range.
 // clang-format off
 constexpr std::array rows{
   // name, instrument,
-  //       f Hz    deg   B Hz  range  SL  vert tilt documented
+  //       f Hz    deg  pulse           B Hz   ms  range  SL  vert tilt documented
   PresetRow{"edgetech-4200-100-400-low", "EdgeTech 4200, 100/400 kHz",
-           100e3, 0.64, 11e3, 500, 215, 50, 20, "frequency_hz"},
+           100e3, 0.64, PulseKind::lfm, 11e3,   20, 500, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4200-100-400-high", "EdgeTech 4200, 100/400 kHz",
-           400e3, 0.30, 35e3, 150, 215, 50, 20, "frequency_hz"},
+           400e3, 0.30, PulseKind::lfm, 35e3,   10, 150, 205, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4200-300-600-low", "EdgeTech 4200, 300/600 kHz",
-           300e3, 0.28, 30e3, 230, 215, 50, 20, "frequency_hz"},
+           300e3, 0.28, PulseKind::lfm, 30e3,   12, 230, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4200-300-600-high", "EdgeTech 4200, 300/600 kHz",
-           600e3, 0.26, 40e3, 120, 215, 50, 20, "frequency_hz"},
+           600e3, 0.26, PulseKind::lfm, 40e3,    5, 120, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4200-300-900-low", "EdgeTech 4200, 300/900 kHz",
-           300e3, 0.28, 30e3, 230, 215, 50, 20, "frequency_hz"},
+           300e3, 0.28, PulseKind::lfm, 30e3,   12, 230, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4200-300-900-high", "EdgeTech 4200, 300/900 kHz",
-           900e3, 0.20, 40e3,  75, 215, 50, 20, "frequency_hz"},
+           900e3, 0.20, PulseKind::lfm, 40e3,    3,  75, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4125-400-900-low", "EdgeTech 4125, 400/900 kHz",
-           400e3, 0.46, 40e3, 150, 210, 50, 20, ""},
+           400e3, 0.46, PulseKind::lfm, 40e3,   10, 150, 205, 50, 20, ""},
   PresetRow{"edgetech-4125-400-900-high", "EdgeTech 4125, 400/900 kHz",
-           900e3, 0.28, 75e3,  75, 210, 50, 20, ""},
+           900e3, 0.28, PulseKind::lfm, 75e3,    3,  75, 210, 50, 20, ""},
   PresetRow{"edgetech-4125-600-1600-low", "EdgeTech 4125, 600/1600 kHz",
-           600e3, 0.33, 50e3, 120, 210, 50, 20, "frequency_hz"},
+           600e3, 0.33, PulseKind::lfm, 50e3,    5, 120, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"edgetech-4125-600-1600-high", "EdgeTech 4125, 600/1600 kHz",
-          1600e3, 0.20, 80e3,  35, 210, 50, 20, "frequency_hz"},
+          1600e3, 0.20, PulseKind::lfm, 80e3,    3,  35, 210, 50, 20, "frequency_hz pulse"},
   PresetRow{"klein-3000-low", "Klein 3000",
-           132e3, 0.70, 10e3, 600, 220, 40, 10, ""},
+           132e3, 0.70, PulseKind::cw,  10e3,  0.4, 600, 225, 40, 10, ""},
   PresetRow{"klein-3000-high", "Klein 3000",
-           445e3, 0.21, 20e3, 150, 220, 40, 10, ""},
+           445e3, 0.21, PulseKind::cw,  20e3,  0.1, 150, 220, 40, 10, ""},
   PresetRow{"klein-3900-low", "Klein 3900",
-           445e3, 0.21, 20e3, 150, 220, 40, 10, "frequency_hz"},
+           445e3, 0.21, PulseKind::cw,  20e3,  0.1, 150, 220, 40, 10, "frequency_hz"},
   PresetRow{"klein-3900-high", "Klein 3900",
-           900e3, 0.21, 40e3,  50, 215, 40, 10, "frequency_hz"},
+           900e3, 0.21, PulseKind::cw,  40e3, 0.05,  50, 215, 40, 10, "frequency_hz"},
   PresetRow{"klein-5000", "Klein 5000",
-           455e3, 0.20, 20e3, 150, 220, 40, 10, "frequency_hz bandwidth_hz"},
+           455e3, 0.20, PulseKind::cw,  20e3,  0.1, 150, 220, 40, 10, "frequency_hz bandwidth_hz"},
   PresetRow{"marine-sonic-300", "Marine Sonic, 300 kHz",
-           300e3, 0.80, 30e3, 200, 210, 40, 15, ""},
+           300e3, 0.80, PulseKind::cw,  30e3,  0.1, 200, 210, 40, 15, ""},
   PresetRow{"marine-sonic-600", "Marine Sonic, 600 kHz",
-           600e3, 0.40, 50e3,  75, 210, 40, 15, ""},
+           600e3, 0.40, PulseKind::cw,  50e3, 0.02,  75, 210, 40, 15, ""},
   PresetRow{"marine-sonic-900", "Marine Sonic, 900 kHz",
-           900e3, 0.40, 75e3,  40, 210, 40, 15, ""},
+           900e3, 0.40, PulseKind::cw,  75e3, 0.02,  40, 210, 40, 15, ""},
   PresetRow{"deepvision-de340", "DeepVision DE340",
-           340e3, 0.90, 30e3, 200, 205, 60, 20, ""},
+           340e3, 0.90, PulseKind::lfm, 30e3,    2, 200, 205, 60, 20, ""},
   PresetRow{"deepvision-de680", "DeepVision DE680",
-           680e3, 0.70, 60e3, 100, 205, 60, 20, ""},
+           680e3, 0.70, PulseKind::lfm, 60e3,    2, 100, 205, 60, 20, ""},
   PresetRow{"deepvision-de1000", "DeepVision DE1000",
-          1000e3, 0.70, 80e3,  50, 205, 60, 20, ""},
+          1000e3, 0.70, PulseKind::lfm, 80e3,    2,  50, 205, 60, 20, ""},
 };
 // clang-format on
 
@@ -80,7 +84,10 @@ Preset preset_of(const PresetRow& row) {
   Sonar& sonar = preset.sonar;
   sonar.preset = row.name;
   sonar.frequency_hz = row.frequency_hz;
-  sonar.pulse.bandwidth_hz = row.bandwidth_hz;
+  sonar.pulse = {.kind = row.pulse,
+                 .bandwidth_hz = row.bandwidth_hz,
+                 .length_s = 1e-3 * row.pulse_length_ms,
+                 .window = row.pulse == PulseKind::lfm ? PulseWindow::hann : PulseWindow::none};
   sonar.range_m = row.range_m;
   sonar.source_level_db = row.source_level_db;
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
@@ -89,9 +96,11 @@ Preset preset_of(const PresetRow& row) {
   // rounded to a millimetre.
   const double length_m = 0.886 * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
   sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
-  // A bin is as long as the pulse's resolution c / 2B or shorter: the number of bins is rounded
-  // up to a multiple of 100.
-  const double resolution_m = 0.5 * sound_speed_mps / row.bandwidth_hz;
+  // A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or shorter:
+  // the number of bins is rounded up to a multiple of 100.
+  const double resolution_m =
+      0.5 * sound_speed_mps *
+      (row.pulse == PulseKind::cw ? sonar.pulse.length_s : 1.0 / row.bandwidth_hz);
   sonar.bins = 100 * static_cast<int>(std::ceil(row.range_m / resolution_m / 100.0));
   return preset;
 }

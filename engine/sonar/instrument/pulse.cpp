@@ -50,9 +50,8 @@ double Pulse::noise_bandwidth_hz() const {
 }
 
 double Pulse::intensity(double time_s) const {
-  const double t = std::abs(time_s);
-  if (kind == PulseKind::cw) return t <= 0.5 * effective_length_s() ? 1.0 : 0.0;
-  const double x = bandwidth_hz * t;
+  if (kind == PulseKind::cw) return time_s >= begin_s() && time_s <= end_s() ? 1.0 : 0.0;
+  const double x = bandwidth_hz * std::abs(time_s);
   const double a = std::numbers::pi * x;
   double amplitude = a < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
   if (window == PulseWindow::hann)
@@ -74,25 +73,37 @@ double Pulse::correlation(double time_s) const {
          (sinc(x - 2.0) + sinc(x + 2.0)) / 6.0;
 }
 
-double Pulse::reach_s() const {
-  if (kind == PulseKind::cw) return 0.5 * effective_length_s();
+double Pulse::begin_s() const { return kind == PulseKind::cw ? 0.0 : -end_s(); }
+
+double Pulse::end_s() const {
+  if (kind == PulseKind::cw) return effective_length_s();
   return (window == PulseWindow::hann ? hann_reach : sinc_reach) / bandwidth_hz;
 }
 
-std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m) {
+double Pulse::closing_shift_s(double frequency_hz) const {
+  return kind == PulseKind::lfm ? frequency_hz * transmitted_length_s() / bandwidth_hz : 0.0;
+}
+
+PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m) {
   const double cells = pulse.cell_m(sound_speed_mps) / bin_m;
-  const double reach = 0.5 * sound_speed_mps * pulse.reach_s() / bin_m;
   if (!(cells > 0.0 && bin_m > 0.0))
     throw std::invalid_argument("pulse_kernel: the pulse, its speed and the bin must be positive");
-  std::vector<double> kernel;
-  for (int d = 0; d < reach + 1.0; ++d)
-    kernel.push_back(pulse.kind == PulseKind::cw
-                         ? triangle_integral(d + reach) - triangle_integral(d - reach)
-                         : overlap(pulse, 2.0 * bin_m / sound_speed_mps, d));
-  if (pulse.kind == PulseKind::cw) return kernel;
-  double sum = -kernel.front();
-  for (const double k : kernel) sum += 2.0 * k;
-  for (double& k : kernel) k *= cells / sum;
+  const double bin_s = 2.0 * bin_m / sound_speed_mps;
+  const double end = pulse.end_s() / bin_s;
+  PulseKernel kernel;
+  if (pulse.kind == PulseKind::cw) {
+    for (int d = 0; d < end + 1.0; ++d)
+      kernel.weights.push_back(triangle_integral(d) - triangle_integral(d - end));
+    return kernel;
+  }
+  std::vector<double> half;  // it is even
+  for (int d = 0; d < end + 1.0; ++d) half.push_back(overlap(pulse, bin_s, d));
+  kernel.first = 1 - static_cast<int>(half.size());
+  kernel.weights.assign(half.rbegin(), half.rend());
+  kernel.weights.insert(kernel.weights.end(), half.begin() + 1, half.end());
+  double sum = 0.0;
+  for (const double weight : kernel.weights) sum += weight;
+  for (double& weight : kernel.weights) weight *= cells / sum;
   return kernel;
 }
 

@@ -14,7 +14,10 @@ enum class PulseWindow { none, hann };
 /// is 13.3 dB down and whose -3 dB width is 0.886 / B. With a Hann window over the spectrum it is
 /// (sinc(B t) / (1 - (B t)^2))^2, with 31.5 dB and 1.44 / B. The filter collects the energy of the
 /// whole sweep: its length T does not change an echo's level or shape, but lowers the noise by the
-/// gain B T.
+/// gain B T. Its frequency rises.
+///
+/// A range is the one of the leading edge: the echo of a CW pulse begins at its range and ends half
+/// a pulse's way, c T / 2, behind it. A compressed sweep peaks at its range.
 struct Pulse {
   PulseKind kind = PulseKind::cw;
   double bandwidth_hz = 30e3;
@@ -30,29 +33,43 @@ struct Pulse {
   /// (B over the gain B T); times mean(w^2) / mean(w)^2 of a sweep's window w, which is 1.5
   /// (1.76 dB) for Hann's.
   double noise_bandwidth_hz() const;
-  /// Intensity over its peak, at a time from the middle (either sign).
+  /// Intensity over its peak, at a time from the echo's own.
   double intensity(double time_s) const;
   /// Correlation of the amplitudes of fully developed speckle at two times this far apart: the
   /// autocorrelation of the pulse.
   double correlation(double time_s) const;
-  /// The time from the middle beyond which the intensity stays below -60 dB.
-  double reach_s() const;
+  /// The times from the echo's own before and behind which the intensity stays below -60 dB.
+  double begin_s() const;
+  double end_s() const;
+  /// The time from the echo's own to the middle of its intensity.
+  double middle_s() const { return 0.5 * (begin_s() + end_s()); }
+  /// How much less the range of a compressed echo is, per speed at which sonar and target close:
+  /// f T / B. The Doppler shift 2 v f / c moves a sweep of the rate B / T by the time
+  /// -(2 v f / c) T / B, which is a range of -v f T / B. 0 for a CW pulse.
+  double closing_shift_s(double frequency_hz) const;
   /// The range cell, c tau_e / 2.
   double cell_m(double sound_speed_mps) const {
     return 0.5 * sound_speed_mps * effective_length_s();
   }
 };
 
-/// How a pulse spreads energy over neighbouring bins: kernel[d] is the intensity in a bin per
-/// energy in a bin d bins away, on either side; both are averages over a bin. The part beyond the
-/// pulse's reach is left out; the kernel, summed over both sides, is scaled to cell / bin, so that
-/// a uniform bed of energy g per metre has the intensity g c tau_e / 2. Throws
-/// std::invalid_argument unless pulse, sound speed and bin are positive.
-std::vector<double> pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
+/// How a pulse spreads energy over neighbouring bins: intensity per energy of a bin; both are
+/// averages over a bin.
+struct PulseKernel {
+  int first = 0;  ///< weights[0] is for the bin this many bins farther (negative: nearer)
+  std::vector<double> weights;  ///< each is for the bin one farther than the one before
+};
+
+/// The kernel of a pulse. What is before its begin and behind its end is left out; its sum is
+/// scaled to cell / bin, so that a uniform bed of energy g per metre has the intensity
+/// g c tau_e / 2. Throws std::invalid_argument unless pulse, sound speed and bin are positive.
+PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 /// The symmetric filter that gives white noise, sampled once per bin, the correlation of speckle of
 /// this pulse: taps[d] is the weight of a bin d bins away, on either side. Their squares, over both
-/// sides, sum to 1.
+/// sides, sum to 1. (Behind a CW pulse's leading edge, half a range cell nearer, the scatterers
+/// would be in the middle of the cell. That moves all speckle by the same range and changes none of
+/// its statistics.)
 std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 }  // namespace ensonify::engine

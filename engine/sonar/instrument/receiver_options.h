@@ -13,8 +13,13 @@ enum class TransferCurve { linear, square_root, logarithmic };
 /// The receiver, from the array to the file.
 struct ReceiverOptions {
   bool noise = true;  ///< whether there is ambient noise and self-noise
-  /// Noise of the receiver, dB re 1 uPa^2/Hz after beamforming; unset: none.
+  /// Noise of the receiver and of its platform, dB re 1 uPa^2/Hz after beamforming; unset: none.
   std::optional<double> self_noise_db;
+  double self_noise_speed_mps = 2.0;  ///< the vehicle's speed up to which it is that
+  double self_noise_slope_db = 60.0;  ///< and how it grows beyond, per factor of ten in speed
+
+  /// The self-noise at a speed, uPa^2/Hz; 0 if there is none.
+  double self_noise_density(double speed_mps) const;
   std::optional<double> output_noise_db;  ///< added after the gain, dB re full scale; unset: none
   double spreading = 40.0;                ///< time-varied gain, dB per factor of ten in range
   bool absorption = true;  ///< whether the time-varied gain corrects the two-way absorption too

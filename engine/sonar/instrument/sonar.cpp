@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <ensonify/scatter/decibel.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -54,6 +56,12 @@ double Sonar::most_defocused_m(double nearest_m) const {
     for (const double b : focus_zones_m) include(2.0 / (1.0 / a + 1.0 / b));
   }
   return worst_m;
+}
+
+double ReceiverOptions::self_noise_density(double speed_mps) const {
+  if (!self_noise_db) return 0.0;
+  const double faster = std::max(speed_mps / self_noise_speed_mps, 1.0);
+  return scatter::from_db(*self_noise_db + self_noise_slope_db * std::log10(faster));
 }
 
 Sonar Sonar::sampled(double sound_speed_mps) const {

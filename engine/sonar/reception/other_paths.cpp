@@ -19,6 +19,8 @@ constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of th
 constexpr int wave_oscillator = 100;        // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
 constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
+constexpr int most_pings_back = 8;          // whose echoes are added
+constexpr double inaudible = 1e-3;          // over the noise
 
 /// Waves of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 5181, 1964):
 /// significant height 0.21 U^2 / g, peak at 0.877 g / U.
@@ -69,27 +71,42 @@ EchoLaw::EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_d
                  const Scatterers& scatterers)
     : bin_m_(sonar.bin_m()),
       cell_m_(sonar.pulse.cell_m(sound_speed_mps)),
+      lead_m_(0.5 * sound_speed_mps * sonar.pulse.middle_s()),
       wavelength_m_(sound_speed_mps / sonar.frequency_hz),
       frequency_hz_(sonar.frequency_hz),
+      source_level_db_(sonar.source_level_db),
+      absorption_db_per_m_(absorption_db_per_m),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)},
       scatterers_(&scatterers) {
-  for (std::size_t bin = 0; bin < static_cast<std::size_t>(sonar.bins); ++bin) {
-    const double r = range_m(bin);
-    per_m2_.push_back(scatter::from_db(sonar.source_level_db - 2.0 * absorption_db_per_m * r) /
-                      (r * r * r * r));
-  }
+  for (std::size_t bin = 0; bin < static_cast<std::size_t>(sonar.bins); ++bin)
+    per_m2_.push_back(on_axis(range_m(bin)));
+}
+
+double EchoLaw::on_axis(double range_m) const {
+  const double squared = range_m * range_m;
+  return scatter::from_db(source_level_db_ - 2.0 * absorption_db_per_m_ * range_m) /
+         (squared * squared);
 }
 
 double EchoLaw::per_m2_at(double range_m) const {
-  const double place = std::clamp(range_m / bin_m_ - 0.5, 0.0, static_cast<double>(bins() - 1));
-  const auto bin = std::min(static_cast<std::size_t>(place), bins() - 2);
+  if (range_m >= this->range_m(bins() - 1)) return on_axis(range_m);
+  const double place = std::max(range_m / bin_m_ - 0.5, 0.0);
+  const auto bin = static_cast<std::size_t>(place);
   const double share = place - static_cast<double>(bin);
-  if (range_m >= bin_m_ * static_cast<double>(bins())) {  // beyond the last bin: as 1 / r^4
-    const double last_m = bin_m_ * static_cast<double>(bins());
-    return per_m2_.back() * std::pow(last_m / range_m, 4);
-  }
   return per_m2_[bin] + share * (per_m2_[bin + 1] - per_m2_[bin]);
+}
+
+double EchoLaw::width_m_at(double range_m) const {
+  const double last_m = this->range_m(bins() - 1);
+  if (range_m >= last_m) return width_m(bins() - 1) * range_m / last_m;
+  return width_m(static_cast<std::size_t>(range_m / bin_m_));
+}
+
+double EchoLaw::level_bed(Side side, const BeamPlane& plane, double range_m, double sine) const {
+  const double down = std::min(sine, 0.9), level = std::sqrt(1.0 - down * down);
+  const double pattern = vertical(side, plane, level, down);
+  return per_m2_at(range_m) * width_m_at(range_m) * cell_m_ / level * pattern * pattern;
 }
 
 double EchoLaw::vertical_width_rad(Side side, int power) const {
@@ -102,7 +119,7 @@ double EchoLaw::vertical_width_rad(Side side, int power) const {
   return sum * 2.0 * pi / steps;
 }
 
-double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
+double sea_noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
   // The array receives isotropic noise in a beam that is lambda / L wide at all depressions, wider
   // by its shading.
   const LineArray array = sonar.receive_array(law.wavelength_m());
@@ -111,9 +128,7 @@ double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, 
   const double ambient =
       scatter::from_db(scatter::ambient_noise_db(sonar.frequency_hz, sea.wind_mps, sea.shipping)) *
       solid_angle_sr / (4.0 * pi);
-  const double self_noise =
-      sonar.receiver.self_noise_db ? scatter::from_db(*sonar.receiver.self_noise_db) : 0.0;
-  return sonar.pulse.noise_bandwidth_hz() * (ambient + self_noise);
+  return sonar.pulse.noise_bandwidth_hz() * ambient;
 }
 
 VerticalSum::VerticalSum(const EchoLaw& law, Side side) : sums_{0.0} {
@@ -134,9 +149,11 @@ double VerticalSum::up_to(double depression_rad) const {
 }
 
 OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const EchoLaw& law,
-                       const std::optional<scatter::Sediment>& bed, std::uint64_t seed)
+                       const Bed& bed, double ping_m, std::uint64_t seed)
     : options_(options),
       law_(law),
+      bed_strength_(bed.strength),
+      ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
       waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)},
@@ -145,15 +162,17 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea, co
     surface_strength_.push_back(scatter::surface_cross_section(
         surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sine_steps)));
   for (std::size_t i = 0; options.multiples && i <= sine_steps; ++i) {
-    const double loss_db =
-        options.bottom_loss_db ? *options.bottom_loss_db
-        : bed ? scatter::reflection_loss_db(*bed, std::asin(static_cast<double>(i) / sine_steps))
-              : other_bed_loss_db;
+    const double loss_db = options.bottom_loss_db ? *options.bottom_loss_db
+                           : bed.sediment
+                               ? scatter::reflection_loss_db(
+                                     *bed.sediment, std::asin(static_cast<double>(i) / sine_steps))
+                               : other_bed_loss_db;
     bed_reflection_.push_back(scatter::from_db(-loss_db));
   }
   const double strength = scatter::from_db(sea.volume_scattering_db);
   for (std::size_t bin = 0; options.volume && bin < law.bins(); ++bin)
-    volume_.push_back(law.per_m2(bin) * strength * law.width_m(bin) * law.range_m(bin) *
+    volume_.push_back(strength * law.per_m2_at(law.cell_middle_m(bin)) *
+                      law.width_m_at(law.cell_middle_m(bin)) * law.cell_middle_m(bin) *
                       law.cell_m());
 }
 
@@ -163,6 +182,7 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   const double depth_m = context.depth_m();
   const double height = options_.surface || options_.multiples ? waves_.at(context.t_s) : 0.0;
   const BeamPlane plane(context.array, line.side);
+  if (options_.second_time_around) add_earlier_pings(context.altitude_m, line.side, plane, power);
   if (options_.surface) add_surface(std::max(depth_m + height, 0.0), line.side, plane, power);
   if (options_.volume) add_volume(depth_m, context.altitude_m, line.side, plane, power);
   if (options_.multiples)
@@ -171,25 +191,47 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   if (options_.double_bounce) add_double_bounce(context, line, direct, power);
 }
 
-// A bin receives two strips of the sea surface between the ranges where it begins and ends: one to
-// port and one to starboard.
+// The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on.
+void OtherPaths::add_earlier_pings(double altitude_m, Side side, const BeamPlane& plane,
+                                   std::span<float> power) const {
+  const double slant_m = plane.slant_m(altitude_m), noise = power.front();
+  for (int pings = 1; pings <= most_pings_back; ++pings) {
+    const auto intensity = [&](std::size_t n) {
+      const double from_m = law_.cell_middle_m(n) + pings * ping_m_;
+      return law_.level_bed(side, plane, from_m, slant_m / from_m) *
+             bed_strength_(std::min(altitude_m / from_m, 1.0));
+    };
+    const double first = std::max(slant_m - pings * ping_m_, 0.0) / law_.bin_m();
+    if (!(first < static_cast<double>(power.size()))) continue;
+    const auto begin = static_cast<std::size_t>(first);
+    // It falls with the range, so that its first bin tells whether it is heard at all.
+    if (intensity(begin) < inaudible * noise) return;
+    over_bins(begin, power.size(), intensity,
+              [&](std::size_t n, double value) { power[n] += static_cast<float>(value); });
+  }
+}
+
+// A bin receives two strips of the sea surface between the ranges where its cell begins and ends,
+// or the bin itself if that is longer: one to port and one to starboard.
 void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
                              std::span<float> power) const {
-  const double slant_m = plane.slant_m(depth_m);
+  const double slant_m = plane.slant_m(depth_m), length_m = std::max(law_.cell_m(), law_.bin_m());
   const auto horizontal_m = [&](double range_m) {
     return std::sqrt(std::max(range_m * range_m - slant_m * slant_m, 0.0));
   };
   const auto intensity = [&](std::size_t n) {
-    const double near_m = horizontal_m(static_cast<double>(n) * law_.bin_m());
-    const double far_m = horizontal_m(static_cast<double>(n + 1) * law_.bin_m());
+    const double range_m = law_.cell_middle_m(n);
+    const double near_m = horizontal_m(std::max(range_m - 0.5 * length_m, 0.0));
+    const double far_m = horizontal_m(range_m + 0.5 * length_m);
     const double middle_m = 0.5 * (near_m + far_m);
     const double own = law_.vertical(side, plane, middle_m, -slant_m);
     const double other = law_.vertical(side, plane, -middle_m, -slant_m);
     const double area_m2 =
-        plane.slant_m(law_.width_m(n)) * (far_m - near_m) * law_.cell_m() / law_.bin_m();
-    const double sine = std::min(depth_m / law_.range_m(n), 1.0);
-    return law_.per_m2(n) * surface_strength_[static_cast<std::size_t>(sine * sine_steps)] *
-           area_m2 * (own * own + other * other);
+        plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) * law_.cell_m() / length_m;
+    const double sine = std::min(depth_m / range_m, 1.0);
+    return law_.per_m2_at(range_m) *
+           surface_strength_[static_cast<std::size_t>(sine * sine_steps)] * area_m2 *
+           (own * own + other * other);
   };
   const double first = slant_m / law_.bin_m();
   if (first < static_cast<double>(power.size()))
@@ -204,7 +246,7 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
   const double roll_tilt = std::atan2(plane.sin_roll_tilt, plane.cos_roll_tilt);
   const double surface_m = plane.slant_m(depth_m), bed_m = plane.slant_m(altitude_m);
   const auto width_rad = [&](std::size_t n) {
-    const double r = law_.range_m(n);
+    const double r = law_.cell_middle_m(n);
     const double up = std::asin(std::min(surface_m / r, 1.0));
     const double down = std::asin(std::min(bed_m / r, 1.0));
     return sum.between(-up - roll_tilt, down - roll_tilt) +
@@ -230,7 +272,9 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
 // it, 3 h + 2 d if bed and surface reflect it. Let two legs of lengths r and r' have the extents a
 // and b and the same horizontal distance: then r'^2 - r^2 = b^2 - a^2, and the echo appears at the
 // range (r + r') / 2. A leg that the surface reflects meets the surface once, at the grazing angle
-// asin(a / r), and passes through the bubbles there.
+// asin(a / r), and passes through the bubbles there. Where the direct echo has the bed's strength
+// at one grazing angle, s(g), this echo has it at two, by sqrt(s(g) s(g')). It is the same both
+// ways, and for Lambert's law it is mu sin g sin g' (Ellis and Crowe, JASA 89, 2207, 1991).
 void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                                std::span<const float> direct, std::span<float> power,
                                std::vector<double>& sums) const {
@@ -250,6 +294,7 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
       {h, by_surface, 2.0, false, true, false},          // the surface reflects one leg
       {by_surface, by_surface, 1.0, true, true, false},  // the surface reflects both legs
       {h, by_bed, 2.0, false, false, true}};             // surface and bed reflect one leg
+  const auto strength = [&](double sine) { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); };
   for (const Path& path : paths) {
     const double difference =
         path.back_height_m * path.back_height_m - path.out_height_m * path.out_height_m;
@@ -269,8 +314,11 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
                              law_.vertical(side, plane, horizontal,
                                            path.up_back ? -path.back_height_m : path.back_height_m);
       // Spreading and absorption of the legs relative to those of the direct path.
+      const double strengths =
+          strength(path.out_height_m / out) * strength(path.back_height_m / back);
       gain = path.count * pattern / (direct_pattern * direct_pattern) *
-             std::sqrt(law_.per_m2_at(out) * law_.per_m2_at(back)) / law_.per_m2_at(r);
+             std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
+             (strength(h / r) * law_.per_m2_at(r));
       const auto through_bubbles = [&](double height_m, double leg_m) {
         const double grazing_rad = std::asin(std::min(height_m / leg_m, 1.0));
         return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -24,6 +26,7 @@ struct PingContext {
   double t_s = 0.0;
   ArrayFrame array;
   double altitude_m = 10.0;  ///< above the bed below
+  double speed_mps = 0.0;    ///< of the vehicle
 
   double depth_m() const { return std::max(-array.origin.z(), 0.0); }
 };
@@ -34,6 +37,7 @@ struct BeamPlane {
   double cos_pitch = 1.0;                           ///< cosine of the pitch
   double cos_roll_tilt = 1.0, sin_roll_tilt = 0.0;  ///< the pattern's rotation down, by the roll
 
+  BeamPlane() = default;  ///< of a level array
   BeamPlane(const ArrayFrame& array, Side side);
   /// The distance, within the plane, of a horizontal line that lies height_m above or below.
   double slant_m(double height_m) const { return height_m / std::max(cos_pitch, 1e-6); }
@@ -49,13 +53,22 @@ class EchoLaw {
   std::size_t bins() const { return per_m2_.size(); }
   double bin_m() const { return bin_m_; }
   double range_m(std::size_t bin) const { return (static_cast<double>(bin) + 0.5) * bin_m_; }
+  /// The middle of the ranges that a bin receives from: its own for a sweep, half a range cell
+  /// nearer for a CW pulse, whose leading edge is at the bin.
+  double cell_middle_m(std::size_t bin) const {
+    return std::max(range_m(bin) - lead_m_, 0.5 * range_m(bin));  // no cell begins before range 0
+  }
   /// Intensity, uPa^2, of the echo of 1 m^2 of scattering cross-section at a bin's range on the
   /// beam's axis.
   double per_m2(std::size_t bin) const { return per_m2_[bin]; }
+  /// The same at any range, also beyond the last bin.
   double per_m2_at(double range_m) const;
   /// c tau_e / 2.
   double cell_m() const { return cell_m_; }
+  /// Integral of the two-way power pattern along the array, m; beyond the last bin it grows like
+  /// the range.
   double width_m(std::size_t bin) const { return scatterers_->width_m(bin); }
+  double width_m_at(double range_m) const;
   /// Two-way power pattern at a distance along the array, relative to the axis.
   double pattern(std::size_t bin, double along_m) const {
     return scatterers_->pattern(bin, along_m);
@@ -73,21 +86,28 @@ class EchoLaw {
     return vertical(side, level * plane.cos_roll_tilt + down * plane.sin_roll_tilt,
                     down * plane.cos_roll_tilt - level * plane.sin_roll_tilt);
   }
+  /// Intensity, uPa^2, of the echo of a level bed of unit strength on one side of the plane, from
+  /// cells about a range. `sine`: of their depression in the plane; at most 0.9 counts, since cells
+  /// near the vertical do not grow without limit.
+  double level_bed(Side side, const BeamPlane& plane, double range_m, double sine) const;
   /// Integral over depression of the one-way vertical pattern raised to `power`: 1: one-way, 2:
   /// two-way.
   double vertical_width_rad(Side side, int power) const;
 
  private:
-  double bin_m_, cell_m_, wavelength_m_, frequency_hz_;
+  double on_axis(double range_m) const;
+
+  double bin_m_, cell_m_, lead_m_, wavelength_m_, frequency_hz_;
+  double source_level_db_, absorption_db_per_m_;
   std::vector<double> per_m2_;
   std::array<VerticalTable, 2> vertical_;
   const Scatterers* scatterers_;
 };
 
-/// Received noise power, uPa^2, the same at all ranges: the ambient noise (scatter/ambient_noise.h)
-/// in the band of the pulse, reduced by the directivity of the receiving array, plus the receiver's
-/// self-noise.
-double noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side);
+/// Received power of the sea's noise, uPa^2, the same at all ranges: the ambient noise
+/// (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the receiving
+/// array.
+double sea_noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side);
 
 /// Integrals of the two-way vertical pattern over parts of the plane abeam.
 class VerticalSum {
@@ -102,16 +122,23 @@ class VerticalSum {
 };
 
 /// Sound that is received incoherently in addition to the direct echo. The sea surface is a plane
-/// that moves up and down; for multiples and volume reverberation the bed is a horizontal plane at
-/// the altitude.
+/// that moves up and down; for multiples, volume reverberation and echoes of earlier pings the bed
+/// is a horizontal plane at the altitude.
 class OtherPaths {
  public:
-  /// `bed` is the sediment of the bed, if it is one. The law must outlive this object.
+  /// The bed that other paths meet: its backscattering cross-section, m^2 per m^2, as a function of
+  /// the sine of the grazing angle; and its sediment, if it is one.
+  struct Bed {
+    std::function<double(double sine)> strength;
+    std::optional<scatter::Sediment> sediment;
+  };
+  /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The law must
+  /// outlive this object.
   OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const EchoLaw& law,
-             const std::optional<scatter::Sediment>& bed, std::uint64_t seed);
+             const Bed& bed, double ping_m, std::uint64_t seed);
 
-  /// Adds to the intensity `power` in each bin; `direct` is the expected direct echo, per bin.
-  /// `sums` is working memory.
+  /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
+  /// direct echo, per bin. `sums` is working memory.
   void add(const PingContext& context, const EchoLine& line, std::span<const float> direct,
            std::span<float> power, std::vector<double>& sums) const;
 
@@ -122,11 +149,15 @@ class OtherPaths {
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
+  void add_earlier_pings(double altitude_m, Side side, const BeamPlane& plane,
+                         std::span<float> power) const;
   void add_double_bounce(const PingContext& context, const EchoLine& line,
                          std::span<const float> direct, std::span<float> power) const;
 
   OtherPathsOptions options_;
   const EchoLaw& law_;
+  std::function<double(double sine)> bed_strength_;
+  double ping_m_;
   scatter::SeaSurface surface_;
   Oscillator waves_;
   std::vector<double> surface_strength_;  // by the sine of the grazing angle

@@ -13,9 +13,10 @@ struct SeaState {
 
 /// What is received in addition to the direct echo; nothing by default.
 struct OtherPathsOptions {
-  bool surface = false;    ///< first return and reverberation of the sea surface
-  bool volume = false;     ///< reverberation of the water
-  bool multiples = false;  ///< echoes reflected by the sea surface
+  bool surface = false;             ///< first return and reverberation of the sea surface
+  bool volume = false;              ///< reverberation of the water
+  bool multiples = false;           ///< echoes reflected by the sea surface
+  bool second_time_around = false;  ///< of the pings before, from beyond the range
   /// Loss of a reflection at the bed, in multiples. Unset: the loss of the bed's sediment at the
   /// grazing angle, or 10 dB if the bed is not a sediment.
   std::optional<double> bottom_loss_db;

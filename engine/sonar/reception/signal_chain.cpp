@@ -16,12 +16,16 @@ constexpr double burst_over_full_scale_db = 30.0;
 constexpr int behind_gain = 1000;     // look number of the first noise after the gain
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
-/// The echo of a level bed of unit strength, uPa^2.
+/// The echo of the level bed of unit strength at the nominal altitude, uPa^2.
 double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std::size_t bin) {
-  const double sine = std::min(options.nominal_altitude_m / law.range_m(bin), 0.9);
-  const double cosine = std::sqrt(1.0 - sine * sine);
-  const double pattern = law.vertical(side, cosine, sine);
-  return law.per_m2(bin) * law.width_m(bin) * law.cell_m() / cosine * pattern * pattern;
+  const double range_m = law.cell_middle_m(bin);
+  return law.level_bed(side, {}, range_m, options.nominal_altitude_m / range_m);
+}
+
+/// The range that sound covers both ways between two pings.
+double ping_m(const Sonar& sonar, const ChainOptions& options) {
+  return options.ping_interval_s > 0.0 ? 0.5 * options.sound_speed_mps * options.ping_interval_s
+                                       : sonar.range_m;
 }
 
 /// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
@@ -43,30 +47,40 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
       options_(options),
       scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
-      noise_{noise_power(sonar, law_, options.sea, Side::port),
-             noise_power(sonar, law_, options.sea, Side::starboard)},
-      other_paths_(options.arrivals, options.sea, law_, options.bed, options.seed),
-      disturbances_(options.artefacts, law_, noise_[0], options.seed),
+      sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
+                 sea_noise_power(sonar, law_, options.sea, Side::starboard)},
+      other_paths_(options.arrivals, options.sea, law_, {options.nominal_strength, options.bed},
+                   ping_m(sonar, options), options.seed),
+      disturbances_(options.artefacts, law_, sea_noise_[0] + self_noise(options.nominal_speed_mps),
+                    options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
                 automatic_gain_db(sonar, options, law_)),
       taps_(speckle_taps(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
       leak_(options.arrivals.crosstalk_db
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
                 : 0.0f) {
-  if (!sonar.receiver.noise) noise_ = {};
   for (const float tap : taps_) energy_taps_.push_back(tap * tap);
   gains_.assign(recorder_.gains().begin(), recorder_.gains().end());
   gains_.resize(whole_groups(gains_.size()), 0.0f);
 }
 
+double SignalChain::self_noise(double speed_mps) const {
+  return sonar_.pulse.noise_bandwidth_hz() * sonar_.receiver.self_noise_density(speed_mps);
+}
+
+double SignalChain::noise(Side side, double speed_mps) const {
+  if (!sonar_.receiver.noise) return 0.0;
+  return sea_noise_[static_cast<std::size_t>(side)] + self_noise(speed_mps);
+}
+
 std::vector<double> SignalChain::level_bed(Side side) const {
   std::vector<double> bed(law_.bins());
-  for (std::size_t bin = 0; bin < bed.size(); ++bin) {
-    const double sine = options_.nominal_altitude_m / law_.range_m(bin);
-    if (sine < 1.0)
+  for (std::size_t bin = 0; bin < bed.size(); ++bin)
+    if (options_.nominal_altitude_m < law_.range_m(bin)) {
+      const double sine = std::min(options_.nominal_altitude_m / law_.cell_middle_m(bin), 1.0);
       bed[bin] =
           unit_bed(options_, law_, side, bin) * options_.nominal_strength(sine) + noise(side);
-  }
+    }
   return bed;
 }
 
@@ -142,7 +156,7 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
   channel.direct.assign(room + 2 * reach, 0.0f);
   const std::span<float> direct = std::span(channel.direct).subspan(reach, bins);
   std::ranges::copy(line.bins.intensity_mean, direct.begin());
-  channel.power.assign(room, static_cast<float>(noise(line.side)));
+  channel.power.assign(room, static_cast<float>(noise(line.side, context.speed_mps)));
   const std::span<float> power = std::span(channel.power).first(bins);
   other_paths_.add(context, line, direct, power, channel.sums);
   if (!disturbances_.empty()) {

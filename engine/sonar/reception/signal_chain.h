@@ -22,11 +22,12 @@ struct ChainOptions {
   bool speckle = true;             ///< false: expected values, also of the noise
   double sound_speed_mps = 1500.0;
   double absorption_db_per_m = 0.0;
-  double heading_rad = 0.0;  ///< of most pings; one of the directions of Scatterers
-  double nominal_altitude_m =
-      10.0;  ///< for the automatic gain and the level bed
-             /// Backscattering cross-section of the nominal bed, m^2 per m^2, as a function of the
-             /// sine of the grazing angle; for the same purposes.
+  double heading_rad = 0.0;          ///< of most pings; one of the directions of Scatterers
+  double nominal_altitude_m = 10.0;  ///< for the automatic gain and the level bed
+  double nominal_speed_mps = 0.0;    ///< of the vehicle, for the same
+  double ping_interval_s = 0.0;      ///< 0: the two-way time of the range
+  /// Backscattering cross-section of the bed, m^2 per m^2, as a function of the sine of the grazing
+  /// angle; for the same and for echoes of earlier pings.
   std::function<double(double sine)> nominal_strength = [](double) { return 3e-4; };
   std::optional<scatter::Sediment> bed;  ///< unset: the bed is not a sediment
   SeaState sea;
@@ -66,8 +67,10 @@ class SignalChain {
   void receive(const PingContext& context, std::span<EchoLine> lines, Memory& memory) const;
 
   const Recorder& recorder() const { return recorder_; }
-  /// Mean noise power of a side, uPa^2.
-  double noise(Side side) const { return noise_[static_cast<std::size_t>(side)]; }
+  /// Mean noise power of a side, uPa^2, at a speed of the vehicle; without one, at the nominal
+  /// speed.
+  double noise(Side side, double speed_mps) const;
+  double noise(Side side) const { return noise(side, options_.nominal_speed_mps); }
   /// The mean intensity in each bin of a side, uPa^2, noise included, over a level bed of the
   /// nominal strength at the nominal altitude; 0 before the first echo.
   std::vector<double> level_bed(Side side) const;
@@ -79,6 +82,7 @@ class SignalChain {
 
  private:
   using Channel = Memory::Channel;
+  double self_noise(double speed_mps) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
   void sum_scatterers(int look, Channel& channel) const;
   void draw_noise(const PingContext& context, Side side, int look, Channel& channel) const;
@@ -94,7 +98,7 @@ class SignalChain {
   ChainOptions options_;
   Scatterers scatterers_;
   EchoLaw law_;
-  std::array<double, 2> noise_{};
+  std::array<double, 2> sea_noise_{};
   OtherPaths other_paths_;
   Disturbances disturbances_;
   Recorder recorder_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 
 #include "support/catch.h"
 
@@ -21,15 +22,14 @@ constexpr Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = 20e3};
 constexpr Pulse hann{.kind = PulseKind::lfm, .bandwidth_hz = 20e3, .window = PulseWindow::hann};
 
 double sum_of(const std::vector<double>& kernel) {
-  double sum = -kernel.front();
-  for (const double k : kernel) sum += 2.0 * k;
-  return sum;
+  return std::accumulate(kernel.begin(), kernel.end(), 0.0);
 }
 
 /// The kernel's highest side lobe over its peak, with bins much shorter than a cell.
 double side_lobe_db(const Pulse& pulse) {
-  const std::vector<double> kernel =
+  const PulseKernel both =
       pulse_kernel(pulse, sound_speed_mps, pulse.cell_m(sound_speed_mps) / 64.0);
+  const std::vector<double> kernel(both.weights.begin() - both.first, both.weights.end());
   std::size_t null = 1;
   while (kernel[null] < kernel[null - 1]) ++null;
   return to_db(*std::max_element(kernel.begin() + static_cast<std::ptrdiff_t>(null), kernel.end()) /
@@ -38,9 +38,10 @@ double side_lobe_db(const Pulse& pulse) {
 
 /// The width of the intensity, -3 dB to -3 dB, times the bandwidth.
 double width(const Pulse& pulse) {
-  double x = 0.0;
-  while (pulse.intensity(x / pulse.bandwidth_hz) > 0.5) x += 1e-5;
-  return 2.0 * x;
+  double begin = 0.0, end = 0.0;
+  while (pulse.intensity(end / pulse.bandwidth_hz) > 0.5) end += 1e-5;
+  while (pulse.intensity(begin / pulse.bandwidth_hz) > 0.5) begin -= 1e-5;
+  return end - begin;
 }
 
 }  // namespace
@@ -51,10 +52,34 @@ TEST_CASE("a kernel sums to its range cell over the bin, whatever the pulse, lon
       for (const double bin_m : {0.01, 0.05, 0.5}) {
         Pulse pulse = shape;
         pulse.bandwidth_hz = 0.5 * sound_speed_mps / cell_m;
-        const std::vector<double> kernel = pulse_kernel(pulse, sound_speed_mps, bin_m);
+        const std::vector<double> kernel = pulse_kernel(pulse, sound_speed_mps, bin_m).weights;
         CHECK(sum_of(kernel) == Approx(pulse.cell_m(sound_speed_mps) / bin_m).epsilon(1e-12));
         CHECK(*std::min_element(kernel.begin(), kernel.end()) >= 0.0);
       }
+}
+
+TEST_CASE("a tone's kernel begins at the echo's bin, a sweep's peaks there and is even") {
+  for (const double bin_m : {0.01, 0.0375, 0.05, 0.3}) {
+    const PulseKernel cw = pulse_kernel(tone, sound_speed_mps, bin_m);
+    CAPTURE(bin_m);
+    CHECK(cw.first == 0);
+    // The middle of the intensity is half a cell behind the energy's.
+    double sum = 0.0, moment = 0.0;
+    for (std::size_t i = 0; i < cw.weights.size(); ++i) {
+      sum += cw.weights[i];
+      moment += cw.weights[i] * double(i);
+    }
+    CHECK(moment / sum * bin_m == Approx(0.5 * tone.cell_m(sound_speed_mps)).epsilon(1e-9));
+    for (const Pulse& pulse : {sweep, hann}) {
+      const PulseKernel kernel = pulse_kernel(pulse, sound_speed_mps, bin_m);
+      const std::size_t size = kernel.weights.size();
+      REQUIRE(size == std::size_t(1 - 2 * kernel.first));
+      for (std::size_t i = 0; i < size; ++i)
+        REQUIRE(kernel.weights[i] == kernel.weights[size - 1 - i]);
+      CHECK(*std::max_element(kernel.weights.begin(), kernel.weights.end()) ==
+            kernel.weights[std::size_t(-kernel.first)]);
+    }
+  }
 }
 
 TEST_CASE("a sweep's first side lobe is 13.3 dB down, with a Hann window 31.5 dB") {
@@ -74,7 +99,7 @@ TEST_CASE("a pulse's effective length is its energy over its peak") {
     double energy_s = 0.0;
     const double step_s = 0.01 / pulse.bandwidth_hz;
     for (double t = 0.5 * step_s; t < 2000.0 / pulse.bandwidth_hz; t += step_s)
-      energy_s += 2.0 * pulse.intensity(t) * step_s;
+      energy_s += (pulse.intensity(t) + pulse.intensity(-t)) * step_s;
     CHECK(energy_s == Approx(pulse.effective_length_s()).epsilon(2e-4));
   }
   Pulse longer = tone;
@@ -136,11 +161,55 @@ TEST_CASE("a sweep's matched filter gains 10 log10(B T) over the noise of a tone
   CHECK(chirp.noise_bandwidth_hz() == Approx(energy / peak));
 }
 
-TEST_CASE("beyond its reach a pulse stays below -60 dB") {
+TEST_CASE("the echo of a point that closes is compressed nearer, by its speed times f T / B") {
+  // Second implementation: the sweep's phase at the time when what arrives now was sent, by the
+  // exact paths to and from a moving point, correlated with the sweep that was sent.
+  constexpr double pi = std::numbers::pi, c = sound_speed_mps;
+  for (const double frequency_hz : {100e3, 400e3})
+    for (const double length_s : {2e-3, 10e-3})
+      for (const double closing_mps : {2.0, 0.5, -1.0}) {
+        const Pulse chirp{.kind = PulseKind::lfm, .bandwidth_hz = 20e3, .length_s = length_s};
+        const double first_m = 20.0, rate = chirp.bandwidth_hz / length_s, step_s = 1.0 / 80e3;
+        const auto sweep_phase = [&](double t) {  // turns, about the middle frequency
+          return 0.5 * rate * (t - 0.5 * length_s) * (t - 0.5 * length_s);
+        };
+        // Sent at t_e, reflected at t_r where c (t_r - t_e) = R - v t_r, back at t = 2 t_r - t_e.
+        const auto sent_s = [&](double t) {
+          return (t * (c + closing_mps) - 2.0 * first_m) / (c - closing_mps);
+        };
+        const auto power_at = [&](double range_m) {
+          std::complex<double> sum = 0.0;
+          for (double u = 0.5 * step_s; u < length_s; u += step_s) {
+            const double t = u + 2.0 * range_m / c, te = sent_s(t);
+            if (te < 0.0 || te > length_s) continue;
+            const double turns = frequency_hz * (te - t) + sweep_phase(te) - sweep_phase(u);
+            sum += std::polar(1.0, 2.0 * pi * turns);
+          }
+          return std::norm(sum);
+        };
+        double best_m = 0.0, best = 0.0;
+        for (double range_m = first_m - 0.6; range_m < first_m + 0.6; range_m += 0.5e-3)
+          if (const double power = power_at(range_m); power > best) best = power, best_m = range_m;
+        // Where the point is when the middle of the pulse meets it.
+        const double met_s = (first_m + 0.5 * c * length_s) / (c + closing_mps);
+        const double range_m = first_m - closing_mps * met_s;
+        CAPTURE(frequency_hz, length_s, closing_mps);
+        CHECK(best_m - range_m == Approx(-closing_mps * chirp.closing_shift_s(frequency_hz))
+                                      .epsilon(0.005)
+                                      .margin(2e-3));  // of a lobe of 37 mm
+      }
+  const Pulse example{.kind = PulseKind::lfm, .bandwidth_hz = 20e3, .length_s = 10e-3};
+  CHECK(2.0 * example.closing_shift_s(400e3) == Approx(0.4));
+  CHECK(tone.closing_shift_s(400e3) == 0.0);
+}
+
+TEST_CASE("before its begin and behind its end a pulse stays below -60 dB") {
   for (const Pulse& pulse : {tone, sweep, hann})
-    for (double x = 1.0; x < 40.0; x += 0.01)
-      CHECK(pulse.intensity(pulse.reach_s() * (1.0 + 1e-9) + (x - 1.0) / pulse.bandwidth_hz) <=
-            1e-6);
+    for (double x = 1.0; x < 40.0; x += 0.01) {
+      const double beyond_s = 1e-12 + (x - 1.0) / pulse.bandwidth_hz;
+      CHECK(pulse.intensity(pulse.end_s() * (1.0 + 1e-9) + beyond_s) <= 1e-6);
+      CHECK(pulse.intensity(pulse.begin_s() * (1.0 + 1e-9) - beyond_s) <= 1e-6);
+    }
 }
 
 TEST_CASE("a digitiser's bins are c / 2 rate long and reach the range") {
