@@ -146,7 +146,7 @@ void FacesWithBodies::join(const refine::Triangles& fixed) {
   ++version_;
 }
 
-/// Frees the copy of the faces: most sessions have no bodies any more when their last is removed.
+/// Frees the copies of the faces, which nothing needs without a body.
 void FacesWithBodies::release() {
   all_ = {};
   all_numbers_ = {};
