@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Geometry>
 
@@ -66,14 +67,16 @@ RayAngles ray_angles(const RayLayout& layout) {
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
                        std::span<const scatter::BackscatterTable> by_material,
-                       const std::vector<Label>* moving)
+                       const std::vector<Label>* moving, const ObjectSurfaces& surfaces)
     : labels_(seafloor, moving),
       beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       by_material_(by_material),
       absorption_db_per_m_(medium.absorption_db_per_m),
       profile_(medium.profile),
+      wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       bins_(sonar.bin_m(), bins_of(sonar, medium)),
       walk_(walk_over(seafloor, sonar.bin_m())),
+      objects_(sonar, wavelength_m_, medium.sound_speed_mps, medium.profile, by_material, surfaces),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())) {
   for (const scatter::BackscatterTable& table : by_material) {
     strengths_from_.push_back(static_cast<std::int32_t>(strengths_.size()));
@@ -91,6 +94,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
                       refine::Triangles triangles, const FanRuns& runs, EchoLine& line) {
   begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
+  objects_.find(view_, labels_, {.runs = &runs});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_runs(runs, plane);
     compute(plane, line);
@@ -104,6 +108,7 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
                       refine::Triangles triangles, std::span<const Hit> hits,
                       IncidenceSource& incidences, EchoLine& line) {
   begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
+  objects_.find(view_, labels_, {.hits = hits});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_hits(hits, incidences, plane);
     compute(plane, line);
@@ -270,16 +275,58 @@ void EchoFormer::correct_bent_rays() {
   }
 }
 
+/// What ObjectEchoes sums, rays must not: they only tell where it is.
+void EchoFormer::leave_out_small_objects() {
+  constexpr double almost_nothing = 1e-9;
+  if (!objects_.any_small()) return;
+  for (std::size_t i = 0; i < pieces_.count; ++i)
+    if (objects_.small(pieces_.label[i])) pieces_.energy[i] *= almost_nothing;
+}
+
 void EchoFormer::lay(std::size_t plane) {
+  leave_out_small_objects();
   bins_.begin_plane();
   walk_.walk(view_, plane, pieces_);
   bins_.lay(pieces_.to_lay());
   for (const Shadow& shadow : walk_.shadows()) bins_.shade(shadow);
 }
 
+/// The field of the glints in each bin, and their part of the truth.
+void EchoFormer::add_glints(EchoLine& line) {
+  line.glint_re.clear();
+  line.glint_im.clear();
+  const auto bins = static_cast<std::ptrdiff_t>(sums_.size());
+  const auto reach = static_cast<std::ptrdiff_t>(pulse_.size());
+  for (const ObjectEcho& glint : objects_.glints()) {
+    bins_.add(glint);
+    const double place = glint.range_m / bins_.bin_m() - 0.5;
+    const auto below = static_cast<std::ptrdiff_t>(std::floor(place));
+    const double share = place - static_cast<double>(below);
+    const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
+    const double phase = 2.0 * std::numbers::pi * turns;
+    const auto of_bin = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(below, 0, static_cast<std::ptrdiff_t>(gain_.size()) - 1));
+    const double intensity = glint.energy * gain_[of_bin];
+    if (line.glint_re.empty()) {
+      line.glint_re.assign(sums_.size(), 0.0f);
+      line.glint_im.assign(sums_.size(), 0.0f);
+    }
+    const auto pulse = [&](std::ptrdiff_t d) {
+      return std::abs(d) < reach ? pulse_[static_cast<std::size_t>(std::abs(d))] : 0.0;
+    };
+    const std::ptrdiff_t end = std::min(below + reach + 1, bins);
+    for (std::ptrdiff_t n = std::max<std::ptrdiff_t>(below - reach + 1, 0); n < end; ++n) {
+      const double response = std::lerp(pulse(n - below), pulse(n - below - 1), share);
+      const double amplitude = std::sqrt(intensity * response);
+      line.glint_re[static_cast<std::size_t>(n)] += static_cast<float>(amplitude * std::cos(phase));
+      line.glint_im[static_cast<std::size_t>(n)] += static_cast<float>(amplitude * std::sin(phase));
+    }
+  }
+}
+
 /// Writes the truth, and the bins' energy after the pulse.
 void EchoFormer::finish(EchoLine& line) {
-  bins_.write(labels_, view_.fan->origin, line);
+  for (const ObjectEcho& facet : objects_.facets()) bins_.add(facet);
   const std::size_t margin = pulse_.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
   // The pulse's kernel is even: pulse_[d] is its value d bins to either side. The inner loops are
@@ -289,6 +336,12 @@ void EchoFormer::finish(EchoLine& line) {
   for (std::size_t d = 1; d < pulse_.size(); ++d)
     for (std::size_t i = 0; i < sums_.size(); ++i)
       sums_[i] += pulse_[d] * (here[i + d] + *(here + i - d));
+  add_glints(line);
+  bins_.write(labels_, view_.fan->origin, line);
+  for (std::size_t i = 0; i < line.glint_re.size(); ++i) {
+    const double re = double(line.glint_re[i]), im = double(line.glint_im[i]);
+    sums_[i] += re * re + im * im;
+  }
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sums_[i]);
     line.bins.range_m[i] = static_cast<float>((static_cast<double>(i) + 0.5) * bins_.bin_m());

@@ -9,6 +9,7 @@
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/object_echoes.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
@@ -45,13 +46,16 @@ struct Medium {
 /// ends. Where one surface goes on from piece to piece, these ends meet halfway; where it breaks
 /// off, each piece keeps its own half step (SurfaceWalk). The bins are then convolved with the
 /// pulse's energy response.
+///
+/// Objects have more: see ObjectEchoes. A glint is steady. Its amplitude is the root of its
+/// intensity in each bin, its phase that of its path; glints that overlap interfere.
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
   /// by_material[i] belongs to sediment i of a Label.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> by_material,
-             const std::vector<Label>* moving = nullptr);
+             const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {});
 
   /// Fills the line of a side from the runs of straight rays over these triangles. The fan's rays
   /// are those of the layout. The speckled intensity is left at the expectation.
@@ -71,7 +75,9 @@ class EchoFormer {
   PieceKernelArgs kernel_args(std::size_t plane) const;
   void absorb_over_depth();
   void correct_bent_rays();
+  void leave_out_small_objects();
   void lay(std::size_t plane);
+  void add_glints(EchoLine& line);
   void finish(EchoLine& line);
 
   FaceLabels labels_;
@@ -81,8 +87,10 @@ class EchoFormer {
   std::vector<std::int32_t> strengths_from_;  // by material: where its values begin
   double absorption_db_per_m_;                // as gain_ has it
   const scatter::SoundSpeedProfile* profile_;
+  double wavelength_m_;
   RangeBins bins_;
   SurfaceWalk walk_;
+  ObjectEchoes objects_;
   std::vector<double> gain_;    // per bin, of its energy: source level and absorption
   std::vector<double> pulse_;   // pulse_kernel
   std::vector<double> energy_;  // per bin, with gain; and room for the pulse at both ends
