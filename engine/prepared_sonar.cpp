@@ -80,9 +80,12 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(scene, sonar),
                               made->profile ? &*made->profile : nullptr);
   made->by_material.emplace_back(scatter::Lambert());  // of none: no face has it
-  for (std::size_t i = 1; i < materials.size(); ++i)
+  made->smooth_specular.push_back(0.0);
+  for (std::size_t i = 1; i < materials.size(); ++i) {
     made->by_material.push_back(
         table_of(materials[i], scene, sonar, water.sound_speed_mps(), warnings));
+    made->smooth_specular.push_back(smooth_specular(material_named(materials[i], scene.materials)));
+  }
   made->chain =
       std::make_unique<const SignalChain>(sonar, chain_options(scene, number, *made, materials));
   made->calibration = calibration_of(*made);

@@ -24,6 +24,7 @@ struct PreparedSonar {
   std::optional<scatter::SoundSpeedProfile> profile;
   Medium medium;                                       ///< may refer to the profile
   std::vector<scatter::BackscatterTable> by_material;  ///< index: the material's number
+  std::vector<double> smooth_specular;  ///< the same of each: smooth_specular(Material)
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
 };

@@ -64,8 +64,15 @@ std::vector<std::string> SessionObjects::materials_with(const std::string& mater
 
 std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
   check(object, pose);
-  const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));
-  if (labels_.size() <= body) labels_.resize(body + 1);
+  refine::TriangleMesh mesh = object.mesh;
+  const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));  // checks the mesh
+  if (labels_.size() <= body) {
+    labels_.resize(body + 1);
+    made_.resize(body + 1);
+    surfaces_.resize(body + 1);
+  }
+  made_[body] = PatchedObject(mesh, static_cast<std::uint16_t>(fixed_labels_ + body));
+  surfaces_[body] = made_[body].moved(place_of(pose));
   const std::size_t instance = first_instance_ + body;
   labels_[body] = {
       .sediment = static_cast<std::uint16_t>(join(materials_, std::move(object.material))),
@@ -87,8 +94,13 @@ void SessionObjects::move(std::uint32_t instance, const Pose& pose) {
   const std::size_t body = body_of(instance);
   require_finite(pose);
   faces_.move(body, place_of(pose));
+  surfaces_[body] = made_[body].moved(place_of(pose));
 }
 
-void SessionObjects::remove(std::uint32_t instance) { faces_.remove(body_of(instance)); }
+void SessionObjects::remove(std::uint32_t instance) {
+  const std::size_t body = body_of(instance);
+  faces_.remove(body);
+  made_[body] = surfaces_[body] = {};
+}
 
 }  // namespace ensonify::engine

@@ -1,5 +1,6 @@
 #include <ensonify/engine/simulator_parts.h>
 
+#include <algorithm>
 #include <utility>
 
 #include <ensonify/engine/trace/intersector.h>
@@ -29,6 +30,16 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   warnings.insert(warnings.end(), water.warnings().begin(), water.warnings().end());
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
+  double small_m = 0.0;
+  for (const auto& its : sonars)
+    small_m =
+        std::max(small_m, ObjectEchoes::longest_small_m(
+                              its->sonar, its->medium.sound_speed_mps / its->sonar.frequency_hz));
+  std::vector<bool> glinting;
+  if (!sonars.empty())
+    for (const double specular : sonars.front()->smooth_specular)
+      glinting.push_back(specular > 0.0);
+  objects = patched_objects(seafloor, glinting, small_m);
 }
 
 std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
@@ -59,7 +70,8 @@ void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
   for (const auto& its : prepared) {
     sonars.push_back(its->sonar);
     tracers.emplace_back(its->sonar, its->medium, ready.seafloor, its->by_material,
-                         ready.refraction(*its), &objects.labels());
+                         ready.refraction(*its), &objects.labels(),
+                         ObjectSurfaces{&ready.objects, &objects.surfaces(), its->smooth_specular});
   }
   if (!views.empty()) count_object_visibility(ready);
 }

@@ -45,6 +45,7 @@ struct Simulator::Ready {
   PreparedWater water;
   std::vector<std::string> warnings;
   PreparedSonars sonars;
+  std::vector<PatchedObject> objects;
 };
 
 /// What one thread owns.

@@ -10,9 +10,19 @@ namespace ensonify::scatter {
 /// How the surface of a solid returns sound: it scatters one part of the energy in all directions,
 /// and reflects another from facets that are slightly inclined to the surface.
 struct Solid {
-  double diffuse_db = -15.0;     ///< 10 log10 mu, at most -4.97
-  double specular = 0.3;         ///< reflected part of the arriving energy, 0 to 1
-  double lobe_width_rad = 0.09;  ///< rms inclination of the facets: the lobe's half width at 1/e
+  double diffuse_db = -15.0;  ///< 10 log10 mu, at most -4.97
+  double specular = 0.3;      ///< reflected part of the arriving energy, 0 to 1
+  /// The lobe's half width at 1/e, by the rms inclination of the surface's own roughness; 0:
+  /// smooth.
+  double lobe_width_rad = 0.09;
+
+  /// The part of the arriving energy that it reflects as a smooth surface would, without
+  /// scattering: specular exp(-(2 k h)^2) (Eckart, J. Acoust. Soc. Am. 25, 566 (1953)). The height
+  /// h belongs to roughness of that inclination s and of the shortest correlation length for which
+  /// Kirchhoff's theory holds, a wavelength: h = s lambda / 2, so that (2 k h)^2 = (2 pi s)^2.
+  double smooth_specular() const;
+  /// What is left: the solid whose rough surface scatters the rest of the specular part.
+  Solid rough() const;
 };
 
 struct NamedSolid {
@@ -20,8 +30,9 @@ struct NamedSolid {
   Solid solid;
 };
 
-/// Typical values, in the order of the impedances, not measured: steel, aluminium, concrete, stone,
-/// wood, glass fibre, rubber.
+/// Typical values, in the order of the impedances, not measured: steel, fouled steel (of a wreck:
+/// rust and growth make it rough), aluminium, concrete, stone, wood, glass fibre, rubber. Clean
+/// metals and glass fibre are smooth: mirrors whose bodies are dark off their glints.
 std::vector<NamedSolid> named_solids();
 
 /// The solid of that name. Throws std::invalid_argument with all names for an unknown one.
@@ -35,7 +46,7 @@ Solid solid_named(std::string_view name);
 /// the part `specular` of the energy that arrives at normal incidence, and over a sphere of radius
 /// a it is a^2/4 times that part, for any small s. A flat facet of side L has the lobe of its
 /// diffraction with s = lambda / (2 sqrt(pi) L), which gives a plate's (A/lambda)^2 and a
-/// cylinder's a L^2 / (2 lambda).
+/// cylinder's a L^2 / (2 lambda). A lobe without width has no place here, and is left out.
 class SolidTarget final : public Backscatter {
  public:
   /// Throws std::invalid_argument, with the range, for a value outside it and if pi mu + specular

@@ -682,8 +682,8 @@ const Section<Material>& material_section() {
           {"model", "", {},
            model_help, at(&Material::model), material_model_names()},
           {"like", "", {},
-           "The sediment (`ensonify sediments` lists them) or solid (steel, aluminium, concrete, "
-           "stone, wood, glass fibre, rubber) that it starts from.",
+           "The sediment (`ensonify sediments` lists them) or solid (steel, fouled steel, "
+           "aluminium, concrete, stone, wood, glass fibre, rubber) that it starts from.",
            at(&Material::like)},
           {"mean_grain_size_phi", "phi", {-1, 9},
            "Mean grain size: it starts from the sediment of that size instead.",
@@ -729,8 +729,8 @@ const Section<Material>& material_section() {
            at(&Material::diffuse_db)},
           {"specular", "", {0, 1}, "Share of the energy that a solid reflects.",
            at(&Material::specular)},
-          {"lobe_width_deg", "degrees", {0.001, 45},
-           "Rms tilt of its facets: half the width of the lobe.",
+          {"lobe_width_deg", "degrees", {0, 45},
+           "Rms tilt of its roughness: half the width of the lobe; 0: smooth.",
            at(&Material::lobe_width_rad)},
       }};
   return section;

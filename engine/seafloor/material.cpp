@@ -173,7 +173,11 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double sound_speed_mps,
                                                      double relief_spacing_m) {
   if (material.model == lambert) return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
-  if (material.model == solid) return std::make_unique<scatter::SolidTarget>(solid_of(material));
+  if (material.model == solid) {
+    const Solid its = solid_of(material);
+    static_cast<void>(scatter::SolidTarget(its));  // throws
+    return std::make_unique<scatter::SolidTarget>(its.rough());
+  }
   if (material.model == gsab) return std::make_unique<scatter::GsabBottom>(gsab_of(material));
   if (material.model == table) {
     strengths_of(material);
@@ -195,6 +199,10 @@ std::optional<Sediment> sediment_of(const Material& material) {
   return parameters_of(material);
 }
 
+double smooth_specular(const Material& material) {
+  return material.model == solid ? solid_of(material).smooth_specular() : 0.0;
+}
+
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own) {
   const auto is_its = [&](const auto& known) { return known.name == name; };
   std::optional<Solid> of_name;
@@ -205,7 +213,7 @@ std::optional<double> lobe_width_rad(std::string_view name, std::span<const Mate
     if (const auto named = std::ranges::find_if(known, is_its); named != known.end())
       of_name = named->solid;
   }
-  if (!of_name || !(of_name->specular > 0.0)) return std::nullopt;
+  if (!of_name || !(of_name->rough().specular > 0.0)) return std::nullopt;
   return of_name->lobe_width_rad;
 }
 

@@ -50,16 +50,20 @@ struct Material {
 /// none.
 Material material_named(std::string_view name, std::span<const Material> own);
 
-/// Its backscatter at one frequency. `relief_spacing_m` is the vertex spacing of a mesh that
-/// contains the sediment's own relief, whose slopes are then not counted twice; 0: the mesh does
-/// not contain it. Throws std::invalid_argument for an unknown name or model and for values
-/// outside their range.
+/// Its backscatter at one frequency; of a solid without smooth_specular(). `relief_spacing_m` is
+/// the vertex spacing of a mesh that contains the sediment's own relief, whose slopes are then not
+/// counted twice; 0: the mesh does not contain it. Throws std::invalid_argument for an unknown name
+/// or model and for values outside their range.
 std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, double frequency_hz,
                                                      double sound_speed_mps,
                                                      double relief_spacing_m);
 
 /// Its parameters if it is a sediment; nullopt for a cover or a solid. Throws as above.
 std::optional<scatter::Sediment> sediment_of(const Material& material);
+
+/// The part of the arriving energy that it reflects without scattering, as objects of it do
+/// (scatter::Solid::smooth_specular()); 0 unless it is a solid. Throws as above.
+double smooth_specular(const Material& material);
 
 /// Half the width of the specular lobe of the material of that name; nullopt if it has no lobe.
 std::optional<double> lobe_width_rad(std::string_view name, std::span<const Material> own);

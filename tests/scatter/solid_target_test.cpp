@@ -63,8 +63,26 @@ TEST_CASE("a lobe returns exactly its part of the energy") {
   CHECK_THROWS_AS(SolidTarget({-4.9, 0.0, 0.1}), std::invalid_argument);
   CHECK_NOTHROW(SolidTarget({-4.98, 0.0, 0.1}));
   CHECK_THROWS_WITH(SolidTarget({-20.0, -0.1, 0.1}), Catch::Contains("0 to 1"));
-  CHECK_THROWS_WITH(SolidTarget({-20.0, 0.1, 0.0}), Catch::Contains("0.001 to 45"));
+  CHECK_THROWS_WITH(SolidTarget({-20.0, 0.1, -0.1}), Catch::Contains("0 to 45"));
   CHECK_THROWS_AS(SolidTarget({std::nan(""), 0.1, 0.1}), std::invalid_argument);
+}
+
+TEST_CASE(
+    "what a smooth surface reflects and what a rough one scatters make up the specular part") {
+  double before = 1.0;
+  for (const double width_deg : {0.0, 0.5, 2.0, 5.0, 15.0, 45.0}) {
+    const Solid solid{-20.0, 0.4, width_deg * degree};
+    CAPTURE(width_deg);
+    CHECK(solid.smooth_specular() + solid.rough().specular == Approx(0.4));
+    CHECK(solid.smooth_specular() < before);
+    before = solid.smooth_specular();
+  }
+  CHECK(Solid{-20.0, 0.4, 0.0}.smooth_specular() == 0.4);
+  // At tan = 0.05 the relief of correlation length lambda is lambda / 40 high: exp(-(pi / 10)^2).
+  CHECK(Solid{-20.0, 1.0, std::atan(0.05)}.smooth_specular() == Approx(0.9060));
+  // A smooth solid without its mirror is Lambert's.
+  const SolidTarget rest(Solid{-20.0, 0.4, 0.0}.rough());
+  CHECK(to_db(rest.cross_section(90.0 * degree)) == Approx(-20.0));
 }
 
 TEST_CASE("outside its lobe a solid follows Lambert's law") {

@@ -132,6 +132,9 @@ struct EchoLine {
   Artefacts artefacts;    ///< what spoiled it
   std::uint64_t rays = 0;
   std::uint64_t hits = 0;
+  /// The steady part of the echo: the field of the objects' glints per bin, whose square is part of
+  /// intensity_mean. Empty: there is none.
+  std::vector<float> glint_re, glint_im;
 };
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Geometry>
 
@@ -68,14 +69,16 @@ RayAngles ray_angles(const RayLayout& layout) {
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
                        std::span<const scatter::BackscatterTable> by_material,
-                       const std::vector<Label>* moving)
+                       const std::vector<Label>* moving, const ObjectSurfaces& surfaces)
     : labels_(seafloor, moving),
       beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
       by_material_(by_material),
       absorption_db_per_m_(medium.absorption_db_per_m),
       profile_(medium.profile),
+      wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       bins_(sonar.bin_m(), bins_of(sonar, medium)),
       walk_(walk_over(seafloor, sonar.bin_m())),
+      objects_(sonar, wavelength_m_, medium.sound_speed_mps, medium.profile, by_material, surfaces),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
       closing_shift_m_(0.5 * medium.sound_speed_mps *
                        sonar.pulse.closing_shift_s(sonar.frequency_hz)) {
@@ -95,6 +98,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
 void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const ReceiverMotion& motion,
                       refine::Triangles triangles, const FanRuns& runs, EchoLine& line) {
   begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
+  objects_.find(view_, labels_, {.runs = &runs});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_runs(runs, plane);
     compute(plane, line);
@@ -108,6 +112,7 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
                       refine::Triangles triangles, std::span<const Hit> hits,
                       IncidenceSource& incidences, EchoLine& line) {
   begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
+  objects_.find(view_, labels_, {.hits = hits});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_hits(hits, incidences, plane);
     compute(plane, line);
@@ -274,7 +279,16 @@ void EchoFormer::correct_bent_rays() {
   }
 }
 
+/// What ObjectEchoes sums, rays must not: they only tell where it is.
+void EchoFormer::leave_out_small_objects() {
+  constexpr double almost_nothing = 1e-9;
+  if (!objects_.any_small()) return;
+  for (std::size_t i = 0; i < pieces_.count; ++i)
+    if (objects_.small(pieces_.label[i])) pieces_.energy[i] *= almost_nothing;
+}
+
 void EchoFormer::lay(std::size_t plane) {
+  leave_out_small_objects();
   bins_.begin_plane();
   walk_.walk(view_, plane, pieces_);
   if (closing_shift_m_ > 0.0 && !view_.motion->steady) return lay_shifted(plane);
@@ -307,9 +321,52 @@ void EchoFormer::lay_shifted(std::size_t plane) {
   }
 }
 
+/// An object's echo where a sweep's echo appears, as lay_shifted() lays those of rays.
+ObjectEcho EchoFormer::shifted(ObjectEcho echo) const {
+  if (closing_shift_m_ > 0.0 && !view_.motion->steady)
+    echo.range_m -= closing_shift_m_ * view_.motion->drift.dot(echo.place.normalized());
+  return echo;
+}
+
+/// The field of the glints in each bin, and their part of the truth.
+void EchoFormer::add_glints(EchoLine& line) {
+  line.glint_re.clear();
+  line.glint_im.clear();
+  const auto bins = static_cast<std::ptrdiff_t>(sums_.size());
+  const auto reach = static_cast<std::ptrdiff_t>(pulse_.weights.size());
+  for (const ObjectEcho& glint : objects_.glints()) {
+    const ObjectEcho laid = shifted(glint);
+    bins_.add(laid);
+    const double place = laid.range_m / bins_.bin_m() - 0.5;
+    const auto below = static_cast<std::ptrdiff_t>(std::floor(place));
+    const double share = place - static_cast<double>(below);
+    const double turns = std::fmod(2.0 * glint.range_m / wavelength_m_, 1.0);
+    const double phase = 2.0 * std::numbers::pi * turns;
+    const auto of_bin = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(below, 0, static_cast<std::ptrdiff_t>(gain_.size()) - 1));
+    const double intensity = glint.energy * gain_[of_bin];
+    if (line.glint_re.empty()) {
+      line.glint_re.assign(sums_.size(), 0.0f);
+      line.glint_im.assign(sums_.size(), 0.0f);
+    }
+    const auto pulse = [&](std::ptrdiff_t d) {
+      const std::ptrdiff_t i = d - pulse_.first;
+      return i >= 0 && i < reach ? pulse_.weights[static_cast<std::size_t>(i)] : 0.0;
+    };
+    const std::ptrdiff_t begin = below + pulse_.first;
+    const std::ptrdiff_t end = std::min(begin + reach + 1, bins);
+    for (std::ptrdiff_t n = std::max<std::ptrdiff_t>(begin, 0); n < end; ++n) {
+      const double response = std::lerp(pulse(n - below), pulse(n - below - 1), share);
+      const double amplitude = std::sqrt(intensity * response);
+      line.glint_re[static_cast<std::size_t>(n)] += static_cast<float>(amplitude * std::cos(phase));
+      line.glint_im[static_cast<std::size_t>(n)] += static_cast<float>(amplitude * std::sin(phase));
+    }
+  }
+}
+
 /// Writes the truth, and the bins' energy after the pulse.
 void EchoFormer::finish(EchoLine& line) {
-  bins_.write(labels_, view_.fan->origin, line);
+  for (const ObjectEcho& facet : objects_.facets()) bins_.add(shifted(facet));
   const std::size_t margin = pulse_.weights.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
   // The inner loop is over bins, which vector registers take side by side.
@@ -318,6 +375,12 @@ void EchoFormer::finish(EchoLine& line) {
   for (const double weight : pulse_.weights) {
     for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += weight * from[i];
     --from;
+  }
+  add_glints(line);
+  bins_.write(labels_, view_.fan->origin, line);
+  for (std::size_t i = 0; i < line.glint_re.size(); ++i) {
+    const double re = double(line.glint_re[i]), im = double(line.glint_im[i]);
+    sums_[i] += re * re + im * im;
   }
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     line.bins.intensity_mean[i] = line.bins.intensity[i] = static_cast<float>(sums_[i]);

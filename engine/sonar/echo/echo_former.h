@@ -9,6 +9,7 @@
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/object_echoes.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
 #include <ensonify/engine/sonar/echo/ray_layout.h>
@@ -48,13 +49,16 @@ struct Medium {
 /// shadows. The bins are then convolved with the pulse's energy response. The truth is not: a bin
 /// has that of the places at its own range. For a CW pulse these are where its energy came from
 /// last; the rest of it came from up to c T / 2 nearer.
+///
+/// Objects have more: see ObjectEchoes. A glint is steady. Its amplitude is the root of its
+/// intensity in each bin, its phase that of its path; glints that overlap interfere.
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
   /// by_material[i] belongs to sediment i of a Label.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> by_material,
-             const std::vector<Label>* moving = nullptr);
+             const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {});
 
   /// Fills the line of a side from the runs of straight rays over these triangles. The fan's rays
   /// are those of the layout. The speckled intensity is left at the expectation.
@@ -74,8 +78,11 @@ class EchoFormer {
   PieceKernelArgs kernel_args(std::size_t plane) const;
   void absorb_over_depth();
   void correct_bent_rays();
+  void leave_out_small_objects();
   void lay(std::size_t plane);
+  ObjectEcho shifted(ObjectEcho echo) const;
   void lay_shifted(std::size_t plane);
+  void add_glints(EchoLine& line);
   void finish(EchoLine& line);
 
   FaceLabels labels_;
@@ -85,8 +92,10 @@ class EchoFormer {
   std::vector<std::int32_t> strengths_from_;  // by material: where its values begin
   double absorption_db_per_m_;                // as gain_ has it
   const scatter::SoundSpeedProfile* profile_;
+  double wavelength_m_;
   RangeBins bins_;
   SurfaceWalk walk_;
+  ObjectEchoes objects_;
   std::vector<double> gain_;  // per bin, of its energy: source level and absorption
   PulseKernel pulse_;
   double closing_shift_m_;      // Pulse::closing_shift_s() as a range

@@ -32,7 +32,8 @@ class PingTracer {
   /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer.
   PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> by_material,
-             const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr);
+             const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr,
+             const ObjectSurfaces& surfaces = {});
 
   /// Places the fans of its sides for the sonar's own pose and its altitude over the bed. Returns
   /// them, port first; valid until the next call.

@@ -14,23 +14,6 @@ namespace {
 constexpr std::size_t max_poses = 2000;  // the most that are checked
 constexpr double max_planes = 1024;      // the most that a sonar may have
 
-/// An object, or a feature of the bed: whatever has an instance.
-struct Thing {
-  Eigen::Vector3d middle_m, size_m;
-  const Label* label;
-  std::string table;  ///< in the scene
-};
-
-std::vector<Thing> things_of(const Seafloor& seafloor) {
-  std::vector<Thing> all;
-  for (const ObjectRecord& object : seafloor.objects)
-    all.push_back(
-        {object.middle_m, object.size_m, &object.label, fmt::format("objects.{}", object.table)});
-  for (const FeatureRecord& feature : seafloor.features)
-    all.push_back({feature.middle_m, feature.size_m, &feature.label, feature.layer});
-  return all;
-}
-
 }  // namespace
 
 std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
@@ -39,7 +22,6 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
   std::string worst;
   double worst_share = 1.0;
   std::size_t count = 0;
-  const std::vector<Thing> things = things_of(seafloor);
   for (const Sonar& sonar : sonars) {
     const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
     const double apart_rad = 2.0 / sonar.planes *
@@ -49,18 +31,18 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
     const std::size_t stride = poses.size() / max_poses + 1;
     for (std::size_t i = 0; i < poses.size(); i += stride)
       own.push_back(mounted(poses[i], sonar.mounting));
-    for (const Thing& thing : things) {
+    for (const FeatureRecord& feature : seafloor.features) {
       // The longest it can be along any track.
-      if (thing.size_m.head<2>().minCoeff() > apart_rad * sonar.range_m) continue;
+      if (feature.size_m.head<2>().minCoeff() > apart_rad * sonar.range_m) continue;
       const Pose* nearest = nullptr;
       double range_m = sonar.range_m;
       for (const Pose& pose : own)
-        if (const double m = (pose.position - thing.middle_m).norm(); m < range_m)
+        if (const double m = (pose.position - feature.middle_m).norm(); m < range_m)
           nearest = &pose, range_m = m;
       if (!nearest) continue;
-      const double long_m = thing.size_m.x() * std::abs(std::sin(nearest->heading_rad)) +
-                            thing.size_m.y() * std::abs(std::cos(nearest->heading_rad));
-      const double down = (nearest->position.z() - thing.middle_m.z()) / range_m;
+      const double long_m = feature.size_m.x() * std::abs(std::sin(nearest->heading_rad)) +
+                            feature.size_m.y() * std::abs(std::cos(nearest->heading_rad));
+      const double down = (nearest->position.z() - feature.middle_m.z()) / range_m;
       const double off_rad = std::asin(std::clamp(down, -1.0, 1.0)) -
                              0.5 * (sonar.sector_low_rad + sonar.sector_high_rad);
       const double apart_m = apart_rad * range_m * std::cos(off_rad);
@@ -75,7 +57,7 @@ std::optional<std::string> coarse_planes_warning(std::span<const Sonar> sonars,
           "planes of sonar {}'s fan at its range of {:.3g} m: a ping may miss it or show it too "
           "bright; "
           "{}",
-          thing.table, thing.label->instance, seafloor.classes[thing.label->class_id], long_m,
+          feature.layer, feature.label.instance, seafloor.classes[feature.label.class_id], long_m,
           apart_m, sonar.name, range_m,
           planes <= max_planes ? fmt::format("set sonar.{}.planes = {}", sonar.name, planes)
                                : std::string("bring the track nearer to it"));

@@ -37,17 +37,41 @@ void RangeBins::lay(const PiecesToLay& pieces) {
 void RangeBins::sort_shares() {
   for (std::size_t i = 0; i < to_.other_count; ++i) {
     const OtherShare& other = others_[i];
-    std::int32_t share = first_share_[other.bin];
-    while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != other.label)
-      share = shares_[static_cast<std::size_t>(share)].next;
-    if (share < 0) {
-      share = static_cast<std::int32_t>(shares_.size());
-      shares_.push_back({0.0, first_share_[other.bin], other.label});
-      first_share_[other.bin] = share;
-    }
-    shares_[static_cast<std::size_t>(share)].energy += other.energy;
+    add_share(other.bin, other.label, other.energy);
   }
   to_.other_count = 0;
+}
+
+void RangeBins::add_share(std::size_t bin, std::uint16_t label, double energy) {
+  std::int32_t share = first_share_[bin];
+  while (share >= 0 && shares_[static_cast<std::size_t>(share)].label != label)
+    share = shares_[static_cast<std::size_t>(share)].next;
+  if (share < 0) {
+    share = static_cast<std::int32_t>(shares_.size());
+    shares_.push_back({0.0, first_share_[bin], label});
+    first_share_[bin] = share;
+  }
+  shares_[static_cast<std::size_t>(share)].energy += energy;
+}
+
+void RangeBins::add(const ObjectEcho& echo) {
+  const double from_m = echo.range_m - echo.spread_m, until_m = echo.range_m + echo.spread_m;
+  const std::size_t first = bin_of(from_m), last = bin_of(until_m);
+  for (std::size_t i = first; i <= last; ++i) {
+    const double begins_m = i == first ? from_m : static_cast<double>(i) * bin_m_;
+    const double ends_m = i == last ? until_m : static_cast<double>(i + 1) * bin_m_;
+    const double share = first == last ? 1.0 : (ends_m - begins_m) / (until_m - from_m);
+    const double energy = share * echo.energy;
+    EchoBin& bin = bins_[i];
+    if (bin.label == EchoBin::no_label)
+      bin.label = echo.label;
+    else if (bin.label != echo.label)
+      add_share(i, echo.label, energy);
+    bin.energy += energy;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      bin.seen[static_cast<std::size_t>(axis)] += energy * echo.place[axis];
+    bin.seen[3] += energy * echo.grazing_rad;
+  }
 }
 
 void RangeBins::shade(const Shadow& shadow) {

@@ -12,6 +12,7 @@
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/echo_kernel.h>
+#include <ensonify/engine/sonar/echo/object_echo.h>
 
 namespace ensonify::engine {
 
@@ -38,6 +39,8 @@ class RangeBins {
   /// Marks the bins that lie wholly between the ends of a shadow, except those where the plane sees
   /// something, or which another shadow of the plane has marked.
   void shade(const Shadow& shadow);
+  /// Adds an echo that no plane brought.
+  void add(const ObjectEcho& echo);
 
   std::size_t size() const { return bins_.size(); }
   double bin_m() const { return bin_m_; }
@@ -58,6 +61,7 @@ class RangeBins {
         std::clamp(range_m / bin_m_, 0.0, static_cast<double>(bins_.size() - 1)));
   }
   void sort_shares();
+  void add_share(std::size_t bin, std::uint16_t label, double energy);
   std::uint16_t strongest_label(std::size_t bin, double& energy) const;
 
   double bin_m_;

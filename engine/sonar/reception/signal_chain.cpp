@@ -164,6 +164,7 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
     disturbances_.apply(context, line.side, channel.gain, power, line.artefacts);
     for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
   }
+  take_out_glints(line, direct, channel);
   if (options_.arrivals.burst_m > 0.0) {
     // Transmit leakage: above full scale at first, then it decays.
     for (std::size_t n = 0; n < bins; ++n) {
@@ -178,6 +179,26 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
   if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
 }
 
+/// Glints do not fade: what is left of the direct echo is speckle's. (Without speckle, expected
+/// values keep them.)
+void SignalChain::take_out_glints(const EchoLine& line, std::span<float> direct,
+                                  Channel& channel) const {
+  channel.glint_re.clear();
+  channel.glint_im.clear();
+  if (line.glint_re.empty() || !options_.speckle) return;
+  channel.glint_re = line.glint_re;
+  channel.glint_im = line.glint_im;
+  for (std::size_t n = 0; n < direct.size(); ++n) {
+    float &re = channel.glint_re[n], &im = channel.glint_im[n];
+    if (!disturbances_.empty()) {
+      const float gain = std::sqrt(channel.gain[n]);
+      re *= gain;
+      im *= gain;
+    }
+    direct[n] = std::max(direct[n] - (re * re + im * im), 0.0f);
+  }
+}
+
 void SignalChain::sum_scatterers(int look, Channel& channel) const {
   const std::size_t room = gains_.size(), reach = taps_.size() - 1;
   const std::span<const float> direct = std::span(channel.direct).subspan(reach, room);
@@ -188,10 +209,20 @@ void SignalChain::sum_scatterers(int look, Channel& channel) const {
     std::ranges::fill(channel.im, 0.0f);
     return;
   }
-  if (reach == 0) {
+  if (reach == 0)
     scatterers_.gather(channel.cells, look, direct, channel.re.data(), channel.im.data());
-    return;
+  else
+    spread_scatterers(look, direct, channel);
+  for (std::size_t n = 0; n < channel.glint_re.size(); ++n) {
+    channel.re[n] += channel.glint_re[n];
+    channel.im[n] += channel.glint_im[n];
   }
+}
+
+/// The scatterers of each bin, summed over the pulse.
+void SignalChain::spread_scatterers(int look, std::span<const float> direct,
+                                    Channel& channel) const {
+  const std::size_t room = gains_.size(), reach = taps_.size() - 1;
   channel.spread_re.assign(room + 2 * reach, 0.0f);
   channel.spread_im.assign(room + 2 * reach, 0.0f);
   scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],

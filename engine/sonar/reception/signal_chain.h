@@ -53,6 +53,7 @@ class SignalChain {
       // Expected values: the direct echo, padded on both sides by the pulse's reach;
       // everything else; the gain of the direct echo.
       std::vector<float> direct, power, gain;
+      std::vector<float> glint_re, glint_im;  // the steady field; empty: none
       std::vector<float> re, im, spread_re, spread_im;
       std::vector<float> white_re, white_im, behind_re, behind_im;
       std::vector<float> energy, detected;
@@ -84,7 +85,9 @@ class SignalChain {
   using Channel = Memory::Channel;
   double self_noise(double speed_mps) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
+  void take_out_glints(const EchoLine& line, std::span<float> direct, Channel& channel) const;
   void sum_scatterers(int look, Channel& channel) const;
+  void spread_scatterers(int look, std::span<const float> direct, Channel& channel) const;
   void draw_noise(const PingContext& context, Side side, int look, Channel& channel) const;
   void draw_white(const PingContext& context, Side side, int look, std::size_t count,
                   std::vector<float>& re, std::vector<float>& im) const;

@@ -313,7 +313,8 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "'origin_lon_deg'?"},
       {head + "[seafloor]\nmaterial = \"clayey\"",
        "s.toml:3:12: 'seafloor.material': sediment 'clayey' is not known; the nearest names are "
-       "'clayey sand' and 'clayey silt'; covers are seagrass, shells; solids are steel, aluminium, "
+       "'clayey sand' and 'clayey silt'; covers are seagrass, shells; solids are steel, "
+       "fouled steel, aluminium, "
        "concrete, stone, wood, glass fibre, rubber; or describe it in a table [material.clayey]"},
       {head + "[sonar.\"a/b\"]",
        "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and -"},
@@ -368,11 +369,12 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:3:12: 'seafloor.material': sediment 'medium sant' is not known; the nearest names "
        "are "
        "'medium sand', 'medium silt' and 'muddy sand'; covers are seagrass, shells; solids are "
-       "steel, aluminium, concrete, "
+       "steel, fouled steel, aluminium, concrete, "
        "stone, "
        "wood, glass fibre, rubber; or describe it in a table [material.medium sant]"},
       {head + "[material.a]\nlike = \"lava\"\nmodel = \"solid\"",
-       "s.toml:3:8: 'material.a.like': solid 'lava' is not known, expected steel, aluminium, "
+       "s.toml:3:8: 'material.a.like': solid 'lava' is not known, expected steel, fouled steel, "
+       "aluminium, "
        "concrete, stone, wood, glass fibre, rubber"},
       {head + "[material.a]\nspecular = 1\nlike = \"steel\"\nmodel = \"solid\"",
        "s.toml:4:8: 'material.a.like': solid: diffuse_db = -11 and specular = 1 scatter more "

@@ -34,7 +34,7 @@ TEST_CASE("The scene's own material takes precedence over a sediment or solid of
   CHECK(material_named("steel", own).model == "lambert");
   CHECK_THROWS_WITH(material_named("stel", own),
                     Catch::Contains("sediment 'stel' is not known") &&
-                        Catch::Contains("solids are steel, aluminium") &&
+                        Catch::Contains("solids are steel, fouled steel") &&
                         Catch::Contains("[material.stel]"));
 }
 
@@ -45,8 +45,9 @@ TEST_CASE(
         Approx(scatter::to_db(scatter::Lambert(-20.0).cross_section(g))));
   const scatter::Solid wood = scatter::solid_named("wood");
   CHECK(strength_db({.model = "solid", .like = "wood", .specular = 0.5}, 89.0) ==
-        Approx(scatter::to_db(scatter::SolidTarget({wood.diffuse_db, 0.5, wood.lobe_width_rad})
-                                  .cross_section(89.0 * degree))));
+        Approx(scatter::to_db(
+            scatter::SolidTarget(scatter::Solid{wood.diffuse_db, 0.5, wood.lobe_width_rad}.rough())
+                .cross_section(89.0 * degree))));
 
   scatter::Sediment sand = scatter::sediment_of_grain_size(2.2);
   sand.volume = 0.01;

@@ -1,0 +1,249 @@
+#include <ensonify/engine/seafloor/objects/patches.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Matrix3d, Eigen::Vector3d;
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double sharpest_rad = 40.0 * degree;  // as in facet_angle_rad()
+constexpr double flattest_rad = 0.05 * degree;
+
+/// Sets that grow together; each is named by its lowest member.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
+  }
+  std::uint32_t of(std::uint32_t member) {
+    while (parent_[member] != member) member = parent_[member] = parent_[parent_[member]];
+    return member;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t one = of(a), other = of(b);
+    parent_[std::max(one, other)] = std::min(one, other);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// A number for each vertex, the same for vertices at one place.
+std::vector<std::uint32_t> places_of(refine::Triangles triangles) {
+  const auto at = [&](std::uint32_t v) {
+    const Eigen::Vector3f& p = triangles.positions[v];
+    return std::tuple(p.x(), p.y(), p.z());
+  };
+  std::vector<std::uint32_t> used;
+  for (const refine::Face& face : triangles.faces)
+    used.insert(used.end(), face.begin(), face.end());
+  std::ranges::sort(used);
+  used.erase(std::ranges::unique(used).begin(), used.end());
+  std::ranges::stable_sort(used, {}, at);
+  std::vector<std::uint32_t> place(triangles.positions.size());
+  for (std::size_t i = 0; i < used.size(); ++i)
+    place[used[i]] = i > 0 && at(used[i]) == at(used[i - 1]) ? place[used[i - 1]]
+                                                             : static_cast<std::uint32_t>(i);
+  return place;
+}
+
+/// What the faces of a patch add up to.
+struct Sum {
+  double area_m2 = 0.0;
+  Vector3d first = Vector3d::Zero();       // integral of the place
+  Matrix3d second = Matrix3d::Zero();      // integral of place times place, about the first corner
+  Vector3d origin = Vector3d::Zero();      // the first corner
+  Matrix3d bend = Matrix3d::Zero();        // sum over edges of length angle^2 u u, and of
+  Matrix3d directions = Matrix3d::Zero();  // length u u; u: unit, in the plane, across the edge
+
+  void add(const std::array<Vector3d, 3>& corners, double its_area_m2) {
+    if (area_m2 == 0.0) origin = corners[0];
+    Vector3d middle = Vector3d::Zero();
+    for (const Vector3d& corner : corners) middle += (corner - origin) / 3.0;
+    first += its_area_m2 * middle;
+    second += its_area_m2 * middle * middle.transpose();
+    for (const Vector3d& corner : corners) {
+      const Vector3d off = corner - origin - middle;
+      second += its_area_m2 / 12.0 * off * off.transpose();
+    }
+    area_m2 += its_area_m2;
+  }
+  float bend_rad(const Vector3d& axis) const {
+    const double length = axis.dot(directions * axis);
+    if (!(length > 1e-6 * directions.trace())) return 0.0f;
+    return static_cast<float>(std::sqrt(axis.dot(bend * axis) / length));
+  }
+  FlatPart patch(const Vector3d& normal, std::uint32_t surface) const {
+    const Vector3d middle = first / area_m2;
+    const Matrix3d spread = second / area_m2 - middle * middle.transpose();
+    const Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
+    const double xx = x.dot(spread * x), yy = y.dot(spread * y), xy = x.dot(spread * y);
+    const double turn = 0.5 * std::atan2(2.0 * xy, xx - yy);
+    const Vector3d along = std::cos(turn) * x + std::sin(turn) * y;
+    const Vector3d across = normal.cross(along);
+    // A rectangle of length L has the second moment L^2 / 12.
+    const double shortest = 1e-12 * area_m2;
+    const double ratio = std::sqrt(std::max(along.dot(spread * along), shortest) /
+                                   std::max(across.dot(spread * across), shortest));
+    const double length_m = std::sqrt(area_m2 * ratio);
+    return {.middle = origin + middle,
+            .normal = normal.cast<float>(),
+            .along = along.cast<float>(),
+            .across = across.cast<float>(),
+            .length_m = static_cast<float>(length_m),
+            .width_m = static_cast<float>(area_m2 / length_m),
+            .bend_along_rad = bend_rad(along),
+            .bend_across_rad = bend_rad(across),
+            .surface = surface};
+  }
+};
+
+}  // namespace
+
+std::vector<FlatPart> patches_of(refine::Triangles triangles) {
+  struct Edge {
+    std::uint32_t from, to, face;
+    Vector3d way;
+  };
+  const std::vector<std::uint32_t> place = places_of(triangles);
+  const auto faces = static_cast<std::uint32_t>(triangles.faces.size());
+  std::vector<Edge> edges;
+  std::vector<Vector3d> normals(faces);
+  std::vector<double> areas_m2(faces);
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    const refine::Face& face = triangles.faces[f];
+    const Vector3d a = triangles.corner(f, 0);
+    const Vector3d product = (triangles.corner(f, 1) - a).cross(triangles.corner(f, 2) - a);
+    areas_m2[f] = 0.5 * product.norm();
+    if (!(areas_m2[f] > 0.0)) continue;
+    normals[f] = product.normalized();
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      const auto [from, to] = std::minmax(place[face[static_cast<std::size_t>(k)]],
+                                          place[face[static_cast<std::size_t>(next)]]);
+      edges.push_back({from, to, f, triangles.corner(f, next) - triangles.corner(f, k)});
+    }
+  }
+  std::ranges::sort(edges, {}, [](const Edge& e) { return std::tuple(e.from, e.to, e.face); });
+  struct Bend {
+    const Edge *one, *other;
+    double angle_rad;
+  };
+  std::vector<Bend> bends;
+  Sets flat(faces), smooth(faces);
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    const Edge &a = edges[i], &b = edges[i + 1];
+    if (a.from != b.from || a.to != b.to) continue;
+    const Vector3d &m = normals[a.face], &n = normals[b.face];
+    const double angle_rad = std::atan2(m.cross(n).norm(), m.dot(n));
+    if (angle_rad > sharpest_rad) continue;
+    smooth.join(a.face, b.face);
+    const Vector3d &first = normals[flat.of(a.face)], &second = normals[flat.of(b.face)];
+    if (angle_rad < flattest_rad && first.cross(second).norm() < flattest_rad)
+      flat.join(a.face, b.face);
+    else
+      bends.push_back({&a, &b, angle_rad});
+  }
+  std::vector<Sum> sums(faces);
+  for (std::uint32_t f = 0; f < faces; ++f)
+    if (areas_m2[f] > 0.0)
+      sums[flat.of(f)].add({triangles.corner(f, 0), triangles.corner(f, 1), triangles.corner(f, 2)},
+                           areas_m2[f]);
+  for (const Bend& bend : bends)
+    for (const Edge* edge : {bend.one, bend.other}) {
+      const Vector3d across = edge->way.cross(normals[edge->face]);  // its length is the edge's
+      const double length_m = across.norm();
+      const Matrix3d direction = across * across.transpose() / length_m;
+      Sum& sum = sums[flat.of(edge->face)];
+      sum.directions += direction;
+      sum.bend += bend.angle_rad * bend.angle_rad * direction;
+    }
+  std::vector<FlatPart> patches;
+  for (std::uint32_t f = 0; f < faces; ++f)
+    if (sums[f].area_m2 > 0.0) patches.push_back(sums[f].patch(normals[f], smooth.of(f)));
+  return patches;
+}
+
+PatchedObject::PatchedObject(refine::Triangles triangles, std::uint16_t its_label)
+    : label(its_label), patches(patches_of(triangles)) {
+  const refine::Bounds box = refine::bounds(triangles);
+  middle = 0.5 * (box.lowest + box.highest).cast<double>();
+  radius_m = 0.5 * double((box.highest - box.lowest).norm());
+}
+
+PatchedObject PatchedObject::moved(const Eigen::Isometry3d& place) const {
+  PatchedObject there = *this;
+  const Eigen::Matrix3f turn = place.linear().cast<float>();
+  there.middle = place * middle;
+  for (FlatPart& patch : there.patches) {
+    patch.middle = place * patch.middle;
+    for (Eigen::Vector3f* axis : {&patch.normal, &patch.along, &patch.across}) *axis = turn * *axis;
+  }
+  return there;
+}
+
+std::vector<PatchedObject> patched_objects(const Seafloor& seafloor,
+                                           const std::vector<bool>& wanted, double small_m) {
+  const std::size_t count = seafloor.objects.size();
+  if (count == 0 || seafloor.one_label()) return {};
+  const auto is_wanted = [&](const ObjectRecord& object) {
+    const std::size_t material = object.label.sediment;
+    return (material < wanted.size() && wanted[material]) || object.size_m.norm() <= small_m;
+  };
+  if (std::ranges::none_of(seafloor.objects, is_wanted)) return {};
+  struct Part {
+    std::uint32_t face;  // the number
+    refine::Face corners;
+  };
+  std::vector<std::vector<Part>> parts(count);
+  std::vector<std::uint16_t> labels(count);
+  const auto take = [&](std::uint32_t face, const auto& corners_of) {
+    const std::uint16_t label = seafloor.label_of(face);
+    const std::size_t number = std::size_t{seafloor.labels[label].instance} - 1;
+    if (number >= count || !is_wanted(seafloor.objects[number])) return;
+    labels[number] = label;
+    parts[number].push_back({face, corners_of()});
+  };
+  std::span<const Eigen::Vector3f> positions = seafloor.mesh.positions;
+  if (const refine::ProgressiveMesh* mesh = seafloor.progressive.get()) {
+    positions = mesh->points;
+    for (std::size_t slot = 0; slot < mesh->faces.size(); ++slot) {
+      const std::uint32_t face = mesh->source_face[slot];
+      if (face < seafloor.bed_faces || face >= seafloor.faces) continue;
+      take(face, [&] {
+        if (slot / 2 < mesh->mid.size()) mesh->verify_node(static_cast<std::uint32_t>(slot / 2));
+        const refine::Face corners = mesh->faces[slot];
+        for (const std::uint32_t leaf : corners) mesh->verify_leaf(leaf);
+        return corners;
+      });
+    }
+  } else {
+    for (std::size_t face = seafloor.bed_faces; face < seafloor.mesh.faces.size(); ++face)
+      take(static_cast<std::uint32_t>(face), [&] { return seafloor.mesh.faces[face]; });
+  }
+  std::vector<PatchedObject> objects;
+  refine::TriangleMesh own;
+  for (std::size_t number = 0; number < count; ++number) {
+    if (parts[number].empty()) continue;
+    std::ranges::sort(parts[number], {}, &Part::face);
+    own.positions.clear();
+    own.faces.clear();
+    for (const Part& part : parts[number]) {
+      const auto first = static_cast<std::uint32_t>(own.positions.size());
+      for (const std::uint32_t corner : part.corners) own.positions.push_back(positions[corner]);
+      own.faces.push_back({first, first + 1, first + 2});
+    }
+    objects.emplace_back(own, labels[number]);
+  }
+  return objects;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// A flat part of a body's surface: faces that join in one plane, as the rectangle of their area
+/// and second moments. Where the surface is curved, its facets are such parts.
+struct FlatPart {
+  Eigen::Vector3d middle;
+  Eigen::Vector3f normal;         ///< unit, out of the body
+  Eigen::Vector3f along, across;  ///< unit, its principal axes
+  float length_m, width_m;        ///< along them; their product is the area
+  /// The angle to the normals of the neighbours in these directions; 0 where the surface ends or
+  /// has a real edge.
+  float bend_along_rad, bend_across_rad;
+  std::uint32_t surface;  ///< parts that join without a real edge have the same number
+};
+
+/// The patches of a mesh. Vertices at one place count as one. Edges sharper than 40 degrees are
+/// real ones, as in facet_angle_rad().
+std::vector<FlatPart> patches_of(refine::Triangles triangles);
+
+/// The patches of an object.
+struct PatchedObject {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double radius_m = 0.0;    ///< of a ball about the middle that contains it
+  std::uint16_t label = 0;  ///< as in FaceLabels
+  std::vector<FlatPart> patches;
+
+  PatchedObject() = default;
+  PatchedObject(refine::Triangles triangles, std::uint16_t its_label);
+  PatchedObject moved(const Eigen::Isometry3d& place) const;
+};
+
+/// The objects of a seafloor whose materials are `wanted` (by Label::sediment), or that are no
+/// larger than `small_m`. The same for a mesh and for its progressive mesh.
+std::vector<PatchedObject> patched_objects(const Seafloor& seafloor,
+                                           const std::vector<bool>& wanted, double small_m);
+
+}  // namespace ensonify::engine

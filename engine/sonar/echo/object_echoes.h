@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/face_labels.h>
+#include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/sonar/echo/object_echo.h>
+#include <ensonify/engine/sonar/echo/surface_walk.h>
+#include <ensonify/engine/trace/fan_runs.h>
+#include <ensonify/engine/trace/ray.h>
+#include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/sound_speed_profile.h>
+
+namespace ensonify::engine {
+
+/// The surfaces of the objects that a sonar sees. What it points to must outlive the pings.
+struct ObjectSurfaces {
+  const std::vector<PatchedObject>* fixed = nullptr;
+  const std::vector<PatchedObject>* moving = nullptr;  ///< may change between pings
+  /// By Label::sediment: scatter::Solid::smooth_specular(), 0 where it is not a solid.
+  std::span<const double> smooth_specular = {};
+};
+
+/// What the rays of a fan met first: straight ones as runs, bent ones as hits.
+struct FirstHits {
+  const FanRuns* runs = nullptr;  ///< or else:
+  std::span<const Hit> hits = {};
+};
+
+/// The echoes of objects that rays cannot sample, from the patches of their surfaces.
+///
+/// Glints: the mirror-like part of a solid's echo. By physical optics a patch L1 x L2 that lies at
+/// the range r, whose normal is inclined by t_i to the sonar in the direction of L_i, has the
+/// cross-section
+///
+///     I_1 I_2 / lambda^2,  I = |integral over L of exp(i k (z - r t)^2 / r) dz|^2,
+///
+/// with Fresnel's integral (Abramowitz and Stegun, ch. 7): far away I = L^2 sinc^2(2 L t / lambda),
+/// which gives a plate its A^2 / lambda^2; near it I = lambda r / 2, which gives a mirror its
+/// r^2 / 4. Where facets stand for a curved surface, they share its energy: there
+///
+///     I = (lambda r / 4) (erf((t + h) / s) - erf((t - h) / s)),  h = L / 2 r,
+///
+/// a lobe of the same energy whose half width s is the angle between neighbouring facets, so that
+/// facets sum to the round body: a^2 / 4 for a sphere; a L^2 / (2 lambda) for a cylinder far away,
+/// a r / 4 near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
+/// Patches of one surface at about one range are one glint.
+///
+/// Small objects: those that only a few planes of the fan would meet. Their patches scatter
+/// sigma(grazing) per area each, instead of what rays meet, so that their energy does not depend on
+/// where the planes lie.
+///
+/// Rays decide how much of a patch is seen: those of the fan beside it. Lines of sight are
+/// straight, also where rays are bent.
+class ObjectEchoes {
+ public:
+  /// All that is given must outlive this; `profile` may be null.
+  ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
+               const scatter::SoundSpeedProfile* profile,
+               std::span<const scatter::BackscatterTable> by_material,
+               const ObjectSurfaces& surfaces);
+
+  /// How long an object can be that is small somewhere in the range.
+  static double longest_small_m(const Sonar& sonar, double wavelength_m);
+
+  /// Finds the echoes of one side of a ping.
+  void find(const SideView& view, const FaceLabels& labels, const FirstHits& first);
+  std::span<const ObjectEcho> glints() const { return glints_; }
+  std::span<const ObjectEcho> facets() const { return facets_; }
+  /// Whether the object of a label was small in this ping: facets() has its echo.
+  bool small(std::uint16_t label) const { return label < small_.size() && small_[label] != 0; }
+  bool any_small() const { return !small_labels_.empty(); }
+
+ private:
+  struct Line {  // from the sonar to a place
+    Eigen::Vector3d direction;
+    double range_m, weight;  // the two-way beam there
+    double sin_azimuth, sin_elevation;
+  };
+  bool see(const Eigen::Vector3d& away, Line& line) const;
+  double seen_share(const Line& line, double time_range_m, int own_label) const;
+  double first_hit_m(std::size_t plane, std::size_t ray, int& label) const;
+  double time_share(const Eigen::Vector3d& away) const;
+  void look_at(const PatchedObject& object);
+  void add_glint(const FlatPart& patch, const Eigen::Vector3d& away, double specular,
+                 const PatchedObject& object);
+  void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, double sine,
+                 const PatchedObject& object, const scatter::BackscatterTable& table);
+  void join_glints();
+
+  double wavelength_m_, sound_speed_mps_, join_m_, tolerance_m_;
+  const scatter::SoundSpeedProfile* profile_;
+  std::span<const scatter::BackscatterTable> by_material_;
+  ObjectSurfaces surfaces_;
+  std::vector<ObjectEcho> glints_, facets_;
+  std::vector<std::uint8_t> small_;  // by label
+  std::vector<std::uint16_t> small_labels_;
+
+  // Of the side at hand:
+  const SideView* view_ = nullptr;
+  const FaceLabels* labels_ = nullptr;
+  FirstHits first_;
+};
+
+}  // namespace ensonify::engine
