@@ -12,8 +12,8 @@
 
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/sonar/reception/signal_chain.h>
 #include <ensonify/scatter/backscatter.h>
 
@@ -73,10 +73,10 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
   const std::vector<scatter::BackscatterTable> lambert(
       labelled.materials.size(), scatter::BackscatterTable(scatter::Lambert(-27.0)));
   PingTracer with(sonar, {}, labelled, lambert), without(sonar, {}, bare, lambert);
-  ObjectVisibility views(labelled);
+  VisibilityCounter views(labelled);
   EchoLine line;
   line.bins.assign(static_cast<std::size_t>(sonar.bins));
-  const auto turn = [&](PingTracer& pinger, ObjectVisibility* looking) {
+  const auto turn = [&](PingTracer& pinger, VisibilityCounter* looking) {
     for (int i = 0; i < pings; ++i) {
       const Pose pose{.position = {-30.0 + 60.0 * i / pings, -20.0, -45.0},
                       .heading_rad = 1.5707963};

@@ -19,9 +19,9 @@
 #include <png.h>
 
 #include <ensonify/engine/image/truth_picture.h>
-#include <ensonify/engine/ping_all.h>
-#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace {

@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/footprint.h>

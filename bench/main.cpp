@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 #include "compare.h"

@@ -12,7 +12,7 @@ set(public_headers
   engine/preparation.h
   engine/random.h
   engine/run.h
-  engine/scene/extrapolation.h
+  engine/scene/checks/extrapolation.h
   engine/scene/reader.h
   engine/scene/scene.h
   engine/seafloor/bed/fractal.h
@@ -37,7 +37,7 @@ set(public_headers
   engine/simd/cache_lines.h
   engine/simulate.h
   engine/sonar/echo/echo.h
-  engine/sonar/echo/object_view.h
+  engine/sonar/echo/object_visibility.h
   engine/sonar/instrument/beam_pattern.h
   engine/sonar/instrument/mounting.h
   engine/sonar/instrument/pulse.h

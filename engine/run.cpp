@@ -8,12 +8,12 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/run/one_part.h>
 #include <ensonify/engine/run/several_parts.h>
 #include <ensonify/engine/run/whole_run.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/scene/extrapolation.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/echo/object_view.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/refine/error.h>
 
@@ -52,7 +52,7 @@ struct RunOutputs {
   /// One per sonar, with the numbers of the labels that its files have.
   std::span<const Waterfall> lines;
   /// By sonar, what was seen of each object of the seafloor; empty where that was not counted.
-  std::span<const std::vector<ObjectView>> object_visibility;
+  std::span<const std::vector<ObjectVisibility>> object_visibility;
 };
 
 /// How a run is made, and how it reports to its caller.

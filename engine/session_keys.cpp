@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 
 namespace ensonify::engine {

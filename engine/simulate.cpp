@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/scene/value_check.h>
-#include <ensonify/engine/scene/water_check.h>
-#include <ensonify/engine/simulator_internals.h>
-#include <ensonify/engine/simulator_parts.h>
+#include <ensonify/engine/scene/checks/value_check.h>
+#include <ensonify/engine/scene/checks/water_check.h>
+#include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/simulator/parts.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 
 namespace ensonify::engine {
@@ -28,7 +28,7 @@ Simulator::~Simulator() = default;
 
 Simulator Simulator::clone_for_thread() const {
   Simulator one(ready_);
-  if (!worker_->views.empty()) one.worker_->count_object_visibility(*ready_);
+  if (!worker_->visibility_counters.empty()) one.worker_->count_object_visibility(*ready_);
   return one;
 }
 
@@ -74,11 +74,12 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
       const std::uint64_t version = worker.face_source.version();
-      if (worker.views.empty())
+      if (worker.visibility_counters.empty())
         tracer.trace(intersector, triangles, version, line.side);
       else
-        worker.views[i].look(tracer.fan(line.side), triangles,
-                             tracer.trace_hits(intersector, triangles, version, line.side), number);
+        worker.visibility_counters[i].look(
+            tracer.fan(line.side), triangles,
+            tracer.trace_hits(intersector, triangles, version, line.side), number);
       watch.lap(worker.times.trace_s);
       tracer.echo(triangles, line.side, line);
       watch.lap(worker.times.echo_s);

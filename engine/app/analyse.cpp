@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/tile_collapse.h>

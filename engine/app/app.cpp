@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 namespace ensonify::engine::app {
 

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/extrapolation.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>

@@ -10,7 +10,7 @@
 #include <ensonify/engine/clock.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>

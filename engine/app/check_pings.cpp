@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include <ensonify/engine/random.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine::app {
 

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/dataset_options.h>
+#include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/reader.h>
 
 #include <memory>

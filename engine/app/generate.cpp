@@ -1,5 +1,5 @@
 #include <ensonify/engine/dataset/generate.h>
-#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include <memory>

@@ -13,7 +13,7 @@
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 #include "app.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 
 #include "app.h"
 

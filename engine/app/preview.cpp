@@ -1,6 +1,6 @@
 #include <ensonify/engine/dataset/preview.h>
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 #include <memory>

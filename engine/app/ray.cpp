@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/tables/profile_reader.h>
 #include <ensonify/scatter/eigenray.h>
 
 #include "app.h"

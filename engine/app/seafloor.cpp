@@ -1,4 +1,4 @@
-#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 #include <memory>
 

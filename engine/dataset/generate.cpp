@@ -18,9 +18,9 @@
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
-#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/read_file.h>

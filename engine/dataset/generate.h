@@ -12,7 +12,7 @@
 #include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/memory.h>
 #include <ensonify/engine/run.h>
-#include <ensonify/engine/scene/extrapolation.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
 
 namespace ensonify::engine {
 

@@ -65,7 +65,7 @@ class Products {
   }
 
   void add_line(const Waterfall& line, const Calibration& calibration,
-                std::span<const ObjectView> visibility, std::size_t sonar) {
+                std::span<const ObjectVisibility> visibility, std::size_t sonar) {
     std::vector<Picture> pictures;
     for (const Display& display : sample_.renders)
       pictures.push_back(render(line, display, calibration));
@@ -89,7 +89,7 @@ class Products {
   }
 
   /// Adds all images of a line in one geometry: 0 is slant range, 1 is ground range.
-  void add_geometry(const LabelledImage& line, std::span<const ObjectView> visibility,
+  void add_geometry(const LabelledImage& line, std::span<const ObjectVisibility> visibility,
                     std::size_t sonar, std::size_t geometry) {
     line_targets_.clear();
     for (TargetRecord& record : target_records(line.labels, seafloor_, visibility)) {

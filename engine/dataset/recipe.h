@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/scene/dataset_options.h>
+#include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/scene.h>
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 
 namespace ensonify::engine {
 namespace {

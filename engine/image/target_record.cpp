@@ -7,7 +7,7 @@ namespace ensonify::engine {
 namespace {
 
 TargetRecord record_of(Target target, const Waterfall& waterfall, const Seafloor& seafloor,
-                       std::span<const ObjectView> views) {
+                       std::span<const ObjectVisibility> views) {
   const auto labelled = [&](const auto& thing) {
     return TargetRecord{.target = std::move(target),
                         .class_name = seafloor.classes.at(thing.label.class_id),
@@ -41,7 +41,7 @@ TargetRecord record_of(Target target, const Waterfall& waterfall, const Seafloor
 }  // namespace
 
 std::vector<TargetRecord> target_records(const Waterfall& waterfall, const Seafloor& seafloor,
-                                         std::span<const ObjectView> views) {
+                                         std::span<const ObjectVisibility> views) {
   std::vector<TargetRecord> records;
   for (Target& target : find_targets(waterfall))
     records.push_back(record_of(std::move(target), waterfall, seafloor, views));

@@ -11,7 +11,7 @@
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/echo/object_view.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
 
 namespace ensonify::engine {
 
@@ -25,7 +25,7 @@ struct TargetRecord {
     double scale = 1.0;
     double buried = 0.0;      ///< share of its height under the bed
     double aspect_rad = 0.0;  ///< direction of sight less its heading, clockwise
-    /// Share of it that the sonar sees, ObjectView::share(); none where that was not counted.
+    /// Share of it that the sonar sees, ObjectVisibility::share(); none where that was not counted.
     std::optional<double> visible_share;
   };
 
@@ -42,6 +42,6 @@ struct TargetRecord {
 /// The targets of a waterfall over its seafloor, by instance. `views` are what its sonar saw of
 /// each object of the seafloor, or empty where that was not counted.
 std::vector<TargetRecord> target_records(const Waterfall& waterfall, const Seafloor& seafloor,
-                                         std::span<const ObjectView> views = {});
+                                         std::span<const ObjectVisibility> views = {});
 
 }  // namespace ensonify::engine

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <ensonify/engine/live/line_ring.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
 

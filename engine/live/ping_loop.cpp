@@ -12,7 +12,7 @@
 
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/setting.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
 namespace ensonify::engine {

@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/mosaic/image_reader.h>
-#include <ensonify/engine/scene/csv_table.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/tables/csv_table.h>
 
 namespace ensonify::engine {
 namespace {

@@ -3,13 +3,13 @@
 #include <ensonify/engine/output/attributes.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/targets_json.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/scene/extrapolation.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 #include <algorithm>
 #include <array>

@@ -211,7 +211,7 @@ class JoinedTarget {
     means.add(target, (body.is_null() ? shadow : body).at("area_px").get<double>());
   }
 
-  Json json(std::span<const ObjectView> visibility) const {
+  Json json(std::span<const ObjectVisibility> visibility) const {
     const bool seen = body_.area_px() > 0;
     Json json = (seen ? of_body_ : of_shadow_).json();
     if (json.contains("visible_fraction")) {
@@ -293,7 +293,7 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
 }
 
 std::string join_targets(const fs::path& folder, const RunParts& parts, const std::string& sonar,
-                         std::span<const ObjectView> visibility) {
+                         std::span<const ObjectVisibility> visibility) {
   std::map<std::uint32_t, JoinedTarget> targets;
   Json whole;
   for (std::size_t part = 0; part < parts.count(); ++part) {

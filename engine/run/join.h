@@ -6,7 +6,7 @@
 #include <string>
 
 #include <ensonify/engine/run/parts.h>
-#include <ensonify/engine/sonar/echo/object_view.h>
+#include <ensonify/engine/sonar/echo/object_visibility.h>
 
 namespace ensonify::engine {
 
@@ -25,6 +25,6 @@ void join_pictures(const std::filesystem::path& folder, const RunParts& parts,
 /// aspect is that of the part with most of the target. `visibility` is of the whole run; empty
 /// where it was not counted. Throws std::runtime_error for a damaged file, std::system_error.
 std::string join_targets(const std::filesystem::path& folder, const RunParts& parts,
-                         const std::string& sonar, std::span<const ObjectView> visibility);
+                         const std::string& sonar, std::span<const ObjectVisibility> visibility);
 
 }  // namespace ensonify::engine

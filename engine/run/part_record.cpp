@@ -18,7 +18,7 @@ void add(const std::map<std::string, std::uint64_t>& more,
 }
 
 /// [object, alone, seen, object, ...] of the objects that a ray could have met.
-Json visibility_json(const std::vector<ObjectView>& views) {
+Json visibility_json(const std::vector<ObjectVisibility>& views) {
   Json numbers = Json::array();
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (views[i].alone == 0) continue;
@@ -29,8 +29,8 @@ Json visibility_json(const std::vector<ObjectView>& views) {
   return {{"objects", views.size()}, {"views", numbers}};
 }
 
-std::vector<ObjectView> visibility_of(const Json& json) {
-  std::vector<ObjectView> views(json.at("objects").get<std::size_t>());
+std::vector<ObjectVisibility> visibility_of(const Json& json) {
+  std::vector<ObjectVisibility> views(json.at("objects").get<std::size_t>());
   const Json& numbers = json.at("views");
   for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
     views.at(numbers[i].get<std::size_t>()) = {numbers[i + 1].get<std::uint64_t>(),
@@ -61,7 +61,7 @@ PartRecord& PartRecord::operator+=(const PartRecord& next) {
   add(next.verification, verification);
   pings_over_hole += next.pings_over_hole;
   for (const auto& [sonar, its] : next.object_visibility) {
-    std::vector<ObjectView>& views = object_visibility[sonar];
+    std::vector<ObjectVisibility>& views = object_visibility[sonar];
     views.resize(its.size());
     for (std::size_t i = 0; i < its.size(); ++i) views[i] += its[i];
   }

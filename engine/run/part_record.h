@@ -8,7 +8,7 @@
 
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
 
@@ -26,7 +26,7 @@ struct PartRecord {
   std::map<std::string, std::uint64_t> verification;
   std::uint64_t pings_over_hole = 0;
   /// By name of the sonar: what was seen of the seafloor's objects; empty where it was not counted.
-  std::map<std::string, std::vector<ObjectView>> object_visibility;
+  std::map<std::string, std::vector<ObjectVisibility>> object_visibility;
   std::vector<std::string> warnings;  ///< about the scene and its track; the same for all parts
   std::vector<FileRecord> files;
 

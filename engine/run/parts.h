@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
 

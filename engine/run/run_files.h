@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/scene/world_reference.h>
 #include <ensonify/refine/read_file.h>
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/run/run_files.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 namespace ensonify::engine {
 

@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <ensonify/engine/scene/check.h>
-#include <ensonify/engine/scene/dataset_options.h>
-#include <ensonify/engine/scene/schema.h>
-#include <ensonify/engine/scene/seabed_check.h>
-#include <ensonify/engine/scene/strength_table_reader.h>
+#include <ensonify/engine/scene/checks/check.h>
+#include <ensonify/engine/scene/checks/seabed_check.h>
+#include <ensonify/engine/scene/keys/dataset_options.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/check.h>
-#include <ensonify/engine/scene/water_check.h>
+#include <ensonify/engine/scene/checks/check.h>
+#include <ensonify/engine/scene/checks/water_check.h>
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/scene/track_reader.h>
+#include <ensonify/engine/scene/tables/track_reader.h>
 
 namespace ensonify::engine {
 

@@ -10,7 +10,7 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>

@@ -8,8 +8,8 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 using namespace ensonify::engine;
 

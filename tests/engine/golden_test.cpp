@@ -18,9 +18,9 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 using namespace ensonify::engine;
 

@@ -10,9 +10,9 @@
 #include "support/mesh_files.h"
 #include "support/temporary_folder.h"
 
-#include <ensonify/engine/ping_all.h>
-#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;

@@ -13,10 +13,10 @@
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/run/join.h>
 #include <ensonify/engine/run/parts.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/refine/atomic_file.h>
 
 using namespace ensonify;

@@ -2,7 +2,7 @@
 // and removed.
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // A whole ping, for all face sources and back-ends.
 
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 
 #include <algorithm>
 #include <cmath>
@@ -234,7 +234,8 @@ TEST_CASE("an imported plate scatters from its back as from its front") {
   CHECK(differ <= up.size() / 10000);  // the last bits of t depend on the corners' order
 }
 
-TEST_CASE("a cast gives the sound speed down to the bed, and a cast that ends above it is reported") {
+TEST_CASE(
+    "a cast gives the sound speed down to the bed, and a cast that ends above it is reported") {
   const tests::TemporaryFolder folder;
   Scene scene = busy_scene(folder);
   scene.sea.sound_speed_mps = 1497.0;

@@ -1,6 +1,6 @@
 // Lost and repeated pings and stale navigation through all pings of a scene.
 
-#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 #include <algorithm>
 #include <vector>

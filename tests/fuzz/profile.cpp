@@ -1,5 +1,5 @@
-#include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/scene/tables/profile_reader.h>
 
 #include "fuzz/fuzz.h"
 

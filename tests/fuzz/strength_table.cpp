@@ -1,5 +1,5 @@
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/scene/strength_table_reader.h>
+#include <ensonify/engine/scene/tables/strength_table_reader.h>
 
 #include "fuzz/fuzz.h"
 

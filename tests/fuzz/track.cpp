@@ -1,5 +1,5 @@
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/scene/track_reader.h>
+#include <ensonify/engine/scene/tables/track_reader.h>
 
 #include "fuzz/fuzz.h"
 

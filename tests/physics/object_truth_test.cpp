@@ -13,10 +13,10 @@
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/truth.h>
 #include <ensonify/engine/image/waterfall.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
-#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/trace/intersector.h>
 
 using namespace ensonify;
@@ -350,7 +350,7 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
     Scene scene = level_scene(objects);
     scene.run.surface = surface;
     const Image image(scene);
-    const std::span<const ObjectView> views =
+    const std::span<const ObjectVisibility> views =
         SimulatorInternals::object_visibility(image.simulator, 0);
     REQUIRE(views.size() == 4);
     CAPTURE(surface);

@@ -46,16 +46,17 @@ constexpr std::array rooms{"clock",
                            "output",
                            "recording",
                            "scene",
+                           "scene/keys",
+                           "scene/tables",
+                           "scene/checks",
+                           "scene/track_poses",
+                           "scene/reader",
+                           "scene/dump",
                            "preparation",
-                           "prepare",
-                           "prepared_water",
-                           "prepared_sonar",
                            "moving_object",
-                           "session_objects",
                            "stage_times",
                            "simulate",
                            "session_keys",
-                           "ping_all",
                            "run",
                            "mosaic",
                            "comparison",
@@ -71,8 +72,8 @@ struct Place {
     if (floor != "engine") return;
     const fs::path inside = file.lexically_relative("engine");
     std::string by_itself = (inside.parent_path() / inside.stem()).string();
-    // The other files of class Simulator.
-    if (by_itself.starts_with("simulator_")) by_itself = "simulate";
+    // What class Simulator is made of.
+    if (by_itself.starts_with("simulator/")) by_itself = "simulate";
     const bool is_room = std::ranges::find(rooms, by_itself) != rooms.end();
     room = is_room || inside.parent_path().empty() ? by_itself : inside.parent_path().string();
   }

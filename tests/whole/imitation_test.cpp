@@ -28,8 +28,8 @@
 #include "support/paths.h"
 
 #include <ensonify/engine/output/png.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/refine/atomic_file.h>
 

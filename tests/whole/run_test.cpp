@@ -12,7 +12,7 @@
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/sonar/vehicle/ground_path.h>
 
 using namespace ensonify;

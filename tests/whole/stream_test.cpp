@@ -15,8 +15,8 @@
 #include "support/program.h"
 #include "support/tiny_scene.h"
 
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/schema.h>
 #include <ensonify/engine/simulate.h>
 
 using namespace ensonify;

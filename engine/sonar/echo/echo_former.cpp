@@ -68,21 +68,22 @@ RayAngles ray_angles(const RayLayout& layout) {
 }  // namespace
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-                       std::span<const scatter::BackscatterTable> by_material,
+                       std::span<const scatter::BackscatterTable> material_tables,
                        const std::vector<Label>* moving, const ObjectSurfaces& surfaces)
     : labels_(seafloor, moving),
       beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      by_material_(by_material),
+      by_material_(material_tables),
       absorption_db_per_m_(medium.absorption_db_per_m),
       profile_(medium.profile),
       wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       bins_(sonar.bin_m(), bins_of(sonar, medium)),
       walk_(walk_over(seafloor, sonar.bin_m())),
-      objects_(sonar, wavelength_m_, medium.sound_speed_mps, medium.profile, by_material, surfaces),
+      objects_(sonar, wavelength_m_, medium.sound_speed_mps, medium.profile, material_tables,
+               surfaces),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
       closing_shift_m_(0.5 * medium.sound_speed_mps *
                        sonar.pulse.closing_shift_s(sonar.frequency_hz)) {
-  for (const scatter::BackscatterTable& table : by_material) {
+  for (const scatter::BackscatterTable& table : material_tables) {
     strengths_from_.push_back(static_cast<std::int32_t>(strengths_.size()));
     strengths_.insert(strengths_.end(), table.values().begin(), table.values().end());
   }

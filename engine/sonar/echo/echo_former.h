@@ -55,9 +55,9 @@ struct Medium {
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
-  /// by_material[i] belongs to sediment i of a Label.
+  /// material_tables[i] belongs to sediment i of a Label.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-             std::span<const scatter::BackscatterTable> by_material,
+             std::span<const scatter::BackscatterTable> material_tables,
              const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {});
 
   /// Fills the line of a side from the runs of straight rays over these triangles. The fan's rays

@@ -82,14 +82,14 @@ struct Extent {
 
 ObjectEchoes::ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
                            const scatter::SoundSpeedProfile* profile,
-                           std::span<const scatter::BackscatterTable> by_material,
+                           std::span<const scatter::BackscatterTable> material_tables,
                            const ObjectSurfaces& surfaces)
     : wavelength_m_(wavelength_m),
       sound_speed_mps_(sound_speed_mps),
       join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(sound_speed_mps))),
       tolerance_m_(0.5 * sonar.bin_m()),
       profile_(profile),
-      by_material_(by_material),
+      by_material_(material_tables),
       surfaces_(surfaces) {}
 
 double ObjectEchoes::longest_small_m(const Sonar& sonar, double wavelength_m) {

@@ -61,7 +61,7 @@ class ObjectEchoes {
   /// All that is given must outlive this; `profile` may be null.
   ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
                const scatter::SoundSpeedProfile* profile,
-               std::span<const scatter::BackscatterTable> by_material,
+               std::span<const scatter::BackscatterTable> material_tables,
                const ObjectSurfaces& surfaces);
 
   /// How long an object can be that is small somewhere in the range.

@@ -1,56 +1,21 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
-
-#include <Eigen/Core>
-
-#include <ensonify/engine/seafloor/seafloor.h>
-#include <ensonify/engine/sonar/echo/object_view.h>
-#include <ensonify/engine/trace/ray.h>
-#include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
 
-/// Looks at the objects of a seafloor beside the pings of one sonar. Straight rays only.
-///
-/// A plane of the fan cuts an object's faces in segments, which cover intervals of its rays:
-/// together those that would meet the object alone, whatever is nearest. An object of more faces
-/// than about 2000 is looked at every few pings only, so that this costs a small part of a ping.
-class ObjectVisibility {
- public:
-  /// The seafloor must outlive this.
-  explicit ObjectVisibility(const Seafloor& seafloor);
+/// How much of an object a sonar sees: the solid angles, summed over all pings, of the rays that
+/// would meet it if it were alone in the water, and of those among them that meet it in the scene.
+/// The part that the bed buries and the part that something in front hides are not seen.
+struct ObjectVisibility {
+  std::uint64_t alone = 0, seen = 0;  ///< in 2^-44 sr: whole numbers, whose sum has no order
 
-  /// A side of a ping: its fan's hits over these triangles.
-  void look(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits,
-            std::uint64_t ping);
-  std::span<const ObjectView> views() const { return views_; }  ///< one an object
-
- private:
-  struct Object {
-    Eigen::Vector3d middle;
-    double radius_m;
-    std::uint32_t first_face, faces;  // numbers
-    std::uint64_t every;              // pings
-  };
-  bool in_view(const Object& object, const RayFan& fan) const;
-  void find_faces(refine::Triangles triangles);
-  void cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face);
-  void cover_plane(const RayFan& fan, std::size_t plane, const Eigen::RowVector3d& beside,
-                   const Eigen::RowVector3d& ahead, const Eigen::RowVector3d& up);
-
-  std::vector<Object> objects_;
-  std::vector<ObjectView> views_;
-  std::vector<std::uint32_t> wanted_;                                 // objects of this ping
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> their_faces_;  // object, place; sorted
-  struct Span {
-    std::size_t from, until;
-  };
-  std::vector<std::uint8_t> covered_;  // rays of an object
-  std::vector<Span> spans_;            // between which they are, by plane
+  ObjectVisibility& operator+=(const ObjectVisibility& other);
+  ObjectVisibility operator-(const ObjectVisibility& other) const {
+    return {alone - other.alone, seen - other.seen};
+  }
+  /// seen / alone; none for an object that no ray could have met.
+  double share() const { return static_cast<double>(seen) / static_cast<double>(alone); }
 };
 
 }  // namespace ensonify::engine

@@ -5,14 +5,14 @@
 namespace ensonify::engine {
 
 PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-                       std::span<const scatter::BackscatterTable> by_material,
+                       std::span<const scatter::BackscatterTable> material_tables,
                        const Refraction& refraction, const std::vector<Label>* moving,
                        const ObjectSurfaces& surfaces)
     : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sound_speed_mps_(medium.sound_speed_mps),
       sides_(sides_of(sonar)),
       layouts_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, by_material, moving, surfaces),
+      former_(sonar, medium, seafloor, material_tables, moving, surfaces),
       lists_(refraction.lists) {
   if (refraction.mode == RefractionMode::time_only)
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);

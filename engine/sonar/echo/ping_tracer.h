@@ -31,7 +31,7 @@ class PingTracer {
  public:
   /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer.
   PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
-             std::span<const scatter::BackscatterTable> by_material,
+             std::span<const scatter::BackscatterTable> material_tables,
              const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr,
              const ObjectSurfaces& surfaces = {});
 

@@ -29,7 +29,7 @@ Eigen::Vector2d abeam(const PingContext& context, Side side) {
 
 }  // namespace
 
-Disturbances::Disturbances(const ArtefactOptions& options, const EchoLaw& law, double noise,
+Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& law, double noise,
                            std::uint64_t seed)
     : options_(options),
       law_(law),

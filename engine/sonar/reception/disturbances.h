@@ -15,7 +15,7 @@ class Disturbances {
  public:
   /// `noise`: power in uPa^2 to which the level of an interference is relative. The law must
   /// outlive this object.
-  Disturbances(const ArtefactOptions& options, const EchoLaw& law, double noise,
+  Disturbances(const ArtefactOptions& options, const SonarEquation& law, double noise,
                std::uint64_t seed);
 
   /// Whether none of them is switched on.
@@ -43,7 +43,7 @@ class Disturbances {
                Artefacts& artefacts) const;
 
   ArtefactOptions options_;
-  const EchoLaw& law_;
+  const SonarEquation& law_;
   double interference_;
   double interference_begin_m_;
   std::uint64_t seed_;

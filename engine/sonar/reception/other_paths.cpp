@@ -67,8 +67,8 @@ BeamPlane::BeamPlane(const ArrayFrame& array, Side side)
   sin_roll_tilt = (side == Side::starboard ? -1.0 : 1.0) * array.down.dot(level);
 }
 
-EchoLaw::EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
-                 const Scatterers& scatterers)
+SonarEquation::SonarEquation(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
+                             const Scatterers& scatterers)
     : bin_m_(sonar.bin_m()),
       cell_m_(sonar.pulse.cell_m(sound_speed_mps)),
       lead_m_(0.5 * sound_speed_mps * sonar.pulse.middle_s()),
@@ -83,13 +83,13 @@ EchoLaw::EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_d
     per_m2_.push_back(on_axis(range_m(bin)));
 }
 
-double EchoLaw::on_axis(double range_m) const {
+double SonarEquation::on_axis(double range_m) const {
   const double squared = range_m * range_m;
   return scatter::from_db(source_level_db_ - 2.0 * absorption_db_per_m_ * range_m) /
          (squared * squared);
 }
 
-double EchoLaw::per_m2_at(double range_m) const {
+double SonarEquation::per_m2_at(double range_m) const {
   if (range_m >= this->range_m(bins() - 1)) return on_axis(range_m);
   const double place = std::max(range_m / bin_m_ - 0.5, 0.0);
   const auto bin = static_cast<std::size_t>(place);
@@ -97,19 +97,20 @@ double EchoLaw::per_m2_at(double range_m) const {
   return per_m2_[bin] + share * (per_m2_[bin + 1] - per_m2_[bin]);
 }
 
-double EchoLaw::width_m_at(double range_m) const {
+double SonarEquation::width_m_at(double range_m) const {
   const double last_m = this->range_m(bins() - 1);
   if (range_m >= last_m) return width_m(bins() - 1) * range_m / last_m;
   return width_m(static_cast<std::size_t>(range_m / bin_m_));
 }
 
-double EchoLaw::level_bed(Side side, const BeamPlane& plane, double range_m, double sine) const {
+double SonarEquation::level_bed(Side side, const BeamPlane& plane, double range_m,
+                                double sine) const {
   const double down = std::min(sine, 0.9), level = std::sqrt(1.0 - down * down);
   const double pattern = vertical(side, plane, level, down);
   return per_m2_at(range_m) * width_m_at(range_m) * cell_m_ / level * pattern * pattern;
 }
 
-double EchoLaw::vertical_width_rad(Side side, int power) const {
+double SonarEquation::vertical_width_rad(Side side, int power) const {
   constexpr int steps = 3600;
   double sum = 0.0;
   for (int i = 0; i < steps; ++i) {
@@ -119,7 +120,8 @@ double EchoLaw::vertical_width_rad(Side side, int power) const {
   return sum * 2.0 * pi / steps;
 }
 
-double sea_noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side) {
+double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
+                       Side side) {
   // The array receives isotropic noise in a beam that is lambda / L wide at all depressions, wider
   // by its shading.
   const LineArray array = sonar.receive_array(law.wavelength_m());
@@ -131,7 +133,7 @@ double sea_noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& s
   return sonar.pulse.noise_bandwidth_hz() * ambient;
 }
 
-VerticalSum::VerticalSum(const EchoLaw& law, Side side) : sums_{0.0} {
+VerticalSum::VerticalSum(const SonarEquation& law, Side side) : sums_{0.0} {
   constexpr double step = 2.0 * pi / directions;
   for (std::size_t i = 0; i < directions; ++i) {
     const double depression = (static_cast<double>(i) + 0.5) * step;
@@ -148,8 +150,8 @@ double VerticalSum::up_to(double depression_rad) const {
   return whole * sums_.back() + sums_[below] + share * (sums_[below + 1] - sums_[below]);
 }
 
-OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const EchoLaw& law,
-                       const Bed& bed, double ping_m, std::uint64_t seed)
+OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea,
+                       const SonarEquation& law, const Bed& bed, double ping_m, std::uint64_t seed)
     : options_(options),
       law_(law),
       bed_strength_(bed.strength),

@@ -44,11 +44,11 @@ struct BeamPlane {
 };
 
 /// The sonar equation without the scatterer's strength.
-class EchoLaw {
+class SonarEquation {
  public:
   /// The scatterers must outlive this object.
-  EchoLaw(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
-          const Scatterers& scatterers);
+  SonarEquation(const Sonar& sonar, double sound_speed_mps, double absorption_db_per_m,
+                const Scatterers& scatterers);
 
   std::size_t bins() const { return per_m2_.size(); }
   double bin_m() const { return bin_m_; }
@@ -107,12 +107,13 @@ class EchoLaw {
 /// Received power of the sea's noise, uPa^2, the same at all ranges: the ambient noise
 /// (scatter/ambient_noise.h) in the band of the pulse, reduced by the directivity of the receiving
 /// array.
-double sea_noise_power(const Sonar& sonar, const EchoLaw& law, const SeaState& sea, Side side);
+double sea_noise_power(const Sonar& sonar, const SonarEquation& law, const SeaState& sea,
+                       Side side);
 
 /// Integrals of the two-way vertical pattern over parts of the plane abeam.
 class VerticalSum {
  public:
-  VerticalSum(const EchoLaw& law, Side side);
+  VerticalSum(const SonarEquation& law, Side side);
   /// From one depression to another in the sonar's frame; any angles.
   double between(double from_rad, double to_rad) const { return up_to(to_rad) - up_to(from_rad); }
 
@@ -134,7 +135,7 @@ class OtherPaths {
   };
   /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The law must
   /// outlive this object.
-  OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const EchoLaw& law,
+  OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const SonarEquation& law,
              const Bed& bed, double ping_m, std::uint64_t seed);
 
   /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
@@ -155,7 +156,7 @@ class OtherPaths {
                          std::span<const float> direct, std::span<float> power) const;
 
   OtherPathsOptions options_;
-  const EchoLaw& law_;
+  const SonarEquation& law_;
   std::function<double(double sine)> bed_strength_;
   double ping_m_;
   scatter::SeaSurface surface_;

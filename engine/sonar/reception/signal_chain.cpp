@@ -17,7 +17,7 @@ constexpr int behind_gain = 1000;     // look number of the first noise after th
 constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
 /// The echo of the level bed of unit strength at the nominal altitude, uPa^2.
-double unit_bed(const ChainOptions& options, const EchoLaw& law, Side side, std::size_t bin) {
+double unit_bed(const ChainOptions& options, const SonarEquation& law, Side side, std::size_t bin) {
   const double range_m = law.cell_middle_m(bin);
   return law.level_bed(side, {}, range_m, options.nominal_altitude_m / range_m);
 }
@@ -29,7 +29,8 @@ double ping_m(const Sonar& sonar, const ChainOptions& options) {
 }
 
 /// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
-double automatic_gain_db(const Sonar& sonar, const ChainOptions& options, const EchoLaw& law) {
+double automatic_gain_db(const Sonar& sonar, const ChainOptions& options,
+                         const SonarEquation& law) {
   const auto bin = static_cast<std::size_t>(sonar.bins / 2);
   const double r = law.range_m(bin);
   const double level_db =

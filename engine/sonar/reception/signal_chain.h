@@ -100,7 +100,7 @@ class SignalChain {
   Sonar sonar_;
   ChainOptions options_;
   Scatterers scatterers_;
-  EchoLaw law_;
+  SonarEquation law_;
   std::array<double, 2> sea_noise_{};
   OtherPaths other_paths_;
   Disturbances disturbances_;

@@ -44,7 +44,7 @@ Seafloor bed() {
 }  // namespace
 
 TEST_CASE("a target's record says what is known of the object or feature") {
-  const std::vector<ObjectView> views{{.alone = 4, .seen = 1}};
+  const std::vector<ObjectVisibility> views{{.alone = 4, .seen = 1}};
   const std::vector<TargetRecord> records = target_records(drawn(), bed(), views);
   REQUIRE(records.size() == 2);
   const TargetRecord &object = records[0], &feature = records[1];
@@ -69,6 +69,6 @@ TEST_CASE("a target's record says what is known of the object or feature") {
 
 TEST_CASE("a share that was not counted is not known") {
   CHECK(!target_records(drawn(), bed()).front().object->visible_share);
-  const std::vector<ObjectView> never_met{{}};
+  const std::vector<ObjectVisibility> never_met{{}};
   CHECK(!target_records(drawn(), bed(), never_met).front().object->visible_share);
 }

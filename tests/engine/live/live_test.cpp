@@ -14,8 +14,8 @@
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/page.h>
-#include <ensonify/engine/ping_all.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 #include "support/catch.h"
 #include "support/program.h"

@@ -3,8 +3,8 @@
 
 #include "support/catch.h"
 
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/schema.h>
 
 using namespace ensonify::engine;
 

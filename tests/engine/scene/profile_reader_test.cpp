@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/tables/profile_reader.h>
 
 #include <algorithm>
 #include <cctype>

@@ -14,8 +14,8 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/output_formats.h>
-#include <ensonify/engine/scene/schema.h>
 
 using namespace ensonify::engine;
 using ensonify::tests::TemporaryFolder;

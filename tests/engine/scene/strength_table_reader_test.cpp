@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/strength_table_reader.h>
+#include <ensonify/engine/scene/tables/strength_table_reader.h>
 
 #include <fstream>
 #include <string>
@@ -6,8 +6,8 @@
 #include "support/catch.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
-#include <ensonify/engine/scene/schema.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 

@@ -1,16 +1,15 @@
-#include <ensonify/engine/scene/track_reader.h>
+#include <ensonify/engine/scene/tables/track_reader.h>
 
 #include <numbers>
 
 #include "support/catch.h"
-#include "support/data.h"
 #include "support/data.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 
 using namespace ensonify;

@@ -1,8 +1,8 @@
-#include <ensonify/engine/scene/vertical_pattern_reader.h>
+#include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 
 #include "support/catch.h"
 
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 
 using namespace ensonify::engine;
 

@@ -50,7 +50,7 @@ class SandEcho {
  private:
   double altitude_m_, sound_speed_mps_;
   Scatterers scatterers_;
-  EchoLaw law_;
+  SonarEquation law_;
   scatter::Bottom sand_;
   double noise_;
 };

@@ -9,10 +9,10 @@
 #include "support/data.h"
 #include "support/paths.h"
 
-#include <ensonify/engine/scene/profile_reader.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/scene/tables/profile_reader.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/trace/check/bent_rays.h>
 #include <ensonify/engine/trace/refraction/ray_bend.h>
 #include <ensonify/engine/trace/refraction/refracted_tracer.h>

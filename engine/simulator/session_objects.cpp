@@ -1,4 +1,4 @@
-#include <ensonify/engine/session_objects.h>
+#include <ensonify/engine/simulator/session_objects.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/csv_table.h>
+#include <ensonify/engine/scene/tables/csv_table.h>
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 
 namespace ensonify::engine {
 

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/extrapolation.h>
+#include <ensonify/engine/scene/checks/extrapolation.h>
 
 #include <algorithm>
 

@@ -1,11 +1,11 @@
-#include <ensonify/engine/scene/seabed_check.h>
+#include <ensonify/engine/scene/checks/seabed_check.h>
 
 #include <algorithm>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/layers/area_files.h>
 #include <ensonify/refine/triangle_mesh.h>
 #include <ensonify/scatter/backscatter.h>

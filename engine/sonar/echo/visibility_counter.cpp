@@ -1,4 +1,4 @@
-#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/sonar/echo/visibility_counter.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,14 +22,15 @@ double solid_angle_sr(const FanGrid& grid, std::size_t plane, std::size_t elevat
 
 }  // namespace
 
-ObjectView& ObjectView::operator+=(const ObjectView& other) {
+ObjectVisibility& ObjectVisibility::operator+=(const ObjectVisibility& other) {
   alone += other.alone;
   seen += other.seen;
   return *this;
 }
 
-ObjectVisibility::ObjectVisibility(const Seafloor& seafloor) : views_(seafloor.objects.size()) {
-  if (views_.empty()) return;
+VisibilityCounter::VisibilityCounter(const Seafloor& seafloor)
+    : visibilities_(seafloor.objects.size()) {
+  if (visibilities_.empty()) return;
   for (const ObjectRecord& record : seafloor.objects)
     objects_.push_back({record.middle_m, 0.5 * record.size_m.norm(), 0, 0, 1});
   // The objects' faces come after the bed's, object by object.
@@ -45,7 +46,7 @@ ObjectVisibility::ObjectVisibility(const Seafloor& seafloor) : views_(seafloor.o
     object.every = 1 + static_cast<std::uint64_t>(object.faces / faces_per_ping);
 }
 
-bool ObjectVisibility::in_view(const Object& object, const RayFan& fan) const {
+bool VisibilityCounter::in_view(const Object& object, const RayFan& fan) const {
   const Vector3d away = object.middle - fan.origin;
   const double distance_m = away.norm();
   return distance_m <= fan.range_m + object.radius_m &&
@@ -54,7 +55,7 @@ bool ObjectVisibility::in_view(const Object& object, const RayFan& fan) const {
 }
 
 /// Finds the faces of the wanted objects among the triangles of a ping.
-void ObjectVisibility::find_faces(refine::Triangles triangles) {
+void VisibilityCounter::find_faces(refine::Triangles triangles) {
   their_faces_.clear();
   if (triangles.numbers.empty()) {  // all, in order
     for (const std::uint32_t number : wanted_)
@@ -73,8 +74,8 @@ void ObjectVisibility::find_faces(refine::Triangles triangles) {
   std::ranges::sort(their_faces_);
 }
 
-void ObjectVisibility::look(const RayFan& fan, refine::Triangles triangles,
-                            std::span<const Hit> hits, std::uint64_t ping) {
+void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles,
+                             std::span<const Hit> hits, std::uint64_t ping) {
   wanted_.clear();
   for (std::uint32_t i = 0; i < objects_.size(); ++i)
     if (objects_[i].faces > 0 && ping % objects_[i].every == 0 && in_view(objects_[i], fan))
@@ -99,15 +100,15 @@ void ObjectVisibility::look(const RayFan& fan, refine::Triangles triangles,
         const auto part = static_cast<std::uint64_t>(
             std::llround(parts_per_sr * solid_angle_sr(*fan.grid, plane, j)));
         const Hit& hit = hits[ray];
-        views_[number].alone += part;
+        visibilities_[number].alone += part;
         if (hit && hit.face >= object.first_face && hit.face - object.first_face < object.faces)
-          views_[number].seen += part;
+          visibilities_[number].seen += part;
       }
   }
 }
 
 /// Marks the rays that go through a face, in every plane that cuts it.
-void ObjectVisibility::cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face) {
+void VisibilityCounter::cover(const RayFan& fan, refine::Triangles triangles, std::uint32_t face) {
   Eigen::Matrix3d corners;  // along the array, towards the middle, along the pole
   for (int k = 0; k < 3; ++k) {
     const Vector3d to = triangles.corner(face, k) - fan.origin;
@@ -124,9 +125,9 @@ void ObjectVisibility::cover(const RayFan& fan, refine::Triangles triangles, std
   }
 }
 
-void ObjectVisibility::cover_plane(const RayFan& fan, std::size_t plane,
-                                   const Eigen::RowVector3d& beside,
-                                   const Eigen::RowVector3d& ahead, const Eigen::RowVector3d& up) {
+void VisibilityCounter::cover_plane(const RayFan& fan, std::size_t plane,
+                                    const Eigen::RowVector3d& beside,
+                                    const Eigen::RowVector3d& ahead, const Eigen::RowVector3d& up) {
   double low = 2.0, high = -2.0, nearest_m = fan.range_m + 1.0;  // elevations of the cut
   for (int a = 0; a < 3; ++a) {
     const int b = (a + 1) % 3;

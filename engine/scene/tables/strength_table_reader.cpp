@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/strength_table_reader.h>
+#include <ensonify/engine/scene/tables/strength_table_reader.h>
 
 #include <array>
 #include <utility>
@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/csv_table.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/tables/csv_table.h>
 
 namespace ensonify::engine {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/scene/scene.h>
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 
 namespace ensonify::engine {
 
@@ -23,7 +23,7 @@ struct PingRange {
 /// The result of pings of a scene.
 struct ScenePings {
   std::vector<Waterfall> images;  ///< one per sonar
-  std::vector<std::vector<ObjectView>>
+  std::vector<std::vector<ObjectVisibility>>
       object_visibility;  ///< by sonar, as SimulatorInternals::object_visibility()
   std::uint64_t rays = 0, hits = 0;
   RefractionCounts refraction;

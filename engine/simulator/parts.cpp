@@ -1,4 +1,4 @@
-#include <ensonify/engine/simulator_parts.h>
+#include <ensonify/engine/simulator/parts.h>
 
 #include <algorithm>
 #include <utility>
@@ -69,17 +69,17 @@ void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
   lines.clear();
   for (const auto& its : prepared) {
     sonars.push_back(its->sonar);
-    tracers.emplace_back(its->sonar, its->medium, ready.seafloor, its->by_material,
+    tracers.emplace_back(its->sonar, its->medium, ready.seafloor, its->material_tables,
                          ready.refraction(*its), &objects.labels(),
                          ObjectSurfaces{&ready.objects, &objects.surfaces(), its->smooth_specular});
   }
-  if (!views.empty()) count_object_visibility(ready);
+  if (!visibility_counters.empty()) count_object_visibility(ready);
 }
 
 void Simulator::Worker::count_object_visibility(const Ready& ready) {
   const bool can =
       !ready.seafloor.objects.empty() && ready.scene.sea.refraction != RefractionMode::full;
-  views.assign(can ? sonars.size() : 0, ObjectVisibility(ready.seafloor));
+  visibility_counters.assign(can ? sonars.size() : 0, VisibilityCounter(ready.seafloor));
 }
 
 void Simulator::Worker::make_lines() {

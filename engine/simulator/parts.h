@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include <ensonify/engine/prepare.h>
-#include <ensonify/engine/prepared_sonar.h>
-#include <ensonify/engine/prepared_water.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/seafloor/bed_height.h>
-#include <ensonify/engine/session_objects.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/simulator/prepared_sonar.h>
+#include <ensonify/engine/simulator/prepared_water.h>
+#include <ensonify/engine/simulator/session_objects.h>
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
+#include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/face_sources/faces_with_bodies.h>
@@ -64,7 +64,7 @@ struct Simulator::Worker {
   PreparedSonars prepared;
   std::vector<Sonar> sonars;  // of those
   std::vector<PingTracer> tracers;
-  std::vector<ObjectVisibility> views;  // one per sonar, or none
+  std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
   std::vector<RayFan> fans;
   std::vector<double> heights_m;  // of each sonar over the bed
   std::vector<EchoLine> lines;

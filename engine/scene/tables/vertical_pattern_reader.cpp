@@ -1,12 +1,12 @@
-#include <ensonify/engine/scene/vertical_pattern_reader.h>
+#include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 
 #include <algorithm>
 #include <numeric>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/csv_table.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/tables/csv_table.h>
 
 namespace ensonify::engine {
 namespace {

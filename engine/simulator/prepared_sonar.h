@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
-#include <ensonify/engine/prepared_water.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/simulator/prepared_water.h>
 #include <ensonify/engine/sonar/echo/echo_former.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 #include <ensonify/engine/sonar/reception/signal_chain.h>
@@ -22,8 +22,8 @@ struct PreparedSonar {
   Sonar sonar;  ///< with the bins that its digitiser makes
   /// The cast with absorption at the sonar's frequency; none if the scene has no cast.
   std::optional<scatter::SoundSpeedProfile> profile;
-  Medium medium;                                       ///< may refer to the profile
-  std::vector<scatter::BackscatterTable> by_material;  ///< index: the material's number
+  Medium medium;                                           ///< may refer to the profile
+  std::vector<scatter::BackscatterTable> material_tables;  ///< index: the material's number
   std::vector<double> smooth_specular;  ///< the same of each: smooth_specular(Material)
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder

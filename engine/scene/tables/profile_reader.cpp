@@ -1,9 +1,9 @@
-#include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/tables/profile_reader.h>
 
 #include <array>
 #include <vector>
 
-#include <ensonify/engine/scene/csv_table.h>
+#include <ensonify/engine/scene/tables/csv_table.h>
 
 namespace ensonify::engine {
 namespace {

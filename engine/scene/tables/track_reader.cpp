@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/track_reader.h>
+#include <ensonify/engine/scene/tables/track_reader.h>
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/recording/recording_reader.h>
-#include <ensonify/engine/scene/csv_table.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
 
 namespace ensonify::engine {

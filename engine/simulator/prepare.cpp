@@ -1,4 +1,4 @@
-#include <ensonify/engine/prepare.h>
+#include <ensonify/engine/simulator/prepare.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/trace/face_source.h>

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/check.h>
+#include <ensonify/engine/scene/checks/check.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/output/recording.h>
-#include <ensonify/engine/scene/object_check.h>
-#include <ensonify/engine/scene/schema.h>
-#include <ensonify/engine/scene/seabed_check.h>
+#include <ensonify/engine/scene/checks/object_check.h>
+#include <ensonify/engine/scene/checks/seabed_check.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/scatter/backscatter.h>

@@ -1,12 +1,12 @@
-#include <ensonify/engine/scene/value_check.h>
+#include <ensonify/engine/scene/checks/value_check.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/check.h>
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/checks/check.h>
+#include <ensonify/engine/scene/keys/schema.h>
 
 namespace ensonify::engine {
 namespace {

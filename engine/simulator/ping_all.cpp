@@ -1,4 +1,4 @@
-#include <ensonify/engine/ping_all.h>
+#include <ensonify/engine/simulator/ping_all.h>
 
 #include <algorithm>
 #include <atomic>
@@ -95,11 +95,12 @@ struct Counted {
       : refraction(SimulatorInternals::refraction_counts(simulator)),
         stages(SimulatorInternals::times(simulator)) {
     for (std::size_t i = 0; i < simulator.sonars().size(); ++i) {
-      const std::span<const ObjectView> views = SimulatorInternals::object_visibility(simulator, i);
+      const std::span<const ObjectVisibility> views =
+          SimulatorInternals::object_visibility(simulator, i);
       object_visibility.emplace_back(views.begin(), views.end());
     }
   }
-  std::vector<std::vector<ObjectView>> object_visibility;
+  std::vector<std::vector<ObjectVisibility>> object_visibility;
   RefractionCounts refraction;
   StageTimes stages;
 };
@@ -110,8 +111,8 @@ void add_counts(const Counted& before, const Counted& after, ScenePings& to) {
   to.refraction += after.refraction - before.refraction;
   to.object_visibility.resize(after.object_visibility.size());
   for (std::size_t i = 0; i < after.object_visibility.size(); ++i) {
-    const std::vector<ObjectView>& now = after.object_visibility[i];
-    std::vector<ObjectView> then = before.object_visibility[i];
+    const std::vector<ObjectVisibility>& now = after.object_visibility[i];
+    std::vector<ObjectVisibility> then = before.object_visibility[i];
     then.resize(now.size());  // a simulator has no counts before its first ping
     to.object_visibility[i].resize(now.size());
     for (std::size_t k = 0; k < now.size(); ++k) to.object_visibility[i][k] += now[k] - then[k];

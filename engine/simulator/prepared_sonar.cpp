@@ -1,9 +1,9 @@
-#include <ensonify/engine/prepared_sonar.h>
+#include <ensonify/engine/simulator/prepared_sonar.h>
 
 #include <algorithm>
 #include <utility>
 
-#include <ensonify/engine/scene/vertical_pattern_reader.h>
+#include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 
@@ -31,7 +31,8 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
 ChainOptions chain_options(const Scene& scene, std::size_t number, const PreparedSonar& its,
                            const std::vector<std::string>& materials) {
   // For the automatic gain and the level bed: the first material is the bed's own.
-  const auto& bed_table = its.by_material[std::min<std::size_t>(1, its.by_material.size() - 1)];
+  const auto& bed_table =
+      its.material_tables[std::min<std::size_t>(1, its.material_tables.size() - 1)];
   return {.seed = scene.seed,
           .sonar_number = number,
           .speckle = scene.speckle,
@@ -79,10 +80,10 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   made->profile = water.profile(sonar.frequency_hz);
   made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(scene, sonar),
                               made->profile ? &*made->profile : nullptr);
-  made->by_material.emplace_back(scatter::Lambert());  // of none: no face has it
+  made->material_tables.emplace_back(scatter::Lambert());  // of none: no face has it
   made->smooth_specular.push_back(0.0);
   for (std::size_t i = 1; i < materials.size(); ++i) {
-    made->by_material.push_back(
+    made->material_tables.push_back(
         table_of(materials[i], scene, sonar, water.sound_speed_mps(), warnings));
     made->smooth_specular.push_back(smooth_specular(material_named(materials[i], scene.materials)));
   }

@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/water_check.h>
+#include <ensonify/engine/scene/checks/water_check.h>
 
 #include <cmath>
 

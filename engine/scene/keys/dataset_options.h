@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/scene/schema.h>
+#include <ensonify/engine/scene/keys/schema.h>
 
 namespace ensonify::engine {
 

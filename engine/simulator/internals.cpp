@@ -1,6 +1,6 @@
-#include <ensonify/engine/simulator_internals.h>
+#include <ensonify/engine/simulator/internals.h>
 
-#include <ensonify/engine/simulator_parts.h>
+#include <ensonify/engine/simulator/parts.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/trace/check/ping_comparison.h>
 
@@ -75,10 +75,10 @@ void SimulatorInternals::count_object_visibility(Simulator& simulator) {
   simulator.worker_->count_object_visibility(*simulator.ready_);
 }
 
-std::span<const ObjectView> SimulatorInternals::object_visibility(const Simulator& simulator,
-                                                                  std::size_t sonar) {
-  if (simulator.worker_->views.empty()) return {};
-  return simulator.worker_->views.at(sonar).views();
+std::span<const ObjectVisibility> SimulatorInternals::object_visibility(const Simulator& simulator,
+                                                                        std::size_t sonar) {
+  if (simulator.worker_->visibility_counters.empty()) return {};
+  return simulator.worker_->visibility_counters.at(sonar).visibilities();
 }
 
 Refraction SimulatorInternals::refraction(const Simulator& simulator) {

@@ -1,11 +1,11 @@
-#include <ensonify/engine/prepared_water.h>
+#include <ensonify/engine/simulator/prepared_water.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/scene/profile_reader.h>
+#include <ensonify/engine/scene/tables/profile_reader.h>
 
 namespace ensonify::engine {
 

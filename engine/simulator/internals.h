@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include <ensonify/engine/prepare.h>
 #include <ensonify/engine/scene/track_poses.h>
 #include <ensonify/engine/simulate.h>
-#include <ensonify/engine/sonar/echo/object_visibility.h>
+#include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/sonar/echo/visibility_counter.h>
 #include <ensonify/engine/stage_times.h>
 #include <ensonify/engine/trace/check/fan_comparison.h>
 #include <ensonify/engine/trace/intersector.h>
@@ -67,8 +67,8 @@ struct SimulatorInternals {
   /// "full") are not counted.
   static void count_object_visibility(Simulator& simulator);
   /// What was counted of a sonar's pings, one per object of the seafloor; empty where nothing was.
-  static std::span<const ObjectView> object_visibility(const Simulator& simulator,
-                                                       std::size_t sonar);
+  static std::span<const ObjectVisibility> object_visibility(const Simulator& simulator,
+                                                             std::size_t sonar);
   /// The water that bends the rays of its pings. Sonars differ only in absorption. The profile
   /// belongs to this Simulator.
   static Refraction refraction(const Simulator& simulator);

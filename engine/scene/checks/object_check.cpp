@@ -1,4 +1,4 @@
-#include <ensonify/engine/scene/object_check.h>
+#include <ensonify/engine/scene/checks/object_check.h>
 
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
