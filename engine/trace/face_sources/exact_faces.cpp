@@ -145,8 +145,12 @@ class ExactFaces final : public FaceSource {
     const double more = (tree_pings_ - 1) * (1.0 + 1e-6);  // and a margin for rounding
     for (std::size_t i = 0; i < wide.size(); ++i) {
       const Eigen::Vector3d half_way = 0.5 * more * (volumes[i].apex - before[i].apex);
+      // Origins are rounded to floats: by up to sqrt(3) u of their largest coordinate, u = 2^-24.
+      // That counts once in the last apex, 1 + more times in the middle and `more` times in half
+      // the way: 2 sqrt(3) (1 + more) u.
+      const double rounding_m = 0x1p-22 * (1.0 + more) * wide[i].apex.lpNorm<Eigen::Infinity>();
       wide[i].apex += half_way;
-      wide[i].margin_m += half_way.norm() + more * turned_m(before[i], volumes[i]);
+      wide[i].margin_m += half_way.norm() + more * turned_m(before[i], volumes[i]) + rounding_m;
     }
   }
   void build(std::size_t turn, std::vector<FanVolume>& volumes) {
