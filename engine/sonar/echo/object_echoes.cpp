@@ -296,7 +296,7 @@ void ObjectEchoes::join_glints() {
     sum.place /= sum.energy;
     glints_[count++] = sum;
   }
-  glints_.resize(count, ObjectEcho{});
+  glints_.erase(glints_.begin() + static_cast<std::ptrdiff_t>(count), glints_.end());
 }
 
 }  // namespace ensonify::engine
