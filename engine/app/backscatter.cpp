@@ -187,8 +187,7 @@ void add_backscatter(CLI::App& app, Action& action) {
           ->type_name("NAME");
   command
       .add_option("--scene", arguments->scene,
-                  "The scene file that has [material.NAME], with any "
-                  "model: gsab and table too")
+                  "The scene file that has [material.NAME], of any model: gsab and table too")
       ->type_name("SCENE")
       ->needs(material);
   add_data(command, arguments->data_folder);

@@ -65,9 +65,9 @@ const Section<Sonar>& sonar_section() {
            "is long at ranges below about length^2 / wavelength.",
            at(&Sonar::focused)},
           {"focus_zones_m", "m", {0.1, 100000},
-           "Ranges at which the arrays are focused, in place of focused: each for the ranges "
-           "nearest to it in 1 / r. In between, the beam is widened by the quadratic phase of 1 / r "
-           "- 1 / zone.",
+           "Ranges at which transmitter and receiver are focused, in place of focused: each for the "
+           "ranges nearest to it in 1 / r. Out of focus, the beam is widened by the quadratic phase "
+           "of 1 / r - 1 / zone.",
            at(&Sonar::focus_zones_m)},
           {"shading", "", {},
            "Weights of the transmitter over its length. They change its beam, side lobes and near "

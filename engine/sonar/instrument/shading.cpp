@@ -102,7 +102,7 @@ Shading Shading::chebyshev(double side_lobe_db) {
 Shading Shading::of_weights(std::span<const double> weights) {
   if (weights.empty())
     throw std::invalid_argument("there are no weights, expected one for each element");
-  const double sum = std::reduce(weights.begin(), weights.end());
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   if (!(sum > 0.0))
     throw std::invalid_argument(
         fmt::format("the sum of the weights is {}, expected more than 0", sum));
