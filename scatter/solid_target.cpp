@@ -22,7 +22,7 @@ std::vector<NamedSolid> named_solids() {
   return {{"steel", {-30.0, 0.50, 0.0}},           {"fouled steel", {-11.0, 0.50, 15.0 * degree}},
           {"aluminium", {-30.0, 0.50, 0.0}},       {"concrete", {-13.0, 0.25, 10.0 * degree}},
           {"stone", {-12.0, 0.30, 15.0 * degree}}, {"wood", {-20.0, 0.03, 10.0 * degree}},
-          {"glass fibre", {-30.0, 0.15, 0.0}},     {"rubber", {-27.0, 0.005, 10.0 * degree}}};
+          {"glass fibre", {-18.0, 0.15, 0.0}},     {"rubber", {-27.0, 0.005, 10.0 * degree}}};
 }
 
 Solid solid_named(std::string_view name) {

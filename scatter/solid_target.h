@@ -30,9 +30,9 @@ struct NamedSolid {
   Solid solid;
 };
 
-/// Typical values, in the order of the impedances, not measured: steel, fouled steel (of a wreck:
-/// rust and growth make it rough), aluminium, concrete, stone, wood, glass fibre, rubber. Clean
-/// metals and glass fibre are smooth: mirrors whose bodies are dark off their glints.
+/// Typical values, in the order of the impedances, not measured: steel, fouled steel (rust and
+/// growth make it rough), aluminium, concrete, stone, wood, glass fibre, rubber. Clean metals are
+/// mirrors whose bodies are dark off their glints.
 std::vector<NamedSolid> named_solids();
 
 /// The solid of that name. Throws std::invalid_argument with all names for an unknown one.

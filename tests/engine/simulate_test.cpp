@@ -200,7 +200,7 @@ TEST_CASE("an object is seen as itself, as is its shadow, and the altitude looks
       CHECK((bins.region[i] == static_cast<std::uint32_t>(Region::object) ||
              bins.shadow_fraction[i] > 0.5f));
       CHECK(simulator.seafloor().classes.at(bins.class_id[i]) == "box");
-      CHECK(simulator.seafloor().materials.at(bins.sediment[i]) == "steel");
+      CHECK(simulator.seafloor().materials.at(bins.sediment[i]) == "fouled steel");
       CHECK(std::abs(bins.x_m[i] - 12.0) < 3.0);
     }
     shadow = shadow || (bins.region[i] == static_cast<std::uint32_t>(Region::shadow) &&

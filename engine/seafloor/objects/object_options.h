@@ -19,7 +19,7 @@ struct ObjectOptions {
   std::string shape;  ///< instead of a mesh: a name of shape_kinds()
   ShapeSize size;     ///< of the shape
   std::string class_name = "object";
-  std::string material = "steel";
+  std::string material = "fouled steel";
   double east_m = 0.0;   ///< its middle, local metres; for `count` objects the middle of their disc
   double north_m = 0.0;  ///< likewise
   /// The smallest vertical distance between the object and the bed: 0: it stands on the bed;

@@ -164,7 +164,8 @@ range_m = { uniform = [20, 60] }
   CHECK((with_mine && without));
   CHECK(recipe.class_names() == std::vector<std::string>{"mine", "stone", "seabed"});
   CHECK(recipe.target_classes() == 2);
-  CHECK(recipe.material_names() == std::vector<std::string>{"medium sand", "sandy mud", "steel"});
+  CHECK(recipe.material_names() ==
+        std::vector<std::string>{"medium sand", "sandy mud", "fouled steel"});
 }
 
 TEST_CASE("samples that share a seafloor share all that makes it, and nothing else") {
