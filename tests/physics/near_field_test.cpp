@@ -97,7 +97,8 @@ TEST_CASE("in the near field a flat bed's level has the width of an unfocused ar
                                  {.position = {0.0, 0.0, altitude_m - 20.0}}, altitude_m, medium);
     for (const double heights : {1.2, 1.5, 2.0, 3.0, 5.0, 7.0}) {
       const auto bin = static_cast<std::size_t>(heights * altitude_m / sonar.bin_m());
-      const double r = lines[1].bins.range_m[bin];
+      // A tone's range cell lies behind its leading edge.
+      const double r = lines[1].bins.range_m[bin] - 0.5 * sonar.pulse.cell_m(1500.0);
       const double sine = altitude_m / r;
       const double area_m2 = r * two_way_width_rad(sonar.array_length_m, r) *
                              sonar.pulse.cell_m(1500.0) / std::sqrt(1.0 - sine * sine);
