@@ -370,12 +370,20 @@ void EchoFormer::finish(EchoLine& line) {
   for (const ObjectEcho& facet : objects_.facets()) bins_.add(shifted(facet));
   const std::size_t margin = pulse_.weights.size();
   for (std::size_t i = 0; i < gain_.size(); ++i) energy_[margin + i] = gain_[i] * bins_.energy(i);
-  // The inner loop is over bins, which vector registers take side by side.
-  std::fill(sums_.begin(), sums_.end(), 0.0);
-  const double* from = &energy_[margin] - pulse_.first;
-  for (const double weight : pulse_.weights) {
-    for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += weight * from[i];
-    --from;
+  // A kernel that begins before the echo is even. The inner loops are over bins, which vector
+  // registers take side by side.
+  const bool even = pulse_.first < 0;
+  const std::span<const double> pulse =
+      std::span(pulse_.weights).subspan(static_cast<std::size_t>(-pulse_.first));
+  const double* here = &energy_[margin];
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] = pulse[0] * here[i];
+  for (std::size_t d = 1; d < pulse.size(); ++d) {
+    const double* nearer = here - d;
+    if (even)
+      for (std::size_t i = 0; i < sums_.size(); ++i)
+        sums_[i] += pulse[d] * (here[i + d] + nearer[i]);
+    else
+      for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += pulse[d] * nearer[i];
   }
   add_glints(line);
   bins_.write(labels_, view_.fan->origin, line);
