@@ -199,9 +199,7 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
       std::abs(side_m) > object.radius_m + fan.grid->sin_truncation * distance_m)
     return;
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
-  const auto beside =
-      std::ranges::lower_bound(planes, side_m / distance_m, {}, &FanGrid::Plane::sin_azimuth);
-  const double apart_m = (beside == planes.end() ? planes.back() : *beside).width_rad * distance_m;
+  const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
   const bool small = 2.0 * object.radius_m < few_planes * apart_m;
   const Label& label = (*labels_)[object.label];
   const double specular = label.sediment < surfaces_.smooth_specular.size()
