@@ -642,8 +642,8 @@ Puts an object into the scene, and returns its instance number.
 object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places its
 origin: z up, y where the heading points. Raises SceneError for wrong keys.)")
       .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),
-           py::kw_only(), py::arg("material") = "steel", py::arg("class_name") = "object",
-           R"(add_mesh(self, vertices, faces, pose, *, material='steel', class_name='object')
+           py::kw_only(), py::arg("material") = "fouled steel", py::arg("class_name") = "object",
+           R"(add_mesh(self, vertices, faces, pose, *, material='fouled steel', class_name='object')
 --
 
 Puts a mesh into the scene, and returns its instance number.
