@@ -72,7 +72,7 @@ std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
     surfaces_.resize(body + 1);
   }
   made_[body] = PatchedObject(mesh, static_cast<std::uint16_t>(fixed_labels_ + body));
-  surfaces_[body] = made_[body].moved(place_of(pose));
+  made_[body].place_at(place_of(pose), surfaces_[body]);
   const std::size_t instance = first_instance_ + body;
   labels_[body] = {
       .sediment = static_cast<std::uint16_t>(join(materials_, std::move(object.material))),
@@ -94,7 +94,7 @@ void SessionObjects::move(std::uint32_t instance, const Pose& pose) {
   const std::size_t body = body_of(instance);
   require_finite(pose);
   faces_.move(body, place_of(pose));
-  surfaces_[body] = made_[body].moved(place_of(pose));
+  made_[body].place_at(place_of(pose), surfaces_[body]);
 }
 
 void SessionObjects::remove(std::uint32_t instance) {

@@ -78,7 +78,7 @@ TEST_CASE("an object is made from the keys of its table") {
   const MovingObject object = object_of(
       std::vector<KeyValue>{{"shape", "\"cylinder\""}, {"class", "\"mine\""}}, "'add'", {});
   CHECK(object.class_name == "mine");
-  CHECK(object.material == "steel");
+  CHECK(object.material == "fouled steel");
   CHECK(!object.mesh.faces.empty());
   CHECK_THROWS_AS(object_of(std::vector<KeyValue>{{"shape", "\"teapot\""}}, "'add'", {}),
                   SceneError);

@@ -179,15 +179,14 @@ PatchedObject::PatchedObject(refine::Triangles triangles, std::uint16_t its_labe
   radius_m = 0.5 * double((box.highest - box.lowest).norm());
 }
 
-PatchedObject PatchedObject::moved(const Eigen::Isometry3d& place) const {
-  PatchedObject there = *this;
+void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& there) const {
+  there = *this;
   const Eigen::Matrix3f turn = place.linear().cast<float>();
   there.middle = place * middle;
   for (FlatPart& patch : there.patches) {
     patch.middle = place * patch.middle;
     for (Eigen::Vector3f* axis : {&patch.normal, &patch.along, &patch.across}) *axis = turn * *axis;
   }
-  return there;
 }
 
 std::vector<PatchedObject> patched_objects(const Seafloor& seafloor,

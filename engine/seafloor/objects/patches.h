@@ -37,7 +37,8 @@ struct PatchedObject {
 
   PatchedObject() = default;
   PatchedObject(refine::Triangles triangles, std::uint16_t its_label);
-  PatchedObject moved(const Eigen::Isometry3d& place) const;
+  /// Sets another one to this, moved to a place. Allocates nothing if it had as many patches.
+  void place_at(const Eigen::Isometry3d& place, PatchedObject& there) const;
 };
 
 /// The objects of a seafloor whose materials are `wanted` (by Label::sediment), or that are no

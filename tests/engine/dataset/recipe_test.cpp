@@ -165,7 +165,7 @@ range_m = { uniform = [20, 60] }
   CHECK(recipe.class_names() == std::vector<std::string>{"mine", "stone", "seabed"});
   CHECK(recipe.target_classes() == 2);
   CHECK(recipe.material_names() ==
-        std::vector<std::string>{"medium sand", "sandy mud", "fouled steel"});
+        std::vector<std::string>{"fouled steel", "medium sand", "sandy mud"});
 }
 
 TEST_CASE("samples that share a seafloor share all that makes it, and nothing else") {
