@@ -42,7 +42,7 @@ per_hectare = 150
 [[objects]]
 shape = "cylinder"
 east_m = 12
-north_m = 2
+north_m = 0
 [track]
 pings = 6
 [sonar.left-right]
@@ -76,8 +76,9 @@ std::string hash_of_run(const Scene& scene) {
   Simulator simulator(scene);
   const ScenePings all = ping_all(scene, simulator, 1);
   REQUIRE(all.hits > all.rays / 2);
-  REQUIRE(std::ranges::count(all.images.front().pixels.class_id, 0u) <
-          std::ssize(all.images.front().pixels.class_id));
+  // The object is seen, and so are the bed's features, whose instances come after it.
+  REQUIRE(std::ranges::count(all.images.front().pixels.instance, 1u) > 0);
+  REQUIRE(std::ranges::max(all.images.front().pixels.instance) > 1);
   std::string bytes;
   for (const Waterfall& image : all.images)
     BinLayers::for_each([&](std::string_view, auto layer) { append(bytes, image.pixels.*layer); });
@@ -92,7 +93,7 @@ bool has_fused_multiply_add() {
 #endif
 }
 
-constexpr std::string_view golden_hash = "a542140561b79c57c59a56fea9f9066e";
+constexpr std::string_view golden_hash = "9e73029bcaecd4ed0438d1aade705ae8";
 
 struct Cell {
   std::string_view intersector, surface, instruction_set;
