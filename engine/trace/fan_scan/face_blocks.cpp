@@ -32,7 +32,7 @@ HWY_INLINE M has_area(const Corners& face) {
   const V3 normal = cross(to_b, to_c);
   const V length2 = hn::Max(dot(to_b, to_b), hn::Max(dot(to_c, to_c), dot(across, across)));
   const V largest = hn::Max(hn::Abs(normal.x), hn::Max(hn::Abs(normal.y), hn::Abs(normal.z)));
-  return hn::Gt(largest, hn::Mul(hn::Set(d, thinnest), length2));
+  return hn::Gt(largest, hn::Set(d, thinnest) * length2);
 }
 
 // The corners of a block's faces, coordinate by coordinate. After the last face, repeats it.
@@ -57,8 +57,10 @@ HWY_INLINE void fetch(const FaceLayout& layout, std::int64_t first) {
     hwy::Prefetch(layout.positions + 3 * std::int64_t{layout.faces[i]});
 }
 
+}  // namespace
+
 // Returns false, and stops, at a position that does not exist, is not finite or is too large.
-bool lay_faces_here(const FaceLayout& layout) {
+bool lay_faces(const FaceLayout& layout) {
   const V largest = hn::Set(d, layout.largest_component);
   for (std::int64_t block = 0; block * block_faces < layout.face_count; ++block) {
     const std::int64_t first = block * block_faces;
@@ -105,11 +107,6 @@ bool lay_faces_here(const FaceLayout& layout) {
   return true;
 }
 
-}  // namespace
-
-// HWY_EXPORT needs functions outside the unnamed namespace.
-bool lay_faces_on(const FaceLayout& layout) { return lay_faces_here(layout); }
-
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -117,7 +114,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
-HWY_EXPORT(lay_faces_on);
+HWY_EXPORT(lay_faces);
 
 namespace {
 
@@ -146,7 +143,7 @@ void FaceBlocks::take(refine::Triangles triangles) {
                           .rows = rows_of.data(),
                           .boxes = boxes.data(),
                           .boxes_in_row = static_cast<std::int64_t>(in_row)};
-  if (!HWY_DYNAMIC_DISPATCH(lay_faces_on)(layout))
+  if (!HWY_DYNAMIC_DISPATCH(lay_faces)(layout))
     check_vertices(triangles);  // throws with the reason
   count = blocks;
   for (std::size_t axis = 0; axis < 3; ++axis) {

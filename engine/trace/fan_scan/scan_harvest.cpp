@@ -39,18 +39,6 @@ HWY_INLINE std::int64_t run_from(const std::uint32_t* nearest, std::int64_t j, s
   return end - j;
 }
 
-void write_misses_here(Hit* hits, std::int64_t count) {
-  std::int64_t i = 0;
-  if constexpr (lanes >= 4) {
-    constexpr std::int64_t together = lanes / 4;
-    const Hit pattern[2] = {};
-    const V misses = hn::LoadU(d, reinterpret_cast<const double*>(pattern));
-    for (; i + together <= count; i += together)
-      hn::StoreU(misses, d, reinterpret_cast<double*>(hits + i));
-  }
-  for (; i < count; ++i) hits[i] = Hit{};
-}
-
 // Writes the hits of rays [from, until), which have one nearest face, from `hits` on; returns how
 // many are doubtful. Writes whole vectors, past the end.
 HWY_INLINE std::int64_t finish_run(const ScanArgs& args, std::int64_t plane, std::int64_t from,
@@ -67,7 +55,7 @@ HWY_INLINE std::int64_t finish_run(const ScanArgs& args, std::int64_t plane, std
   const V sin_azimuth = hn::Set(d, args.sin_azimuth[plane]);
   const V cos_azimuth = hn::Set(d, args.cos_azimuth[plane]);
   const auto level = [&](std::int64_t i) HWY_ATTR {
-    return fma(hn::Set(d, x[i]), sin_azimuth, hn::Mul(hn::Set(d, y[i]), cos_azimuth));
+    return fma(hn::Set(d, x[i]), sin_azimuth, hn::Set(d, y[i]) * cos_azimuth);
   };
   const V u_level = level(0), v_level = level(1), level_sum = level(2);
   const V u_pole = hn::Set(d, z[0]), v_pole = hn::Set(d, z[1]), pole_sum = hn::Set(d, z[2]);
@@ -81,16 +69,16 @@ HWY_INLINE std::int64_t finish_run(const ScanArgs& args, std::int64_t plane, std
     // 1 / sum is t / distance; t is known in float. One Newton step, then one Halley step refine
     // it.
     const auto less = [&](V a, V b) HWY_ATTR { return fma(hn::Neg(a), b, one); };
-    const V sum = fma(level_sum, cosine, hn::Mul(pole_sum, sine));
-    const auto near_t = hn::Div(hn::Set(df, 1.0f), hn::LoadU(df, nearness + j));
-    const V guess = hn::Mul(hn::PromoteTo(d, near_t), per_distance);
+    const V sum = fma(level_sum, cosine, pole_sum * sine);
+    const auto near_t = hn::Set(df, 1.0f) / hn::LoadU(df, nearness + j);
+    const V guess = hn::PromoteTo(d, near_t) * per_distance;
     const V off = less(sum, guess);
     const V better = fma(guess, off, guess);
     const V lack = less(sum, better);
     const V inverse = fma(better, fma(lack, lack, lack), better);
-    const V t = hn::Mul(distance, inverse);
-    const V u = hn::Mul(fma(u_level, cosine, hn::Mul(u_pole, sine)), inverse);
-    const V v = hn::Mul(fma(v_level, cosine, hn::Mul(v_pole, sine)), inverse);
+    const V t = distance * inverse;
+    const V u = fma(u_level, cosine, u_pole * sine) * inverse;
+    const V v = fma(v_level, cosine, v_pole * sine) * inverse;
     hn::StoreInterleaved4(names, t, u, v, d, reinterpret_cast<double*>(hits + (j - from)));
 
     const M agrees = hn::Lt(hn::Abs(off), agreement);
@@ -119,22 +107,6 @@ HWY_INLINE void forget(const ScanArgs& args, std::int64_t plane, std::int64_t fr
   for (std::int64_t j = from; j < until; ++j) nearest[j] = ScanArgs::no_candidate;
 }
 
-std::int64_t finish_rays_here(const ScanArgs& args, std::int64_t plane, std::int64_t from,
-                              std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  const std::uint32_t* nearest = args.nearest + plane * args.stride;
-  std::int64_t doubts = 0;
-  for (std::int64_t j = from; j < until;) {
-    const std::int64_t end = j + run_from(nearest, j, until);
-    if (nearest[j] == ScanArgs::no_candidate)
-      write_misses_here(hits + (j - from), end - j);
-    else
-      doubts += finish_run(args, plane, j, end, hits + (j - from), doubtful + doubts);
-    j = end;
-  }
-  forget(args, plane, from, until);
-  return doubts;
-}
-
 // Appends where runs begin and end, and their candidates in rows.index, after the first `count`;
 // returns the new count.
 HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t from,
@@ -151,7 +123,7 @@ HWY_INLINE std::int64_t bound_runs(const std::uint32_t* nearest, std::int64_t fr
     const auto differ =
         hn::And(hn::Ne(here, next), hn::FirstN(du, static_cast<std::size_t>(until - 1 - j)));
     if (hn::AllFalse(du, differ)) continue;
-    const auto behind = hn::Add(hn::Iota(du, 0), hn::Set(du, static_cast<std::uint32_t>(j + 1)));
+    const auto behind = hn::Iota(du, 0) + hn::Set(du, static_cast<std::uint32_t>(j + 1));
     const auto end = hn::And(differ, hn::Ne(here, none));
     const auto begin = hn::And(differ, hn::Ne(next, none));
     store_some(du, behind, end, rows.end + ends);
@@ -189,8 +161,38 @@ HWY_INLINE std::int64_t without_empty(const RunRows& rows, std::int64_t from, st
   return to;
 }
 
-std::int64_t list_runs_here(const ScanArgs& args, std::int64_t plane, std::int64_t from,
-                            std::int64_t until, const RunRows& rows, std::int64_t count) {
+}  // namespace
+
+void write_misses(Hit* hits, std::int64_t count) {
+  std::int64_t i = 0;
+  if constexpr (lanes >= 4) {
+    constexpr std::int64_t together = lanes / 4;
+    const Hit pattern[2] = {};
+    const V misses = hn::LoadU(d, reinterpret_cast<const double*>(pattern));
+    for (; i + together <= count; i += together)
+      hn::StoreU(misses, d, reinterpret_cast<double*>(hits + i));
+  }
+  for (; i < count; ++i) hits[i] = Hit{};
+}
+
+std::int64_t finish_rays(const ScanArgs& args, std::int64_t plane, std::int64_t from,
+                         std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
+  const std::uint32_t* nearest = args.nearest + plane * args.stride;
+  std::int64_t doubts = 0;
+  for (std::int64_t j = from; j < until;) {
+    const std::int64_t end = j + run_from(nearest, j, until);
+    if (nearest[j] == ScanArgs::no_candidate)
+      HWY_NAMESPACE::write_misses(hits + (j - from), end - j);
+    else
+      doubts += finish_run(args, plane, j, end, hits + (j - from), doubtful + doubts);
+    j = end;
+  }
+  forget(args, plane, from, until);
+  return doubts;
+}
+
+std::int64_t list_runs(const ScanArgs& args, std::int64_t plane, std::int64_t from,
+                       std::int64_t until, const RunRows& rows, std::int64_t count) {
   if (from >= until) return count;
   const std::int64_t end = bound_runs(args.nearest + plane * args.stride, from, until, rows, count);
   const float* nearness = args.nearness + plane * args.stride;
@@ -217,7 +219,7 @@ std::int64_t list_runs_here(const ScanArgs& args, std::int64_t plane, std::int64
     };
     const auto index = gather(args.index, candidate);
     store(args.numbers ? gather(args.numbers, index) : index, rows.face + i);
-    const auto last = hn::Sub(load(rows.end + i), hn::Set(half, 1));
+    const auto last = load(rows.end + i) - hn::Set(half, 1);
     const auto near_at = [&](hn::Vec<Half> ray) HWY_ATTR {
       return hn::GatherIndex(df, nearness, hn::IfThenElseZero(within, ray));
     };
@@ -234,19 +236,6 @@ std::int64_t list_runs_here(const ScanArgs& args, std::int64_t plane, std::int64
   return without_empty(rows, full, end);
 }
 
-}  // namespace
-
-// HWY_EXPORT needs functions outside the unnamed namespace.
-std::int64_t finish_rays_on(const ScanArgs& args, std::int64_t plane, std::int64_t from,
-                            std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  return finish_rays_here(args, plane, from, until, hits, doubtful);
-}
-void write_misses_on(Hit* hits, std::int64_t count) { write_misses_here(hits, count); }
-std::int64_t list_runs_on(const ScanArgs& args, std::int64_t plane, std::int64_t from,
-                          std::int64_t until, const RunRows& rows, std::int64_t count) {
-  return list_runs_here(args, plane, from, until, rows, count);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -254,22 +243,22 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
-HWY_EXPORT(finish_rays_on);
-HWY_EXPORT(write_misses_on);
-HWY_EXPORT(list_runs_on);
+HWY_EXPORT(finish_rays);
+HWY_EXPORT(write_misses);
+HWY_EXPORT(list_runs);
 
 std::int64_t finish_rays(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                          std::int64_t until, Hit* hits, std::uint32_t* doubtful) {
-  return HWY_DYNAMIC_DISPATCH(finish_rays_on)(args, plane, from, until, hits, doubtful);
+  return HWY_DYNAMIC_DISPATCH(finish_rays)(args, plane, from, until, hits, doubtful);
 }
 
 void write_misses(Hit* hits, std::int64_t count) {
-  HWY_DYNAMIC_DISPATCH(write_misses_on)(hits, count);
+  HWY_DYNAMIC_DISPATCH(write_misses)(hits, count);
 }
 
 std::int64_t list_runs(const ScanArgs& args, std::int64_t plane, std::int64_t from,
                        std::int64_t until, const RunRows& rows, std::int64_t count) {
-  return HWY_DYNAMIC_DISPATCH(list_runs_on)(args, plane, from, until, rows, count);
+  return HWY_DYNAMIC_DISPATCH(list_runs)(args, plane, from, until, rows, count);
 }
 
 }  // namespace ensonify::engine

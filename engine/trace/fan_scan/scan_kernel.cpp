@@ -36,7 +36,7 @@ constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
 // How far a point is from a plane of the fan. All callers share this one computation, so that they
 // agree on which side of the plane a point is.
 HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
-  const V back = hn::Mul(sin_azimuth, y);
+  const V back = sin_azimuth * y;
 #if HWY_TARGET == HWY_SCALAR
   return fma(cos_azimuth, x, hn::Neg(back));
 #else
@@ -44,53 +44,7 @@ HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
 #endif
 }
 HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
-  return fma(cos_azimuth, y, hn::Mul(sin_azimuth, x));
-}
-
-// A block may be met if it is within range and, for at least one plane, on both sides of it and not
-// behind.
-void find_blocks_here(ScanArgs& args) {
-  const Frame frame = laid(args.frame);
-  const V range2 = hn::Set(d, args.range_m * args.range_m);
-  const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
-  std::int64_t count = 0;
-  for (std::int64_t block = 0; block < args.blocks; block += lanes) {
-    const float* box = args.boxes + block;
-    const std::int64_t row = args.boxes_in_row;
-    const V3 middle{promoted(box), promoted(box + row), promoted(box + 2 * row)};
-    const V3 half{promoted(box + 3 * row), promoted(box + 4 * row), promoted(box + 5 * row)};
-    const V3 from = middle - frame.origin;
-    const V3 away{hn::Abs(from.x), hn::Abs(from.y), hn::Abs(from.z)};
-    const V3 gap = away - half;
-    const V3 least{hn::Max(gap.x, zero), hn::Max(gap.y, zero), hn::Max(gap.z, zero)};
-    const M in_range = hn::Le(dot(least, least), hn::Mul(range2, wider));
-    if (hn::AllFalse(d, in_range)) continue;
-
-    const auto reach = [&](const V3& axis) HWY_ATTR {
-      return dot({hn::Abs(axis.x), hn::Abs(axis.y), hn::Abs(axis.z)}, half);
-    };
-    const V slack = hn::Mul(rounding, hn::Add(hn::Add(hn::Add(away.x, away.y), away.z),
-                                              hn::Add(hn::Add(half.x, half.y), half.z)));
-    const V x = dot(frame.array, from), y = dot(frame.middle, from);
-    const V reach_x = fma(reach(frame.array), wider, slack);
-    const V reach_y = fma(reach(frame.middle), wider, slack);
-    M meets = hn::Lt(zero, zero);
-    for (std::int64_t k = 0; k < args.planes; ++k) {
-      const V sine = hn::Set(d, args.sin_azimuth[k]), cosine = hn::Set(d, args.cos_azimuth[k]);
-      const V off = hn::Abs(off_plane(sine, cosine, x, y));
-      const V off_reach = fma(hn::Abs(cosine), reach_x, hn::Mul(hn::Abs(sine), reach_y));
-      const V along = along_plane(sine, cosine, x, y);
-      const V along_reach = fma(hn::Abs(cosine), reach_y, hn::Mul(hn::Abs(sine), reach_x));
-      meets = hn::Or(meets, hn::And(hn::Le(off, off_reach), hn::Ge(along, hn::Neg(along_reach))));
-    }
-    alignas(8) std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::And(meets, in_range), bits);
-    for (std::int64_t i = 0; i < lanes && block + i < args.blocks; ++i) {
-      args.blocks_met[count] = static_cast<std::uint32_t>(block + i);
-      count += bits[0] >> i & 1;
-    }
-  }
-  args.blocks_met_count = count;
+  return fma(cos_azimuth, y, sin_azimuth * x);
 }
 
 // Computes what is common to all rays that meet a face. With a, b, c the face's corners from the
@@ -107,17 +61,17 @@ HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64
   const std::int64_t candidate = first_candidate + place;
   if (!args.hits_wanted) {
     const V turn = hn::Set(d, args.frame.handedness);
-    const FacePlane face = face_plane(turn * normal, hn::Mul(turn, distance));
+    const FacePlane face = face_plane(turn * normal, turn * distance);
     hn::StoreInterleaved4(face.normal.x, face.normal.y, face.normal.z, face.distance, d,
                           args.face_planes + 4 * candidate);
   }
   const V sign = hn::IfThenElse(hn::Lt(distance, zero), hn::Set(d, -1.0), hn::Set(d, 1.0));
   normal = sign * normal;
-  distance = hn::Mul(sign, distance);
-  const V size = hn::Add(hn::Add(hn::Abs(normal.x), hn::Abs(normal.y)), hn::Abs(normal.z));
-  const M apart = hn::Gt(distance, hn::Mul(hn::Set(d, in_the_plane), size));
+  distance = sign * distance;
+  const V size = hn::Abs(normal.x) + hn::Abs(normal.y) + hn::Abs(normal.z);
+  const M apart = hn::Gt(distance, hn::Set(d, in_the_plane) * size);
   const V inverse =
-      hn::IfThenElse(apart, hn::Div(hn::Set(d, 1.0), hn::IfThenElse(apart, distance, size)), zero);
+      hn::IfThenElse(apart, hn::Set(d, 1.0) / hn::IfThenElse(apart, distance, size), zero);
   if (args.hits_wanted) {
     const V3 to_b = sign * cross(ac, a), to_c = sign * cross(a, ab);
     const V3 to_a = normal - to_b - to_c;
@@ -146,16 +100,14 @@ HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64
   const auto far = hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(a, a), hn::Max(dot(b, b), dot(c, c)))));
   const auto longest =
       hn::Sqrt(hn::DemoteTo(df, hn::Max(dot(ab, ab), hn::Max(dot(ac, ac), dot(bc, bc)))));
-  const auto outer = hn::Mul(far, hn::Set(df, 1.0f + 0x1p-20f));
-  const auto inner = hn::Sub(hn::Mul(far, hn::Set(df, 1.0f - 0x1p-20f)),
-                             hn::Mul(longest, hn::Set(df, 1.0f + 0x1p-20f)));
+  const auto outer = far * hn::Set(df, 1.0f + 0x1p-20f);
+  const auto inner = far * hn::Set(df, 1.0f - 0x1p-20f) - longest * hn::Set(df, 1.0f + 0x1p-20f);
   const auto apart_from = hn::Gt(inner, hn::Set(df, 1.0f / nearest_of_all));
-  const auto least = hn::Div(one, outer);
-  const auto sum =
-      hn::DemoteTo(df, hn::Add(hn::Add(hn::Abs(scaled.x), hn::Abs(scaled.y)), hn::Abs(scaled.z)));
-  const auto on_edge = hn::Gt(sum, hn::Mul(least, hn::Set(df, largest_sum)));
+  const auto least = one / outer;
+  const auto sum = hn::DemoteTo(df, hn::Abs(scaled.x) + hn::Abs(scaled.y) + hn::Abs(scaled.z));
+  const auto on_edge = hn::Gt(sum, least * hn::Set(df, largest_sum));
   hn::StoreU(hn::IfThenElse(on_edge, hn::Neg(least), least), df, planes + 3 * batch_room);
-  hn::StoreU(hn::IfThenElse(apart_from, hn::Div(one, hn::IfThenElse(apart_from, inner, one)),
+  hn::StoreU(hn::IfThenElse(apart_from, one / hn::IfThenElse(apart_from, inner, one),
                             hn::Set(df, nearest_of_all)),
              df, planes + 4 * batch_room);
 }
@@ -174,8 +126,7 @@ HWY_INLINE InPlane choose(M mask, const InPlane& yes, const InPlane& no) {
 }
 HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
   const V weight_p = hn::Abs(q.off), weight_q = hn::Abs(p.off);
-  return {hn::Add(hn::Mul(weight_p, p.x), hn::Mul(weight_q, q.x)),
-          hn::Add(hn::Mul(weight_p, p.y), hn::Mul(weight_q, q.y))};
+  return {weight_p * p.x + weight_q * q.x, weight_p * p.y + weight_q * q.y};
 }
 
 // The rows of one plane's list in a batch.
@@ -206,25 +157,25 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
     VF min_y = set(0.0), least = min_y, greatest = min_y, size = min_y;
     const auto see = [&](std::int64_t corner) HWY_ATTR {
       const auto from = [&](std::int64_t axis) HWY_ATTR {
-        return hn::Sub(hn::LoadU(f, rows + (3 * corner + axis) * block_faces), set(o[axis]));
+        return hn::LoadU(f, rows + (3 * corner + axis) * block_faces) - set(o[axis]);
       };
       const VF p = from(0), q = from(1), r = from(2);
       const auto along = [&](const double* axis) HWY_ATTR {
-        return fma(f, set(axis[0]), p, fma(f, set(axis[1]), q, hn::Mul(set(axis[2]), r)));
+        return fma(f, set(axis[0]), p, fma(f, set(axis[1]), q, set(axis[2]) * r));
       };
-      const VF x = along(axes), y = along(axes + 3), tangent = hn::Div(x, y);
-      const VF far = hn::Add(hn::Add(hn::Abs(p), hn::Abs(q)), hn::Abs(r));
+      const VF x = along(axes), y = along(axes + 3), tangent = x / y;
+      const VF far = hn::Abs(p) + hn::Abs(q) + hn::Abs(r);
       min_y = corner == 0 ? y : hn::Min(min_y, y);
       least = corner == 0 ? tangent : hn::Min(least, tangent);
       greatest = corner == 0 ? tangent : hn::Max(greatest, tangent);
       size = corner == 0 ? far : hn::Max(size, far);
     };
     see(0), see(1), see(2);
-    const VF error = hn::Mul(hn::Add(size, hn::Set(f, origin_size)), set(0x1p-21));
-    const auto in_front = hn::Gt(min_y, hn::Add(error, error));
+    const VF error = (size + hn::Set(f, origin_size)) * set(0x1p-21);
+    const auto in_front = hn::Gt(min_y, error + error);
     const VF steepest = hn::Max(hn::Abs(least), hn::Abs(greatest));
-    const VF slack = hn::Mul(hn::Div(hn::Mul(error, set(4.0)), min_y), hn::Add(steepest, set(1.0)));
-    const VF from = hn::Sub(least, slack), until = hn::Add(greatest, slack);
+    const VF slack = error * set(4.0) / min_y * (steepest + set(1.0));
+    const VF from = least - slack, until = greatest + slack;
     auto may_cross = hn::Not(in_front);
     for (std::int64_t k = 0; k < args.planes; ++k) {
       const VF tangent = hn::Set(f, args.tan_azimuth[k]);
@@ -239,8 +190,8 @@ HWY_INLINE void add_block(const ScanArgs& args, ScanBatch& batch, std::uint32_t 
     keep(ScanBatch::min_tangent, hn::IfThenElse(in_front, from, set(-steepest_of_all)));
     keep(ScanBatch::max_tangent, hn::IfThenElse(in_front, until, set(steepest_of_all)));
     const auto number =
-        hn::Add(hn::Iota(u, 0),
-                hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i)));
+        hn::Iota(u, 0) +
+        hn::Set(u, static_cast<std::uint32_t>(std::int64_t{block} * block_faces + i));
     store_some(u, number, hn::RebindMask(u, may_cross), index + batch.count);
     batch.count += static_cast<std::int64_t>(hn::CountTrue(f, may_cross));
   }
@@ -259,7 +210,7 @@ HWY_INLINE void cross_faces(const ScanArgs& args, const Frame& frame, ScanBatch&
   const V3 a = at.a, b = at.b, c = at.c;
   const M within = hn::FirstN(d, static_cast<std::size_t>(batch.count - place));
   prepare_faces(args, batch, first_candidate, place, within, at);
-  const V places = hn::BitCast(d, hn::Add(hn::Iota(di, 0), hn::Set(di, place)));
+  const V places = hn::BitCast(d, hn::Iota(di, 0) + hn::Set(di, place));
   const auto tangents = [&](std::int64_t row) HWY_ATTR {
     return promoted(&batch.rows[0] + row * batch_room + place);
   };
@@ -297,8 +248,8 @@ HWY_INLINE void cross_faces(const ScanArgs& args, const Frame& frame, ScanBatch&
 
 // A crossing's q (fan_tables.h), if it is in front.
 HWY_INLINE V order_of(M in_front, const Crossing& at) {
-  const V across = hn::IfThenElse(in_front, hn::Add(at.x, hn::Abs(at.y)), hn::Set(d, 1.0));
-  return hn::Div(hn::IfThenElseZero(in_front, at.y), across);
+  const V across = hn::IfThenElse(in_front, at.x + hn::Abs(at.y), hn::Set(d, 1.0));
+  return hn::IfThenElseZero(in_front, at.y) / across;
 }
 
 // How many of the plane's rays are below a crossing. It depends on the crossing alone, so faces
@@ -310,10 +261,10 @@ struct Guess {
 };
 HWY_INLINE Guess guess_below(const ScanArgs& args, V order) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
-  const V stepped = hn::Max(
-      hn::Mul(hn::Sub(order, hn::Set(d, args.first_q)), hn::Set(d, args.steps_per_q)), zero);
+  const V stepped =
+      hn::Max((order - hn::Set(d, args.first_q)) * hn::Set(d, args.steps_per_q), zero);
   const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, args.steps - 1.0)));
-  const V fraction = hn::Min(hn::Sub(stepped, hn::ConvertTo(d, step)), one);
+  const V fraction = hn::Min(stepped - hn::ConvertTo(d, step), one);
   constexpr hn::RebindToUnsigned<D> du;
   constexpr hn::RebindToUnsigned<HalfF> half;
   const auto line = hn::GatherIndex(du, args.lines, step);
@@ -330,8 +281,8 @@ HWY_INLINE void find_below(const ScanArgs& args, V p_order, V q_order, hn::Vec<I
   // A mask's true lanes are -1 as integers.
   const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
   if (HWY_LIKELY(hn::AllFalse(d, hn::Or(p_guess.far_off, q_guess.far_off)))) {
-    p = hn::Sub(p, number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order)));
-    q = hn::Sub(q, number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order)));
+    p = p - number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order));
+    q = q - number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order));
     return;
   }
   for (;;) {
@@ -340,8 +291,8 @@ HWY_INLINE void find_below(const ScanArgs& args, V p_order, V q_order, hn::Vec<I
     const M p_more = hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order);
     const M q_more = hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order);
     if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
-    p = hn::Add(p, hn::Sub(number(p_fewer), number(p_more)));
-    q = hn::Add(q, hn::Sub(number(q_fewer), number(q_more)));
+    p = p + (number(p_fewer) - number(p_more));
+    q = q + (number(q_fewer) - number(q_more));
   }
 }
 
@@ -453,13 +404,13 @@ HWY_INLINE void claim_row(const ScanArgs& args, std::int64_t plane, std::int64_t
   for (std::int64_t j = from; j < until; j += width) {
     const auto cosine = hn::LoadU(f, args.cos_elevation_rounded + j);
     const auto sine = hn::LoadU(f, args.sin_elevation_rounded + j);
-    const auto plain = fma(f, x, cosine, hn::Mul(y, sine));
+    const auto plain = fma(f, x, cosine, y * sine);
     // `old` arrives late, because the last face's store wrote it: everything that does not need it
     // is computed first.
     const auto within = hn::FirstN(f, static_cast<std::size_t>(until - j));
     const auto w = hn::IfThenElseZero(within, hn::Min(hn::Max(plain, least), greatest));
-    const auto surely = hn::Mul(w, hn::Set(f, surely_nearer));
-    const auto perhaps = hn::Mul(w, hn::Set(f, maybe_nearer));
+    const auto surely = w * hn::Set(f, surely_nearer);
+    const auto perhaps = w * hn::Set(f, maybe_nearer);
     const auto old = hn::LoadU(f, nearness + j);
     const auto wins = hn::Gt(surely, old);
     if (HWY_UNLIKELY(!hn::AllFalse(f, hn::AndNot(wins, hn::Gt(perhaps, old)))))
@@ -536,7 +487,7 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
     hn::Vec<I> p_rays, q_rays;
     find_below(args, p_order, q_order, p_rays, q_rays);
     if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p_front, q_front)))) {
-      const V turn = hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
+      const V turn = p.x * q.y - p.y * q.x;
       const auto p_end =
           hn::IfThenElseZero(hn::RebindMask(di, hn::And(q_front, hn::Lt(turn, zero))), all);
       const auto q_end =
@@ -552,9 +503,8 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
       const V size =
           hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Max(hn::Abs(q.x), hn::Abs(q.y)));
       const V sees = hn::GatherIndex(d, &batch.sees_origin[0], hn::BitCast(di, places));
-      const M at_origin =
-          hn::And(hn::Gt(sees, zero),
-                  hn::And(hn::Le(fma(p.x, q.x, hn::Mul(p.y, q.y)), zero), hn::Gt(size, zero)));
+      const M at_origin = hn::And(
+          hn::Gt(sees, zero), hn::And(hn::Le(fma(p.x, q.x, p.y * q.y), zero), hn::Gt(size, zero)));
       const M take_p = hn::Ne(p.x, zero);
       const V x = hn::IfThenElse(take_p, p.x, q.x), y = hn::IfThenElse(take_p, p.y, q.y);
       const M behind = hn::Lt(x, zero), along_pole = hn::Eq(x, zero);
@@ -598,7 +548,54 @@ HWY_INLINE void claim_intervals(const ScanArgs& args, ScanBatch& batch,
   }
 }
 
-void scan_faces_here(const ScanArgs& args, ScanBatch& batch) {
+}  // namespace
+
+// A block may be met if it is within range and, for at least one plane, on both sides of it and not
+// behind.
+void find_blocks(ScanArgs& args) {
+  const Frame frame = laid(args.frame);
+  const V range2 = hn::Set(d, args.range_m * args.range_m);
+  const V wider = hn::Set(d, 1.0 + 1e-12), rounding = hn::Set(d, 1e-14), zero = hn::Zero(d);
+  std::int64_t count = 0;
+  for (std::int64_t block = 0; block < args.blocks; block += lanes) {
+    const float* box = args.boxes + block;
+    const std::int64_t row = args.boxes_in_row;
+    const V3 middle{promoted(box), promoted(box + row), promoted(box + 2 * row)};
+    const V3 half{promoted(box + 3 * row), promoted(box + 4 * row), promoted(box + 5 * row)};
+    const V3 from = middle - frame.origin;
+    const V3 away{hn::Abs(from.x), hn::Abs(from.y), hn::Abs(from.z)};
+    const V3 gap = away - half;
+    const V3 least{hn::Max(gap.x, zero), hn::Max(gap.y, zero), hn::Max(gap.z, zero)};
+    const M in_range = hn::Le(dot(least, least), range2 * wider);
+    if (hn::AllFalse(d, in_range)) continue;
+
+    const auto reach = [&](const V3& axis) HWY_ATTR {
+      return dot({hn::Abs(axis.x), hn::Abs(axis.y), hn::Abs(axis.z)}, half);
+    };
+    const V slack = rounding * (away.x + away.y + away.z + (half.x + half.y + half.z));
+    const V x = dot(frame.array, from), y = dot(frame.middle, from);
+    const V reach_x = fma(reach(frame.array), wider, slack);
+    const V reach_y = fma(reach(frame.middle), wider, slack);
+    M meets = hn::Lt(zero, zero);
+    for (std::int64_t k = 0; k < args.planes; ++k) {
+      const V sine = hn::Set(d, args.sin_azimuth[k]), cosine = hn::Set(d, args.cos_azimuth[k]);
+      const V off = hn::Abs(off_plane(sine, cosine, x, y));
+      const V off_reach = fma(hn::Abs(cosine), reach_x, hn::Abs(sine) * reach_y);
+      const V along = along_plane(sine, cosine, x, y);
+      const V along_reach = fma(hn::Abs(cosine), reach_y, hn::Abs(sine) * reach_x);
+      meets = hn::Or(meets, hn::And(hn::Le(off, off_reach), hn::Ge(along, hn::Neg(along_reach))));
+    }
+    alignas(8) std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::And(meets, in_range), bits);
+    for (std::int64_t i = 0; i < lanes && block + i < args.blocks; ++i) {
+      args.blocks_met[count] = static_cast<std::uint32_t>(block + i);
+      count += bits[0] >> i & 1;
+    }
+  }
+  args.blocks_met_count = count;
+}
+
+void scan_faces(const ScanArgs& args, ScanBatch& batch) {
   const Frame frame = laid(args.frame);
   std::int64_t candidates = 0;
   for (std::int64_t block = 0; block < args.blocks_met_count;) {
@@ -616,12 +613,6 @@ void scan_faces_here(const ScanArgs& args, ScanBatch& batch) {
   }
 }
 
-}  // namespace
-
-// HWY_EXPORT needs functions outside the unnamed namespace.
-void find_blocks_on(ScanArgs& args) { find_blocks_here(args); }
-void scan_faces_on(const ScanArgs& args, ScanBatch& batch) { scan_faces_here(args, batch); }
-
 }  // namespace HWY_NAMESPACE
 }  // namespace ensonify::engine
 HWY_AFTER_NAMESPACE();
@@ -629,12 +620,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace ensonify::engine {
 
-HWY_EXPORT(find_blocks_on);
-HWY_EXPORT(scan_faces_on);
+HWY_EXPORT(find_blocks);
+HWY_EXPORT(scan_faces);
 
-void find_blocks(ScanArgs& args) { HWY_DYNAMIC_DISPATCH(find_blocks_on)(args); }
+void find_blocks(ScanArgs& args) { HWY_DYNAMIC_DISPATCH(find_blocks)(args); }
 void scan_faces(const ScanArgs& args, ScanBatch& batch) {
-  HWY_DYNAMIC_DISPATCH(scan_faces_on)(args, batch);
+  HWY_DYNAMIC_DISPATCH(scan_faces)(args, batch);
 }
 
 }  // namespace ensonify::engine
