@@ -252,7 +252,8 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   for (std::size_t i = 0; i < samples.power_by_range.size(); ++i)
     add(fmt::format("level_at_{}_to_{}_percent_of_range_db", 10 * i, 10 * i + 10),
         level(samples.power_by_range[i]));
-  for (const auto& [low, high] : {std::pair{8, 14}, {14, 20}, {20, 40}, {40, 70}}) {
+  for (const auto& band : {std::pair{8, 14}, {14, 20}, {20, 40}, {40, 70}}) {
+    const int low = band.first, high = band.second;
     const auto name = [&](std::string_view what) {
       return fmt::format("{}_at_{}_to_{}_deg", what, low, high);
     };
