@@ -33,7 +33,8 @@ void LineBuilder::add(int line, const RecordedPing& ping, Side side, std::vector
 
 std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
   std::vector<RecordedLine> lines;
-  for (auto& [number, entry] : entries_) {
+  for (auto& numbered : entries_) {
+    Entry& entry = numbered.second;
     RecordedLine& line = entry.line;
     if (line.samples == 0) continue;
     std::size_t of_port = 0, of_starboard = 0;

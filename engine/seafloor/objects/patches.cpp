@@ -46,7 +46,7 @@ std::vector<std::uint32_t> places_of(refine::Triangles triangles) {
   for (const refine::Face& face : triangles.faces)
     used.insert(used.end(), face.begin(), face.end());
   std::ranges::sort(used);
-  used.erase(std::ranges::unique(used).begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
   std::ranges::stable_sort(used, {}, at);
   std::vector<std::uint32_t> place(triangles.positions.size());
   for (std::size_t i = 0; i < used.size(); ++i)
