@@ -1,6 +1,6 @@
-# The headers that are installed: what simulate.h, run.h, reader.h, ray_by_ray.h (for a back-end),
-# display.h and seafloor.h include, directly or not. All others are private. A test compiles a
-# program over the installed ones alone, so one that is missing here is noticed.
+# The headers that are installed: what simulate.h, run.h, reader.h, recording_reader.h, ray_by_ray.h
+# (for a back-end), display.h and seafloor.h include, directly or not. All others are private. A test
+# compiles a program over the installed ones alone, so one that is missing here is noticed.
 set(public_headers
   engine/image/display.h
   engine/image/display_options.h
@@ -11,11 +11,14 @@ set(public_headers
   engine/output/layer_encoding.h
   engine/preparation.h
   engine/random.h
+  engine/recording/recorded_line.h
+  engine/recording/recording_reader.h
   engine/run.h
   engine/scene/checks/extrapolation.h
   engine/scene/reader.h
   engine/scene/scene.h
   engine/seafloor/bed/fractal.h
+  engine/seafloor/bed/geographic.h
   engine/seafloor/bed/heightfield.h
   engine/seafloor/bed/ripples.h
   engine/seafloor/bed/survey_detail.h
