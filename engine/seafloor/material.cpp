@@ -24,13 +24,6 @@ constexpr std::string_view solid = "solid", lambert = "lambert", gsab = "gsab", 
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-/// The models that are not those of a sediment.
-constexpr std::array own_models = {
-    MaterialModel{solid, "a solid: a diffuse part and a specular lobe"},
-    MaterialModel{gsab, "the generic model that is fitted to measurements (gsab_ keys)"},
-    MaterialModel{table, "your own strengths from a CSV file"},
-};
-
 /// What covers a bed, by Lambert's law. Dense Posidonia has -23 dB, nearly the same at all angles
 /// and frequencies (Lyons and Pouliquen 1998); this value gives -23 dB at 23 degrees. Shells: a
 /// typical value.
@@ -127,9 +120,39 @@ std::vector<std::string> gaps_of(const scatter::StrengthTable& strengths, double
   return gaps;
 }
 
+/// A model that has its own keys in a material, in place of a sediment's parameters.
+struct OwnModel {
+  std::string_view name, help;
+  std::unique_ptr<scatter::Backscatter> (*make)(const Material& material, double frequency_hz);
+};
+constexpr std::array own_models = {
+    OwnModel{solid, "a solid: a diffuse part and a specular lobe",
+             [](const Material& material, double) -> std::unique_ptr<scatter::Backscatter> {
+               const Solid its = solid_of(material);
+               static_cast<void>(scatter::SolidTarget(its));  // throws
+               return std::make_unique<scatter::SolidTarget>(its.rough());
+             }},
+    OwnModel{gsab, "the generic model that is fitted to measurements (gsab_ keys)",
+             [](const Material& material, double) -> std::unique_ptr<scatter::Backscatter> {
+               return std::make_unique<scatter::GsabBottom>(gsab_of(material));
+             }},
+    OwnModel{
+        table, "your own strengths from a CSV file",
+        [](const Material& material, double frequency_hz) -> std::unique_ptr<scatter::Backscatter> {
+          strengths_of(material);
+          return std::make_unique<scatter::MeasuredBottom>(material.measured, frequency_hz,
+                                                           material.strength_offset_db);
+        }},
+};
+
+/// Null for a model of bottom_model_kinds().
+const OwnModel* own_model(const Material& material) {
+  const auto found = std::ranges::find(own_models, material.model, &OwnModel::name);
+  return found == own_models.end() ? nullptr : &*found;
+}
+
 bool is_sediment(const Material& material) {
-  return std::ranges::find(own_models, material.model, &MaterialModel::name) == own_models.end() &&
-         scatter::bottom_model_kind(material.model).by_sediment;
+  return !own_model(material) && scatter::bottom_model_kind(material.model).by_sediment;
 }
 
 }  // namespace
@@ -138,7 +161,7 @@ std::vector<MaterialModel> material_models() {
   std::vector<MaterialModel> models;
   for (const scatter::BottomModelKind& kind : scatter::bottom_model_kinds())
     models.push_back({kind.name, kind.help});
-  models.insert(models.end(), own_models.begin(), own_models.end());
+  for (const OwnModel& model : own_models) models.push_back({model.name, model.help});
   return models;
 }
 
@@ -173,17 +196,7 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
                                                      double sound_speed_mps,
                                                      double relief_spacing_m) {
   if (material.model == lambert) return std::make_unique<scatter::Lambert>(material.lambert_mu_db);
-  if (material.model == solid) {
-    const Solid its = solid_of(material);
-    static_cast<void>(scatter::SolidTarget(its));  // throws
-    return std::make_unique<scatter::SolidTarget>(its.rough());
-  }
-  if (material.model == gsab) return std::make_unique<scatter::GsabBottom>(gsab_of(material));
-  if (material.model == table) {
-    strengths_of(material);
-    return std::make_unique<scatter::MeasuredBottom>(material.measured, frequency_hz,
-                                                     material.strength_offset_db);
-  }
+  if (const OwnModel* model = own_model(material)) return model->make(material, frequency_hz);
   const Sediment sediment = parameters_of(material);
   const double k_per_cm =
       scatter::relief_wavenumber_per_cm(sediment, frequency_hz, sound_speed_mps);
