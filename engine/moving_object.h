@@ -11,7 +11,8 @@ struct MovingObject {
   /// Metres, z up, y where its heading points, about the point that a pose places. Both sides of
   /// its faces scatter.
   refine::TriangleMesh mesh;
-  std::string material = "fouled steel";  ///< one of the scene's own, or a name that material.h knows
+  /// One of the scene's own, or a name that material.h knows.
+  std::string material = "fouled steel";
   std::string class_name = "object";
 };
 

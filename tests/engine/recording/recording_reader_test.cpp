@@ -7,7 +7,6 @@
 
 #include "support/catch.h"
 #include "support/data.h"
-#include "support/data.h"
 #include "support/small_recording.h"
 #include "support/temporary_folder.h"
 
