@@ -139,7 +139,7 @@ struct Samples {
   std::size_t clipped = 0, all = 0;
 };
 
-/// A value over the mean of those within 10 places, 1 place excluded at the ends.
+/// Calls take(value, mean) for each value with 10 others on either side; the mean is of all 21.
 template <class F>
 void over_neighbours(const std::vector<double>& values, F&& take) {
   constexpr std::size_t reach = 10;

@@ -28,7 +28,7 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
 /// By ping: the first sample of the bed; line.samples where there is none. Pings of one side.
 std::vector<std::size_t> find_bed(const RecordedLine& line, Side side);
 
-/// A statistic of two lines beside the first one's own spread.
+/// A statistic of two lines, and the spread of the first one.
 struct ComparedStatistic {
   std::string name;
   double a, b;

@@ -133,8 +133,8 @@ class OtherPaths {
     std::function<double(double sine)> strength;
     std::optional<scatter::Sediment> sediment;
   };
-  /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The law must
-  /// outlive this object.
+  /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The sonar
+  /// equation must outlive this object.
   OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const SonarEquation& law,
              const Bed& bed, double ping_m, std::uint64_t seed);
 
