@@ -30,16 +30,7 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   warnings.insert(warnings.end(), water.warnings().begin(), water.warnings().end());
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
-  double small_m = 0.0;
-  for (const auto& its : sonars)
-    small_m =
-        std::max(small_m, ObjectEchoes::longest_small_m(
-                              its->sonar, its->medium.sound_speed_mps / its->sonar.frequency_hz));
-  std::vector<bool> glinting;
-  if (!sonars.empty())
-    for (const double specular : sonars.front()->smooth_specular)
-      glinting.push_back(specular > 0.0);
-  objects = patched_objects(seafloor, glinting, small_m);
+  objects = patched_objects(seafloor);
 }
 
 std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(

@@ -189,15 +189,9 @@ void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& ther
   }
 }
 
-std::vector<PatchedObject> patched_objects(const Seafloor& seafloor,
-                                           const std::vector<bool>& wanted, double small_m) {
+std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
   const std::size_t count = seafloor.objects.size();
   if (count == 0 || seafloor.one_label()) return {};
-  const auto is_wanted = [&](const ObjectRecord& object) {
-    const std::size_t material = object.label.sediment;
-    return (material < wanted.size() && wanted[material]) || object.size_m.norm() <= small_m;
-  };
-  if (std::ranges::none_of(seafloor.objects, is_wanted)) return {};
   struct Part {
     std::uint32_t face;  // the number
     refine::Face corners;
@@ -207,7 +201,7 @@ std::vector<PatchedObject> patched_objects(const Seafloor& seafloor,
   const auto take = [&](std::uint32_t face, const auto& corners_of) {
     const std::uint16_t label = seafloor.label_of(face);
     const std::size_t number = std::size_t{seafloor.labels[label].instance} - 1;
-    if (number >= count || !is_wanted(seafloor.objects[number])) return;
+    if (number >= count) return;
     labels[number] = label;
     parts[number].push_back({face, corners_of()});
   };

@@ -41,9 +41,7 @@ struct PatchedObject {
   void place_at(const Eigen::Isometry3d& place, PatchedObject& there) const;
 };
 
-/// The objects of a seafloor whose materials are `wanted` (by Label::sediment), or that are no
-/// larger than `small_m`. The same for a mesh and for its progressive mesh.
-std::vector<PatchedObject> patched_objects(const Seafloor& seafloor,
-                                           const std::vector<bool>& wanted, double small_m);
+/// The objects of a seafloor. The same for a mesh and for its progressive mesh.
+std::vector<PatchedObject> patched_objects(const Seafloor& seafloor);
 
 }  // namespace ensonify::engine

@@ -92,11 +92,6 @@ ObjectEchoes::ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound
       by_material_(material_tables),
       surfaces_(surfaces) {}
 
-double ObjectEchoes::longest_small_m(const Sonar& sonar, double wavelength_m) {
-  const LineArray shorter{std::min(sonar.array_length_m, sonar.receive_length_m()), wavelength_m};
-  return few_planes * 2.0 * shorter.null_rad(1) / sonar.planes * sonar.range_m;
-}
-
 void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const FirstHits& first) {
   view_ = &view;
   labels_ = &labels;

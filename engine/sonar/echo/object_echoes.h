@@ -64,9 +64,6 @@ class ObjectEchoes {
                std::span<const scatter::BackscatterTable> material_tables,
                const ObjectSurfaces& surfaces);
 
-  /// How long an object can be that is small somewhere in the range.
-  static double longest_small_m(const Sonar& sonar, double wavelength_m);
-
   /// Finds the echoes of one side of a ping.
   void find(const SideView& view, const FaceLabels& labels, const FirstHits& first);
   std::span<const ObjectEcho> glints() const { return glints_; }
