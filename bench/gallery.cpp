@@ -18,6 +18,7 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <ensonify/engine/image/lettering.h>
 #include <ensonify/engine/image/truth_picture.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -125,6 +126,32 @@ std::vector<std::byte> palette_png(const Picture& picture, std::span<const Legen
   return bytes;
 }
 
+/// Draws a bar of 1, 2 or 5 times a power of ten metres, at most a third of the picture long, with
+/// its length, into the lower left corner.
+void add_scale_bar(Picture& picture, double px_per_m) {
+  const double longest_m = static_cast<double>(picture.width) / 3.0 / px_per_m;
+  const double decade_m = std::pow(10.0, std::floor(std::log10(longest_m)));
+  const double length_m = decade_m * (longest_m >= 5.0 * decade_m   ? 5.0
+                                      : longest_m >= 2.0 * decade_m ? 2.0
+                                                                    : 1.0);
+  constexpr std::size_t margin = 6, thickness = 3;
+  constexpr Rgb black{0, 0, 0}, white{255, 255, 255};
+  const std::string text = fmt::format("{:g} m", length_m);
+  const auto length = static_cast<std::size_t>(std::lround(length_m * px_per_m));
+  const std::size_t label = letter_width_px * text.size();
+  const std::size_t bottom = picture.height - margin;
+  const std::size_t box_top = bottom - thickness - letter_height_px - 6;
+  const auto fill = [&](std::size_t left, std::size_t top, std::size_t right, std::size_t end,
+                        const Rgb& colour) {
+    for (std::size_t y = top; y < std::min(end, picture.height); ++y)
+      for (std::size_t x = left; x < std::min(right, picture.width); ++x)
+        std::ranges::copy(colour, &picture.pixels[3 * (y * picture.width + x)]);
+  };
+  fill(margin - 3, box_top, margin + std::max(length, label) + 3, bottom + 3, black);
+  write_text(picture, margin, box_top + 3, 1, white, text);
+  fill(margin, bottom - thickness, margin + length, bottom, white);
+}
+
 /// Mean distance from ping to ping, in metres.
 double ping_step_m(const Waterfall& image) {
   double way_m = 0.0;
@@ -145,8 +172,10 @@ void picture_scene(const fs::path& file, const fs::path& folder) {
   const auto height = static_cast<std::size_t>(std::lround(side_px * std::sqrt(ratio)));
   const Picture picture = render(image, scene.display, simulator.calibration(0));
   TruthPicture truth = lay_truth(image, picture, simulator.classes(), simulator.materials());
-  truth.picture =
-      side_by_side(resampled(picture, width, height), resampled(truth.picture, width, height));
+  Picture shown = resampled(picture, width, height);
+  add_scale_bar(shown, static_cast<double>(height) /
+                           (ping_step_m(image) * static_cast<double>(image.rows())));
+  truth.picture = side_by_side(shown, resampled(truth.picture, width, height));
   const fs::path to = folder / (file.stem().string() + ".png");
   const std::vector<std::byte> bytes = palette_png(with_legend(truth), truth.legend);
   refine::write_file(to, bytes);

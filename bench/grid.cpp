@@ -16,6 +16,7 @@
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/refine/footprint.h>
+#include <ensonify/refine/height_grid.h>
 
 #include "clock.h"
 #include "harness.h"
@@ -147,6 +148,9 @@ class BedMeasurement {
     if (seafloor.progressive) {
       const std::filesystem::path& file = SimulatorInternals::prepared(*one.simulator).cache_file;
       if (!file.empty()) cell.progressive_mb = 1e-6 * static_cast<double>(file_size(file));
+    } else if (seafloor.grid) {
+      cell.mesh_mb =
+          1e-6 * refine::HeightGrid::bytes_of(seafloor.grid->columns(), seafloor.grid->rows());
     } else {
       constexpr double mb_each = 12e-6;  // three floats or three indices
       cell.mesh_mb = mb_each * static_cast<double>(seafloor.vertices + seafloor.faces);
@@ -163,7 +167,7 @@ class BedMeasurement {
   void check() {
     const Pose& pose = poses_[poses_.size() / 2];
     Scene scene = scene_;
-    scene.run.surface = "footprint";
+    scene.run.surface = "refined";
     Simulator exact(scene, {.cache = options_.cache});
     refine::Footprint footprint(*exact.seafloor().progressive);
     std::vector<refine::FanVolume> volumes;

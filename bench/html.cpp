@@ -245,7 +245,7 @@ std::string memory_table(const Grid& grid) {
         const Json* cell = grid.at(bed, size, scheme);
         if (!cell) continue;
         if (cell->at("surface") == "static" && cell->at("intersector") == "embree") whole = cell;
-        if (cell->at("surface") != "static" && !progressive) progressive = cell;
+        if (cell->at("surface") == "refined" && !progressive) progressive = cell;
       }
       if (!whole || !progressive) continue;
       out += fmt::format(

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/trace/embree/embree.h>
 
 namespace ensonify::bench {
@@ -127,7 +128,7 @@ std::string csv(const Results& results) {
 }
 
 nlohmann::ordered_json to_json(const Results& results) {
-  nlohmann::ordered_json report{{"version", ENSONIFY_VERSION},
+  nlohmann::ordered_json report{{"version", engine::program_version()},
                                 {"commit", ENSONIFY_COMMIT},
                                 {"compiler", ENSONIFY_COMPILER},
                                 {"libraries", ENSONIFY_LIBRARIES},

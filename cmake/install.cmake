@@ -17,10 +17,29 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ensonify-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/ensonify-config-version.cmake
         DESTINATION ${package_folder} COMPONENT development)
 
+install(FILES cmake/package/completion.bash RENAME ensonify
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
+file(GLOB example_files CONFIGURE_DEPENDS scenes/*.toml)
+install(FILES ${example_files} DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples COMPONENT program)
+
+# A manual page of the program and of each command, from their --help.
+find_program(HELP2MAN help2man)
+if(HELP2MAN)
+  set(manual_folder ${CMAKE_BINARY_DIR}/man)
+  set(manual_script ${CMAKE_CURRENT_LIST_DIR}/package/manual.sh)
+  add_custom_command(OUTPUT ${manual_folder}/ensonify.1.gz
+                     COMMAND bash ${manual_script} $<TARGET_FILE:ensonify> ${PROJECT_VERSION} ${manual_folder}
+                     DEPENDS ensonify ${manual_script})
+  add_custom_target(manual ALL DEPENDS ${manual_folder}/ensonify.1.gz)
+  install(DIRECTORY ${manual_folder}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program OPTIONAL)
+endif()
+
 if(PROJECT_IS_TOP_LEVEL)
-  set(CPACK_GENERATOR DEB TGZ)
+  set(ENSONIFY_MAINTAINER "ensonify maintainers <maintainers@ensonify.invalid>" CACHE STRING
+      "The maintainer that the Debian packages name")
+  set(CPACK_GENERATOR DEB)
   set(CPACK_PACKAGE_NAME ensonify)
-  set(CPACK_PACKAGE_CONTACT "the ensonify maintainers")
+  set(CPACK_PACKAGE_CONTACT ${ENSONIFY_MAINTAINER})
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
   set(CPACK_RESOURCE_FILE_LICENSE ${CMAKE_SOURCE_DIR}/LICENSE)
   set(CPACK_STRIP_FILES ON)
@@ -30,12 +49,33 @@ if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_DEBIAN_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME ensonify)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+  math(EXPR next_python_minor "${Python_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS
+      "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${next_python_minor})")
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS python3-numpy)
+  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "sidescan sonar simulated by ray tracing")
   set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
-      "The program and its Python module: from a scene file to sidescan images.")
+      "From a scene file to sidescan images, with the truth of every pixel:
+seabeds, objects, calibrated echo levels, labels and datasets.
+The Python module does the same.")
   set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libensonify-dev)
+  set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
   set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
       "libembree-dev, libopenmesh-dev, libtbb-dev, libeigen3-dev, libfmt-dev, libfftw3-dev, librandom123-dev, libgdal-dev, libhdf5-dev, libgeographiclib-dev, libopenexr-dev, libpng-dev, libarchive-dev, libxxhash-dev, libhwy-dev, nlohmann-json3-dev, libtomlplusplus-dev, pkg-config")
-  set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Headers and static libraries of ensonify.")
+  set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
+      "Headers and static libraries: find_package(ensonify) in CMake.")
+  # What Debian asks of every package.
+  string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
+  configure_file(cmake/package/changelog.in changelog @ONLY)
+  execute_process(COMMAND gzip -9nc ${CMAKE_BINARY_DIR}/changelog
+                  OUTPUT_FILE ${CMAKE_BINARY_DIR}/changelog.gz)
+  foreach(package ensonify:program libensonify-dev:development)
+    string(REPLACE ":" ";" package ${package})
+    list(GET package 0 name)
+    list(GET package 1 component)
+    install(FILES cmake/package/copyright ${CMAKE_BINARY_DIR}/changelog.gz
+            DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component}
+            EXCLUDE_FROM_ALL)
+  endforeach()
   include(CPack)
 endif()

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -14,7 +15,9 @@ struct PreparedSeafloor;
 /// How a scene is made ready.
 struct Preparation {
   std::filesystem::path cache;  ///< folder for analysed seafloors, made if missing; empty: none
-  int threads = 0;              ///< 0: one per core of the machine
+  /// Above this the files of the cache that were used longest ago are removed.
+  std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
+  int threads = 0;  ///< 0: one per core of the machine
   /// Called with the name of the next stage ("seafloor", "analysis", "tree"). What it throws ends
   /// the preparation.
   std::function<void(std::string_view stage)> progress;

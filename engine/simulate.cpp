@@ -35,10 +35,9 @@ Simulator Simulator::clone_for_thread() const {
 std::span<const RayFan> Simulator::aim(const Pose& pose) {
   require_finite(pose);
   worker_->fans.clear();
-  worker_->heights_m.clear();
-  for (std::size_t i = 0; i < worker_->tracers.size(); ++i) {
-    const Sonar& sonar = worker_->sonars[i];
-    const Pose its_own = mounted(pose, sonar.mounting);
+  for (Worker::BeamTracer& beam : worker_->beams) {
+    const Sonar& sonar = worker_->sonars[beam.sonar];
+    const Pose its_own = mounted(pose, beam.mounting);
     const double bed_m = bed_height_m(its_own.position.x(), its_own.position.y());
     if (const auto fault = out_of_water(its_own.position, bed_m))
       throw std::invalid_argument(fmt::format(
@@ -46,11 +45,9 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
           "is negative{}",
           sonar.name, *fault,
           sonar.mounting == Mounting{} ? "" : "; mind where the sonar is mounted on the vehicle"));
-    const double height_m =
+    beam.height_m =
         its_own.position.z() - (std::isnan(bed_m) ? ready_->seafloor.mean_bed_m : bed_m);
-    worker_->heights_m.push_back(height_m);
-    for (const RayFan& fan : worker_->tracers[i].aim(its_own, height_m))
-      worker_->fans.push_back(fan);
+    for (const RayFan& fan : beam.tracer.aim(its_own, beam.height_m)) worker_->fans.push_back(fan);
   }
   return worker_->fans;
 }
@@ -68,8 +65,9 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
   watch.lap(worker.times.surface_s);
   if (worker.lines.empty()) worker.make_lines();
   std::size_t first_line = 0;
-  for (std::size_t i = 0; i < worker.tracers.size(); ++i) {
-    PingTracer& tracer = worker.tracers[i];
+  for (Worker::BeamTracer& beam : worker.beams) {
+    const std::size_t i = beam.sonar;
+    PingTracer& tracer = beam.tracer;
     const std::size_t sides = sides_of(worker.sonars[i]).size();
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
@@ -85,11 +83,12 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
       watch.lap(worker.times.echo_s);
     }
     const RayFan& fan = worker.fans[first_line];
-    const Eigen::Vector3d down = body_to_world(mounted(pose, worker.sonars[i].mounting)).col(2);
+    const Eigen::Vector3d down = body_to_world(mounted(pose, beam.mounting)).col(2);
     worker.prepared[i]->chain->receive({.ping = number,
+                                        .beam = lines.front().beam,
                                         .t_s = pose.t_s,
                                         .array = {fan.origin, fan.array_axis, down},
-                                        .altitude_m = worker.heights_m[i],
+                                        .altitude_m = beam.height_m,
                                         .speed_mps = pose.velocity_mps.norm()},
                                        lines, worker.memory);
     watch.lap(worker.times.receive_s);

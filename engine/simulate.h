@@ -50,11 +50,12 @@ class Simulator {
   /// ping_numbered(), with the numbers 0, 1, 2, ... in turn; a ping that throws takes no number.
   std::span<const EchoLine> ping(const Pose& pose);
 
-  /// One ping of every sonar: the sides of the first one (port, then starboard, of those it has),
-  /// then of the next. `number` selects the random numbers: the same number and pose give the same
-  /// ping again. The lines are good until the next call. Throws std::invalid_argument for a pose
-  /// that is not finite, or puts a sonar above the sea surface or below the bed (over a hole, or
-  /// off the seafloor, it pings); refine::DamagedFile for a damaged seafloor's file.
+  /// One ping of every sonar: the sides of the first one (port, then starboard, of those it has;
+  /// those of each of its beams in turn, from the rear), then of the next. `number` selects the
+  /// random numbers: the same number and pose give the same ping again. The lines are good until
+  /// the next call. Throws std::invalid_argument for a pose that is not finite, or puts a sonar
+  /// above the sea surface or below the bed (over a hole, or off the seafloor, it pings);
+  /// refine::DamagedFile for a damaged seafloor's file.
   std::span<const EchoLine> ping_numbered(const Pose& pose, std::uint64_t number);
 
   /// The lines of the last ping, to keep; the next ping makes new ones. Empty before the first ping

@@ -56,7 +56,7 @@ class SoundRay {
   /// and ray theory fails: J is limited to at least a hundredth of the path squared, 20 dB, about
   /// what diffraction gives there.
   double spreading_m2() const;
-  /// The same for the way back: the area at the source of 1 sr at this point. By reciprocity J /
+  /// The same for the way back: the area at the source of 1 sr at this point. By reciprocity J
   /// c^2, with c at the ray's start, is the same both ways, so it is J (c_source / c)^2.
   double spreading_back_m2() const;
   /// q, without the limit.

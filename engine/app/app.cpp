@@ -40,16 +40,19 @@ std::string size_in_bytes(std::string& text) {
 void SceneArguments::add_to(CLI::App& command) {
   command.add_option("SCENE", file, "A scene file (`ensonify dump-default run` prints one)")
       ->required();
-  command
-      .add_option(
-          "-D", overrides,
-          "Change a key of the scene, for example -D sonar.sidescan.range_m=50; can be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
+  add_overrides(command, overrides);
   add_data(command, data_folder);
 }
 
 Scene SceneArguments::read() const { return read_scene(file, overrides, data_folder); }
+
+void add_overrides(CLI::App& command, std::vector<std::string>& overrides) {
+  command
+      .add_option("-D", overrides,
+                  "Change a key, for example -D sonar.sidescan.range_m=50; can be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
 
 void add_data(CLI::App& command, std::filesystem::path& folder) {
   command.add_option("--data", folder, "The folder of a scene's or a recipe's data:path")

@@ -54,6 +54,7 @@ void add_view(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_mesh_info(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
+void add_imitate(CLI::App& app, Action& action);
 void add_recording_info(CLI::App& app, Action& action);
 void add_dump_default(CLI::App& app, Action& action);
 void add_schema(CLI::App& app, Action& action);
@@ -74,6 +75,8 @@ struct SceneArguments {
   Scene read() const;
 };
 
+/// -D: overrides of a scene's or a recipe's keys.
+void add_overrides(CLI::App& command, std::vector<std::string>& overrides);
 /// --data: the folder of a scene's or a recipe's data:path.
 void add_data(CLI::App& command, std::filesystem::path& folder);
 /// --cache: the folder for analysed seafloors.

@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/check/hierarchy.h>
+#include <ensonify/refine/ball_tree.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include "app.h"
@@ -53,13 +55,15 @@ std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces, std::u
   return every > slowest_every ? 0 : every;
 }
 
-/// One intersector with every face source; `reference` is built over the whole mesh. `refraction`
-/// has a profile where rays are bent.
+/// One intersector with every face source; `reference` is built over the whole mesh, and
+/// `of_heights` is the seafloor with its bed in a grid, or null where the bed is a mesh.
+/// `refraction` has a profile where rays are bent.
 std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::TriangleMesh& mesh,
                                   const std::shared_ptr<const Intersector>& reference,
                                   const std::shared_ptr<const refine::ProgressiveMesh>& progressive,
-                                  const Scene& scene, std::uint64_t every,
-                                  const Refraction& refraction, double reference_mps) {
+                                  const Seafloor* of_heights, const Scene& scene,
+                                  std::uint64_t every, const Refraction& refraction,
+                                  double reference_mps) {
   std::function<std::unique_ptr<RefractedTracer>()> make_bent;
   if (refraction.profile)
     make_bent = [=] {
@@ -77,16 +81,25 @@ std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::Tri
       .options = scene.run.intersection,
       .tree_pings = scene.run.tree_pings};
   std::vector<Candidate> all;
-  for (const FaceSourceKind& surface : face_source_kinds())
+  const auto add = [&](std::string name, const FaceSourceKind& surface, const FaceSourceParts& of) {
     all.push_back(
-        {.surface = std::string(surface.name),
+        {.surface = std::move(name),
          .intersector = std::string(kind.name),
-         .make = [make = surface.make, parts,
-                  faces] { return std::make_unique<FacesWithBodies>(make(parts), faces, parts); },
+         .make = [make = surface.make, of,
+                  faces] { return std::make_unique<FacesWithBodies>(make(of), faces, of); },
          .precision = kind.precision,
          .has_every_face = !surface.needs_progressive_mesh,
          .every = every,
          .make_bent = make_bent});
+  };
+  for (const FaceSourceKind& surface : face_source_kinds()) {
+    add(std::string(surface.name), surface, parts);
+    if (!surface.takes_grid || !of_heights) continue;
+    FaceSourceParts of_grid = parts;
+    of_grid.grid = of_heights->grid;
+    of_grid.objects = std::make_shared<const refine::BallTree>(of_heights->mesh);
+    add(fmt::format("{}_of_heights", surface.name), surface, of_grid);
+  }
   return all;
 }
 
@@ -97,8 +110,10 @@ Refraction refraction_of(const Simulator& simulator, const std::vector<PingBlock
   return refraction;
 }
 
-/// The altitudes of two simulators: over the mesh, and over its progressive mesh.
-std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& of_analysis) {
+/// The altitudes of simulators: over the mesh, over its progressive mesh, and over the heights, if
+/// there are any.
+std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& of_analysis,
+                                     const Simulator* of_heights) {
   const auto candidate = [](std::string surface, std::string name, const Simulator& simulator) {
     return HeightCandidate{std::move(surface), std::move(name), [&simulator] {
                              return
@@ -108,8 +123,10 @@ std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& 
                                  };
                            }};
   };
-  return {candidate("static", "bed_grid", of_mesh),
-          candidate("refined", "plumb_line", of_analysis)};
+  std::vector<HeightCandidate> all = {candidate("static", "bed_grid", of_mesh),
+                                      candidate("refined", "plumb_line", of_analysis)};
+  if (of_heights) all.push_back(candidate("footprint", "height_grid", *of_heights));
+  return all;
 }
 
 void check(const Arguments& arguments) {
@@ -137,6 +154,11 @@ void check(const Arguments& arguments) {
   Simulator simulator(of_mesh, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   const std::shared_ptr<const Intersector> reference = SimulatorInternals::whole(simulator);
+  std::optional<Simulator> of_heights;
+  if (scene.seafloor.kind == SeafloorKind::fractal || scene.seafloor.kind == SeafloorKind::survey) {
+    scene.run.surface = "footprint";
+    of_heights.emplace(scene, how);
+  }
   scene.run.surface = "refined";
   const auto analysed = prepare_seafloor(scene, how);
   const std::vector<PingBlock> blocks = scene_blocks(scene, simulator, (arguments.rays + 1) / 2);
@@ -178,7 +200,8 @@ void check(const Arguments& arguments) {
         asked_every(kind, mesh.faces.size(), scene_rays + arguments.rays / 2);
     if (every == 0 || stopped) continue;
     compare_some(kind.name,
-                 candidates(kind, mesh, reference, analysed->seafloor.progressive, scene, every,
+                 candidates(kind, mesh, reference, analysed->seafloor.progressive,
+                            of_heights ? &of_heights->seafloor() : nullptr, scene, every,
                             refraction, water.reference_mps),
                  {.aimed_fan_rays = arguments.rays / 4,
                   .aimed_rays = arguments.rays / 4,
@@ -188,7 +211,7 @@ void check(const Arguments& arguments) {
   }
   if (!stopped)
     compare_some("altitudes", {},
-                 {.heights = heights(simulator, of_analysis),
+                 {.heights = heights(simulator, of_analysis, of_heights ? &*of_heights : nullptr),
                   .plumb_lines = arguments.rays / 50,
                   .bed_faces = simulator.seafloor().bed_faces});
   if (!stopped) {

@@ -64,10 +64,12 @@ void add_compare(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "compare",
-      "Compare how two lines look: recordings (XTF, JSF) or folders of runs. One row per statistic, "
+      "Compare how two lines look: recordings (XTF, JSF), folders of runs, or folders of waterfall "
+      "pictures (PNG, JPEG; port left, newest ping on top). One row per statistic, "
       "with the spread of A's own halves; a ratio is the difference over that spread. '-': the line "
       "cannot tell");
-  command.add_option("A", arguments->a, "A recording, or a run's folder")->required();
+  command.add_option("A", arguments->a, "A recording, a run's folder, or a folder of pictures")
+      ->required();
   command.add_option("B", arguments->b, "What is compared with it")->required();
   command
       .add_option("--sonar-a", arguments->sonar_a,

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   fs::path recipe, folder, data_folder, cache;
+  std::vector<std::string> overrides;
   std::string shard = "0/1";
   int threads = 0;
   MemoryLimit memory;
@@ -86,7 +87,7 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
 
 void generate_dataset(const Arguments& arguments) {
   const Shard shard = parse_shard("--shard", arguments.shard);
-  const Recipe recipe(arguments.recipe, arguments.data_folder);
+  const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   if (arguments.dry_run) return rehearse(recipe, arguments, shard);
   const int threads = refine::thread_count(arguments.threads);
   GenerateReport report;
@@ -137,6 +138,7 @@ void add_generate(CLI::App& app, Action& action) {
       .add_option("--shard", arguments->shard,
                   "Make only part I of N (I counts from 0), to share the work between machines")
       ->type_name("I/N");
+  add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);
   add_data(command, arguments->data_folder);

@@ -148,6 +148,7 @@ int main(int argc, char** argv) {
   app::add_trace(program, action);
   app::add_mesh_info(program, action);
   app::add_compare(program, action);
+  app::add_imitate(program, action);
   app::add_recording_info(program, action);
   app::add_dump_default(program, action);
   app::add_schema(program, action);

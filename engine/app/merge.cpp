@@ -17,7 +17,7 @@ constexpr std::size_t max_lines = 10;
 
 struct Arguments {
   std::filesystem::path folder;
-  bool json = false, quiet = false;
+  bool webdataset = false, json = false, quiet = false;
 };
 
 /// Ascending numbers as text, for example "3, 5 to 9, 12".
@@ -71,7 +71,10 @@ void merge_parts(const Arguments& arguments) {
 }
 
 void merge_dataset(const Arguments& arguments) {
-  const MergeReport report = watched(arguments, "samples", merge);
+  const MergeReport report =
+      watched(arguments, "samples", [&](const auto& folder, const auto& progress) {
+        return merge(folder, progress, {.webdataset = arguments.webdataset});
+      });
   if (arguments.json)
     print_object({{"samples", report.samples},
                   {"missing", report.missing},
@@ -101,6 +104,9 @@ void add_merge(CLI::App& app, Action& action) {
       .add_option("DIR", arguments->folder,
                   "A folder made by `ensonify generate`, or by `ensonify run` in parts")
       ->required();
+  command.add_flag("--webdataset", arguments->webdataset,
+                   "Of a dataset: also write the pictures, masks and labels of each kind and split "
+                   "into tars for WebDataset");
   command.add_flag("--json", arguments->json, "Print what was found on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors remain");

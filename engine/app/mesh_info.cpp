@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_repair.h>
 
 #include "app.h"
@@ -12,7 +13,37 @@
 namespace ensonify::engine::app {
 namespace {
 
+/// Of a file with the tiles of a bed: what its header and its table have.
+void print_tiles(const refine::HeightTiles& tiles) {
+  const refine::HeightTiles::Shape& shape = tiles.shape();
+  const std::size_t cells = (shape.x_m.size() - 1) * (shape.y_m.size() - 1);
+  refine::HeightGrid::Range all;
+  for (const refine::HeightGrid::Range& range : tiles.ranges())
+    if (range.known()) all.take(range);
+  std::string out;
+  const auto line = [&](std::string_view name, auto value) {
+    out += fmt::format("{} {}\n", name, value);
+  };
+  line("columns", shape.x_m.size());
+  line("rows", shape.y_m.size());
+  line("triangles_without_holes", 2 * cells);
+  line("x_min", shape.x_m.front());
+  line("x_max", shape.x_m.back());
+  line("y_min", shape.y_m.front());
+  line("y_max", shape.y_m.back());
+  line("tiles", tiles.tiles());
+  line("tiles_made", tiles.tiles_made());
+  if (!all.empty()) {
+    line("z_min_of_made", all.lowest);
+    line("z_max_of_made", all.highest);
+  }
+  line("mean_height_m", shape.mean_height_m);
+  line("made_from", tiles.key());
+  print(out);
+}
+
 void print_info(const std::filesystem::path& file) {
+  if (refine::HeightTiles::is_one(file)) return print_tiles(refine::HeightTiles(file));
   const MeshFile input(file);
   const refine::MeshSummary summary = refine::summarise(input.mesh);
   std::string out;
@@ -45,11 +76,11 @@ void print_info(const std::filesystem::path& file) {
 
 void add_mesh_info(CLI::App& app, Action& action) {
   const auto file = std::make_shared<std::filesystem::path>();
-  CLI::App& command =
-      *app.add_subcommand("mesh-info",
-                          "Describe a mesh (PLY, OBJ, STL, OFF) or a survey grid: one `name value` "
-                          "per line, in metres. Counts are of the file itself; repairs are the "
-                          "changes that a run would make");
+  CLI::App& command = *app.add_subcommand(
+      "mesh-info",
+      "Describe a mesh (PLY, OBJ, STL, OFF), a survey grid, or the tiles of a bed in the cache: one "
+      "`name value` per line, in metres. Counts are of the file itself; repairs are the changes that "
+      "a run would make");
   command.add_option("FILE", *file, "The mesh or grid")->required();
   command.callback([&action, file] { action = [file] { print_info(*file); }; });
 }

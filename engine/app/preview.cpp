@@ -15,6 +15,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   fs::path recipe, file, data_folder, cache;
+  std::vector<std::string> overrides;
   int samples = 16, threads = 0;
   bool quiet = false;
 };
@@ -35,7 +36,7 @@ struct Scratch {
 };
 
 void make_preview(const Arguments& arguments) {
-  const Recipe recipe(arguments.recipe, arguments.data_folder);
+  const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   const Scratch scratch(arguments.file);
   Picture sheet;
   {
@@ -66,6 +67,7 @@ void add_preview(CLI::App& app, Action& action) {
   command.add_option("-n", arguments->samples, "Number of samples (default: 16)")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
+  add_overrides(command, arguments->overrides);
   add_threads(command, arguments->threads);
   add_data(command, arguments->data_folder);
   add_cache(command, arguments->cache);

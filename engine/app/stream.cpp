@@ -207,11 +207,13 @@ class PoseSession {
     std::span<const EchoLine> lines = simulator_.ping(pose);
     const double altitude_m = simulator_.altitude_m(pose.position);
     for (const Sonar& sonar : simulator_.sonars()) {
-      for (const EchoLine& line : lines.first(sides_of(sonar).size())) {
+      const std::size_t count = sides_of(sonar).size() * static_cast<std::size_t>(sonar.beams);
+      for (const EchoLine& line : lines.first(count)) {
         Json header = {{"ping", pings_},
                        {"t_s", pose.t_s},
                        {"sonar", sonar.name},
                        {"side", line.side == Side::port ? "port" : "starboard"},
+                       {"beam", line.beam},
                        {"bins", sonar.bins},
                        {"bin_m", sonar.bin_m()},
                        {"first_return", line.first_return},
@@ -233,7 +235,7 @@ class PoseSession {
         static_assert(std::endian::native == std::endian::little);
         print({reinterpret_cast<const char*>(block_.data()), block_.size() * sizeof(float)});
       }
-      lines = lines.subspan(sides_of(sonar).size());
+      lines = lines.subspan(count);
     }
     ++pings_;
   }

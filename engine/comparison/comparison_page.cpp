@@ -29,17 +29,17 @@ std::string png_source(const Picture& picture) {
   return fmt::format("data:image/png;base64,{}", text.get());
 }
 
-std::string escaped(const std::string& text) {
-  const std::unique_ptr<char, decltype(&VSIFree)> safe(CPLEscapeString(text.c_str(), -1, CPLES_XML),
-                                                       &VSIFree);
-  return safe.get();
-}
-
 std::string cell(double value) {
   return std::isnan(value) ? "<td>&ndash;</td>" : fmt::format("<td>{:.4g}</td>", value);
 }
 
 }  // namespace
+
+std::string html_text(const std::string& text) {
+  const std::unique_ptr<char, decltype(&VSIFree)> safe(CPLEscapeString(text.c_str(), -1, CPLES_XML),
+                                                       &VSIFree);
+  return safe.get();
+}
 
 Picture picture_of(const RecordedLine& line) {
   const std::size_t sides = !line.port.empty() + !line.starboard.empty();
@@ -69,37 +69,53 @@ Picture picture_of(const RecordedLine& line) {
   return picture;
 }
 
-std::string comparison_page(const std::string& name_a, const RecordedLine& a,
-                            const std::string& name_b, const RecordedLine& b,
-                            std::span<const ComparedStatistic> statistics) {
-  std::string page = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Two lines compared</title>
+std::string page_begin(const std::string& title) {
+  return fmt::format(R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{0}</title>
 <meta name="viewport" content="width=device-width"><style>
-:root { color-scheme: light dark; font-family: sans-serif; }
-figure { display: inline-block; vertical-align: top; margin: 0 1em 1em 0; max-width: 48%; }
-img { width: 100%; image-rendering: auto; }
-table { border-collapse: collapse; }
-td, th { padding: 0.1em 0.8em; text-align: right; }
-td:first-child, th:first-child { text-align: left; }
-tr.apart { font-weight: bold; }
+:root {{ color-scheme: light dark; font-family: sans-serif; }}
+figure {{ display: inline-block; vertical-align: top; margin: 0 1em 1em 0; max-width: 48%; }}
+img {{ width: 100%; image-rendering: auto; }}
+table {{ border-collapse: collapse; }}
+td, th {{ padding: 0.1em 0.8em; text-align: right; }}
+td:first-child, th:first-child {{ text-align: left; }}
+tr.apart {{ font-weight: bold; }}
 </style></head><body>
-<h1>Two lines compared</h1>
-)";
+<h1>{0}</h1>
+)",
+                     html_text(title));
+}
+
+std::string picture_section(const std::string& name_a, const RecordedLine& a,
+                            const std::string& name_b, const RecordedLine& b) {
+  std::string section;
   for (const auto& [name, line] : {std::pair{&name_a, &a}, {&name_b, &b}})
-    page += fmt::format(
+    section += fmt::format(
         "<figure><img alt=\"Waterfall of {0}\" src=\"{1}\"><figcaption>{0}: {2} pings of {3} "
         "samples, newest on top, port left</figcaption></figure>\n",
-        escaped(*name), png_source(picture_of(*line)), line->pings.size(), line->samples);
-  page += fmt::format(
+        html_text(*name), png_source(picture_of(*line)), line->pings.size(), line->samples);
+  return section;
+}
+
+std::string statistics_section(const std::string& name_a, const std::string& name_b,
+                               std::span<const ComparedStatistic> statistics) {
+  std::string section = fmt::format(
       "<p>The ratio is the difference over the spread between the halves of {}. Rows with a ratio "
       "over 1 are bold.</p>\n<table><tr><th>statistic</th><th>{}</th><th>{}</th><th>spread</th>"
       "<th>ratio</th></tr>\n",
-      escaped(name_a), escaped(name_a), escaped(name_b));
+      html_text(name_a), html_text(name_a), html_text(name_b));
   for (const ComparedStatistic& one : statistics)
-    page +=
+    section +=
         fmt::format("<tr{}><td>{}</td>{}{}{}{}</tr>\n", one.ratio() > 1.0 ? " class=\"apart\"" : "",
                     one.name, cell(one.a), cell(one.b), cell(one.spread), cell(one.ratio()));
-  return page + "</table></body></html>\n";
+  return section + "</table>\n";
+}
+
+std::string comparison_page(const std::string& name_a, const RecordedLine& a,
+                            const std::string& name_b, const RecordedLine& b,
+                            std::span<const ComparedStatistic> statistics) {
+  return page_begin("Two lines compared") + picture_section(name_a, a, name_b, b) +
+         statistics_section(name_a, name_b, statistics) + "</body></html>\n";
 }
 
 }  // namespace ensonify::engine

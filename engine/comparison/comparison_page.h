@@ -15,6 +15,16 @@ namespace ensonify::engine {
 /// percentile.
 Picture picture_of(const RecordedLine& line);
 
+/// The parts of such a page, in HTML: its beginning up to the heading, the pictures, the table. A
+/// page ends with `</body></html>`.
+std::string page_begin(const std::string& title);
+std::string picture_section(const std::string& name_a, const RecordedLine& a,
+                            const std::string& name_b, const RecordedLine& b);
+std::string statistics_section(const std::string& name_a, const std::string& name_b,
+                               std::span<const ComparedStatistic> statistics);
+/// A text as HTML shows it.
+std::string html_text(const std::string& text);
+
 /// A page with the pictures of two lines side by side and the table of their statistics. It needs
 /// no other file.
 std::string comparison_page(const std::string& name_a, const RecordedLine& a,

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/comparison/picture_source.h>
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/mosaic/recorded_run.h>
 #include <ensonify/engine/recording/recording_reader.h>
@@ -76,7 +77,9 @@ RecordedLine line_of_run(const fs::path& folder, const std::string& sonar) {
 }  // namespace
 
 RecordedLine read_line(const fs::path& place, const std::string& sonar) {
-  return fs::is_directory(place) ? line_of_run(place, sonar) : line_of_recording(place, sonar);
+  if (!fs::is_directory(place)) return line_of_recording(place, sonar);
+  return fs::exists(place / "manifest.json") || !has_pictures(place) ? line_of_run(place, sonar)
+                                                                     : line_of_pictures(place);
 }
 
 }  // namespace ensonify::engine

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 namespace ensonify::engine {
 namespace {
@@ -14,6 +17,42 @@ constexpr std::size_t bins = 10, longest_bar = 40;
 
 std::string bar(std::size_t count, std::size_t most) {
   return std::string(most > 0 ? (count * longest_bar + most - 1) / most : 0, '#');
+}
+
+/// The Hub's word for a number of pictures.
+std::string_view size_category(std::size_t pictures) {
+  return pictures < 1000      ? "n<1K"
+         : pictures < 10000   ? "1K<n<10K"
+         : pictures < 100000  ? "10K<n<100K"
+         : pictures < 1000000 ? "100K<n<1M"
+                              : "1M<n<10M";
+}
+
+/// What the Hub reads of a card: with it, load_dataset(FOLDER, GROUP) finds pictures and splits.
+std::string hub_metadata(const Card& card) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  const auto quoted = [](const std::string& word) { return nlohmann::json(word).dump(); };
+  fmt::format_to(out, "---\npretty_name: {}\n", quoted(card.heading()));
+  if (!card.licence.empty()) {
+    std::string name = card.licence;
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+    fmt::format_to(out, "license: {}\n", quoted(name));
+  }
+  text +=
+      "task_categories:\n- object-detection\n- image-segmentation\n"
+      "tags:\n- sonar\n- sidescan-sonar\n- synthetic\n";
+  std::size_t pictures = 0;
+  for (const auto& [group, count] : card.images) pictures += count;
+  fmt::format_to(out, "size_categories:\n- {}\n", size_category(pictures));
+  if (!card.hub.empty()) text += "configs:\n";
+  for (const auto& [group, splits] : card.hub) {
+    fmt::format_to(out, "- config_name: {}\n  data_files:\n", group);
+    for (const std::string& split : splits)
+      fmt::format_to(out, "  - split: {}\n    path: hub/{}/{}/*\n",
+                     split == "val" ? "validation" : split, group, split);
+  }
+  return text + "---\n\n";
 }
 
 }  // namespace
@@ -41,14 +80,24 @@ std::string Realised::text() const {
   return text;
 }
 
+std::string Card::heading() const {
+  return title.empty() ? "A dataset of simulated sidescan sonar" : title;
+}
+
+std::string Card::description() const {
+  return fmt::format(
+      "Simulated sidescan sonar: {} samples over {} seafloors, made by ensonify {} from a recipe, "
+      "with labels of every pixel.",
+      samples, seafloors, version);
+}
+
 std::string Card::markdown() const {
-  std::string text;
+  std::string text = hub_metadata(*this);
   const auto out = std::back_inserter(text);
-  fmt::format_to(out,
-                 "# {}\n\nSimulated sidescan sonar: {} samples over {} seafloors, made by ensonify "
-                 "{} from the recipe below.\n",
-                 title.empty() ? "A dataset of simulated sidescan sonar" : title, samples,
-                 seafloors, version);
+  fmt::format_to(out, "# {}\n\n{}\n", heading(), description());
+  if (!licence.empty()) fmt::format_to(out, "\nLicence: {}\n", licence);
+  if (!pictures.empty()) text += "\n## Pictures\n\n";
+  for (const std::string& picture : pictures) fmt::format_to(out, "![{0}]({0})\n", picture);
   text += "\n## Splits\n\n| split | samples |\n|---|---|\n";
   for (const auto& [split, count] : samples_by_split)
     fmt::format_to(out, "| {} | {} |\n", split, count);
@@ -67,7 +116,7 @@ std::string Card::markdown() const {
   text += "\n## Assets and licences\n\n";
   if (assets.empty()) text += "No external files: everything is generated.\n";
   for (const std::string& asset : assets) fmt::format_to(out, "- {}\n", asset);
-  for (const std::string& licence : licences) fmt::format_to(out, "- {}\n", licence);
+  for (const std::string& line : licences) fmt::format_to(out, "- {}\n", line);
   const auto histograms = [&](std::string_view heading,
                               const std::map<std::string, Realised>& all) {
     if (all.empty()) return;
@@ -77,7 +126,11 @@ std::string Card::markdown() const {
   };
   histograms("Measured values of the targets", measured);
   histograms("Drawn values", drawn);
-  fmt::format_to(out, "\n## Recipe\n\n```toml\n{}```\n", recipe);
+  text += "\n## Recipe\n\n";
+  if (!overrides.empty())
+    fmt::format_to(out, "Changed on the command line: `-D {}`.\n\n",
+                   fmt::join(overrides, "`, `-D "));
+  fmt::format_to(out, "```toml\n{}```\n", recipe);
   return text;
 }
 

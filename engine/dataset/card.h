@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,14 +25,21 @@ class Realised {
 /// The content of a dataset's card.
 struct Card {
   std::string title, recipe, version;
+  std::string licence, creator, url, published;  ///< as in DatasetOptions
   std::size_t samples = 0, seafloors = 0;
+  std::vector<std::string> overrides;  ///< of the recipe, on the command line
   std::vector<std::string> classes, sediments, licences, assets;
   std::map<std::string, std::size_t> samples_by_split, images;
+  std::map<std::string, std::set<std::string>> hub;  ///< splits by group, as folders of hub/
+  std::vector<std::string> pictures;                 ///< paths in the dataset's folder
   /// Targets in whole lines, by class, then split.
   std::map<std::string, std::map<std::string, std::size_t>> targets;
   std::map<std::string, Realised> drawn;     ///< by key of the recipe
   std::map<std::string, Realised> measured;  ///< of the targets in whole lines, by JSON key
 
+  std::string heading() const;      ///< the title, or a general one
+  std::string description() const;  ///< in a sentence
+  /// README.md, with the metadata of the Hugging Face Hub in front (YAML, its dataset cards).
   std::string markdown() const;
 };
 

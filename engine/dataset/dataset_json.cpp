@@ -17,31 +17,45 @@ std::string text_of(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+/// Those that samples can be in.
+std::vector<std::string> splits_of(const SplitOptions& split) {
+  std::vector<std::string> splits;
+  if (split.train > 0.0) splits.push_back("train");
+  if (split.val > 0.0 || !split.held_out_val.empty()) splits.push_back("val");
+  if (split.test > 0.0 || !split.held_out_test.empty()) splits.push_back("test");
+  return splits;
+}
+
 }  // namespace
 
-std::string dataset_json(const Recipe& recipe, const fs::path& data_folder) {
+std::string dataset_json(const Recipe& recipe) {
   const DatasetOptions& options = recipe.options();
   Json assets = Json::array();
   for (const std::string& asset : recipe.assets())
-    assets.push_back(
-        {{"name", asset},
-         {"xxh128", xxh128_of_file(data_folder / asset.substr(std::string("data:").size()))}});
+    assets.push_back({{"name", asset}, {"xxh128", xxh128_of_file(recipe.path_of(asset))}});
   return text_of({{"program", "ensonify"},
-                  {"version", ENSONIFY_VERSION},
+                  {"version", program_version()},
                   {"libraries", Json::parse(library_versions())},
                   {"title", options.title},
                   {"samples", options.samples},
                   {"seafloors", recipe.seafloors()},
+                  {"splits", splits_of(options.split)},
                   {"samples_per_tar", options.samples_per_tar},
                   {"classes", recipe.class_names()},
                   {"target_classes", recipe.target_classes()},
+                  {"shadow_class", options.shadow_class ? recipe.target_classes() : 0},
                   {"sediments", recipe.material_names()},
                   {"first_number", 1},
                   {"ignore", ignored_class},
                   {"ignore_instance", ignored_instance},
                   {"assets", assets},
                   {"licences", options.licences},
+                  {"licence", options.licence},
+                  {"creator", options.creator},
+                  {"url", options.url},
+                  {"published", options.published},
                   {"recipe", recipe.text()},
+                  {"overrides", recipe.overrides()},
                   {"recipe_hash", xxh128(recipe.text())}});
 }
 

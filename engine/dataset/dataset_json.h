@@ -9,7 +9,7 @@ namespace ensonify::engine {
 
 /// The content of dataset.json: the recipe's text, versions, names of the labels, assets with their
 /// hashes.
-std::string dataset_json(const Recipe& recipe, const std::filesystem::path& data_folder);
+std::string dataset_json(const Recipe& recipe);
 
 /// The content of sample.json, the last file written to a sample's folder: the drawn values, and
 /// each file of the folder with its hash.

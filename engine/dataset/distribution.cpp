@@ -23,6 +23,30 @@ void Distribution::collect_values(std::vector<std::string>& values) const {
   for (const auto& [value, entry] : table) entry.collect_values(values);
 }
 
+bool matches(std::string_view text, std::string_view pattern) {
+  while (!pattern.empty() && pattern.front() != '*') {
+    if (text.empty() || text.front() != pattern.front()) return false;
+    text.remove_prefix(1);
+    pattern.remove_prefix(1);
+  }
+  if (pattern.empty()) return text.empty();
+  for (;; text.remove_prefix(1)) {
+    if (matches(text, pattern.substr(1))) return true;
+    if (text.empty() || text.front() == '/') return false;
+  }
+}
+
+const std::pair<const std::string, Distribution>* Distribution::entry_for(
+    const std::string& value) const {
+  auto entry = table.find(value);
+  if (entry == table.end())
+    entry = std::ranges::find_if(table, [&](const auto& e) {
+      return e.first.find('*') != std::string::npos && matches(value, e.first);
+    });
+  if (entry == table.end()) entry = table.find("default");
+  return entry == table.end() ? nullptr : &*entry;
+}
+
 std::string Distribution::value(double u, double v) const {
   switch (kind) {
     case Kind::constant: return times.empty() && !plus.empty() ? "0" : "1";

@@ -3,6 +3,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace ensonify::engine {
@@ -17,19 +19,26 @@ struct Distribution {
   std::vector<std::string> choices;
   std::vector<double> weights;  ///< empty: all equal
   bool stratified = false;
-  std::vector<std::string> times, plus;  ///< keys whose values are factors and summands
-  std::string by;                        ///< the key that selects an entry of `table`
-  std::map<std::string, Distribution> table;
-  std::string place;  ///< in the recipe, as file:line:column
+  std::vector<std::string> times, plus;       ///< keys whose values are factors and summands
+  std::string by;                             ///< the key that selects an entry of `table`
+  std::map<std::string, Distribution> table;  ///< see entry_for()
+  std::string place;                          ///< in the recipe, as file:line:column
 
   /// The keys that it depends on, including those of its table's entries.
   std::vector<std::string> needs() const;
   /// Appends the possible words of its choices and its table's entries.
   void collect_values(std::vector<std::string>& values) const;
 
+  /// The entry of `table` for a value: its own, else the first whose name has a * and matches it,
+  /// else that of "default"; null if there is none.
+  const std::pair<const std::string, Distribution>* entry_for(const std::string& value) const;
+
   /// The value for two numbers in (0, 1]; only `normal` uses v.
   std::string value(double u, double v) const;
 };
+
+/// Whether a text is as a pattern says, in which each * stands for any characters but /.
+bool matches(std::string_view text, std::string_view pattern);
 
 /// The radical inverse of a number in a prime base (Halton, Numer. Math. 2, 84, 1960).
 double radical_inverse(std::size_t number, unsigned prime);

@@ -19,6 +19,7 @@
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
@@ -54,6 +55,16 @@ std::string without_numbers(std::string text) {
 
 void stage(const fs::path& file, const std::string& text) {
   refine::write_staged(file, std::as_bytes(std::span(text)));
+}
+
+/// Copies the files that a scene names by relative paths, so that it finds them in its own folder.
+void stage_files(const Scene& scene, const fs::path& folder) {
+  for_each_file(scene, [&](std::string_view, const InputFile& file) {
+    if (file.name.empty() || file.name.starts_with("data:")) return;
+    const fs::path copy = folder / fs::path(file.name).lexically_normal();
+    fs::create_directories(copy.parent_path());
+    stage(copy, refine::read_file(file.path));
+  });
 }
 
 /// Assigns samples to workers so that two workers rarely need the same seafloor at the same time: a
@@ -172,7 +183,7 @@ class Generator {
     refine::make_folder(folders_.dataset() / "samples");
     if (in_tars()) refine::make_folder(folders_.dataset() / "tars");
     const fs::path file = folders_.dataset() / "dataset.json";
-    const std::string text = dataset_json(recipe_, recipe_.data_folder());
+    const std::string text = dataset_json(recipe_);
     {
       const Claim claim = wait_for(file);
       if (!fs::exists(file)) refine::write_file(file, text);
@@ -318,6 +329,7 @@ class Generator {
                  }});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
+    stage_files(sample.scene, staging.path());
     stage(staging.path() / "sample.json", sample_json(number, sample, staging.path()));
     staging.put_in_place();
     clock.leave();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -21,16 +22,21 @@ std::vector<double> way_m(const Waterfall& line) {
   return way;
 }
 
-/// Copies pixels of labels and pictures: pixel i of `to` is pixel map[i] of `from`, or stays empty
-/// if map[i] is `none`. Both count in the labels' order, oldest ping first; pictures have the
-/// oldest ping at the bottom.
-void gather(const LabelledImage& from, const std::vector<std::size_t>& map, LabelledImage& to) {
+/// Copies pixels of labels: pixel i of `to` is pixel map[i] of `from`, or stays empty if map[i] is
+/// `none`. Both count from the oldest ping.
+void gather_labels(const LabelledImage& from, const std::vector<std::size_t>& map,
+                   LabelledImage& to) {
   BinLayers::for_each([&](std::string_view, auto layer) {
     const auto& source = from.labels.pixels.*layer;
     auto& target = to.labels.pixels.*layer;
     for (std::size_t i = 0; i < map.size(); ++i)
       if (map[i] != none) target[i] = source[map[i]];
   });
+}
+
+/// The same for labels and pictures. Pictures have the oldest ping at the bottom.
+void gather(const LabelledImage& from, const std::vector<std::size_t>& map, LabelledImage& to) {
+  gather_labels(from, map, to);
   const std::size_t columns = to.labels.columns(), rows = to.labels.rows();
   const std::size_t from_columns = from.labels.columns(), from_rows = from.labels.rows();
   for (const Picture& source : from.pictures) {
@@ -49,13 +55,68 @@ void gather(const LabelledImage& from, const std::vector<std::size_t>& map, Labe
   }
 }
 
+/// A pixel of a picture with other pixels along one axis: the pixels that it covers, and how much
+/// of each.
+struct Covered {
+  std::size_t first = 0;
+  std::vector<double> shares;  // their sum is 1
+};
+
+std::vector<Covered> covered(std::size_t from, std::size_t to) {
+  std::vector<Covered> all(to);
+  const double step = static_cast<double>(from) / static_cast<double>(to);
+  for (std::size_t i = 0; i < to; ++i) {
+    const double low = static_cast<double>(i) * step, high = low + step;
+    all[i].first = std::min(from - 1, static_cast<std::size_t>(low));
+    for (std::size_t k = all[i].first; k < from && (k == all[i].first || double(k) < high); ++k)
+      all[i].shares.push_back((std::min(high, double(k + 1)) - std::max(low, double(k))) / step);
+  }
+  return all;
+}
+
+Picture averaged(const Picture& from, std::size_t columns, std::size_t rows) {
+  const auto channels = static_cast<std::size_t>(from.channels);
+  const std::vector<Covered> across = covered(from.width, columns),
+                             along = covered(from.height, rows);
+  Picture to{columns, rows, from.channels, {}};
+  to.pixels.reserve(columns * rows * channels);
+  for (const Covered& row : along)
+    for (const Covered& column : across)
+      for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0.0;
+        for (std::size_t y = 0; y < row.shares.size(); ++y)
+          for (std::size_t x = 0; x < column.shares.size(); ++x)
+            sum += row.shares[y] * column.shares[x] *
+                   from.pixels[((row.first + y) * from.width + column.first + x) * channels + c];
+        to.pixels.push_back(static_cast<std::uint8_t>(std::min(255.0, std::round(sum))));
+      }
+  return to;
+}
+
+/// An empty view like another one, with a number of pixels.
+LabelledImage empty_like(const LabelledImage& view, std::size_t columns, std::size_t rows) {
+  Sonar sonar = view.labels.sonar;
+  sonar.sides = Sides::port;  // one side can have any number of columns
+  sonar.bins = static_cast<int>(columns);
+  return {.name = view.name,
+          .geometry = view.geometry,
+          .labels = Waterfall(sonar, rows),
+          .pings = std::vector<std::size_t>(rows),
+          .pictures = {},
+          .across_m = view.across_m,
+          .along_m = view.along_m};
+}
+
 }  // namespace
 
 LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures) {
   const double length_m = way_m(line).back();
+  std::vector<std::size_t> pings(line.rows());
+  std::iota(pings.begin(), pings.end(), line.first_ping);
   return {.name = line.sonar.name,
           .geometry = "slant",
           .labels = line,
+          .pings = std::move(pings),
           .pictures = std::move(pictures),
           .across_m = line.sonar.bin_m(),
           .along_m = line.rows() > 1 ? length_m / static_cast<double>(line.rows() - 1) : 0.0};
@@ -75,6 +136,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   LabelledImage view{.name = slant.name + "_ground",
                      .geometry = "ground",
                      .labels = Waterfall(sonar, rows),
+                     .pings = std::vector<std::size_t>(rows),
                      .pictures = {},
                      .across_m = pixel_m,
                      .along_m = pixel_m};
@@ -89,6 +151,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
     while (ping + 1 < way.size() && std::abs(way[ping + 1] - at_m) <= std::abs(way[ping] - at_m))
       ++ping;
     view.labels.pings[row] = line.pings[ping];
+    view.pings[row] = slant.pings[ping];
     const double height_m = line.sonar_altitude_m(ping);
     if (!(height_m >= 0.0)) continue;  // over a hole
     for (std::size_t column = 0; column < columns; ++column) {
@@ -107,25 +170,42 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
 }
 
 LabelledImage cut(const LabelledImage& view, const Rectangle& part) {
-  Sonar sonar = view.labels.sonar;
-  sonar.sides = Sides::port;  // one side can have any number of columns
-  sonar.bins = static_cast<int>(part.columns);
-  LabelledImage piece{.name = view.name,
-                      .geometry = view.geometry,
-                      .labels = Waterfall(sonar, part.rows),
-                      .pictures = {},
-                      .across_m = view.across_m,
-                      .along_m = view.along_m};
+  LabelledImage piece = empty_like(view, part.columns, part.rows);
   const std::size_t lowest = view.labels.rows() - part.row - part.rows;  // oldest ping
   std::vector<std::size_t> map(part.rows * part.columns);
   for (std::size_t row = 0; row < part.rows; ++row) {
     piece.labels.pings[row] = view.labels.pings[lowest + row];
+    piece.pings[row] = view.pings[lowest + row];
     for (std::size_t column = 0; column < part.columns; ++column)
       map[row * part.columns + column] =
           (lowest + row) * view.labels.columns() + part.column + column;
   }
   gather(view, map, piece);
   return piece;
+}
+
+LabelledImage resampled(const LabelledImage& view, std::size_t columns, std::size_t rows) {
+  LabelledImage result = empty_like(view, columns, rows);
+  const std::size_t from_columns = view.labels.columns(), from_rows = view.labels.rows();
+  result.across_m *= static_cast<double>(from_columns) / static_cast<double>(columns);
+  result.along_m *= static_cast<double>(from_rows) / static_cast<double>(rows);
+  // The pixel at the middle of pixel i.
+  const auto nearest = [](std::size_t i, std::size_t from, std::size_t to) {
+    return (2 * i + 1) * from / (2 * to);
+  };
+  std::vector<std::size_t> map(rows * columns);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t from_row = nearest(row, from_rows, rows);
+    result.labels.pings[row] = view.labels.pings[from_row];
+    result.pings[row] = view.pings[from_row];
+    for (std::size_t column = 0; column < columns; ++column)
+      map[row * columns + column] =
+          from_row * from_columns + nearest(column, from_columns, columns);
+  }
+  gather_labels(view, map, result);
+  for (const Picture& picture : view.pictures)
+    result.pictures.push_back(averaged(picture, columns, rows));
+  return result;
 }
 
 }  // namespace ensonify::engine

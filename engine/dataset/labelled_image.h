@@ -19,6 +19,7 @@ struct LabelledImage {
   std::string name;      ///< the sonar's; in ground range with "_ground" appended
   std::string geometry;  ///< "slant" or "ground"
   Waterfall labels;
+  std::vector<std::size_t> pings;        ///< the number of each row's ping, oldest first
   std::vector<Picture> pictures;         ///< one per display
   double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track on average
 
@@ -37,5 +38,9 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m);
 
 /// A rectangle of a view.
 LabelledImage cut(const LabelledImage& view, const Rectangle& part);
+
+/// The view with other numbers of pixels: each label is that of the nearest pixel, each pixel of a
+/// picture the mean over its area.
+LabelledImage resampled(const LabelledImage& view, std::size_t columns, std::size_t rows);
 
 }  // namespace ensonify::engine

@@ -8,18 +8,25 @@
 #include <set>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/dataset/card.h>
+#include <ensonify/engine/dataset/croissant.h>
 #include <ensonify/engine/dataset/sample_folder.h>
+#include <ensonify/engine/dataset/webdataset.h>
+#include <ensonify/engine/dataset/yolo_segments.h>
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/sha256.h>
+#include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/refine/atomic_file.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -54,16 +61,30 @@ struct FileSeen {
   }
 };
 
-/// The COCO file and the YOLO lists of one geometry and kind.
+/// A picture of a sample.
+struct IndexedPicture {
+  std::size_t sample = 0;
+  std::string name;      ///< in the sample's folder
+  std::string segments;  ///< its outlines for YOLO
+};
+
+/// The pictures of one geometry and kind, and what the files about them have.
 struct Index {
   Json images = Json::array(), annotations = Json::array();
-  std::string yolo;
+  std::string yolo, hub;
+  std::vector<IndexedPicture> pictures;
 };
+
+/// A name without its extension.
+std::string stem_of(const std::string& picture) {
+  return picture.substr(0, picture.size() - std::string(".png").size());
+}
 
 class Merge {
  public:
-  Merge(const fs::path& folder, const std::function<bool(std::size_t, std::size_t)>& progress)
-      : folder_(folder), progress_(progress) {
+  Merge(const fs::path& folder, const std::function<bool(std::size_t, std::size_t)>& progress,
+        const MergeOptions& options)
+      : folder_(folder), progress_(progress), options_(options) {
     if (!fs::exists(folder / "dataset.json"))
       throw SceneError(fmt::format(
           "{}: {}; expected a folder made by `ensonify generate`", folder.string(),
@@ -73,7 +94,13 @@ class Merge {
       samples_ = dataset_.at("samples").get<std::size_t>();
       per_tar_ = dataset_.at("samples_per_tar").get<std::size_t>();
       targets_ = dataset_.at("target_classes").get<std::size_t>();
+      shadow_class_ = dataset_.value("shadow_class", std::size_t{0});
+      card_.licence = dataset_.value("licence", "");
+      card_.creator = dataset_.value("creator", "");
+      card_.url = dataset_.value("url", "");
+      card_.published = dataset_.value("published", "");
       card_.title = dataset_.at("title").get<std::string>();
+      card_.overrides = dataset_.value("overrides", std::vector<std::string>{});
       card_.recipe = dataset_.at("recipe").get<std::string>();
       card_.version = dataset_.at("version").get<std::string>();
       card_.samples = samples_;
@@ -204,34 +231,103 @@ class Merge {
     auto kind = image.at("kind").get<std::string>();
     const auto geometry = image.at("geometry").get<std::string>();
     if (kind == "line" && geometry == "slant") add_line(image, split);
-    if (kind == "background") kind = "chip";
+    if (kind == "line" && geometry == "slant" && is_on_card(number))
+      on_card_.push_back({number, image.at("pictures").front().get<std::string>(), ""});
+    if (kind == "background" || kind == "hard_negative") kind = "chip";
     const std::string group = fmt::format("{}_{}", geometry, kind);
     groups_.insert(group);
     Index& index = indexes_[{group, split}];
     for (const Json& name : image.at("classes"))
       classes_shown_[split].insert(name.get<std::string>());
+    if (options_.webdataset) {
+      const auto stem = image.at("image").get<std::string>();
+      std::string key = fmt::format("{:06}-{}", number, stem);
+      std::ranges::replace(key, '/', '-');
+      records_[SampleFolders::name_in_tar(number, stem) + "."] = {key, group + "_" + split};
+    }
     for (const Json& picture : image.at("pictures")) {
       const auto name = picture.get<std::string>();
       ++report_.images[fmt::format("{}, {}", group, split)];
-      const std::string file =
-          in_tar(number)
-              ? fmt::format("tars/{}/{}", folders_->tar(number / per_tar_).filename().string(),
-                            SampleFolders::name_in_tar(number, name))
-              : fmt::format("samples/{:06}/{}", number, name);
-      const std::size_t id = index.images.size() + 1;
-      index.images.push_back({{"id", id},
-                              {"file_name", file},
-                              {"width", image.at("width")},
-                              {"height", image.at("height")},
-                              {"sample", number},
-                              {"sonar", image.at("sonar")},
-                              {"pixel_across_m", image.at("pixel_across_m")},
-                              {"pixel_along_m", image.at("pixel_along_m")}});
-      index.yolo += fmt::format("./images/{:06}/{}\n", number, name);
-      for (const Json& target : image.at("targets"))
-        if (!target.at("ignored").get<bool>() && !target.at("body").is_null())
-          add_annotation(index, id, target);
+      add_picture(index, number, name, image);
     }
+  }
+
+  /// The path of a sample's file in the dataset's folder, also of one in a tar.
+  std::string path_of(std::size_t number, const std::string& name) const {
+    return in_tar(number)
+               ? fmt::format("tars/{}/{}", folders_->tar(number / per_tar_).filename().string(),
+                             SampleFolders::name_in_tar(number, name))
+               : fmt::format("samples/{:06}/{}", number, name);
+  }
+
+  void add_picture(Index& index, std::size_t number, const std::string& name, const Json& image) {
+    const std::size_t id = index.images.size() + 1;
+    Json masks = Json::object();
+    for (const char* kind : {"class", "sediment", "instance", "region"})
+      masks[kind] =
+          path_of(number, fmt::format("{}.{}.png", image.at("image").get<std::string>(), kind));
+    index.images.push_back({{"id", id},
+                            {"file_name", path_of(number, name)},
+                            {"width", image.at("width")},
+                            {"height", image.at("height")},
+                            {"sample", number},
+                            {"sonar", image.at("sonar")},
+                            {"pixel_across_m", image.at("pixel_across_m")},
+                            {"pixel_along_m", image.at("pixel_along_m")},
+                            {"masks", masks},
+                            {"seen_from", image.at("seen_from")}});
+    index.yolo += fmt::format("./images/{:06}/{}\n", number, name);
+    IndexedPicture picture{number, name, ""};
+    const std::size_t first = index.annotations.size();
+    for (const Json& target : image.at("targets")) {
+      if (target.at("ignored").get<bool>()) continue;
+      if (!target.at("body").is_null()) {
+        add_annotation(index, id, target);
+        picture.segments += segment(target.at("category_id"), target.at("body"), image);
+      }
+      if (shadow_class_ > 0 && !target.at("shadow").is_null()) {
+        add_shadow(index, id, target);
+        picture.segments += segment(shadow_class_, target.at("shadow"), image);
+      }
+    }
+    index.hub += hub_row(image, picture, index.annotations, first);
+    index.pictures.push_back(std::move(picture));
+  }
+
+  /// A row of YOLO's segmentation format.
+  static std::string segment(std::size_t category, const Json& outline, const Json& image) {
+    const auto columns = image.at("width").get<std::size_t>(),
+               rows = image.at("height").get<std::size_t>();
+    std::vector<std::vector<Corner>> loops;
+    if (outline.contains("rle"))
+      loops = loops_of(outline.at("rle").at("counts").get<std::vector<std::size_t>>(), rows);
+    else
+      for (const Json& polygon : outline.at("polygons")) {
+        std::vector<Corner>& loop = loops.emplace_back();
+        for (std::size_t i = 0; i + 1 < polygon.size(); i += 2)
+          loop.push_back({polygon[i].get<int>(), polygon[i + 1].get<int>()});
+      }
+    return yolo_segment(category - 1, loops, columns, rows);
+  }
+
+  /// A line of the Hub's metadata.jsonl: a picture, and its annotations from number `first`.
+  std::string hub_row(const Json& image, const IndexedPicture& picture, const Json& annotations,
+                      std::size_t first) const {
+    Json boxes = Json::array(), categories = Json::array(), names = Json::array();
+    for (std::size_t i = first; i < annotations.size(); ++i) {
+      boxes.push_back(annotations[i].at("bbox"));
+      categories.push_back(annotations[i].at("category_id"));
+      names.push_back(card_.classes.at(annotations[i].at("category_id").get<std::size_t>() - 1));
+    }
+    Json row = {{"file_name", SampleFolders::name_in_tar(picture.sample, picture.name)},
+                {"sample", picture.sample},
+                {"kind", image.at("kind")},
+                {"sonar", image.at("sonar")},
+                {"pixel_across_m", image.at("pixel_across_m")},
+                {"pixel_along_m", image.at("pixel_along_m")},
+                {"seen_from", image.at("seen_from")},
+                {"objects", {{"bbox", boxes}, {"categories", categories}, {"names", names}}}};
+    return row.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   }
 
   /// The polygons, or the run lengths if there are holes.
@@ -239,15 +335,19 @@ class Merge {
     return outline.contains("rle") ? outline.at("rle") : outline.at("polygons");
   }
 
+  static Json& add_outline(Index& index, std::size_t image, std::size_t category,
+                           const Json& outline) {
+    return index.annotations.emplace_back(Json{{"id", index.annotations.size() + 1},
+                                               {"image_id", image},
+                                               {"category_id", category},
+                                               {"bbox", outline.at("box")},
+                                               {"area", outline.at("area_px")},
+                                               {"segmentation", segmentation(outline)},
+                                               {"iscrowd", 0}});
+  }
+
   static void add_annotation(Index& index, std::size_t image, const Json& target) {
-    const Json& body = target.at("body");
-    Json annotation = {{"id", index.annotations.size() + 1},
-                       {"image_id", image},
-                       {"category_id", target.at("category_id")},
-                       {"bbox", body.at("box")},
-                       {"area", body.at("area_px")},
-                       {"segmentation", segmentation(body)},
-                       {"iscrowd", 0}};
+    Json& annotation = add_outline(index, image, target.at("category_id"), target.at("body"));
     for (const auto& [key, value] : target.items())
       if (key != "body" && key != "shadow" && key != "category_id" && key != "ignored")
         annotation[key] = value;
@@ -255,7 +355,13 @@ class Merge {
     annotation["shadow_bbox"] = shadow.is_null() ? Json(nullptr) : shadow.at("box");
     annotation["shadow_area"] = shadow.is_null() ? Json(0) : shadow.at("area_px");
     annotation["shadow_segmentation"] = shadow.is_null() ? Json::array() : segmentation(shadow);
-    index.annotations.push_back(std::move(annotation));
+  }
+
+  /// A target's shadow as an annotation of its own.
+  void add_shadow(Index& index, std::size_t image, const Json& target) const {
+    Json& annotation = add_outline(index, image, shadow_class_, target.at("shadow"));
+    annotation["instance"] = target.at("instance");
+    annotation["shadow_of"] = target.at("class");
   }
 
   void add_line(const Json& image, const std::string& split) {
@@ -271,21 +377,52 @@ class Merge {
     refine::make_folder((folder_ / name).parent_path());
     refine::write_file(folder_ / name, text);
     report_.files.push_back(folder_ / name);
+    if (name.ends_with(".json") || name.ends_with(".jsonl"))
+      index_files_.push_back({name, text.size(), sha256(text)});
+  }
+
+  /// Makes a whole folder of the dataset again: fill(its place while it is made).
+  void write_folder(const std::string& name, const std::function<void(const fs::path&)>& fill) {
+    const fs::path place = folder_ / name;
+    refine::make_folder(place.parent_path());
+    const Claim claim = StagingFolder::wait_for(place, [] {});
+    StagingFolder staging(place);
+    fill(staging.path());
+    fs::remove_all(place);
+    staging.put_in_place();
+    report_.files.push_back(place);
+  }
+
+  static void stage(const fs::path& file, const std::string& text) {
+    fs::create_directories(file.parent_path());
+    refine::write_staged(file, std::as_bytes(std::span(text)));
+  }
+
+  /// Removes the temporary files that killed merges left.
+  void remove_leftovers() const {
+    for (const char* name : {"", "splits", "coco", "yolo", "yolo_segment", "pictures"}) {
+      std::error_code ignored;
+      for (const fs::directory_entry& entry : fs::directory_iterator(folder_ / name, ignored)) {
+        const std::string file = entry.path().filename().string();
+        if (file.starts_with(".") && file.ends_with(".tmp") &&
+            !file.starts_with(".dataset.json.") && entry.is_regular_file(ignored))
+          fs::remove(entry.path(), ignored);
+      }
+    }
   }
 
   void write() {
+    const Claim claim = StagingFolder::wait_for(folder_ / "merge", [] {});  // one merge at a time
+    remove_leftovers();
     write("manifest.jsonl", manifest_);
     for (const char* split : split_names)
       write(fmt::format("splits/{}.txt", split), splits_[split]);
     Json categories = Json::array();
-    std::string names;
-    for (std::size_t i = 0; i < targets_; ++i) {
-      categories.push_back(
-          {{"id", i + 1}, {"name", card_.classes[i]}, {"supercategory", "object"}});
-      names += fmt::format("  {}: {}\n", i, Json(card_.classes[i]).dump());
-    }
-    const bool yolo = per_tar_ == 0 && link_samples();
-    for (const std::string& group : groups_) {
+    for (std::size_t i = 0; i < targets_; ++i)
+      categories.push_back({{"id", i + 1},
+                            {"name", card_.classes[i]},
+                            {"supercategory", i + 1 == shadow_class_ ? "shadow" : "object"}});
+    for (const std::string& group : groups_)
       for (const char* split : split_names) {
         const Index& index = indexes_[{group, split}];
         const Json coco = {{"info", {{"description", card_.title}, {"version", card_.version}}},
@@ -294,26 +431,55 @@ class Merge {
                            {"annotations", index.annotations}};
         write(fmt::format("coco/{}_{}.json", group, split),
               coco.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
-        if (yolo) write(fmt::format("yolo/{}_{}.txt", group, split), index.yolo);
       }
-      // Without a `path`, YOLO looks for the lists next to this file, in any working directory.
-      if (yolo)
-        write(fmt::format("yolo/{}.yaml", group),
-              fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
-                          group, names));
+    if (per_tar_ == 0) {
+      write_yolo("yolo", {"images", "labels"});
+      if (write_yolo("yolo_segment", {"images"}))
+        write_folder("yolo_segment/labels", [&](const fs::path& place) {
+          for (const auto& [of, index] : indexes_)
+            for (const IndexedPicture& picture : index.pictures)
+              if (!picture.segments.empty())  // without a file, there is nothing in the picture
+                stage(place / SampleFolders::name_of(picture.sample) /
+                          (stem_of(picture.name) + ".txt"),
+                      picture.segments);
+        });
+      write_hub();
     }
+    if (options_.webdataset)
+      write_folder("webdataset", [&](const fs::path& place) { write_webdataset(place); });
     card_.samples_by_split = report_.samples_by_split;
     card_.images = report_.images;
+    for (const IndexedPicture& picture : on_card_) {
+      card_.pictures.push_back(fmt::format("pictures/{:06}_{}", picture.sample, picture.name));
+      write(card_.pictures.back(), content_of(picture));
+    }
     write("README.md", card_.markdown());
+    write("croissant.json", croissant_json(card_, std::exchange(index_files_, {})));
   }
 
-  /// Makes the links yolo/images and yolo/labels to samples/: Ultralytics finds a list's ./images/
-  /// next to the list, and an image's labels by replacing the last images/ with labels/. Returns
-  /// false, with a warning, on a file system without links.
-  bool link_samples() {
-    fs::create_directories(folder_ / "yolo");
-    for (const char* name : {"images", "labels"}) {
-      const fs::path link = folder_ / "yolo" / name;
+  /// The lists of one of YOLO's formats. `links` are its folders that are the samples themselves:
+  /// Ultralytics finds a list's ./images/ next to the list, and an image's labels by replacing the
+  /// last images/ with labels/. Returns false, with a warning, on a file system without links.
+  bool write_yolo(const std::string& folder, const std::vector<std::string>& links) {
+    if (!link_samples(folder, links)) return false;
+    std::string names;
+    for (std::size_t i = 0; i < targets_; ++i)
+      names += fmt::format("  {}: {}\n", i, Json(card_.classes[i]).dump());
+    for (const std::string& group : groups_) {
+      for (const char* split : split_names)
+        write(fmt::format("{}/{}_{}.txt", folder, group, split), indexes_[{group, split}].yolo);
+      // Without a `path`, YOLO looks for the lists next to this file, in any working directory.
+      write(fmt::format("{}/{}.yaml", folder, group),
+            fmt::format("train: {0}_train.txt\nval: {0}_val.txt\ntest: {0}_test.txt\nnames:\n{1}",
+                        group, names));
+    }
+    return true;
+  }
+
+  bool link_samples(const std::string& folder, const std::vector<std::string>& links) {
+    fs::create_directories(folder_ / folder);
+    for (const std::string& name : links) {
+      const fs::path link = folder_ / folder / name;
       if (fs::exists(link)) continue;
       std::error_code error;
       fs::create_directory_symlink("../samples", link, error);
@@ -326,9 +492,88 @@ class Merge {
     return true;
   }
 
+  /// hub/GROUP/SPLIT/, as the Hub's ImageFolder reads them: pictures, and metadata.jsonl next to
+  /// them. The pictures are hard links, or copies on a file system without.
+  void write_hub() {
+    write_folder("hub", [&](const fs::path& place) {
+      for (const auto& [of, index] : indexes_) {
+        const auto& [group, split] = of;
+        if (index.pictures.empty()) continue;
+        const fs::path folder = place / group / split;
+        card_.hub[group].insert(split);
+        stage(folder / "metadata.jsonl", index.hub);
+        index_files_.push_back({fmt::format("hub/{}/{}/metadata.jsonl", group, split),
+                                index.hub.size(), sha256(index.hub)});
+        for (const IndexedPicture& picture : index.pictures) {
+          const fs::path file = folder / SampleFolders::name_in_tar(picture.sample, picture.name);
+          std::error_code error;
+          fs::create_hard_link(folders_->sample(picture.sample) / picture.name, file, error);
+          if (error) stage(file, content_of(picture));
+        }
+      }
+    });
+  }
+
+  /// Passes the files of all samples to f, by their names in tars, in the order of these names.
+  void for_each_file(const std::function<void(const std::string&, std::span<const std::byte>)>& f) {
+    for (std::size_t i = 0; i < samples_; ++i) {
+      if (in_tar(i)) {
+        if (i % per_tar_ == 0)
+          read_tar(
+              folders_->tar(i / per_tar_),
+              [&](const std::string& name, std::vector<std::byte> content) { f(name, content); });
+        continue;
+      }
+      std::map<std::string, fs::path> files;
+      for (const fs::directory_entry& entry : fs::recursive_directory_iterator(place(i)))
+        if (entry.is_regular_file())
+          files[SampleFolders::name_in_tar(i, entry.path().lexically_relative(place(i)).string())] =
+              entry.path();
+      for (const auto& [name, file] : files) {
+        const std::string content = refine::read_file(file);
+        f(name, std::as_bytes(std::span(content)));
+      }
+    }
+  }
+
+  void write_webdataset(const fs::path& place) {
+    WebDatasetWriter writer(place);
+    for_each_file([&](const std::string& name, std::span<const std::byte> content) {
+      const bool wanted =
+          name.ends_with(".png") || name.ends_with(".json") || name.ends_with(".txt");
+      auto record = records_.upper_bound(name);
+      if (!wanted || record == records_.begin() || !name.starts_with((--record)->first)) return;
+      const auto& [prefix, of] = *record;
+      writer.add(of.group, of.key, name.substr(prefix.size()), content);
+    });
+    writer.finish();
+  }
+
+  std::string content_of(const IndexedPicture& picture) const {
+    if (!in_tar(picture.sample))
+      return refine::read_file(folders_->sample(picture.sample) / picture.name);
+    std::string found;
+    read_tar(folders_->tar(picture.sample / per_tar_),
+             [&](const std::string& name, const std::vector<std::byte>& content) {
+               if (name == SampleFolders::name_in_tar(picture.sample, picture.name))
+                 found.assign(reinterpret_cast<const char*>(content.data()), content.size());
+             });
+    return found;
+  }
+
+  /// Whether the card shows a sample: a few, evenly chosen.
+  bool is_on_card(std::size_t number) const {
+    constexpr std::size_t shown = 4;
+    for (std::size_t k = 0; k < shown; ++k)
+      if (number == k * samples_ / shown) return true;
+    return false;
+  }
+
   void warn_of_splits() {
     const std::vector<std::string>& classes = card_.classes;
-    for (const std::string split : split_names) {
+    const std::vector<std::string> wanted =
+        dataset_.value("splits", std::vector<std::string>(split_names.begin(), split_names.end()));
+    for (const std::string& split : wanted) {
       if (!report_.samples_by_split.contains(split)) {
         report_.warnings.push_back(
             fmt::format("the split {} is empty: use more samples or seafloors, or other shares in "
@@ -353,10 +598,16 @@ class Merge {
                         fmt::join(splits, ", "), seed));
   }
 
+  struct WebRecord {
+    std::string key, group;
+  };
+
   fs::path folder_;
   const std::function<bool(std::size_t, std::size_t)>& progress_;
+  const MergeOptions options_;
   Json dataset_;
   std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
+  std::size_t shadow_class_ = 0;  // number of the class of shadows; 0: none
   std::optional<SampleFolders> folders_;
   MergeReport report_;
   Card card_;
@@ -366,6 +617,9 @@ class Merge {
   std::map<std::uint64_t, std::set<std::string>> splits_of_seabed_;  // by its seed
   std::set<std::string> groups_;
   std::map<std::pair<std::string, std::string>, Index> indexes_;
+  std::map<std::string, WebRecord> records_;  // by what their files' names in tars begin with
+  std::vector<IndexedPicture> on_card_;
+  std::vector<IndexFile> index_files_;  // those that croissant.json names
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t tar_of_ = none;
   std::map<std::string, FileSeen> seen_;  // by name, in a tar or in a sample's folder
@@ -374,8 +628,9 @@ class Merge {
 }  // namespace
 
 MergeReport merge(const fs::path& folder,
-                  const std::function<bool(std::size_t, std::size_t)>& progress) {
-  return Merge(folder, progress).report();
+                  const std::function<bool(std::size_t, std::size_t)>& progress,
+                  const MergeOptions& options) {
+  return Merge(folder, progress, options).report();
 }
 
 }  // namespace ensonify::engine

@@ -21,17 +21,30 @@ struct MergeReport {
   std::vector<std::string> warnings;
 };
 
+struct MergeOptions {
+  bool webdataset = false;  ///< write tars for WebDataset too
+};
+
+// What a merge writes into a dataset's folder. GROUP is a geometry and a kind of picture, such as
+// slant_tile.
+//
+//     manifest.jsonl               one line per sample: split, seafloor, seed, drawn values, hashes
+//     splits/SPLIT.txt             the numbers of the samples
+//     coco/GROUP_SPLIT.json        annotations of lines, tiles and chips
+//     README.md, pictures/         the dataset's card, with what the Hugging Face Hub reads
+//     croissant.json               the same for other catalogues (Croissant 1.0)
+//     webdataset/GROUP_SPLIT-000000.tar    only if asked for
+//   and if the dataset is not in tars:
+//     yolo/GROUP.yaml, GROUP_SPLIT.txt     with boxes; images/ and labels/ are links to samples/
+//     yolo_segment/                        likewise with outlines; labels/ has files
+//     hub/GROUP/SPLIT/                     pictures (hard links) and metadata.jsonl
+
 /// Checks every file of a dataset against its sample's hashes. If the dataset is complete, writes
-///
-///     manifest.jsonl          one line per sample: split, seafloor, seed, drawn values, file
-///     hashes splits/SPLIT.txt        the numbers of the samples coco/GEOMETRY_KIND_SPLIT.json
-///     annotations of lines, tiles and chips yolo/GEOMETRY_KIND.yaml, _SPLIT.txt    only without
-///     tars yolo/images, yolo/labels               links to samples/ README.md               the
-///     dataset's card
-///
-/// and replaces those of an earlier merge. Throws SceneError for a folder without a readable
-/// dataset.json, std::system_error if the disk refuses, Stopped if `progress` returns false.
+/// the files above, replaces those of an earlier merge, and removes what a killed one left. Throws
+/// SceneError for a folder without a readable dataset.json, std::system_error if the disk refuses,
+/// Stopped if `progress` returns false.
 MergeReport merge(const std::filesystem::path& folder,
-                  const std::function<bool(std::size_t done, std::size_t of)>& progress = {});
+                  const std::function<bool(std::size_t done, std::size_t of)>& progress = {},
+                  const MergeOptions& options = {});
 
 }  // namespace ensonify::engine

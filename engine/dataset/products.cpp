@@ -1,7 +1,6 @@
 #include <ensonify/engine/dataset/products.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -10,13 +9,13 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/clock.h>
+#include <ensonify/engine/dataset/chips.h>
 #include <ensonify/engine/dataset/labelled_image.h>
 #include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/target_record.h>
 #include <ensonify/engine/output/masks.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/targets_json.h>
-#include <ensonify/engine/random.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
@@ -38,19 +37,6 @@ const Outline& shown_part(const Target& target) {
   return target.body.area_px > 0 ? target.body : target.shadow;
 }
 
-/// The bounding box of body and shadow: {first column, first row, end column, end row}.
-std::array<std::size_t, 4> bounding_box(const Target& target) {
-  std::array<std::size_t, 4> all{~std::size_t{0}, ~std::size_t{0}, 0, 0};
-  for (const Outline* part : {&target.body, &target.shadow}) {
-    if (part->area_px == 0) continue;
-    for (std::size_t i = 0; i < 2; ++i) {
-      all[i] = std::min(all[i], static_cast<std::size_t>(part->low[i]));
-      all[i + 2] = std::max(all[i + 2], static_cast<std::size_t>(part->high[i]));
-    }
-  }
-  return all;
-}
-
 class Products {
  public:
   Products(const DatasetOptions& options, const SampleScene& sample, const Seafloor& seafloor,
@@ -58,10 +44,14 @@ class Products {
       : options_(options),
         sample_(sample),
         classes_(sample.scene.output.class_names),
+        names_{sample.scene.output.class_names, sample.scene.output.sediment_names},
+        shadow_class_(options.shadow_class ? category(std::string(shadow_name)) : 0),
         seafloor_(seafloor),
         folder_(folder) {
     check_numbered(seafloor.classes, classes_, "class");
     check_numbered(seafloor.materials, sample.scene.output.sediment_names, "material");
+    for (std::vector<std::string>* list : {&names_.classes, &names_.materials})
+      list->insert(list->begin(), "none");
   }
 
   void add_line(const Waterfall& line, const Calibration& calibration,
@@ -143,59 +133,28 @@ class Products {
   void add_chips(const LabelledImage& line, std::size_t sonar, std::size_t geometry) {
     const ChipOptions& chips = options_.chips;
     if (!chips.any()) return;
-    const std::size_t columns =
-        chips.size_px > 0 ? pixels(chips.size_px, 1.0) : pixels(chips.size_m, line.across_m);
-    const std::size_t rows = chips.size_px > 0 ? columns : pixels(chips.size_m, line.along_m);
-    check_fits("dataset.chips", line, columns, rows);
-    const std::size_t last_column = line.labels.columns() - columns,
-                      last_row = line.labels.rows() - rows;
-    std::size_t number = 0;
-    for (const auto& [instance, record] : line_targets_) {
-      const auto [left, top, right, bottom] = bounding_box(record.target);
-      // The middle of a large box may not lie on its feature, for example a long trawl mark.
-      if (!record.is_object() && (right - left > columns || bottom - top > rows)) continue;
-      const auto start = [](std::size_t begin, std::size_t end, std::size_t size,
-                            std::size_t last) {
-        const std::size_t middle = (begin + end) / 2, half = size / 2;
-        return std::min(last, middle > half ? middle - half : 0);
-      };
-      add_image(line,
-                {start(left, right, columns, last_column), start(top, bottom, rows, last_row),
-                 columns, rows},
-                fmt::format("chips/{}_{:04}", line.name, number++), "chip");
-    }
-    constexpr int tries = 200;
-    for (int n = 0; n < chips.backgrounds; ++n) {
-      const RandomStream stream(sample_.scene.seed, Purpose::background_chip,
-                                {sonar, geometry, static_cast<std::uint64_t>(n)});
-      for (int t = 0; t < tries; ++t) {
-        std::array<double, 2> u{};
-        stream.uniform(u, 2 * static_cast<std::uint64_t>(t));
-        const auto at = [](double share, std::size_t last) {
-          return std::min(last, static_cast<std::size_t>(share * static_cast<double>(last + 1)));
-        };
-        const Rectangle part{at(u[0], last_column), at(u[1], last_row), columns, rows};
-        if (std::ranges::any_of(line_targets_, [&](const auto& entry) {
-              return entry.second.is_object() && overlap(part, bounding_box(entry.second.target));
-            }))
-          continue;
-        add_image(line, part, fmt::format("chips/{}_background_{:04}", line.name, n), "background");
-        break;
-      }
+    const bool relative = !chips.margin.empty() || chips.size_m > 0.0;
+    std::map<std::string, std::size_t> numbers;
+    for (const Chip& chip : choose_chips(line, line_targets_, classes_, chips,
+                                         {sample_.scene.seed, sonar, geometry})) {
+      const std::string stem =
+          fmt::format("chips/{}_{}{:04}", line.name, chip.kind == "chip" ? "" : chip.kind + "_",
+                      numbers[chip.kind]++);
+      add_image(line, chip.part, stem, chip.kind,
+                relative ? static_cast<std::size_t>(chips.size_px) : 0, chip.of);
     }
   }
 
-  static bool overlap(const Rectangle& part, const std::array<std::size_t, 4>& box) {
-    return part.column < box[2] && box[0] < part.column + part.columns && part.row < box[3] &&
-           box[1] < part.row + part.rows;
-  }
-
+  /// Writes the pictures and labels of a part of a line; with edge_px, resampled to a square of so
+  /// many pixels.
   void add_image(const LabelledImage& line, const Rectangle& part, const std::string& stem,
-                 std::string_view kind) {
+                 std::string_view kind, std::size_t edge_px = 0, const std::string& of = "") {
     const bool whole = kind == "line";
-    const LabelledImage cut_out =
-        whole ? LabelledImage{"", "", Waterfall(line.labels.sonar, 0), {}, 0, 0} : cut(line, part);
-    const LabelledImage& image = whole ? line : cut_out;
+    const LabelledImage nothing{"", "", Waterfall(line.labels.sonar, 0), {}, {}, 0, 0};
+    const LabelledImage cut_out = whole ? nothing : cut(line, part);
+    const LabelledImage& shown = whole ? line : cut_out;
+    const LabelledImage other_pixels = edge_px > 0 ? resampled(shown, edge_px, edge_px) : nothing;
+    const LabelledImage& image = edge_px > 0 ? other_pixels : shown;
     // The run and add_line() have already written the pictures of whole lines in slant range.
     if (!whole || line.geometry != "slant")
       for (std::size_t r = 0; r < image.pictures.size(); ++r)
@@ -205,28 +164,41 @@ class Products {
     ImageLabels labels{.image = stem,
                        .pictures = {stem + ".png"},
                        .kind = std::string(kind),
+                       .of = of,
                        .geometry = line.geometry,
                        .sonar = line.labels.sonar.name,
                        .column = part.column,
                        .row = part.row,
                        .columns = part.columns,
                        .rows = part.rows,
-                       .pixel_across_m = line.across_m,
-                       .pixel_along_m = line.along_m,
+                       .width = image.labels.columns(),
+                       .height = image.labels.rows(),
+                       .pixel_across_m = image.across_m,
+                       .pixel_along_m = image.along_m,
+                       .seen_from = geometry_of(line, part),
                        .split = sample_.split};
     for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
-    std::vector<std::uint32_t> left_out;
+    std::map<std::uint32_t, TargetLabel> labels_shown;
+    for (Target& target : find_targets(shown.labels)) {
+      const std::uint32_t instance = target.instance;
+      labels_shown.emplace(instance, label_of(std::move(target)));
+    }
+    MaskOptions masks{.shadow_class = static_cast<std::uint16_t>(shadow_class_), .names = names_};
     std::string yolo;
     for (Target& target : find_targets(image.labels)) {
-      TargetLabel label = label_of(std::move(target));
-      if (label.ignored)
-        left_out.push_back(label.record.target.instance);
-      else if (label.record.target.body.area_px > 0)
-        yolo += yolo_line(label, part);
+      TargetLabel& label = labels_shown.at(target.instance);
+      label.record.target.body = std::move(target.body);
+      label.record.target.shadow = std::move(target.shadow);
+      if (label.ignored) {
+        masks.ignored.push_back(target.instance);
+      } else {
+        yolo += yolo_line(label.category_id, label.record.target.body, labels);
+        if (shadow_class_ > 0) yolo += yolo_line(shadow_class_, label.record.target.shadow, labels);
+      }
       labels.targets.push_back(std::move(label));
     }
-    for (const Mask& mask : encode_masks(image.labels, left_out)) {
+    for (const Mask& mask : encode_masks(image.labels, masks)) {
       write(fmt::format("{}.{}.png", stem, mask.name), mask.png);
       if (mask.name != "class") continue;
       for (const std::uint16_t number : mask.numbers)
@@ -235,6 +207,31 @@ class Products {
     write_text(stem + ".json", labels_json(labels));
     for (const std::string& picture : labels.pictures)
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
+  }
+
+  /// Where the sonar was, and which part of its swath a part of a line shows.
+  static ImageGeometry geometry_of(const LabelledImage& line, const Rectangle& part) {
+    const Waterfall& labels = line.labels;
+    const std::size_t lowest = labels.rows() - part.row - part.rows;  // oldest ping
+    double altitude_sum_m = 0.0;
+    for (std::size_t row = lowest; row < lowest + part.rows; ++row)
+      altitude_sum_m += labels.sonar_altitude_m(row);
+    const Sides sides = labels.sonar.sides;
+    const double nadir = sides == Sides::starboard ? 0.0 : labels.sonar.bins;
+    const auto across_m = [&](std::size_t column) {
+      return (static_cast<double>(column) - nadir) * line.across_m;
+    };
+    return {.frequency_hz = labels.sonar.frequency_hz,
+            .range_m = labels.sonar.range_m,
+            .sides = sides == Sides::both   ? "both"
+                     : sides == Sides::port ? "port"
+                                            : "starboard",
+            .left_m = across_m(part.column),
+            .right_m = across_m(part.column + part.columns),
+            .first_ping = line.pings[lowest],
+            .last_ping = line.pings[lowest + part.rows - 1],
+            .altitude_m = altitude_sum_m / static_cast<double>(part.rows),
+            .middle = labels.pings[lowest + part.rows / 2].pose};
   }
 
   /// The label of a target in a part of the line. Position and contrast are measured in the whole
@@ -262,23 +259,26 @@ class Products {
     return static_cast<std::size_t>(std::ranges::find(classes_, name) - classes_.begin()) + 1;
   }
 
-  /// A row of YOLO: class number from 0, then middle and size of the body over the image's size.
-  static std::string yolo_line(const TargetLabel& label, const Rectangle& part) {
-    const Outline& body = label.record.target.body;
+  /// A row of YOLO: class number from 0, then middle and size of the box over the image's size.
+  /// Empty for an outline without pixels.
+  static std::string yolo_line(std::size_t category, const Outline& shown,
+                               const ImageLabels& image) {
+    if (shown.area_px == 0) return "";
     const auto middle_and_size = [&](std::size_t i, std::size_t pixels) {
-      const double low = body.low[i], size = body.high[i] - body.low[i],
+      const double low = shown.low[i], size = shown.high[i] - shown.low[i],
                    all = static_cast<double>(pixels);
       return std::pair((low + 0.5 * size) / all, size / all);
     };
-    const auto [x, width] = middle_and_size(0, part.columns);
-    const auto [y, height] = middle_and_size(1, part.rows);
-    return fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f}\n", label.category_id - 1, x, y, width,
-                       height);
+    const auto [x, width] = middle_and_size(0, image.width);
+    const auto [y, height] = middle_and_size(1, image.height);
+    return fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f}\n", category - 1, x, y, width, height);
   }
 
   const DatasetOptions& options_;
   const SampleScene& sample_;
   const std::vector<std::string>& classes_;  // class number n is classes_[n - 1]
+  LabelNames names_;                         // the same, and of sediments, with "none" first
+  const std::size_t shadow_class_;           // number of the class of shadows; 0: none
   const Seafloor& seafloor_;
   const std::filesystem::path& folder_;
   std::map<std::uint32_t, TargetRecord> line_targets_;  // in this geometry, by instance

@@ -6,14 +6,19 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <stdexcept>
+#include <type_traits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe_reader.h>
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
 
 namespace ensonify::engine {
 namespace {
@@ -97,10 +102,11 @@ class Draws {
     using Kind = Distribution::Kind;
     if (d.kind == Kind::table) {
       const std::string by = bare(value(d.by, d.place));
-      const auto entry = d.table.find(by);
-      if (entry == d.table.end())
-        throw SceneError(fmt::format("{}: the table has no entry for {} = {}", d.place, d.by, by));
-      return adjusted(draw(key + "." + by, entry->second, key), d);
+      const auto* entry = d.entry_for(by);
+      if (!entry)
+        throw SceneError(fmt::format("{}: the table has no entry for {} = {}, and no default",
+                                     d.place, d.by, by));
+      return adjusted(draw(key + "." + entry->first, entry->second, key), d);
     }
     return draw(key, d, key);
   }
@@ -158,11 +164,16 @@ class Draws {
   std::map<std::string, std::optional<std::string>> known_;  // none: being drawn
 };
 
-/// train, val or test for a group that is held together, such as seafloor 3 or a value of a key.
-std::string split_of(std::uint64_t seed, const SplitOptions& split, const std::string& group,
-                     std::uint64_t number, bool counted) {
-  if (std::ranges::count(split.held_out_test, group) > 0) return "test";
-  if (std::ranges::count(split.held_out_val, group) > 0) return "val";
+/// train, val or test for a group that is held together: the samples with the same `values` of the
+/// keys of the split, or, if `counted`, the seafloor with this number.
+std::string split_of(std::uint64_t seed, const SplitOptions& split,
+                     const std::vector<std::string>& values, std::uint64_t number, bool counted) {
+  const auto has_one_of = [&](const std::vector<std::string>& held_out) {
+    return std::ranges::any_of(
+        values, [&](const auto& value) { return std::ranges::count(held_out, value) > 0; });
+  };
+  if (has_one_of(split.held_out_test)) return "test";
+  if (has_one_of(split.held_out_val)) return "val";
   // A set that is given by values has no others.
   const double val = split.held_out_val.empty() ? split.val : 0.0;
   const double test = split.held_out_test.empty() ? split.test : 0.0;
@@ -172,16 +183,6 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split, const std::s
   if (counted) u[0] = std::fmod(u[0] + radical_inverse(number, 2), 1.0);
   const double at = u[0] * (split.train + val + test);
   return at < test ? "test" : at < test + val ? "val" : "train";
-}
-
-void check_files(Scene& scene, const std::string& recipe) {
-  for_each_file(scene, [&](std::string_view key, const InputFile& file) {
-    if (!file.name.empty() && !file.name.starts_with("data:"))
-      throw SceneError(
-          fmt::format("{}: '{}' names \"{}\", expected data:PATH, under --data DIR: each sample's "
-                      "scene must find it too",
-                      recipe, key, file.name));
-  });
 }
 
 /// The name of a key after the absent tables are left out.
@@ -229,25 +230,86 @@ void check_slant_range(const RecipeText& text, const auto& places) {
         place, key));
 }
 
+/// Sets a key that the recipe's text may not have.
+void add_override(const std::string& key, const std::string& value, DrawnValues& values) {
+  if (!value.empty()) values.overrides.push_back(key + "=" + value);
+}
+
+/// The names of all files that the samples can have: of the keys of a scene with every table, what
+/// they are or can be drawn as.
+void collect_files(const RecipeText& text, Scene& scene, std::set<std::string>& names) {
+  for_each_file(scene, [&](const std::string& key, const InputFile& file) {
+    std::vector<std::string> values{file.name};
+    if (const auto drawn = text.distributions.find(key); drawn != text.distributions.end())
+      drawn->second.collect_values(values);
+    for (const std::string& value : values)
+      if (!bare(value).empty()) names.insert(bare(value));
+  });
+}
+
+/// The names of the classes and materials that the labels of objects can have. Classes of parts are
+/// no targets.
+void collect_object_labels(const RecipeText& text, std::span<const ObjectOptions> objects,
+                           std::set<std::string>& targets, std::set<std::string>& part_classes,
+                           std::set<std::string>& materials) {
+  const auto possible = [&](std::size_t number, std::string_view key, const std::string& value) {
+    std::vector<std::string> values;
+    if (const auto drawn = text.distributions.find(fmt::format("objects.{}.{}", number, key));
+        drawn != text.distributions.end())
+      drawn->second.collect_values(values);
+    for (std::string& text_of : values) text_of = bare(text_of);
+    values.push_back(value);
+    return values;
+  };
+  const std::vector<std::size_t> bases = bases_of(objects);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::size_t base = bases[i];
+    const bool with_parts =
+        std::ranges::count(
+            possible(base, "part_classes", objects[base].part_classes ? "true" : "false"), "true") >
+        0;
+    for (const std::string& class_name : possible(i, "class", objects[i].class_name)) {
+      if (base == i) targets.insert(class_name);
+      for (const std::string& shape : possible(i, "shape", objects[i].shape)) {
+        ObjectOptions one = objects[i];
+        one.shape = shape;
+        one.class_name = class_name;
+        one.part_classes = with_parts && base == i;
+        try {
+          for (const ObjectPart& part : parts_of(one)) {
+            materials.insert(part.material);
+            if (with_parts) part_classes.insert(part.class_name);
+          }
+        } catch (const std::invalid_argument&) {
+          continue;  // no such shape: the sample that draws it is refused
+        }
+      }
+    }
+  }
+}
+
 bool in_absent(const std::string& key, const auto& absent) {
   return std::ranges::any_of(absent, [&](const std::string& table) { return under(key, table); });
 }
 
 }  // namespace
 
-Recipe::Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder)
-    : Recipe(read_scene_text(file), file.string(), data_folder) {}
+Recipe::Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder,
+               std::vector<std::string> overrides)
+    : Recipe(read_scene_text(file), file.string(), data_folder, std::move(overrides)) {}
 Recipe::Recipe(Recipe&&) noexcept = default;
 Recipe::~Recipe() = default;
 
-Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& data_folder)
+Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& data_folder,
+               std::vector<std::string> overrides)
     : text_(std::move(text)),
       name_(std::move(name)),
+      overrides_(std::move(overrides)),
       data_folder_(data_folder),
-      options_(parse_dataset_options(text_, name_)),
+      options_(parse_dataset_options(text_, name_, overrides_)),
       distributions_(std::make_unique<Distributions>()) {
   Distributions& d = *distributions_;
-  static_cast<RecipeText&>(d) = parse_recipe_text(text_, name_);
+  static_cast<RecipeText&>(d) = parse_recipe_text(text_, name_, data_folder_, overrides_);
   const auto refuse = [&](std::string_view message) {
     return SceneError(fmt::format("{}: {}", name_, message));
   };
@@ -259,14 +321,21 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
       (tiles.width_m > 0.0) != (tiles.height_m > 0.0) ||
       (tiles.width_px > 0 && tiles.width_m > 0.0))
     throw refuse("'dataset.tiles' expects width_px and height_px, or width_m and height_m");
-  if (options_.chips.size_px > 0 && options_.chips.size_m > 0.0)
-    throw refuse("'dataset.chips' expects size_px or size_m, not both");
-  if (options_.chips.backgrounds > 0 && !options_.chips.any())
-    throw refuse("'dataset.chips.backgrounds' expects a size_px or size_m");
+  const ChipOptions& chips = options_.chips;
+  if (chips.size_m > 0.0 && !chips.margin.empty())
+    throw refuse("'dataset.chips' expects size_m or margin, not both");
+  if (chips.margin.size() > 2 || (chips.margin.size() == 2 && chips.margin[0] > chips.margin[1]))
+    throw refuse("'dataset.chips.margin' expects a number, [0.2], or [least, most]");
+  if (chips.backgrounds + chips.hard_negatives > 0 && !chips.any())
+    throw refuse("'dataset.chips' expects a size_px, size_m or margin");
   const SplitOptions& split = options_.split;
   if (!(split.train + split.val + split.test > 0.0))
     throw refuse("'dataset.split': expected a share of more than 0");
-  if (split.by == "seafloor" && !(split.held_out_val.empty() && split.held_out_test.empty()))
+  if (split.by.empty())
+    throw refuse("'dataset.split.by' is empty, expected seafloor, or keys of the recipe");
+  const bool by_keys =
+      std::ranges::any_of(split.by, [](const auto& key) { return key != "seafloor"; });
+  if (!by_keys && !(split.held_out_val.empty() && split.held_out_test.empty()))
     throw refuse("'dataset.split' has held_out values, expected by = the key that has them");
 
   std::size_t k = 0;
@@ -277,7 +346,8 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   for (const auto& [key, distribution] : d.distributions)
     if (under(key, "seafloor") || under(key, "objects") || under(key, "material"))
       open.push_back(key);
-  if (split.by != "seafloor") open.push_back(split.by);
+  for (const std::string& key : split.by)
+    if (key != "seafloor") open.push_back(key);
   while (!open.empty()) {
     const std::string key = std::move(open.back());
     open.pop_back();
@@ -288,36 +358,48 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
 
   // The names that labels can have: those of a sample with every table, and all that can be drawn.
   Scene scene = with_every_table();
-  check_files(scene, name_);
   if (!scene.output.class_names.empty() || !scene.output.sediment_names.empty())
     throw refuse(
         "'output.class_names' and 'output.sediment_names' are set by the dataset itself: leave "
         "them out");
   check_slant_range(d, scene.places);
+  collect_files(d, scene, files_);
   std::set<std::string> targets, grounds{"seabed"}, materials{scene.seafloor.material};
   std::vector<std::string_view> lists_of_targets;
   for_each_list(scene,
                 [&]<class Item>(const Section<Item>& section, const std::vector<Item>& list) {
                   if (has_instances<Item>()) lists_of_targets.push_back(section.name);
-                  for (const Item& item : list) {
-                    (has_instances<Item>() ? targets : grounds).insert(item.class_name);
-                    materials.insert(item.material);
-                  }
+                  if constexpr (!std::is_same_v<Item, ObjectOptions>)
+                    for (const Item& item : list) {
+                      (has_instances<Item>() ? targets : grounds).insert(item.class_name);
+                      materials.insert(item.material);
+                    }
                 });
   for (const auto& [key, distribution] : d.distributions) {
     std::vector<std::string> values;
     distribution.collect_values(values);
     const bool of_instances = std::ranges::any_of(
         lists_of_targets, [&whole = key](auto list) { return under(whole, list); });
-    if (key.ends_with(".class"))
+    if (key.ends_with(".class") && !under(key, "objects"))
       for (const std::string& value : values)
         (of_instances ? targets : grounds).insert(bare(value));
     if (key.ends_with(".material"))
       for (const std::string& value : values) materials.insert(bare(value));
   }
+  collect_object_labels(d, scene.objects, targets, grounds, materials);
   for (std::set<std::string>* names : {&targets, &grounds, &materials}) names->erase("");
   for (const std::string& target : targets) grounds.erase(target);
+  for (const std::string& chosen : chips.classes)
+    if (!targets.contains(chosen))
+      throw refuse(
+          fmt::format("'dataset.chips.classes' names {}, which no target is; expected some of {}",
+                      toml_string(chosen), fmt::join(targets, ", ")));
   targets_.assign(targets.begin(), targets.end());
+  if (options_.shadow_class) {
+    if (targets.contains(std::string(shadow_name)) || grounds.contains(std::string(shadow_name)))
+      throw refuse("'dataset.shadow_class' adds the class shadow, which the recipe has already");
+    targets_.emplace_back(shadow_name);
+  }
   grounds_.assign(grounds.begin(), grounds.end());
   materials_.assign(materials.begin(), materials.end());
   if (targets_.size() + grounds_.size() > 254 || materials_.size() > 254)
@@ -332,6 +414,8 @@ Scene Recipe::with_every_table() const {
     Draws draws(*distributions_, sample, seafloor_of(sample), 0);
     for (const auto& [key, distribution] : distributions_->distributions)
       if (!key.ends_with(".present")) whole.values[key] = draws.value(key, name_);
+    for (const std::string& key : distributions_->overridden)
+      add_override(key, whole.values.at(key), whole);
     // Absent tables need not fit the rest.
     return parse_recipe_unchecked(text_, name_, whole);
   });
@@ -375,15 +459,22 @@ SampleScene Recipe::sample(std::size_t number) const {
       if (render == 0) result.drawn[key] = value;
       if (!key.ends_with(".present"))
         values.values[renumbered(key, d.lists, values.absent)] = value;
+      if (d.overridden.contains(key))
+        add_override(renumbered(key, d.lists, values.absent), value, values);
     }
     if (render == 0) {
       const SplitOptions& split = options_.split;
-      const bool by_seafloor = split.by == "seafloor";
-      const std::string group = by_seafloor
-                                    ? std::to_string(result.seafloor)
-                                    : bare(draws.value(split.by, name_ + ": 'dataset.split.by'"));
-      result.split = split_of(d.seed, split, group,
-                              by_seafloor ? result.seafloor : key_number(group), by_seafloor);
+      bool by_seafloor = false;
+      std::vector<std::string> group;
+      for (const std::string& key : split.by)
+        if (key == "seafloor")
+          by_seafloor = true;
+        else
+          group.push_back(bare(draws.value(key, name_ + ": 'dataset.split.by'")));
+      // The other keys are drawn once per seafloor: those of one seafloor agree in all of them.
+      const std::uint64_t group_number =
+          by_seafloor ? result.seafloor : key_number(fmt::format("{}", fmt::join(group, "\n")));
+      result.split = split_of(d.seed, split, group, group_number, by_seafloor);
     }
     try {
       return parse_recipe(text_, name_, values, paths());
@@ -395,9 +486,6 @@ SampleScene Recipe::sample(std::size_t number) const {
   result.scene = scene_of(0);
   result.scene.output.class_names = class_names();
   result.scene.output.sediment_names = material_names();
-  // The fastest one that agrees with the exact reference and has the same bits on every machine.
-  if (!d.values.contains("run.intersector") && !d.distributions.contains("run.intersector"))
-    result.scene.run.intersector = "fan_scan";
   result.renders = {result.scene.display};
   for (int render = 1; render < options_.renders; ++render)
     result.renders.push_back(scene_of(static_cast<std::size_t>(render)).display);
@@ -409,7 +497,6 @@ SampleScene Recipe::sample(std::size_t number) const {
   result.scene.seed = seed("seed", number);
   if (!d.has_seafloor_seed && !d.distributions.contains("seafloor.seed"))
     result.scene.seafloor_seed = seed("seafloor.seed", result.seafloor);
-  check_files(result.scene, name_);
   return result;
 }
 
@@ -420,8 +507,10 @@ std::vector<std::string> Recipe::class_names() const {
 }
 std::size_t Recipe::target_classes() const { return targets_.size(); }
 std::vector<std::string> Recipe::material_names() const { return materials_; }
-std::vector<std::string> Recipe::assets() const {
-  return {distributions_->assets.begin(), distributions_->assets.end()};
+std::vector<std::string> Recipe::assets() const { return {files_.begin(), files_.end()}; }
+std::filesystem::path Recipe::path_of(const std::string& asset) const {
+  const ScenePaths all = paths();
+  return asset.starts_with("data:") ? all.data_folder / asset.substr(5) : all.scene_folder / asset;
 }
 
 }  // namespace ensonify::engine

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@
 #include <ensonify/engine/scene/scene.h>
 
 namespace ensonify::engine {
+
+/// The class of the shadows of targets, if they are a class.
+inline constexpr std::string_view shadow_name = "shadow";
 
 /// One sample of a recipe: what was drawn, and the scene that it makes.
 struct SampleScene {
@@ -30,16 +34,19 @@ struct SampleScene {
 /// seafloor).
 class Recipe {
  public:
-  /// Throws SceneError with `file:line:column` for what is wrong.
-  Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder);
+  /// With overrides key=value, as of a scene; a value may be a distribution. Throws SceneError with
+  /// `file:line:column` for what is wrong.
+  Recipe(const std::filesystem::path& file, const std::filesystem::path& data_folder,
+         std::vector<std::string> overrides = {});
   /// The same from text; `name` stands for the file.
-  Recipe(std::string text, std::string name, const std::filesystem::path& data_folder);
+  Recipe(std::string text, std::string name, const std::filesystem::path& data_folder,
+         std::vector<std::string> overrides = {});
   Recipe(Recipe&&) noexcept;
   ~Recipe();
 
   const std::string& text() const { return text_; }
+  const std::vector<std::string>& overrides() const { return overrides_; }
   const DatasetOptions& options() const { return options_; }
-  const std::filesystem::path& data_folder() const { return data_folder_; }
   std::size_t samples() const { return static_cast<std::size_t>(options_.samples); }
   std::size_t seafloors() const;
   /// Index of the sample's seafloor; neighbouring samples share one.
@@ -53,18 +60,22 @@ class Recipe {
   std::vector<std::string> class_names() const;
   std::size_t target_classes() const;  ///< how many of them are of targets
   std::vector<std::string> material_names() const;
-  /// The files under the data folder that the recipe names, `data:path`, sorted.
+  /// The files that the recipe names, sorted: `data:path` under the data folder, others under its
+  /// own.
   std::vector<std::string> assets() const;
+  std::filesystem::path path_of(const std::string& asset) const;
 
  private:
   struct Distributions;
   ScenePaths paths() const;
   Scene with_every_table() const;
   std::string text_, name_;
+  std::vector<std::string> overrides_;
   std::filesystem::path data_folder_;
   DatasetOptions options_;
   std::unique_ptr<Distributions> distributions_;
   std::vector<std::string> targets_, grounds_, materials_;
+  std::set<std::string> files_;
 };
 
 }  // namespace ensonify::engine

@@ -8,6 +8,7 @@
 #include <toml++/toml.h>
 
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/reader.h>
 
 namespace ensonify::engine {
 namespace {
@@ -37,20 +38,27 @@ std::string text_of(const toml::node& node) {
 
 class RecipeReader {
  public:
-  explicit RecipeReader(std::string_view name) : name_(name) {}
+  RecipeReader(std::string_view name, const std::filesystem::path& data_folder)
+      : name_(name), data_folder_(data_folder) {}
 
-  RecipeText read(std::string_view text) {
+  RecipeText read(std::string_view text, std::span<const std::string> overrides) {
     try {
       const toml::table file = toml::parse(text);
       read_table(file, "");
     } catch (const toml::parse_error& error) {
       throw SceneError(fmt::format("{}: {}", place(error.source()), error.description()));
     }
+    for (const std::string& override_text : overrides) {
+      override_ = "-D " + override_text;
+      const toml::table changed = toml::parse(toml_override(override_text));
+      read_table(changed, "");
+    }
     return std::move(result_);
   }
 
  private:
   std::string place(const toml::source_region& region) const {
+    if (!override_.empty()) return override_;
     return fmt::format("{}:{}:{}", name_, region.begin.line, region.begin.column);
   }
   SceneError fault(const toml::node& node, std::string_view message) const {
@@ -72,25 +80,71 @@ class RecipeReader {
       if (drawn && path == "seed")
         throw fault(node, "'seed' is that of all draws, expected a whole number");
       if (drawn)
-        result_.distributions.emplace(path, distribution(*table, path));
+        draw(path, distribution(*table, path));
       else
         read_table(*table, path);
     } else if (const toml::array* array = node.as_array(); array && array->is_array_of_tables()) {
       result_.lists[path] = array->size();
       for (std::size_t i = 0; i < array->size(); ++i)
         read((*array)[i], fmt::format("{}.{}", path, i));
-    } else if (node.is_value()) {
-      note_asset(node);
+    } else if (path == "seed") {
+      if (node.is_integer()) result_.seed = static_cast<std::uint64_t>(node.as_integer()->get());
       result_.values[path] = text_of(node);
-      if (path == "seed" && node.is_integer())
-        result_.seed = static_cast<std::uint64_t>(node.as_integer()->get());
+    } else if (std::vector<std::string> values = values_of(node);
+               !override_.empty() || values.size() > 1 || values.front() != text_of(node)) {
+      if (values.front().empty())
+        throw fault(node, fmt::format("'{}': expected a value or a distribution", path));
+      Distribution d;
+      d.place = place(node.source());
+      d.kind = Distribution::Kind::choice;
+      d.choices = std::move(values);
+      draw(path, std::move(d));
+    } else if (node.is_value()) {
+      result_.values[path] = values.front();
       result_.has_seafloor_seed |= path == "seafloor.seed";
     }
   }
 
-  void note_asset(const toml::node& node) {
-    if (const auto* text = node.as_string(); text && text->get().starts_with("data:"))
-      result_.assets.insert(text->get());
+  void draw(const std::string& path, Distribution d) {
+    result_.values.erase(path);
+    result_.distributions.insert_or_assign(path, std::move(d));
+    if (!override_.empty() && !path.starts_with("draw.") && !path.ends_with(".present"))
+      result_.overridden.insert(path);
+  }
+
+  /// The value as TOML; of a file data:PATH with a *, the files that it matches.
+  std::vector<std::string> values_of(const toml::node& node) {
+    const auto* text = node.as_string();
+    if (!text || !text->get().starts_with(data_prefix) ||
+        text->get().find('*') == std::string::npos)
+      return {text_of(node)};
+    std::vector<std::string> files = files_like(node, text->get());
+    for (std::string& file : files) file = toml_string(file);
+    return files;
+  }
+
+  std::vector<std::string> files_like(const toml::node& node, const std::string& pattern) {
+    const std::string_view path = std::string_view(pattern).substr(data_prefix.size());
+    // Of the folder before the first *: its length, with the slash.
+    const std::size_t fixed = path.substr(0, path.find('*')).rfind('/') + 1;
+    const std::filesystem::path folder = data_folder_ / path.substr(0, fixed);
+    const auto depth = static_cast<int>(std::ranges::count(path.substr(fixed), '/'));
+    std::vector<std::string> files;
+    std::error_code error, unknown;
+    std::filesystem::recursive_directory_iterator entry, end;
+    if (!data_folder_.empty()) entry = std::filesystem::recursive_directory_iterator(folder, error);
+    for (; !error && entry != end; entry.increment(error)) {
+      const std::string name = entry->path().lexically_relative(data_folder_).generic_string();
+      if (entry.depth() == depth) entry.disable_recursion_pending();
+      if (matches(name, path) && entry->is_regular_file(unknown))
+        files.push_back(std::string(data_prefix) + name);
+    }
+    if (files.empty())
+      throw fault(node, fmt::format("{} matches no file{}", toml_string(pattern),
+                                    data_folder_.empty() ? ": give the data folder, with --data DIR"
+                                                         : " in " + data_folder_.string()));
+    std::ranges::sort(files);
+    return files;
   }
 
   Distribution distribution(const toml::table& table, const std::string& path) {
@@ -211,8 +265,12 @@ class RecipeReader {
     d.kind = Distribution::Kind::choice;
     if (const toml::array* array = node.as_array())
       for (const toml::node& element : *array) {
-        note_asset(element);
-        d.choices.push_back(text_of(element));
+        const std::vector<std::string> values = values_of(element);
+        if (values.size() > 1 && array->size() > 1)
+          throw fault(element, fmt::format("'{}': a * that matches several files is a choice by "
+                                           "itself: it expects no others next to it",
+                                           path));
+        d.choices.insert(d.choices.end(), values.begin(), values.end());
       }
     if (d.choices.empty() || std::ranges::count(d.choices, "") > 0)
       throw fault(node, fmt::format("'{}': expected values, choice = [\"a\", \"b\"]", path));
@@ -235,10 +293,9 @@ class RecipeReader {
           throw fault(entry, fmt::format("'{}': a table's entries cannot be stratified", path));
         continue;
       }
-      note_asset(entry);
       Distribution& one = d.table[value];
       one.kind = Distribution::Kind::choice;
-      one.choices = {text_of(entry)};
+      one.choices = values_of(entry);
       if (one.choices.front().empty())
         throw fault(entry, fmt::format("'{}': expected a value or a distribution", path));
     }
@@ -257,14 +314,20 @@ class RecipeReader {
     return all;
   }
 
+  static constexpr std::string_view data_prefix = "data:";
+
   std::string name_;
+  const std::filesystem::path& data_folder_;
+  std::string override_;  // the one that is being read, for messages; empty: the text
   RecipeText result_;
 };
 
 }  // namespace
 
-RecipeText parse_recipe_text(std::string_view text, std::string_view name) {
-  return RecipeReader(name).read(text);
+RecipeText parse_recipe_text(std::string_view text, std::string_view name,
+                             const std::filesystem::path& data_folder,
+                             std::span<const std::string> overrides) {
+  return RecipeReader(name, data_folder).read(text, overrides);
 }
 
 }  // namespace ensonify::engine

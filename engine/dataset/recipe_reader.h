@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,11 +21,15 @@ struct RecipeText {
   /// Of the other keys: numbers, words, true and false.
   std::map<std::string, std::string, std::less<>> values;
   std::map<std::string, std::size_t, std::less<>> lists;  ///< length of each list of tables
-  std::set<std::string> assets;                           ///< strings that begin with data:
+  std::set<std::string, std::less<>> overridden;          ///< keys of scenes among the overrides
 };
 
-/// Finds a recipe's distributions. Throws SceneError with `file:line:column` for a
-/// distribution that is not valid.
-RecipeText parse_recipe_text(std::string_view text, std::string_view name);
+/// Finds a recipe's distributions. Overrides key=value become distributions of one value, or of
+/// theirs. A file data:PATH with a * becomes a choice of the files in the data folder that it
+/// matches. Throws SceneError with `file:line:column` for a distribution that is not valid, and for
+/// a * that matches no file.
+RecipeText parse_recipe_text(std::string_view text, std::string_view name,
+                             const std::filesystem::path& data_folder,
+                             std::span<const std::string> overrides);
 
 }  // namespace ensonify::engine

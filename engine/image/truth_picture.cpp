@@ -9,7 +9,7 @@ namespace {
 
 constexpr Rgb white{255, 255, 255};
 constexpr Rgb no_data_colour{110, 110, 110}, water_colour{20, 60, 120},
-    bed_shadow_colour{75, 40, 110}, thing_shadow_colour{170, 60, 230};
+    bed_shadow_colour{0, 130, 110}, thing_shadow_colour{190, 40, 235};
 /// Strong colours for classes, pale colours for sediments.
 constexpr std::array<Rgb, 10> class_colours{{{255, 60, 50},
                                              {255, 215, 0},
@@ -22,7 +22,7 @@ constexpr std::array<Rgb, 10> class_colours{{{255, 60, 50},
                                              {200, 150, 90},
                                              {230, 230, 255}}};
 constexpr std::array<Rgb, 6> sediment_colours{{{200, 180, 110},
-                                               {90, 150, 110},
+                                               {165, 175, 60},
                                                {120, 130, 190},
                                                {190, 120, 110},
                                                {110, 180, 190},

@@ -7,9 +7,18 @@
 
 namespace ensonify::engine {
 
+PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam) {
+  for (Pose* pose : {&ping.pose, &ping.reported})
+    pose->position +=
+        sonar.beam_offset_m(beam) * body_to_world(mounted(*pose, sonar.mounting)).col(0);
+  return ping;
+}
+
 Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping)
-    : sonar(its_sonar), pings(ping_count), first_ping(its_first_ping) {
-  pixels.assign(ping_count * columns());
+    : sonar(its_sonar),
+      pings(ping_count * static_cast<std::size_t>(sonar.beams)),
+      first_ping(its_first_ping * static_cast<std::size_t>(sonar.beams)) {
+  pixels.assign(rows() * columns());
 }
 
 double Waterfall::sonar_altitude_m(std::size_t row) const {
@@ -43,6 +52,18 @@ void Waterfall::set_row(std::size_t row, std::span<const EchoLine> sides, const 
     (port ? row_record.starved_port : row_record.starved_starboard) = side.starved;
     row_record.artefacts.add(side.artefacts);
   }
+}
+
+std::span<const EchoLine> Waterfall::set_ping(std::size_t ping, std::span<const EchoLine> lines,
+                                              const PingRow& record) {
+  const std::size_t sides = lines.empty() ? 0 : sides_of(sonar).size();
+  for (int beam = 0; beam < sonar.beams; ++beam) {
+    const std::size_t row =
+        ping * static_cast<std::size_t>(sonar.beams) + static_cast<std::size_t>(beam);
+    set_row(row, lines.first(sides), row_of_beam(record, sonar, beam));
+    lines = lines.subspan(sides);
+  }
+  return lines;
 }
 
 }  // namespace ensonify::engine

@@ -22,14 +22,19 @@ struct PingRow {
   double interval_s = 0.0;  ///< to the nearer neighbouring ping; 0 if there is none
 };
 
-/// Stacked echo lines of one sonar: one row per ping, the oldest first; columns port far..near,
+/// The row of one of a sonar's beams: its vehicle lies as far along the array as the beam does.
+PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
+
+/// Stacked echo lines of one sonar: one row per ping and beam, the oldest first, and of a ping the
+/// rear beam; files number the rows as pings. The columns: port far..near,
 /// then starboard near..far, of the sides that the sonar has.
 struct Waterfall {
   Sonar sonar;
-  BinLayers pixels;  ///< pings * columns() values per layer
-  std::vector<PingRow> pings;
-  std::size_t first_ping = 0;  ///< the run's number of the first row's ping
+  BinLayers pixels;            ///< rows() * columns() values per layer
+  std::vector<PingRow> pings;  ///< the rows
+  std::size_t first_ping = 0;  ///< the run's number of the first row
 
+  /// Of a number of pings from a run's ping on.
   Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping = 0);
   std::size_t rows() const { return pings.size(); }
   std::size_t columns() const {
@@ -43,6 +48,10 @@ struct Waterfall {
   /// which first returns, starved bins and artefacts are completed from the lines. Several threads
   /// may set different rows at once.
   void set_row(std::size_t row, std::span<const EchoLine> sides, const PingRow& record);
+  /// Sets the rows of a ping, from 0, from the lines of its beams; none of a lost one. Returns the
+  /// lines behind them.
+  std::span<const EchoLine> set_ping(std::size_t ping, std::span<const EchoLine> lines,
+                                     const PingRow& record);
 };
 
 }  // namespace ensonify::engine

@@ -14,7 +14,7 @@ constexpr double steps = 32000.0;  // from the middle to the patch's edge; fits 
 
 MeshPreview::MeshPreview(const Seafloor& seafloor)
     : progressive_(seafloor.progressive ? seafloor.progressive
-                                        : make_progressive_mesh(seafloor.mesh)),
+                                        : make_progressive_mesh(seafloor.whole_mesh())),
       mesh_(std::make_unique<refine::ActiveMesh>(*progressive_)) {}
 
 MeshPatch MeshPreview::look(std::span<const refine::FanVolume> volumes, double within_m) {

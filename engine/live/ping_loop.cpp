@@ -137,8 +137,9 @@ void PingLoop::take_setting() {
   rows_.clear();
   const Display shown = line_display(display_);
   for (std::size_t i = 0; i < simulator.sonars().size(); ++i) {
-    const Sonar& sonar = simulator.sonars()[i];
+    Sonar sonar = simulator.sonars()[i];
     renderers_.emplace_back(sonar, shown, simulator.calibration(i));
+    sonar.beams = 1;  // a line is one row
     rows_.emplace_back(sonar, 1);
   }
   classes_ = kept(simulator.classes());
@@ -196,13 +197,15 @@ void PingLoop::publish(const TrackPings::RecordedPing& heard) {
     Waterfall& row = rows_[i];
     const std::size_t sides = lines.empty() ? 0 : sides_of(sonars[i]).size();
     if (sides == 0) row.pixels.assign(row.columns());
-    row.set_row(0, lines.first(sides), heard.record);
-    lines = lines.subspan(sides);
-    auto line = make_line(row, renderers_[i], renderers_[i].render(row), pings_, i, lines_++);
-    line->setting = setting_;
-    line->classes = classes_;
-    line->materials = materials_;
-    ring_.push(std::move(line));
+    for (int beam = 0; beam < sonars[i].beams; ++beam) {
+      row.set_row(0, lines.first(sides), row_of_beam(heard.record, sonars[i], beam));
+      lines = lines.subspan(sides);
+      auto line = make_line(row, renderers_[i], renderers_[i].render(row), pings_, i, lines_++);
+      line->setting = setting_;
+      line->classes = classes_;
+      line->materials = materials_;
+      ring_.push(std::move(line));
+    }
   }
 }
 

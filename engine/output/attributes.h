@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -8,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include <ensonify/engine/image/display.h>
 #include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/layer_encoding.h>
@@ -21,6 +23,9 @@ struct ImageOrigin {
   std::string scene_hash;
   LabelNames names;  ///< of the image's classes and sediments
   LayerEncoding encoding = {};
+  /// Makes the image's grey picture of 8 bits, with its pixels, for the preview in an EXR; empty:
+  /// no preview.
+  std::function<Picture()> preview = {};
 
   bool has_layer(std::string_view name) const {
     return encoding.layers.empty() ||

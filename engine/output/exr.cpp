@@ -1,11 +1,14 @@
 #include <ensonify/engine/output/exr.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <type_traits>
 #include <variant>
 
+#include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -74,6 +77,26 @@ Imf::Header make_header(const Waterfall& waterfall, const ImageOrigin& origin) {
   return header;
 }
 
+/// The luminance of a waterfall's preview, in the layers' order of rows. Viewers turn linear values
+/// into those of sRGB (IEC 61966-2-1), and so show the grey levels of the picture.
+std::vector<half> luminance(const Waterfall& waterfall, const Picture& picture) {
+  std::array<half, 256> linear;
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    const double level = static_cast<double>(i) / 255.0;
+    linear[i] = static_cast<float>(level <= 0.04045 ? level / 12.92
+                                                    : std::pow((level + 0.055) / 1.055, 2.4));
+  }
+  const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
+  if (picture.width != columns || picture.height != rows || picture.channels != 1 ||
+      picture.bits != 8)
+    throw std::invalid_argument("encode_exr: the preview is not a grey picture of the waterfall");
+  std::vector<half> values(rows * columns);
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      values[row * columns + column] = linear[picture.pixels[(rows - 1 - row) * columns + column]];
+  return values;
+}
+
 }  // namespace
 
 void set_exr_threads(int threads) { Imf::setGlobalThreadCount(threads > 1 ? threads : 0); }
@@ -96,7 +119,15 @@ std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin&
     frame.insert(std::string(name),
                  Imf::Slice(type, data, sizeof(Value), sizeof(Value) * waterfall.columns()));
   });
-  MemoryStream stream(waterfall.rows() * waterfall.columns() * 4 * frame_layers);
+  std::vector<half> preview;
+  if (origin.preview) {
+    preview = luminance(waterfall, origin.preview());
+    header.channels().insert("Y", Imf::Channel(Imf::HALF));
+    frame.insert("Y", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(preview.data()), sizeof(half),
+                                 sizeof(half) * waterfall.columns()));
+  }
+  MemoryStream stream(waterfall.rows() * waterfall.columns() *
+                      (4 * frame_layers + (preview.empty() ? 0 : sizeof(half))));
   {
     Imf::OutputFile file(stream, header);
     file.setFrameBuffer(frame);

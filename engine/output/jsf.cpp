@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 #include <ensonify/engine/output/packed_bytes.h>
 
@@ -110,21 +114,37 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
       h + 140, static_cast<std::uint16_t>(rounded<std::uint64_t>(1.0 / interval_s)));
   bytes.put<float>(h + 148, static_cast<float>(recording.sound_speed_mps));
   bytes.put<float>(h + 152, static_cast<float>(recording.frequency_hz));
+  bytes.put<std::uint16_t>(h + 120, 1);   // gain factor of the digitiser
+  bytes.put<std::int16_t>(h + 122, 100);  // transmit level, percent
+  bytes.text(h + 90, 24,
+             fmt::format("full scale {:.0f}..{:.0f} dB", recording.near_full_scale_db,
+                         recording.far_full_scale_db));
+  const double two_way_s = 2.0 * recording.range_m / recording.sound_speed_mps;
+  const double pulses = ping.interval_s > 0.0 ? std::ceil(two_way_s / ping.interval_s) : 1.0;
+  bytes.put<std::int16_t>(h + 170, rounded<std::int16_t>(std::min(pulses, 1000.0)));
   bytes.put<std::int16_t>(h + 168, 0);   // weighting factor
   bytes.put<std::uint16_t>(h + 220, 1);  // first packet of the ping
 
   const std::span<const std::uint16_t> samples = recording.side(ping.row, side);
   std::vector<std::uint16_t> near_to_far(samples.begin(), samples.end());
   if (side == Side::port) std::ranges::reverse(near_to_far);
+  bytes.put<std::uint16_t>(h + 204,
+                           near_to_far.empty() ? std::uint16_t{0} : std::ranges::max(near_to_far));
   bytes.samples(message_header + sonar_header, near_to_far);
 }
 
 }  // namespace
 
-std::vector<std::byte> encode_jsf(const Recording& recording) {
+std::vector<std::byte> encode_jsf(std::span<const Recording> sonars) {
+  if (sonars.empty() || sonars.size() > most_sonars_of_jsf)
+    throw std::invalid_argument("a JSF holds 1 to 20 sonars");
   std::vector<std::byte> file;
   PackedBytes bytes(file);
-  for (const NavPing& ping : recording.pings) {
+  std::vector<std::size_t> all(sonars.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  for (const auto& [sonar, number] : pings_by_time(sonars, all)) {
+    const Recording& recording = sonars[sonar];
+    const NavPing& ping = recording.pings[number];
     if (recording.port) add_message(bytes, recording, ping, Side::port);
     if (recording.starboard) add_message(bytes, recording, ping, Side::starboard);
   }

@@ -4,16 +4,21 @@
 #include <limits>
 #include <stdexcept>
 
+#include <nlohmann/json.hpp>
+
 #include <ensonify/engine/output/png.h>
 
 namespace ensonify::engine {
 namespace {
 
 std::vector<std::byte> encode_png8(const Waterfall& waterfall,
-                                   std::span<const std::uint16_t> numbers) {
+                                   std::span<const std::uint16_t> numbers,
+                                   std::span<const std::string> names) {
   Picture picture{waterfall.columns(), waterfall.rows(), 1, {}};
   picture.pixels.assign(numbers.begin(), numbers.end());
-  return encode_png(picture);
+  const nlohmann::json list = std::vector<std::string>(names.begin(), names.end());
+  return encode_png(
+      picture, {{"names", list.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)}});
 }
 
 std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {
@@ -27,7 +32,7 @@ std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {
 
 }  // namespace
 
-std::vector<Mask> encode_masks(const Waterfall& waterfall, std::span<const std::uint32_t> ignored) {
+std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskOptions& options) {
   const BinLayers& layers = waterfall.pixels;
   const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
   const auto number = [](std::uint32_t label) {
@@ -42,19 +47,30 @@ std::vector<Mask> encode_masks(const Waterfall& waterfall, std::span<const std::
     const std::size_t from = (rows - 1 - i / columns) * columns + i % columns;
     const auto region = static_cast<Region>(layers.region[from]);
     const bool seen = region == Region::object || region == Region::seabed;
-    const bool left_out = seen && std::ranges::count(ignored, layers.instance[from]) > 0;
+    const auto is_ignored = [&](std::uint32_t instance) {
+      return std::ranges::count(options.ignored, instance) > 0;
+    };
+    const bool left_out = seen && is_ignored(layers.instance[from]);
     const bool unknown = region == Region::no_data || left_out;
+    const std::uint32_t shadow_of =
+        region == Region::shadow && options.shadow_class > 0 ? layers.shadow_instance[from] : 0;
     regions[i] = static_cast<std::uint16_t>(region);
-    classes[i] = unknown ? ignored_class : seen ? number(layers.class_id[from]) : std::uint16_t{0};
+    classes[i] = unknown                 ? ignored_class
+                 : seen                  ? number(layers.class_id[from])
+                 : shadow_of == 0        ? std::uint16_t{0}
+                 : is_ignored(shadow_of) ? ignored_class
+                                         : options.shadow_class;
     sediments[i] = seen && !left_out ? number(layers.sediment[from]) : ignored_class;
     instances[i] = unknown ? ignored_instance
                    : seen  ? static_cast<std::uint16_t>(layers.instance[from])
                            : std::uint16_t{0};
   }
-  return {{"class", encode_png8(waterfall, classes), numbers_in(classes)},
-          {"sediment", encode_png8(waterfall, sediments), numbers_in(sediments)},
+  const std::vector<std::string> names_of_regions(region_names.begin(), region_names.end());
+  return {{"class", encode_png8(waterfall, classes, options.names.classes), numbers_in(classes)},
+          {"sediment", encode_png8(waterfall, sediments, options.names.materials),
+           numbers_in(sediments)},
           {"instance", encode_png16(columns, instances), numbers_in(instances)},
-          {"region", encode_png8(waterfall, regions), numbers_in(regions)}};
+          {"region", encode_png8(waterfall, regions, names_of_regions), numbers_in(regions)}};
 }
 
 }  // namespace ensonify::engine

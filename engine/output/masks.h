@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <ensonify/engine/image/label_names.h>
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
@@ -21,13 +22,22 @@ struct Mask {
   std::vector<std::uint16_t> numbers;  ///< the values of its pixels, each once, ascending
 };
 
+/// What the masks of an image show.
+struct MaskOptions {
+  std::vector<std::uint32_t> ignored = {};  ///< numbers of instances
+  std::uint16_t shadow_class = 0;           ///< number of the shadows of instances; 0: no class
+  LabelNames names = {};                    ///< go into the files
+};
+
 /// Four masks of a waterfall's picture, with the numbers of its layers.
-/// class: of bed and objects; 0 elsewhere; 255 without data and on ignored instances.
+/// class: of bed and objects; the shadow class in the shadows of instances; 0 elsewhere; 255
+/// without data, on ignored instances and in their shadows, if shadows are a class.
 /// sediment: of bed and objects; 255 elsewhere and on ignored instances.
 /// instance (16 bits): of objects and of the bed's features; 0 elsewhere; 65535 without data and
 /// on ignored instances.
-/// region: its number. `ignored` lists instance numbers.
-/// Throws std::invalid_argument for a class or sediment above 254.
-std::vector<Mask> encode_masks(const Waterfall& waterfall, std::span<const std::uint32_t> ignored);
+/// region: its number.
+/// The files of class, sediment and region have a text `names`, a JSON list: entry k is the name of
+/// number k. Throws std::invalid_argument for a class or sediment above 254.
+std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskOptions& options);
 
 }  // namespace ensonify::engine

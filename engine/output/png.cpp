@@ -50,7 +50,7 @@ void take_bytes(png_structp png, png_bytep data, png_size_t size) {
 
 // These return false on an error. No local may have a destructor here: libpng leaves by longjmp.
 
-bool begin(Writer& writer, const PngFormat& format) {
+bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>& texts) {
   if (setjmp(png_jmpbuf(writer.png))) return false;
   png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(format.width),
                static_cast<png_uint_32>(format.height), format.bits,
@@ -60,6 +60,8 @@ bool begin(Writer& writer, const PngFormat& format) {
   // level 6.
   png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   png_set_compression_level(writer.png, 1);
+  if (!texts.empty())
+    png_set_text(writer.png, writer.info, texts.data(), static_cast<int>(texts.size()));
   png_write_info(writer.png, writer.info);
   return true;
 }
@@ -96,7 +98,15 @@ PngWriter::PngWriter(const PngFormat& format, std::function<void(std::span<const
   if (writer.png) writer.info = png_create_info_struct(writer.png);
   if (!writer.info) throw std::bad_alloc();
   png_set_write_fn(writer.png, &writer, take_bytes, nullptr);
-  require(begin(writer, format), writer);
+  std::vector<png_text> texts;
+  for (const auto& [keyword, text] : format.texts) {
+    png_text& one = texts.emplace_back();
+    one.compression = PNG_TEXT_COMPRESSION_NONE;
+    one.key = const_cast<char*>(keyword.c_str());  // libpng only reads them
+    one.text = const_cast<char*>(text.c_str());
+    one.text_length = text.size();
+  }
+  require(begin(writer, format, texts), writer);
 }
 PngWriter::~PngWriter() = default;
 
@@ -107,8 +117,8 @@ void PngWriter::add_rows(std::span<const std::uint8_t> rows) {
 
 void PngWriter::finish() { require(end(*impl_), *impl_); }
 
-std::vector<std::byte> encode_png(const Picture& picture) {
-  const PngFormat format{picture.width, picture.height, picture.channels, picture.bits};
+std::vector<std::byte> encode_png(const Picture& picture, const PngTexts& texts) {
+  const PngFormat format{picture.width, picture.height, picture.channels, picture.bits, texts};
   if (picture.pixels.empty() || picture.pixels.size() != format.height * format.row_bytes())
     throw std::invalid_argument("encode_png: the pixels do not fit the picture's size");
   std::vector<std::byte> bytes;

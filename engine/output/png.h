@@ -5,17 +5,23 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <ensonify/engine/image/display.h>
 
 namespace ensonify::engine {
 
+/// Keywords and texts that describe a picture, in ASCII (tEXt chunks of a PNG).
+using PngTexts = std::vector<std::pair<std::string, std::string>>;
+
 /// The size of a picture and of its pixels: grey or RGB, 8 or 16 bits per channel.
 struct PngFormat {
   std::size_t width = 0, height = 0;
   int channels = 1;
   int bits = 8;
+  PngTexts texts = {};
 
   std::size_t row_bytes() const {
     return width * static_cast<std::size_t>(channels) * static_cast<std::size_t>(bits / 8);
@@ -46,7 +52,7 @@ class PngWriter {
 
 /// A whole picture as a PNG. Throws std::invalid_argument if the picture is empty or its pixels do
 /// not fit its size.
-std::vector<std::byte> encode_png(const Picture& picture);
+std::vector<std::byte> encode_png(const Picture& picture, const PngTexts& texts = {});
 
 /// Reads a PNG of the kinds that encode_png() writes. Throws std::runtime_error for other content.
 Picture decode_png(std::span<const std::byte> bytes);

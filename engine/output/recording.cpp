@@ -53,6 +53,17 @@ std::span<const std::uint16_t> Recording::side(std::size_t row, Side which) cons
   return std::span(samples).subspan(2 * bins * row + (which == Side::starboard ? bins : 0), bins);
 }
 
+std::vector<PingInTime> pings_by_time(std::span<const Recording> sonars,
+                                      std::span<const std::size_t> which) {
+  std::vector<PingInTime> all;
+  for (std::size_t of = 0; of < which.size(); ++of)
+    for (std::size_t number = 0; number < sonars[which[of]].pings.size(); ++number)
+      all.push_back({of, number});
+  std::ranges::stable_sort(
+      all, {}, [&](const PingInTime& p) { return sonars[which[p.of]].pings[p.number].unix_ms; });
+  return all;
+}
+
 std::optional<std::int64_t> unix_time(std::string_view text) {
   constexpr std::string_view form = "0000-00-00T00:00:00Z";
   if (text.size() != form.size()) return std::nullopt;
@@ -109,6 +120,7 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
     if (heading_rad < 0.0) heading_rad += 2.0 * pi;
     recording.pings.push_back({.row = i,
                                .number = waterfall.first_ping + i,
+                               .beam = static_cast<int>(i) % sonar.beams,
                                .unix_ms = start_s * 1000 + std::llround(ping.pose.t_s * 1000.0),
                                .interval_s = ping.interval_s,
                                .place = there.where,

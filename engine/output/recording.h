@@ -32,7 +32,8 @@ struct RecordingFrame {
 /// vehicle's reported pose plus the sonar's mounting. The altitude is the true one.
 struct NavPing {
   std::size_t row = 0;     ///< of its samples
-  std::size_t number = 0;  ///< of the run's ping; a lost ping leaves a gap
+  std::size_t number = 0;  ///< of the run's row; a lost ping leaves a gap
+  int beam = 0;            ///< as of EchoLine
   std::int64_t unix_ms = 0;
   double interval_s = 0.0;  ///< to the nearer neighbouring ping
   GeographicPlace place;
@@ -41,6 +42,8 @@ struct NavPing {
   double depth_m = 0.0;     ///< below the sea surface
   double altitude_m = 0.0;  ///< above the bed; 0 over a hole
   double speed_mps = 0.0;
+
+  bool operator==(const NavPing&) const = default;
 };
 
 /// A waterfall as a real sonar's software would have recorded it.
@@ -65,6 +68,18 @@ struct Recording {
   /// The samples of one side of a ping, by its row.
   std::span<const std::uint16_t> side(std::size_t row, Side which) const;
 };
+
+/// The pings of the recordings with these numbers, by time; those of one time by their place in
+/// `which`. Sonars may have several rows per ping.
+struct PingInTime {
+  std::size_t of = 0;      ///< place in `which`
+  std::size_t number = 0;  ///< in Recording::pings
+};
+std::vector<PingInTime> pings_by_time(std::span<const Recording> sonars,
+                                      std::span<const std::size_t> which);
+
+/// The name of a recording of all sonars of a scene, without its extension.
+inline constexpr std::string_view common_recording = "recording";
 
 /// Unix seconds of a time written as `2025-06-01T12:00:00Z`; none for any other form.
 std::optional<std::int64_t> unix_time(std::string_view text);

@@ -68,6 +68,21 @@ Json target_json(const TargetRecord& record, std::size_t rows, std::size_t colum
   return json;
 }
 
+Json geometry_json(const ImageGeometry& geometry) {
+  const Pose& pose = geometry.middle;
+  return {{"frequency_hz", geometry.frequency_hz},
+          {"range_m", geometry.range_m},
+          {"sides", geometry.sides},
+          {"across_m", {geometry.left_m, geometry.right_m}},
+          {"pings", {geometry.first_ping, geometry.last_ping}},
+          {"altitude_m", geometry.altitude_m},  // null for NaN
+          {"time_s", pose.t_s},
+          {"position_m", vector_json(pose.position)},
+          {"roll_deg", pose.roll_rad * degrees_per_radian},
+          {"pitch_deg", pose.pitch_rad * degrees_per_radian},
+          {"heading_deg", turned_deg(pose.heading_rad)}};
+}
+
 std::string text_of(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -91,7 +106,7 @@ std::string targets_json(std::span<const TargetRecord> targets, const Waterfall&
 std::string labels_json(const ImageLabels& labels) {
   Json targets = Json::array();
   for (const TargetLabel& label : labels.targets) {
-    Json& json = targets.emplace_back(target_json(label.record, labels.rows, labels.columns));
+    Json& json = targets.emplace_back(target_json(label.record, labels.height, labels.width));
     json["shown_fraction"] = label.shown_fraction;
     json["truncated"] = label.shown_fraction < 1.0;
     json["ignored"] = label.ignored;
@@ -100,13 +115,15 @@ std::string labels_json(const ImageLabels& labels) {
   return text_of({{"image", labels.image},
                   {"pictures", labels.pictures},
                   {"kind", labels.kind},
+                  {"of", labels.of.empty() ? Json(nullptr) : Json(labels.of)},
                   {"geometry", labels.geometry},
                   {"sonar", labels.sonar},
-                  {"width", labels.columns},
-                  {"height", labels.rows},
+                  {"width", labels.width},
+                  {"height", labels.height},
                   {"of_line", {labels.column, labels.row, labels.columns, labels.rows}},
                   {"pixel_across_m", labels.pixel_across_m},
                   {"pixel_along_m", labels.pixel_along_m},
+                  {"seen_from", geometry_json(labels.seen_from)},
                   {"split", labels.split},
                   {"classes", labels.classes},
                   {"targets", targets}});

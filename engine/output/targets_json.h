@@ -29,15 +29,31 @@ struct TargetLabel {
   std::size_t category_id = 0;
 };
 
+/// Where the sonar was, and which part of its swath an image shows.
+struct ImageGeometry {
+  double frequency_hz = 0.0, range_m = 0.0;
+  std::string sides;     ///< both, port or starboard
+  double left_m = 0.0;   ///< across the track at the left edge, negative to port: slant range,
+                         ///< or ground range
+  double right_m = 0.0;  ///< the same at the right edge
+  std::size_t first_ping = 0, last_ping = 0;  ///< numbered as in the run
+  /// The sonar's height over the bed straight below, mean of the pings; NaN over holes.
+  double altitude_m = 0.0;
+  Pose middle;  ///< of the vehicle at the middle ping
+};
+
 /// The labels of one image of a dataset: a whole line or a part of it.
 struct ImageLabels {
   std::string image;                  ///< name of its files, without extension
   std::vector<std::string> pictures;  ///< names of its pictures' files
-  std::string kind;                   ///< line, tile, chip or background
+  std::string kind;                   ///< line, tile, chip, background or hard_negative
+  std::string of = {};                ///< of a chip: the class of what it is about
   std::string geometry;               ///< slant or ground
   std::string sonar;
   std::size_t column = 0, row = 0, columns = 0, rows = 0;  ///< of the line: what it shows
+  std::size_t width = 0, height = 0;                       ///< of the picture
   double pixel_across_m = 0.0, pixel_along_m = 0.0;
+  ImageGeometry seen_from;
   std::string split;
   std::vector<std::string> classes;  ///< that its class mask holds
   std::vector<TargetLabel> targets;

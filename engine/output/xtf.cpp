@@ -4,7 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
+#include <string>
 
+#include <fmt/format.h>
+
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/packed_bytes.h>
 
 namespace ensonify::engine {
@@ -23,33 +28,48 @@ std::uint16_t as_word(double value) {
       std::lround(std::clamp(value, 0.0, double(std::numeric_limits<std::uint16_t>::max()))));
 }
 
-void add_file_header(PackedBytes& bytes, const Recording& recording) {
+void add_channel_info(PackedBytes& bytes, std::size_t channel, std::string_view name,
+                      const Recording& recording) {
+  const std::size_t side = channel % 2;  // port, starboard
+  const std::size_t at = 256 + channel_info * channel;
+  bytes.put<std::uint8_t>(at, static_cast<std::uint8_t>(1 + side));
+  bytes.put<std::uint8_t>(at + 1, static_cast<std::uint8_t>(channel));
+  bytes.put<std::uint16_t>(at + 2, 1);  // slant range
+  bytes.put<std::uint16_t>(at + 4, 1);  // unipolar
+  bytes.put<std::uint16_t>(at + 6, 2);  // bytes per sample
+  bytes.put<std::uint32_t>(at + 8, static_cast<std::uint32_t>(recording.bins));
+  bytes.text(at + 12, 16, name);
+  bytes.put<float>(at + 28, 5.0f);  // volts
+  bytes.put<float>(at + 32, as_float(recording.frequency_hz / 1000.0));
+  bytes.put<float>(at + 36, as_float(recording.beamwidth_rad / degree));
+  bytes.put<float>(at + 40, as_float(recording.tilt_rad[side] / degree));
+  bytes.put<float>(at + 44, as_float(recording.vertical_beamwidth_rad / degree));
+  bytes.put<std::uint8_t>(at + 74, 3);  // unsigned, 16 bits
+}
+
+void add_file_header(PackedBytes& bytes, std::span<const Recording> sonars) {
+  const bool alone = sonars.size() == 1;
+  const std::string name = alone ? sonars.front().name : "";
+  const std::string file = alone ? name : std::string(common_recording);
   bytes.begin(file_header);
   bytes.put<std::uint8_t>(0, 123);
   bytes.put<std::uint8_t>(1, 1);
   bytes.text(2, 8, "ensonify");
-  bytes.text(10, 8, ENSONIFY_VERSION);
-  bytes.text(18, 16, recording.name);
-  bytes.text(36, 64, "ensonify " ENSONIFY_VERSION "; place and attitude are the sonar's own");
+  bytes.text(10, 8, program_version());
+  bytes.text(18, 16, name);
+  bytes.text(36, 64,
+             fmt::format("ensonify {}; place and attitude are the sonar's own", program_version()));
   bytes.put<std::uint16_t>(34, 0);  // sonar type: not in the list
-  bytes.text(100, 64, recording.name + ".xtf");
+  bytes.text(100, 64, file + ".xtf");
   bytes.put<std::uint16_t>(164, 3);  // positions are latitudes and longitudes
-  bytes.put<std::uint16_t>(166, 2);  // sonar channels
-  for (std::size_t k = 0; k < 2; ++k) {
-    const std::size_t at = 256 + channel_info * k;
-    bytes.put<std::uint8_t>(at, k == 0 ? 1 : 2);  // port, starboard
-    bytes.put<std::uint8_t>(at + 1, static_cast<std::uint8_t>(k));
-    bytes.put<std::uint16_t>(at + 2, 1);  // slant range
-    bytes.put<std::uint16_t>(at + 4, 1);  // unipolar
-    bytes.put<std::uint16_t>(at + 6, 2);  // bytes per sample
-    bytes.put<std::uint32_t>(at + 8, static_cast<std::uint32_t>(recording.bins));
-    bytes.text(at + 12, 16, k == 0 ? "port" : "starboard");
-    bytes.put<float>(at + 28, 5.0f);  // volts
-    bytes.put<float>(at + 32, as_float(recording.frequency_hz / 1000.0));
-    bytes.put<float>(at + 36, as_float(recording.beamwidth_rad / degree));
-    bytes.put<float>(at + 40, as_float(recording.tilt_rad[k] / degree));
-    bytes.put<float>(at + 44, as_float(recording.vertical_beamwidth_rad / degree));
-    bytes.put<std::uint8_t>(at + 74, 3);  // unsigned, 16 bits
+  bytes.put<std::uint16_t>(166, static_cast<std::uint16_t>(2 * sonars.size()));  // channels
+  for (std::size_t channel = 0; channel < 2 * sonars.size(); ++channel) {
+    const Recording& recording = sonars[channel / 2];
+    add_channel_info(bytes, channel,
+                     !alone             ? std::string_view(recording.name)
+                     : channel % 2 == 0 ? "port"
+                                        : "starboard",
+                     recording);
   }
 }
 
@@ -69,14 +89,53 @@ float heading_deg(double heading_rad) {
   return degrees == 0.0f ? 360.0f : degrees;
 }
 
-void add_ping(PackedBytes& bytes, const Recording& recording, const NavPing& ping) {
-  const std::size_t side_bytes = channel_header + 2 * recording.bins;
-  const std::size_t whole = ping_header + 2 * side_bytes;
+void add_channel(PackedBytes& bytes, std::size_t at, std::size_t channel,
+                 const Recording& recording, const NavPing& ping) {
+  const double two_way_s = 2.0 * recording.range_m / recording.sound_speed_mps;
+  bytes.put<std::uint16_t>(at, static_cast<std::uint16_t>(channel));
+  bytes.put<float>(at + 4, as_float(recording.range_m));
+  bytes.put<float>(at + 16, as_float(two_way_s));
+  bytes.put<float>(at + 20, as_float(two_way_s));
+  bytes.put<std::uint16_t>(at + 24, 4);  // time-varied gain was applied
+  bytes.put<std::uint16_t>(at + 26, as_word(recording.frequency_hz / 1000.0));
+  bytes.put<std::uint16_t>(at + 28, as_word(recording.near_full_scale_db));
+  bytes.put<std::uint16_t>(at + 30, as_word(recording.far_full_scale_db));
+  bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
+  bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
+  bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm per ping
+  bytes.samples(at + channel_header,
+                recording.side(ping.row, channel % 2 == 0 ? Side::port : Side::starboard));
+}
+
+/// Numbers of sonars with the same navigation.
+using SonarGroup = std::vector<std::size_t>;
+
+std::vector<SonarGroup> groups_by_navigation(std::span<const Recording> sonars) {
+  std::vector<SonarGroup> groups;
+  for (std::size_t k = 0; k < sonars.size(); ++k) {
+    const auto same = std::ranges::find_if(groups, [&](const SonarGroup& group) {
+      return sonars[group.front()].pings == sonars[k].pings;
+    });
+    if (same == groups.end())
+      groups.push_back({k});
+    else
+      same->push_back(k);
+  }
+  return groups;
+}
+
+void add_packet(PackedBytes& bytes, std::span<const Recording> sonars, const SonarGroup& group,
+                std::size_t number) {
+  const Recording& recording = sonars[group.front()];
+  const NavPing& ping = recording.pings.at(number);
+  std::size_t whole = ping_header;
+  for (const std::size_t k : group) whole += 2 * (channel_header + 2 * sonars[k].bins);
   const std::size_t padded = (whole + packet_multiple - 1) / packet_multiple * packet_multiple;
   bytes.begin(padded);
   bytes.put<std::uint16_t>(0, 0xFACE);
-  bytes.put<std::uint8_t>(2, 0);   // sonar
-  bytes.put<std::uint16_t>(4, 2);  // channels to follow
+  bytes.put<std::uint8_t>(2, 0);  // sonar
+  bytes.put<std::uint8_t>(3, static_cast<std::uint8_t>(ping.beam));
+  bytes.put<std::uint16_t>(4, static_cast<std::uint16_t>(2 * group.size()));  // channels to follow
   bytes.put<std::uint32_t>(10, static_cast<std::uint32_t>(padded));
   put_time(bytes, ping.unix_ms);
   bytes.put<std::uint32_t>(28, static_cast<std::uint32_t>(ping.number));
@@ -90,32 +149,27 @@ void add_ping(PackedBytes& bytes, const Recording& recording, const NavPing& pin
   bytes.put<float>(204, as_float(ping.pitch_rad / degree));
   bytes.put<float>(208, as_float(ping.roll_rad / degree));
   bytes.put<float>(212, heading_deg(ping.heading_rad));
-  const double two_way_s = 2.0 * recording.range_m / recording.sound_speed_mps;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const std::size_t at = ping_header + k * side_bytes;
-    bytes.put<std::uint16_t>(at, static_cast<std::uint16_t>(k));
-    bytes.put<float>(at + 4, as_float(recording.range_m));
-    bytes.put<float>(at + 16, as_float(two_way_s));
-    bytes.put<float>(at + 20, as_float(two_way_s));
-    bytes.put<std::uint16_t>(at + 24, 4);  // time-varied gain was applied
-    bytes.put<std::uint16_t>(at + 26, as_word(recording.frequency_hz / 1000.0));
-    bytes.put<std::uint16_t>(at + 28, as_word(recording.near_full_scale_db));
-    bytes.put<std::uint16_t>(at + 30, as_word(recording.far_full_scale_db));
-    bytes.put<std::uint16_t>(at + 32, as_word(std::ceil(recording.bandwidth_hz / 1000.0)));
-    bytes.put<std::uint32_t>(at + 42, static_cast<std::uint32_t>(recording.bins));
-    bytes.put<float>(at + 54, as_float(ping.speed_mps * ping.interval_s * 100.0));  // cm per ping
-    bytes.samples(at + channel_header,
-                  recording.side(ping.row, k == 0 ? Side::port : Side::starboard));
-  }
+  std::size_t at = ping_header;
+  for (const std::size_t k : group)
+    for (const std::size_t side : {0u, 1u}) {
+      add_channel(bytes, at, 2 * k + side, sonars[k], ping);
+      at += channel_header + 2 * sonars[k].bins;
+    }
 }
 
 }  // namespace
 
-std::vector<std::byte> encode_xtf(const Recording& recording) {
+std::vector<std::byte> encode_xtf(std::span<const Recording> sonars) {
+  if (sonars.empty() || sonars.size() > most_sonars_of_xtf)
+    throw std::invalid_argument("an XTF holds one to three sonars");
   std::vector<std::byte> file;
   PackedBytes bytes(file);
-  add_file_header(bytes, recording);
-  for (const NavPing& ping : recording.pings) add_ping(bytes, recording, ping);
+  add_file_header(bytes, sonars);
+  const std::vector<SonarGroup> groups = groups_by_navigation(sonars);
+  std::vector<std::size_t> firsts;
+  for (const SonarGroup& group : groups) firsts.push_back(group.front());
+  for (const auto& [group, number] : pings_by_time(sonars, firsts))
+    add_packet(bytes, sonars, groups[group], number);
   return file;
 }
 

@@ -1,10 +1,11 @@
-"""Sidescan sonar, simulated by tracing rays.
+"""Sidescan sonar, simulated by tracing rays::
 
     import ensonify
     image = ensonify.simulate("scenes/ripples.toml")     # a NumPy array of (pings, samples)
 
 `simulate` gives a scene's image, `images` the images of all its sonars with their poses, targets and
-attributes, and a `Simulator` pings from any pose. `read_recording` reads a real recording. `layers` lists what is known of each sample.
+attributes, and a `Simulator` pings from any pose. `read_recording` reads a real recording. `layers`
+lists what is known of each sample.
 """
 
 from ._ensonify import (EchoLine, Error, Image, MemoryError, MeshError, Pose, RecordedLine, RecordingError,

@@ -301,7 +301,7 @@ class Session {
       std::vector<Line> owned;
       auto next = lines.begin();
       for (const Sonar& sonar : simulator.sonars())
-        for (std::size_t i = 0; i < sides_of(sonar).size(); ++i)
+        for (int i = 0; i < static_cast<int>(sides_of(sonar).size()) * sonar.beams; ++i)
           owned.push_back({sonar.name, std::move(*next++)});
       return owned;
     });
@@ -452,12 +452,15 @@ also an attribute that can be set. Poses compare by value, and pickle.)")
 }
 
 void add_results(py::module_& module) {
-  py::class_<Line>(module, "EchoLine", R"(One side of one ping of a sonar.
+  py::class_<Line>(module, "EchoLine", R"(One side of one ping of a sonar, or one of its beams.
 
 line["intensity"] is a layer of it: a NumPy array of (bins,), from near to far, over the line's own
 memory, float32 or uint32. `layers` lists the names.)")
       .def_readonly("sonar", &Line::sonar, "The sonar's name.")
       .def_property_readonly("side", &Line::side, "\"port\" or \"starboard\".")
+      .def_property_readonly(
+          "beam", [](const Line& self) { return self.line.beam; },
+          "The number of the beam, from 0 at the array's rear end.")
       .def_property_readonly(
           "first_return", [](const Line& self) { return self.line.first_return; },
           "The bin of the first echo of the bed or an object; -1 if there is none.")

@@ -39,6 +39,10 @@ struct RecordedLine {
   double bandwidth_hz = 0.0;
   double pulse_length_s = 0.0;
   double sound_speed_mps = 0.0;
+  double beamwidth_rad = 0.0;           ///< horizontal, -3 dB
+  double vertical_beamwidth_rad = 0.0;  ///< -3 dB
+  std::optional<double> tilt_rad;       ///< of the vertical beam's axis below the horizontal
+  bool peak_detector = false;           ///< a sample is the largest of several, as the file states
   std::vector<RecordedPing> pings;
   std::size_t samples = 0;  ///< per row and side: of the longest ping
   /// Amplitudes as recorded, one row per ping, near to far; empty: the line has no such side.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -32,12 +33,20 @@ std::size_t bytes_of(SampleFormat format) {
 
 /// A channel as the file's header describes it.
 struct Channel {
+  std::string name;
   int line = 0;  ///< number of its line; -1: no sidescan
   Side side = Side::port;
   SampleFormat format = SampleFormat::unknown;
   std::size_t samples = 0;  ///< where a ping does not state them
   double frequency_hz = 0.0;
+  double beamwidth_rad = 0.0, vertical_beamwidth_rad = 0.0, tilt_rad = 0.0;
 };
+
+/// An angle of CHANINFO in radians; 0 if it is no beam's.
+double beam_rad(const RecordingBytes& info, std::size_t offset) {
+  const double degrees = info.known<float>(offset).value_or(0.0);
+  return std::abs(degrees) <= 180.0 ? degrees * degree : 0.0;
+}
 
 /// From the codes of CHANINFO: its sample format, else its bytes per sample; unipolar or bipolar.
 SampleFormat sample_format(const RecordingBytes& info) {
@@ -128,13 +137,17 @@ class XtfReader {
          ++k) {
       const RecordingBytes info = file_.part(first_channel_info + k * channel_info, channel_info);
       const int type = info.at<std::uint8_t>(0);  // 1: port, 2: starboard
-      channels_.push_back({.line = type == 1   ? ports++
+      channels_.push_back({.name = info.text(12, 16),
+                           .line = type == 1   ? ports++
                                    : type == 2 ? starboards++
                                                : -1,
                            .side = type == 1 ? Side::port : Side::starboard,
                            .format = sample_format(info),
                            .samples = info.at<std::uint32_t>(8),
-                           .frequency_hz = 1e3 * info.known<float>(32).value_or(0.0)});
+                           .frequency_hz = 1e3 * info.known<float>(32).value_or(0.0),
+                           .beamwidth_rad = std::max(0.0, beam_rad(info, 36)),
+                           .vertical_beamwidth_rad = std::max(0.0, beam_rad(info, 44)),
+                           .tilt_rad = beam_rad(info, 40)});
     }
   }
 
@@ -182,13 +195,29 @@ class XtfReader {
         if (line.frequency_hz == 0.0)
           line.frequency_hz = channel.frequency_hz > 0.0 ? channel.frequency_hz
                                                          : 1e3 * header.at<std::uint16_t>(26);
-        line.sonar = file_.text(18, 16);
+        line.sonar = sonar_name(channel);
+        if (line.bandwidth_hz == 0.0) line.bandwidth_hz = 1e3 * header.at<std::uint16_t>(32);
+        line.beamwidth_rad = channel.beamwidth_rad;
+        line.vertical_beamwidth_rad = channel.vertical_beamwidth_rad;
+        if (channel.vertical_beamwidth_rad > 0.0) line.tilt_rad = channel.tilt_rad;
+        constexpr std::uint16_t keeps_largest = 2;  // DownsampleMethod
+        line.peak_detector = header.at<std::uint16_t>(2) == keeps_largest;
         ping.range_m = range_m(header, speed_mps);
         lines_.add(channel.line, ping, channel.side,
                    near_to_far(packet.part(at), channel, samples));
       }
       at += samples * bytes;
     }
+  }
+
+  /// The file's, else the name that both channels of a line have.
+  std::string sonar_name(const Channel& channel) const {
+    std::string name = file_.text(18, 16);
+    if (name.empty() && std::ranges::count_if(channels_, [&](const Channel& other) {
+                          return other.line == channel.line && other.name == channel.name;
+                        }) == 2)
+      name = channel.name;
+    return name;
   }
 
   static double range_m(const RecordingBytes& header, double speed_mps) {

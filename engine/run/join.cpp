@@ -268,8 +268,7 @@ std::size_t pings_per_row(std::size_t pings) { return (pings + max_rows - 1) / m
 
 void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t finished_parts,
                    const std::string& sonar) {
-  const std::size_t pings = parts.range(finished_parts - 1).end();
-  const std::size_t group = pings_per_row(parts.pings());
+  std::size_t rows = 0, group = 1;
   refine::NewFile file(folder / (sonar + ".png"));
   std::unique_ptr<PngWriter> writer;
   std::unique_ptr<RowMeans> means;
@@ -277,11 +276,14 @@ void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t fi
   for (std::size_t part = finished_parts; part-- > 0;) {
     const Picture picture = picture_of(file_of(folder, parts, part, sonar, ".png"));
     if (!writer) {
-      const PngFormat format{picture.width, (pings + group - 1) / group, picture.channels,
+      const std::size_t beams = picture.height / parts.range(part).count;
+      rows = beams * parts.range(part).end();
+      group = pings_per_row(beams * parts.pings());
+      const PngFormat format{picture.width, (rows + group - 1) / group, picture.channels,
                              picture.bits};
       writer = std::make_unique<PngWriter>(
           format, [&](std::span<const std::byte> bytes) { file.write(bytes); });
-      means = std::make_unique<RowMeans>(format, group, pings % group > 0 ? pings % group : group);
+      means = std::make_unique<RowMeans>(format, group, rows % group > 0 ? rows % group : group);
     }
     const std::size_t row_bytes = picture.pixels.size() / picture.height;
     for (std::size_t row = 0; row < picture.height; ++row)
@@ -296,6 +298,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
                          std::span<const ObjectVisibility> visibility) {
   std::map<std::uint32_t, JoinedTarget> targets;
   Json whole;
+  std::size_t beams = 1;
   for (std::size_t part = 0; part < parts.count(); ++part) {
     const fs::path file = file_of(folder, parts, part, sonar, "_targets.json");
     try {
@@ -303,13 +306,15 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
       const auto columns = json.at("picture").at("columns").get<std::size_t>();
       if (part == 0) {
         whole = json;
-        whole["picture"]["rows"] = parts.pings();
-        if (pings_per_row(parts.pings()) > 1)
-          whole["picture"]["pings_per_row"] = pings_per_row(parts.pings());
+        beams = json.at("picture").at("rows").get<std::size_t>() / parts.range(part).count;
+        whole["picture"]["rows"] = beams * parts.pings();
+        if (const std::size_t group = pings_per_row(beams * parts.pings()); group > 1)
+          whole["picture"]["pings_per_row"] = group;
       }
       for (const Json& target : json.at("targets"))
-        targets.try_emplace(target.at("instance").get<std::uint32_t>(), parts.pings(), columns)
-            .first->second.add(target, parts.pings() - parts.range(part).end());
+        targets
+            .try_emplace(target.at("instance").get<std::uint32_t>(), beams * parts.pings(), columns)
+            .first->second.add(target, beams * (parts.pings() - parts.range(part).end()));
     } catch (const nlohmann::json::exception& error) {
       throw std::runtime_error(
           fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "

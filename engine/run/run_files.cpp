@@ -64,7 +64,7 @@ std::vector<std::byte> encode_truth(const Scene& scene, const Waterfall& image,
 
 void count(const ScenePings& pings, PartRecord& record) {
   std::map<std::string, std::uint64_t>& counts = record.counts;
-  counts["pings"] = pings.images.front().rows();
+  counts["pings"] = pings.pings.count;
   counts["rays"] = pings.rays;
   counts["hits"] = pings.hits;
   counts["starved_bins"] = 0;
@@ -77,8 +77,10 @@ void count(const ScenePings& pings, PartRecord& record) {
     for (const PingRow& ping : image.pings)
       counts["starved_bins"] +=
           static_cast<std::uint64_t>(ping.starved_port + ping.starved_starboard);
-  record.pings_over_hole = static_cast<std::uint64_t>(std::ranges::count_if(
-      pings.images.front().pings, [](const PingRow& ping) { return std::isnan(ping.altitude_m); }));
+  const Waterfall& first = pings.images.front();
+  const std::ptrdiff_t rows_over_hole = std::ranges::count_if(
+      first.pings, [](const PingRow& row) { return std::isnan(row.altitude_m); });
+  record.pings_over_hole = static_cast<std::uint64_t>(rows_over_hole / first.sonar.beams);
   for (std::size_t i = 0; i < pings.images.size(); ++i)
     record.object_visibility[pings.images[i].sonar.name] = pings.object_visibility[i];
 }
@@ -95,6 +97,15 @@ std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
   return counts;
 }
 
+/// The sonar's picture in grey, with the pixels of the layers.
+Picture preview_of(const Scene& scene, const Waterfall& image, const Simulator& simulator,
+                   std::size_t sonar) {
+  Display display = scene.display;
+  display.palette = Palette::grey;
+  display.slant_range_correction = false;
+  return render(image, display, simulator.calibration(sonar));
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,
@@ -108,7 +119,7 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
                        const TakeFile& take) {
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = scene.output;
-  PartRecord record{.pings = {pings.images.front().first_ping, pings.images.front().rows()},
+  PartRecord record{.pings = pings.pings,
                     .code_path = std::string(SimulatorInternals::code_path(simulator)),
                     .names = renumber({seafloor.classes, seafloor.materials},
                                       {output.class_names, output.sediment_names}, pings.images),
@@ -118,26 +129,35 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
   const ImageOrigin origin{seafloor.mesh.world_origin, scene_hash, record.names, output.encoding};
 
   std::vector<std::function<void()>> tasks;
+  const auto add_recordings = [&](std::size_t first, std::size_t end, const std::string& name) {
+    std::vector<const OutputFormat*> formats;
+    for (const OutputFormat& format : output_formats())
+      if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
+        formats.push_back(&format);
+    if (formats.empty()) return;
+    tasks.push_back([&, first, end, name, formats] {
+      std::vector<Recording> sonars;
+      for (std::size_t i = first; i < end; ++i)
+        sonars.push_back(recording_of(scene, pings.images[i], simulator, i));
+      for (const OutputFormat* format : formats)
+        take(fmt::format("{}.{}", name, format->name),
+             std::get<EncodeRecording>(format->encode)(sonars));
+    });
+  };
+  if (output.one_recording)
+    add_recordings(0, pings.images.size(), std::string(common_recording) + ending);
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
     const std::string name = image.sonar.name + ending;
-    std::vector<const OutputFormat*> recordings;
-    for (const OutputFormat& format : output_formats()) {
-      if (!(output.*format.wanted)) continue;
-      if (const auto* layers = std::get_if<EncodeLayers>(&format.encode))
-        tasks.push_back([&, layers, name, &format = format] {
-          take(fmt::format("{}.{}", name, format.name), (*layers)(image, origin));
+    for (const OutputFormat& format : output_formats())
+      if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
+          layers && output.*format.wanted)
+        tasks.push_back([&, layers, name, i, extension = format.name] {
+          ImageOrigin own = origin;
+          own.preview = [&] { return preview_of(scene, image, simulator, i); };
+          take(fmt::format("{}.{}", name, extension), (*layers)(image, own));
         });
-      else
-        recordings.push_back(&format);
-    }
-    if (!recordings.empty())
-      tasks.push_back([&, recordings, name, i] {
-        const Recording recording = recording_of(scene, image, simulator, i);
-        for (const OutputFormat* format : recordings)
-          take(fmt::format("{}.{}", name, format->name),
-               std::get<EncodeRecording>(format->encode)(recording));
-      });
+    if (!output.one_recording) add_recordings(i, i + 1, name);
     tasks.push_back(
         [&, name, i] { take(name + ".png", encode_picture(scene, image, simulator, i)); });
     tasks.push_back([&, name] { take(name + "_pings.csv", bytes_of(pings_csv(image))); });

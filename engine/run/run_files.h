@@ -16,8 +16,9 @@ using TakeFile = std::function<void(const std::string& name, std::span<const std
 
 /// Encodes the files of the pings of a run or of one of its parts, on several threads: for each
 /// sonar NAME the picture, the layers and recordings that the scene asks for, the table of pings
-/// and the targets. `ending` follows NAME in all file names. Renumbers the labels as the scene
-/// asks. Returns the names and counts of these pings, without files and warnings.
+/// and the targets. The recordings may also be of all sonars together. `ending` follows NAME in all
+/// file names. Renumbers the labels as the scene asks. Returns the names and counts of these pings,
+/// without files and warnings.
 PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
                        const Simulator& simulator, const std::string& ending, int threads,
                        const TakeFile& take);

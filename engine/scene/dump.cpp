@@ -54,14 +54,23 @@ void describe(std::string& out, const Section<Owner>& section, std::string_view 
 
 void describe_shapes(std::string& out) {
   out +=
-      "\nShapes; y is along the heading, z up. The default sizes are typical ones.\n\n"
-      "| shape | is | sizes, with defaults |\n|---|---|---|\n";
+      "\nShapes; y is along the heading, z up. The default sizes are typical ones, those from a to "
+      "b are drawn, the others follow from the form. A part with a named material has it instead "
+      "of the object's.\n\n"
+      "| shape | is | sizes, with defaults | variants | parts |\n|---|---|---|---|---|\n";
   for (const ShapeKind& kind : shape_kinds()) {
     std::string sizes;
-    for (const Dimension& dimension : kind.dimensions)
-      sizes +=
-          fmt::format("{}`{}` {}", sizes.empty() ? "" : ", ", dimension.key, dimension.usual_m);
-    out += fmt::format("| `{}` | {} | {} |\n", kind.name, kind.help, sizes);
+    for (const Dimension& dimension : kind.dimensions) {
+      sizes += fmt::format("{}`{}`", sizes.empty() ? "" : ", ", dimension.key);
+      if (dimension.usual_m > 0.0) sizes += fmt::format(" {}", dimension.usual_m);
+      if (dimension.most_m > 0.0) sizes += fmt::format(" to {}", dimension.most_m);
+    }
+    std::string parts;
+    for (const ShapePart& part : kind.parts)
+      parts += fmt::format("{}{}{}", parts.empty() ? "" : ", ", part.name,
+                           part.material.empty() ? "" : fmt::format(" ({})", part.material));
+    out += fmt::format("| `{}` | {} | {} | {} | {} |\n", kind.name, kind.help, sizes,
+                       fmt::join(kind.variants, ", "), parts);
   }
 }
 
@@ -110,7 +119,9 @@ std::string dump_recipe() {
 # stratified = true   spreads the samples evenly over all stratified keys at once (not for normal)
 # times = "KEY"       multiplies by another key's value, or by several: times = ["KEY", "KEY"]
 # plus = "KEY"        then adds another key's value
-# by = "KEY", table = { VALUE = ..., ... }   a value or a distribution for each value of another key
+# by = "KEY", table = { VALUE = ..., default = ... }   a value or a distribution for each value of
+#                     another key; * in VALUE stands for anything but /
+# mesh = "data:hulls/*.stl"   one of the files of the data folder that it matches
 # present = ...       in a table of a list, such as [[objects]]: whether the table is there
 #
 # [draw] has keys that you define for others to refer to. All keys of [dataset] follow:

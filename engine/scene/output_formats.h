@@ -14,8 +14,8 @@ namespace ensonify::engine {
 
 /// Encodes the layers of a sonar's image.
 using EncodeLayers = std::vector<std::byte> (*)(const Waterfall&, const ImageOrigin&);
-/// Encodes what the sonar's own program would have recorded.
-using EncodeRecording = std::vector<std::byte> (*)(const Recording&);
+/// Encodes what the sonars' own program would have recorded, of one sonar or of several.
+using EncodeRecording = std::vector<std::byte> (*)(std::span<const Recording>);
 
 /// A format in which a run writes a sonar's image if the scene asks for it.
 struct OutputFormat {

@@ -13,6 +13,7 @@
 
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/checks/seabed_check.h>
+#include <ensonify/engine/scene/conditions.h>
 #include <ensonify/engine/scene/keys/dataset_options.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
@@ -101,26 +102,10 @@ class Reader {
   void apply(const std::string& override_text) {
     source_ = "-D " + override_text;
     in_file_ = false;
-    const std::size_t equals = override_text.find('=');
-    if (equals == std::string::npos || equals == 0)
-      throw SceneError(
-          fmt::format("{}: expected key=value, as in -D sea.temperature_c=12", source_));
-    if (std::ranges::any_of(override_text, [](unsigned char c) { return c < 0x20; }))
-      throw SceneError("-D: expected one line of text without control characters");
-    toml::table table;
-    try {
-      table = parse(override_text);
-    } catch (const SceneError&) {  // a bare word
-      table = parse(override_text.substr(0, equals + 1) +
-                    toml_string(override_text.substr(equals + 1)));
-    }
-    if (table.empty())
-      throw SceneError(
-          fmt::format("{}: expected key=value, as in -D sea.temperature_c=12", source_));
-    read_table(table, "");
+    read_table(parse(toml_override(override_text)), "");
   }
 
-  DatasetOptions read_dataset(std::string_view text) {
+  DatasetOptions read_dataset(std::string_view text, std::span<const std::string> overrides) {
     const toml::table file = parse(text);
     const toml::node* node = file.get("dataset");
     if (!node)
@@ -128,12 +113,19 @@ class Reader {
           "{}:1:1: no [dataset], expected a recipe: a scene with a [dataset] table", name_));
     DatasetOptions options;
     read_dataset(expect_table(*node, "dataset"), "dataset", options);
+    for (const std::string& override_text : overrides) {
+      source_ = "-D " + override_text;
+      in_file_ = false;
+      const toml::table changed = parse(toml_override(override_text));
+      if (const toml::node* changes = changed.get("dataset"))
+        read_dataset(expect_table(*changes, "dataset"), "dataset", options);
+    }
     return options;
   }
 
   Scene unchecked() {
-    scene_.places = std::move(places_);
-    return std::move(scene_);
+    take_defaults();
+    return taken();
   }
 
   Scene finish(const ScenePaths& paths) {
@@ -149,6 +141,7 @@ class Reader {
         throw SceneError(fmt::format("{}: {}", place(key), error.what()));
       }
     };
+    take_defaults();
     for (Material& material : scene_.materials) {  // their check needs what is in their tables
       find_file(fmt::format("material.{}.table", material.name), material.table);
       if (!material.table.path.empty())
@@ -157,10 +150,15 @@ class Reader {
     check_scene(scene_, place);
     for_each_file(scene_, find_file);
     check_seabed_files(scene_, place);
-    return unchecked();
+    return taken();
   }
 
  private:
+  Scene taken() {
+    scene_.places = std::move(places_);
+    return std::move(scene_);
+  }
+
   toml::table parse(std::string_view text) const {
     try {
       return toml::parse(text);
@@ -268,19 +266,30 @@ class Reader {
                                       suggestion(name.str(), names)));
       }
       read_keys(section, *owner, expect_table(table, path), path);
-      if constexpr (std::is_same_v<Owner, Sonar>) take_preset(*owner, path);
     }
   }
 
-  /// Sets every key of a sonar that was not given to the value of its preset, in any order of keys.
-  void take_preset(Sonar& sonar, const std::string& path) {
-    if (sonar.preset.empty()) return;
-    Sonar preset = preset_sonar(sonar.preset);
-    for (const Key<Sonar>& key : sonar_section().keys) {
+  /// Sets the keys that were not given to what the scene's conditions and its presets say.
+  void take_defaults() {
+    Scene from;
+    from.conditions = scene_.conditions;
+    from.track.kind = scene_.track.kind;
+    from.sonars.clear();
+    for (const Sonar& sonar : scene_.sonars)
+      from.sonars.push_back(sonar.preset.empty() ? Sonar{} : preset_sonar(sonar.preset));
+    use_conditions(from);
+    for (const auto& section : scene_sections()) take_keys(section, from, scene_, section.name);
+    for (std::size_t i = 0; i < scene_.sonars.size(); ++i)
+      take_keys(sonar_section(), from.sonars[i], scene_.sonars[i],
+                joined("sonar", scene_.sonars[i].name));
+  }
+  template <class Owner>
+  void take_keys(const Section<Owner>& section, Owner& from, Owner& to, std::string_view path) {
+    for (const Key<Owner>& key : section.keys) {
       if (places_.contains(joined(path, key.name))) continue;
-      const Option from = key.option(preset);
-      std::visit([&](auto* option) { *option = *std::get<decltype(option)>(from); },
-                 key.option(sonar));
+      const Option value = key.option(from);
+      std::visit([&](auto* option) { *option = *std::get<decltype(option)>(value); },
+                 key.option(to));
     }
   }
 
@@ -479,6 +488,7 @@ class Reader {
   }
 
   static std::vector<std::string> strings(const toml::node& node, const auto& refuse) {
+    if (const auto* one = node.as_string()) return {one->get()};
     const toml::array* array = node.as_array();
     if (!array) throw refuse();
     std::vector<std::string> strings;
@@ -559,6 +569,27 @@ std::string read_scene_text(const fs::path& file) {
   return text;
 }
 
+std::string toml_override(const std::string& override_text) {
+  const auto refuse = [&] {
+    return SceneError(
+        fmt::format("-D {}: expected key=value, as in -D sea.temperature_c=12", override_text));
+  };
+  const std::size_t equals = override_text.find('=');
+  if (equals == std::string::npos || equals == 0) throw refuse();
+  if (std::ranges::any_of(override_text, [](unsigned char c) { return c < 0x20; }))
+    throw SceneError("-D: expected one line of text without control characters");
+  const auto is_toml = [&](const std::string& text) {
+    try {
+      if (toml::parse(text).empty()) throw refuse();
+      return true;
+    } catch (const toml::parse_error&) {
+      return false;
+    }
+  };
+  if (is_toml(override_text)) return override_text;
+  return override_text.substr(0, equals + 1) + toml_string(override_text.substr(equals + 1));
+}
+
 std::string suggestion(std::string_view word, std::span<const std::string> known) {
   const std::vector<std::string_view> names(known.begin(), known.end());
   const std::vector<std::string_view> meant =
@@ -581,6 +612,7 @@ Scene parse_recipe(std::string_view text, std::string_view name, const DrawnValu
                    const ScenePaths& paths) {
   Reader reader(std::string(name), &drawn);
   reader.read_file(text);
+  for (const std::string& override_text : drawn.overrides) reader.apply(override_text);
   return reader.finish(paths);
 }
 
@@ -588,11 +620,13 @@ Scene parse_recipe_unchecked(std::string_view text, std::string_view name,
                              const DrawnValues& drawn) {
   Reader reader(std::string(name), &drawn);
   reader.read_file(text);
+  for (const std::string& override_text : drawn.overrides) reader.apply(override_text);
   return reader.unchecked();
 }
 
-DatasetOptions parse_dataset_options(std::string_view text, std::string_view name) {
-  return Reader(std::string(name)).read_dataset(text);
+DatasetOptions parse_dataset_options(std::string_view text, std::string_view name,
+                                     std::span<const std::string> overrides) {
+  return Reader(std::string(name)).read_dataset(text, overrides);
 }
 
 ScenePaths scene_paths(const fs::path& file, const fs::path& data_folder) {

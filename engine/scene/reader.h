@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <ensonify/engine/scene/scene.h>
 
@@ -34,6 +35,9 @@ Scene read_scene(const std::filesystem::path& file, std::span<const std::string>
 Scene parse_scene(std::string_view text, std::string_view name,
                   std::span<const std::string> overrides = {}, const ScenePaths& paths = {});
 
+/// An override key=value as TOML: a bare word becomes a string. Throws SceneError if it is none.
+std::string toml_override(const std::string& override_text);
+
 /// What was drawn for one scene of a dataset's recipe.
 struct DrawnValues {
   /// By the key's whole name: a value as in TOML; an empty one leaves the key out.
@@ -41,6 +45,8 @@ struct DrawnValues {
   /// Tables of lists that the scene does not have, such as `objects.1`, by their numbers in the
   /// recipe. In `values` the tables behind them have the numbers that they have in the scene.
   std::set<std::string, std::less<>> absent;
+  /// Overrides as for a scene, of keys that the recipe's text may not have.
+  std::vector<std::string> overrides = {};
 };
 
 /// A scene from a recipe's text, with drawn values in place of the recipe's distributions. Its
@@ -61,5 +67,10 @@ std::string dump_scene(const Scene& scene, bool with_comments = true);
 
 /// The table of keys as a reference page in Markdown: key, what it is, what is expected, default.
 std::string schema_text();
+
+/// The keys of a scene, or of a dataset's recipe, as a JSON Schema (draft 7), with which editors
+/// complete and check TOML files. It knows each key's type, range and words, not how keys fit each
+/// other.
+std::string json_schema(bool recipe);
 
 }  // namespace ensonify::engine

@@ -44,7 +44,7 @@ struct Sea {
 /// How a run is computed. It does not change the result, except for the intersector's last bits.
 struct RunOptions {
   std::string surface = "auto";  ///< a face source's name, or auto: prepare_seafloor() chooses
-  std::string intersector = "embree";
+  std::string intersector = "fan_scan";
   IntersectorOptions intersection;
   int tree_pings = 6;    ///< for how many pings one tree of exact faces is used
   int block_pings = 64;  ///< pings are computed in aligned blocks of this many
@@ -59,13 +59,19 @@ struct OutputOptions {
   std::string start_time;     ///< of the recordings, when t_s is 0; empty: see start_of_recording()
   int pings_per_file = 0;     ///< 0: one part for short runs, see RunParts
   bool file_per_leg = false;  ///< a part for each leg of a lawn-mower
+  bool one_recording = false;  ///< all sonars in one XTF or JSF, instead of one file each
 };
+
+/// What the defaults of a scene's other keys stand for; see use_conditions().
+enum class Conditions { by_preset, ideal, survey };
 
 /// Every option of a run. The defaults make a scene with a good image.
 struct Scene {
+  Conditions conditions = Conditions::by_preset;
   std::uint64_t seed = 1;
   std::optional<std::uint64_t> seafloor_seed;  ///< of the seafloor and its objects; unset: `seed`
   bool speckle = true;
+  bool texture = true;  ///< whether materials scatter unevenly below the cell; needs speckle
   Sea sea;
   SeafloorOptions seafloor;
   std::vector<ObjectOptions> objects;

@@ -111,8 +111,9 @@ void analyse(Seafloor& seafloor, int threads) {
 
 void save_analysed(const Seafloor& seafloor, const std::string& key,
                    const std::filesystem::path& file) {
-  refine::save(*seafloor.progressive,
-               {.tags = seafloor.face_label, .about = about(seafloor), .key = key}, file);
+  std::vector<std::uint16_t> tags(seafloor.face_label.empty() ? 0 : seafloor.first_labelled, 0);
+  tags.insert(tags.end(), seafloor.face_label.begin(), seafloor.face_label.end());
+  refine::save(*seafloor.progressive, {.tags = tags, .about = about(seafloor), .key = key}, file);
 }
 
 Seafloor open_analysed(const std::filesystem::path& file) {
@@ -149,6 +150,7 @@ void restore_mesh(Seafloor& seafloor) {
     if (const std::uint32_t face = from->source_face[slot]; face < mesh.faces.size())
       mesh.faces[face] = from->faces[slot];
   const auto last = static_cast<std::uint16_t>(seafloor.labels.size() - 1);
+  seafloor.first_labelled = 0;
   for (std::uint32_t face = 0; face < from->tag_count(); ++face)
     seafloor.face_label.push_back(std::min(from->tag(face), last));
 }

@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/trace/exact/exact_side.h>
+#include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {
 namespace {
@@ -18,40 +20,47 @@ constexpr double max_cells_per_face = 8.0;  // on average: long faces need large
 /// The highest of the faces seen so far above or below one place.
 class Topmost {
  public:
-  Topmost(refine::Triangles triangles, double x_m, double y_m)
-      : triangles_(triangles), place_(x_m, y_m, 0.0) {}
+  Topmost(double x_m, double y_m) : place_(x_m, y_m, 0.0) {}
 
-  void look_at(std::uint32_t face) {
-    const refine::Face& corners = triangles_.faces[face];
+  void look_at(std::span<const Eigen::Vector3f> positions, const refine::Face& face,
+               std::uint32_t number) {
     const auto side = [&](std::size_t from, std::size_t to) {
-      return exact_side(place_, Eigen::Vector3d::UnitZ(), triangles_.positions[corners[from]],
-                        triangles_.positions[corners[to]]);
+      return exact_side(place_, Eigen::Vector3d::UnitZ(), positions[face[from]],
+                        positions[face[to]]);
     };
     const int first = side(0, 1);
     if (first == 0 || side(1, 2) != first || side(2, 0) != first) return;
-    const Eigen::Vector3d a = triangles_.corner(face, 0);
-    const Eigen::Vector3d normal =
-        (triangles_.corner(face, 1) - a).cross(triangles_.corner(face, 2) - a);
+    const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
+      return positions[face[k]].cast<double>();
+    };
+    const Eigen::Vector3d a = corner(0);
+    const Eigen::Vector3d normal = (corner(1) - a).cross(corner(2) - a);
     const double height_m =
         a.z() +
         (normal.x() * (a.x() - place_.x()) + normal.y() * (a.y() - place_.y())) / normal.z();
-    highest_m_ = std::max(highest_m_, height_m);
+    if (!highest_ || height_m > highest_->height_m) highest_ = {height_m, number};
   }
 
-  double height_m() const {
-    return std::isfinite(highest_m_) ? highest_m_ : std::numeric_limits<double>::quiet_NaN();
-  }
+  const std::optional<BedPoint>& highest() const { return highest_; }
 
  private:
-  refine::Triangles triangles_;
   Eigen::Vector3d place_;
-  double highest_m_ = -std::numeric_limits<double>::infinity();
+  std::optional<BedPoint> highest_;
 };
+
+double height_of(const std::optional<BedPoint>& point) {
+  return point ? point->height_m : std::numeric_limits<double>::quiet_NaN();
+}
 
 }  // namespace
 
-BedGrid::BedGrid(const Seafloor& seafloor)
-    : bed_{seafloor.mesh.positions, std::span(seafloor.mesh.faces).first(seafloor.bed_faces), {}} {
+BedGrid::BedGrid(const Seafloor& seafloor) : heights_(seafloor.grid) {
+  if (heights_) return;
+  bed_ = {seafloor.mesh.positions, std::span(seafloor.mesh.faces).first(seafloor.bed_faces), {}};
+  make_cells();
+}
+
+void BedGrid::make_cells() {
   const refine::Bounds box = refine::bounds(bed_);
   lowest_ = box.lowest.head<2>().cast<double>();
   const Eigen::Vector2d extent = box.highest.head<2>().cast<double>() - lowest_;
@@ -99,13 +108,44 @@ void BedGrid::for_each_cell(std::uint32_t face, F&& f) const {
       f(static_cast<std::size_t>(row * cells_[0] + column));
 }
 
-double BedGrid::height_m(double x_m, double y_m) const {
+refine::Bounds BedGrid::bounds() const {
+  return heights_ ? heights_->bounds() : refine::bounds(bed_);
+}
+
+std::optional<BedPoint> BedGrid::top_in_grid(double x_m, double y_m) const {
+  Topmost topmost(x_m, y_m);
+  // The cells that touch the place: one, or more on a line of the grid.
+  const auto cells = [](std::span<const float> lines, double place_m) {
+    const auto first = std::ranges::lower_bound(lines, place_m) - lines.begin();
+    const auto end = std::ranges::upper_bound(lines, place_m) - lines.begin();
+    return std::array{std::max(0, static_cast<int>(first) - 1),
+                      std::min(static_cast<int>(lines.size()) - 1, static_cast<int>(end))};
+  };
+  const auto columns = cells(heights_->x(), x_m), rows = cells(heights_->y(), y_m);
+  for (int row = rows[0]; row < rows[1]; ++row)
+    for (int column = columns[0]; column < columns[1]; ++column) {
+      const refine::HeightGrid::Cell cell = heights_->cell(column, row);
+      if (!cell.whole) continue;
+      const std::array corners{heights_->point(column, row), heights_->point(column + 1, row),
+                               heights_->point(column, row + 1),
+                               heights_->point(column + 1, row + 1)};
+      topmost.look_at(corners, cell.faces[0], cell.first_face);
+      topmost.look_at(corners, cell.faces[1], cell.first_face + 1);
+    }
+  return topmost.highest();
+}
+
+double BedGrid::height_m(double x_m, double y_m) const { return height_of(top(x_m, y_m)); }
+
+std::optional<BedPoint> BedGrid::top(double x_m, double y_m) const {
+  if (heights_) return top_in_grid(x_m, y_m);
   const Cells at = cell_of({x_m, y_m});
-  if ((at < 0).any() || (at >= cells_).any()) return std::numeric_limits<double>::quiet_NaN();
-  Topmost topmost(bed_, x_m, y_m);
+  if ((at < 0).any() || (at >= cells_).any()) return std::nullopt;
+  Topmost topmost(x_m, y_m);
   const auto cell = static_cast<std::size_t>(at[1] * cells_[0] + at[0]);
-  for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i) topmost.look_at(faces_[i]);
-  return topmost.height_m();
+  for (std::uint64_t i = first_[cell]; i < first_[cell + 1]; ++i)
+    topmost.look_at(bed_.positions, bed_.faces[faces_[i]], faces_[i]);
+  return topmost.highest();
 }
 
 PlumbLine::PlumbLine(const Seafloor& seafloor)
@@ -115,7 +155,9 @@ PlumbLine::PlumbLine(const Seafloor& seafloor)
       lowest_m_(seafloor.bounds().lowest.z()),
       footprint_(*mesh_) {}
 
-double PlumbLine::height_m(double x_m, double y_m) {
+double PlumbLine::height_m(double x_m, double y_m) { return height_of(top(x_m, y_m)); }
+
+std::optional<BedPoint> PlumbLine::top(double x_m, double y_m) {
   // A fan of zero width: its slack is larger than the rounding of the place.
   const refine::FanVolume down{.apex = {x_m, y_m, highest_m_ + 1.0},
                                .array_axis = Eigen::Vector3d::UnitX(),
@@ -123,13 +165,37 @@ double PlumbLine::height_m(double x_m, double y_m) {
                                .pole = Eigen::Vector3d::UnitY(),
                                .range_m = highest_m_ - lowest_m_ + 2.0};
   const refine::ExactFaces faces = footprint_.query({&down, 1});
-  Topmost topmost({faces.points, faces.faces, faces.source_faces}, x_m, y_m);
-  for (std::uint32_t i = 0; i < faces.faces.size(); ++i)
-    if (faces.source_faces[i] < bed_faces_) topmost.look_at(i);
-  return topmost.height_m();
+  Topmost topmost(x_m, y_m);
+  for (std::size_t i = 0; i < faces.faces.size(); ++i)
+    if (faces.source_faces[i] < bed_faces_)
+      topmost.look_at(faces.points, faces.faces[i], faces.source_faces[i]);
+  return topmost.highest();
+}
+
+std::vector<Eigen::Vector3f> BedGrid::grid_vertices_within(const refine::Bounds& box) const {
+  const auto lines_within = [](std::span<const float> lines, float low, float high) {
+    const auto first = std::ranges::lower_bound(lines, low) - lines.begin();
+    const auto end = std::ranges::upper_bound(lines, high) - lines.begin();
+    return std::array{static_cast<int>(first), static_cast<int>(end)};
+  };
+  const auto columns = lines_within(heights_->x(), box.lowest.x(), box.highest.x());
+  const auto rows = lines_within(heights_->y(), box.lowest.y(), box.highest.y());
+  const int first_cell = std::max(0, columns[0] - 1);
+  const int end_cell = std::min(heights_->columns() - 1, columns[1]);
+  std::vector<Eigen::Vector3f> places;
+  if (columns[0] >= columns[1]) return places;
+  std::vector<std::uint8_t> used;
+  for (int row = rows[0]; row < rows[1]; ++row) {
+    heights_->used_points(row, first_cell, end_cell, 0, heights_->rows() - 1, used);
+    for (int column = columns[0]; column < columns[1]; ++column)
+      if (used[static_cast<std::size_t>(column - first_cell)] != 0)
+        places.push_back(heights_->point(column, row));
+  }
+  return places;
 }
 
 std::vector<Eigen::Vector3f> BedGrid::vertices_within(const refine::Bounds& box) const {
+  if (heights_) return grid_vertices_within(box);
   const Cells low = cell_of(box.lowest.head<2>().cast<double>()).max(0);
   const Cells high = cell_of(box.highest.head<2>().cast<double>()).min(cells_ - 1);
   std::vector<std::uint32_t> numbers;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,19 +18,28 @@ namespace ensonify::engine {
 // metres, without objects; NaN over a hole and outside the seafloor. The height depends on the mesh
 // alone, not on the intersector, and both classes return the same bits.
 
-/// Finds the face with a grid over the bed's faces, seen from above. Thread-safe.
+/// A point of the bed, on the topmost of its faces there.
+struct BedPoint {
+  double height_m;
+  std::uint32_t face;  ///< the number
+};
+
+/// Finds the face with a grid over the bed's faces, seen from above: that of its heights, or one
+/// that is made over a mesh. Thread-safe.
 class BedGrid {
  public:
-  static constexpr double bytes_per_face = 24.0;  ///< memory that it needs, at least
-  /// The seafloor must have a mesh and outlive this object.
+  static constexpr double bytes_per_face = 24.0;  ///< memory that it needs over a mesh, at least
+  /// The seafloor must have a grid or a mesh and outlive this object.
   explicit BedGrid(const Seafloor& seafloor);
 
   double height_m(double x_m, double y_m) const;
+  /// None over a hole and outside the seafloor.
+  std::optional<BedPoint> top(double x_m, double y_m) const;
 
   /// The positions of the bed's vertices inside a box seen from above, each vertex once.
   std::vector<Eigen::Vector3f> vertices_within(const refine::Bounds& box) const;
   /// The bed's bounding box.
-  refine::Bounds bounds() const { return refine::bounds(bed_); }
+  refine::Bounds bounds() const;
 
  private:
   using Cells = Eigen::Array<std::int64_t, 2, 1>;
@@ -40,6 +50,12 @@ class BedGrid {
   template <class F>
   void for_each_cell(std::uint32_t face, F&& f) const;
 
+  void make_cells();
+  std::optional<BedPoint> top_in_grid(double x_m, double y_m) const;
+  std::vector<Eigen::Vector3f> grid_vertices_within(const refine::Bounds& box) const;
+
+  std::shared_ptr<const refine::HeightGrid> heights_;
+  // Without those:
   refine::Triangles bed_;
   Eigen::Vector2d lowest_;
   double cell_m_ = 1.0;
@@ -56,6 +72,7 @@ class PlumbLine {
   explicit PlumbLine(const Seafloor& seafloor);
 
   double height_m(double x_m, double y_m);
+  std::optional<BedPoint> top(double x_m, double y_m);
 
  private:
   std::shared_ptr<const refine::ProgressiveMesh> mesh_;

@@ -14,7 +14,9 @@ class FaceLabels {
   FaceLabels(const Seafloor& seafloor, const std::vector<Label>* moving = nullptr)
       : seafloor_(&seafloor),
         moving_(moving),
-        first_labelled_(seafloor.one_label() ? static_cast<std::uint32_t>(seafloor.faces) : 0) {}
+        first_labelled_(seafloor.one_label()      ? static_cast<std::uint32_t>(seafloor.faces)
+                        : seafloor.labels_in_grid ? 0
+                                                  : seafloor.first_labelled) {}
 
   /// Throws as Seafloor::label_of.
   std::uint16_t label_of(std::uint32_t face) const {

@@ -5,18 +5,23 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/bed/generated_tiles.h>
 #include <ensonify/engine/seafloor/bed/spectral.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/layers/bed_labels.h>
+#include <ensonify/engine/seafloor/layers/seabed_in_windows.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
+#include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
@@ -76,13 +81,23 @@ Heightfield make_fractal(const SeafloorOptions& options, std::uint64_t seed) {
 }
 
 /// Throws if a generated bed rises above the sea surface.
-void refuse_land(const Heightfield& field, double depth_m) {
-  const double highest = *std::max_element(field.z_m.begin(), field.z_m.end());
+void refuse_land(std::span<const double> z_m, double depth_m) {
+  const double highest = *std::max_element(z_m.begin(), z_m.end());
   if (!(highest <= 0.0))
     throw std::invalid_argument(fmt::format(
         "seafloor: the bed rises {:.3g} m above the sea surface at a mean depth of {} m; make it "
         "deeper, the relief lower, or the extent smaller",
         highest, depth_m));
+}
+
+void refuse_all_land(const SeafloorOptions& options, double lowest_m, double highest_m) {
+  if (lowest_m < 0.0) return;
+  throw refine::MeshError(fmt::format(
+      "{}: the whole survey lies above the sea surface: its heights are {:.2f} to {:.2f} m and "
+      "the water level is {:.2f} m; set water_level_m, or change the sign of depths that count "
+      "downwards",
+      options.survey.path.string(), lowest_m + options.water_level_m,
+      highest_m + options.water_level_m, options.water_level_m));
 }
 
 Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
@@ -93,13 +108,7 @@ Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
       lowest = std::min(lowest, z);
       highest = std::max(highest, z);
     }
-  if (lowest >= 0.0)
-    throw refine::MeshError(fmt::format(
-        "{}: the whole survey lies above the sea surface: its heights are {:.2f} to {:.2f} m and "
-        "the water level is {:.2f} m; set water_level_m, or change the sign of depths that count "
-        "downwards",
-        options.survey.path.string(), lowest + options.water_level_m,
-        highest + options.water_level_m, options.water_level_m));
+  refuse_all_land(options, lowest, highest);
   if (options.detail.cell_m == 0.0) return field;
   return with_detail(field, options.detail, seed);
 }
@@ -144,18 +153,25 @@ double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   return bytes;
 }
 
-/// Bytes needed in addition to the heights of a bed: for the mesh while the heights still exist,
-/// then for what is built over the mesh after the heights are freed.
-double mesh_bytes(double points, double faces, double bytes_per_face) {
+/// Bytes that exist at the same time once the heights of a bed were made: the heights and their
+/// grid, then the grid and its mesh, then the mesh and what is built over it.
+double bed_bytes(const Heightfield& grid, double faces, double bytes_per_face, BedForm form) {
+  const double heights = 8.0 * points_of(grid);
+  const double in_grid = refine::HeightGrid::bytes_of(grid.columns, grid.rows);
+  if (form == BedForm::grid) return heights + in_grid;
   const double mesh = (0.5 * sizeof(Eigen::Vector3f) + sizeof(refine::Face)) * faces;
-  return mesh + std::max(sizeof(std::uint32_t) * points, bytes_per_face * faces - 8.0 * points);
+  return std::max(heights + in_grid, mesh + std::max(in_grid, bytes_per_face * faces));
 }
 
-std::string cure_of(const SeafloorOptions& options) {
-  return options.kind == SeafloorKind::fractal
-             ? "make seafloor.cell_m larger or the extent smaller"
-             : "make the survey coarser with gdalwarp -tr, cut a part out with gdal_translate "
-               "-projwin, or take a larger seafloor.detail.cell_m if there is one";
+std::string cure_of(const SeafloorOptions& options, BedForm form) {
+  const std::string smaller =
+      options.kind == SeafloorKind::fractal
+          ? "make seafloor.cell_m larger or the extent smaller"
+          : "make the survey coarser with gdalwarp -tr, cut a part out with gdal_translate "
+            "-projwin, or take a larger seafloor.detail.cell_m if there is one";
+  return form == BedForm::grid
+             ? smaller
+             : "take --surface footprint, which needs no mesh of the bed, or " + smaller;
 }
 
 std::string description_of(const Heightfield& grid, const MemoryPlan& plan) {
@@ -169,24 +185,30 @@ std::string description_of(const Heightfield& grid, const MemoryPlan& plan) {
 /// fit.
 void require_heights(const SeafloorOptions& options, const MemoryPlan& plan) {
   const Heightfield grid = expected_grid(options);
-  const double points = points_of(grid);
-  double bytes = heights_bytes(options, grid);
-  if (options.kind == SeafloorKind::fractal) {  // without holes
-    const double faces = 2.0 * (grid.columns - 1.0) * (grid.rows - 1.0);
-    bytes = std::max(bytes, 8.0 * points + mesh_bytes(points, faces, plan.bytes_per_face));
-  }
-  plan.limit.require(bytes + plan.more_bytes, description_of(grid, plan), cure_of(options));
+  plan.limit.require(heights_bytes(options, grid) + plan.more_bytes, description_of(grid, plan),
+                     cure_of(options, BedForm::grid));
 }
 
-/// Throws MemoryError if the mesh over these heights cannot fit.
-void require_mesh(const SeafloorOptions& options, const Heightfield& field,
-                  const MemoryPlan& plan) {
+/// The same for all of a bed; of a survey only the heights count, since its holes make no faces.
+void require_bed(const SeafloorOptions& options, const MemoryPlan& plan, BedForm form) {
+  require_heights(options, plan);
+  if (options.kind == SeafloorKind::survey) return;
+  const Heightfield grid = expected_grid(options);
+  const double faces = 2.0 * (grid.columns - 1.0) * (grid.rows - 1.0);
+  plan.limit.require(bed_bytes(grid, faces, plan.bytes_per_face, form) + plan.more_bytes,
+                     description_of(grid, plan), cure_of(options, form));
+}
+
+/// Throws MemoryError if what is made of these heights cannot fit.
+void require_faces(const SeafloorOptions& options, const Heightfield& field, const MemoryPlan& plan,
+                   BedForm form) {
   double faces = 0.0;
   for (int row = 0; row + 1 < field.rows; ++row)
     for (int column = 0; column + 1 < field.columns; ++column)
       faces += 2.0 * field.whole(column, row);
-  plan.limit.require(mesh_bytes(points_of(field), faces, plan.bytes_per_face) + plan.more_bytes,
-                     description_of(field, plan), cure_of(options));
+  plan.limit.require(
+      bed_bytes(field, faces, plan.bytes_per_face, form) - 8.0 * points_of(field) + plan.more_bytes,
+      description_of(field, plan), cure_of(options, form));
 }
 
 /// The heights of a bed, and the map of its sediments.
@@ -206,7 +228,7 @@ Ground make_ground(const SeafloorOptions& options, std::uint64_t seed) {
   Ground ground;
   ground.field = fractal ? make_fractal(options, seed) : make_survey(options, seed);
   ground.map = lay_seabed(ground.field, options.seabed, options.material, seed);
-  if (fractal) refuse_land(ground.field, options.depth_m);
+  if (fractal) refuse_land(ground.field.z_m, options.depth_m);
   return ground;
 }
 
@@ -246,50 +268,150 @@ double mean_height_m(refine::Triangles triangles) {
   return sum / (3.0 * static_cast<double>(triangles.faces.size()));
 }
 
-void add_object(PlacedObjects::One& object, const ObjectOptions& options, Seafloor& seafloor) {
+void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
   refine::TriangleMesh& whole = seafloor.mesh;
   const auto first = static_cast<std::uint32_t>(whole.positions.size());
   whole.positions.insert(whole.positions.end(), object.mesh.positions.begin(),
                          object.mesh.positions.end());
   for (const refine::Face& face : object.mesh.faces)
     whole.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
-
-  const auto label = static_cast<std::uint16_t>(seafloor.labels.size());
-  seafloor.labels.push_back({.sediment = number_in(seafloor.materials, options.material),
-                             .class_id = number_in(seafloor.classes, options.class_name),
-                             .instance = static_cast<std::uint16_t>(seafloor.objects.size() + 1),
-                             .two_sided = options.shape.empty()});  // a shape's outside is known
-  object.record.label = seafloor.labels.back();
+  const std::size_t label = seafloor.labels.size();
+  for (const ObjectPart& part : object.parts)
+    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, part.material),
+                               .class_id = number_in(seafloor.classes, part.class_name),
+                               .instance = static_cast<std::uint16_t>(seafloor.objects.size() + 1),
+                               .two_sided = part.two_sided});
+  object.record.label = seafloor.labels[label];
   seafloor.objects.push_back(object.record);
-  if (seafloor.face_label.empty()) seafloor.face_label.assign(seafloor.bed_faces, 0);
-  seafloor.face_label.resize(whole.faces.size(), label);
+  if (seafloor.face_label.empty())
+    seafloor.first_labelled = static_cast<std::uint32_t>(seafloor.bed_faces);
+  for (std::size_t f = 0; f < object.mesh.faces.size(); ++f)
+    seafloor.face_label.push_back(
+        static_cast<std::uint16_t>(label + (object.face_part.empty() ? 0 : object.face_part[f])));
   object.mesh = {};
 }
 
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                  std::span<const Material> materials, Seafloor& seafloor) {
   if (tables.empty()) return;
-  if (const std::size_t count = count_of(tables); count + seafloor.labels.size() > max_labels)
-    throw std::invalid_argument(
-        fmt::format("{} objects are more than the {} labels that are left; use fewer objects",
-                    count, max_labels - seafloor.labels.size()));
+  const auto require_labels = [&](std::size_t count, std::string_view what) {
+    if (count + seafloor.labels.size() > max_labels)
+      throw std::invalid_argument(
+          fmt::format("{} {} are more than the {} labels that are left; use fewer objects", count,
+                      what, max_labels - seafloor.labels.size()));
+  };
+  require_labels(count_of(tables), "objects");
   PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials);
+  std::size_t parts = 0;
+  for (const PlacedObjects::One& object : placed.objects) parts += object.parts.size();
+  require_labels(parts, "parts of objects");
   for (const auto& [file, report] : placed.repairs) report_repairs(report, file, seafloor);
   seafloor.warnings.insert(seafloor.warnings.end(), placed.warnings.begin(), placed.warnings.end());
   std::size_t faces = seafloor.mesh.faces.size(), vertices = seafloor.mesh.positions.size();
+  const std::size_t in_grid = seafloor.first_in_mesh();
   for (const PlacedObjects::One& object : placed.objects) {
     faces += object.mesh.faces.size();
     vertices += object.mesh.positions.size();
   }
-  if (static_cast<double>(faces) > max_faces)
+  if (static_cast<double>(in_grid + faces) > max_faces)
     throw refine::MeshError(fmt::format(
         "with its {} objects the seafloor has more than 2^31 faces; use coarser meshes or a "
         "coarser bed",
         placed.objects.size()));
   seafloor.mesh.faces.reserve(faces);
   seafloor.mesh.positions.reserve(vertices);
-  for (PlacedObjects::One& object : placed.objects)
-    add_object(object, tables[object.record.table], seafloor);
+  for (PlacedObjects::One& object : placed.objects) add_object(object, seafloor);
+}
+
+void add_objects_and_count(std::span<const ObjectOptions> objects, std::uint64_t seed,
+                           std::span<const Material> materials, Seafloor& seafloor) {
+  const std::size_t bed_vertices = seafloor.vertices - seafloor.mesh.positions.size();
+  add_objects(objects, seed, materials, seafloor);
+  seafloor.vertices = bed_vertices + seafloor.mesh.positions.size();
+  seafloor.faces = seafloor.first_in_mesh() + seafloor.mesh.faces.size();
+}
+
+constexpr double most_survey_points = 67108864.0;  // 2^26, that are read at once
+
+std::string not_at_once(const SeafloorOptions& options) {
+  const Heightfield grid = expected_grid(options);
+  return fmt::format(
+      "seafloor: a bed of {} x {} points is too large to be made at once; take --surface footprint, "
+      "for which it is made where pings need it, or {}",
+      grid.columns, grid.rows, cure_of(options, BedForm::grid));
+}
+
+/// The heights and kinds of a bed's tiles.
+refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
+                                              const Heightfield& grid, std::uint64_t seed) {
+  const bool fractal = options.kind == SeafloorKind::fractal;
+  refine::HeightTiles::Heights bed =
+      fractal ? generated_tiles(grid, options.depth_m, options.fractal, options.ripples, seed)
+              : survey_tiles(options.survey.path, options.water_level_m);
+  if (options.seabed.empty()) return bed;
+  bed = with_seabed(grid, std::move(bed), options.seabed, options.material, seed);
+  if (!fractal) return bed;
+  return [bed = std::move(bed), depth_m = options.depth_m](
+             int first_column, int first_row, int columns, int rows, std::span<double> z_m,
+             std::span<std::uint8_t> kinds) {
+    bed(first_column, first_row, columns, rows, z_m, kinds);
+    refuse_land(z_m, depth_m);
+  };
+}
+
+/// The labels of a bed whose tiles have the kinds of its points, which features have no numbers in.
+void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> kinds,
+                 Seafloor& seafloor) {
+  for (const SeabedMap::Kind& kind : kinds)
+    seafloor.labels.push_back({.sediment = number_in(seafloor.materials, kind.material),
+                               .class_id = number_in(seafloor.classes, kind.class_name)});
+  seafloor.labels_in_grid = kinds.size() > 1;
+  for_each_relief_list(seabed, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
+    for (std::size_t i = 0; kind.has_instances() && i < list.size(); ++i)
+      if (!list[i].class_name.empty())
+        seafloor.warnings.push_back(fmt::format(
+            "seafloor.{}.{}: a bed that is made in tiles has no numbers of features; the truth has "
+            "their class, but no instances of them",
+            kind.list, i));
+  });
+}
+
+/// The grid whose tiles are made later. Its mean height is that of the options, or of a sample.
+void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const TileFile& tiles,
+                       Seafloor& seafloor) {
+  const bool fractal = options.kind == SeafloorKind::fractal;
+  if (!fractal && options.detail.cell_m > 0.0)
+    throw std::invalid_argument(
+        "seafloor.detail: a survey that is made in tiles cannot have finer detail yet; remove the "
+        "table, or cut a part of the survey out with gdal_translate -projwin");
+  const Heightfield grid = expected_grid(options);
+  require_windows(grid, options.seabed);
+  const std::vector<SeabedMap::Kind> kinds = possible_kinds(options.seabed, options.material);
+  const auto describe = [&](refine::HeightTiles::Shape& shape) {
+    if (fractal) {
+      shape.mean_height_m = -options.depth_m;
+      shape.lowest_m = shape.highest_m = static_cast<float>(-options.depth_m);
+      return;
+    }
+    const SurveySample sample = sample_survey(options.survey.path, options.water_level_m);
+    refuse_all_land(options, sample.lowest_m, sample.highest_m);
+    shape.mean_height_m = sample.mean_m;
+    shape.lowest_m = static_cast<float>(sample.lowest_m);
+    shape.highest_m = static_cast<float>(sample.highest_m);
+  };
+  auto [x_m, y_m] = places(grid);
+  Eigen::Vector3d world_origin = grid.world_origin;
+  if (!fractal) world_origin.z() = options.water_level_m;
+  seafloor.grid = std::make_shared<const refine::HeightGrid>(std::make_shared<refine::HeightTiles>(
+      std::move(x_m), std::move(y_m), world_origin, describe, heights_of_tiles(options, grid, seed),
+      tiles.file, tiles.key, kinds.size() > 1));
+  seafloor.mesh.world_origin = world_origin;
+  seafloor.utm_zone = grid.utm_zone;
+  seafloor.vertices = seafloor.grid->vertices();
+  seafloor.bed_faces = seafloor.grid->faces();
+  seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  label_tiles(options.seabed, kinds, seafloor);
 }
 
 }  // namespace
@@ -298,15 +420,29 @@ void check_header(const SeafloorOptions& options) {
   if (options.kind == SeafloorKind::survey) read_survey_header(options.survey.path);
 }
 
+bool needs_tiles(const SeafloorOptions& options) {
+  if (is_mesh(options)) return false;
+  if (options.kind == SeafloorKind::survey) {
+    const Heightfield grid = read_survey_header(options.survey.path);
+    return !(options.detail.cell_m > 0.0) && points_of(grid) > most_survey_points &&
+           obstacle_to_windows(grid, options.seabed).empty();
+  }
+  const Heightfield grid = fractal_grid(options);
+  return !fits_one_transform(grid, options.fractal.height_at_1m_m > 0.0
+                                       ? fractal_period_m(grid, options.fractal.hurst)
+                                       : 0.0);
+}
+
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              const MemoryPlan& plan) {
+  if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
   if (!is_mesh(options)) require_heights(options, plan);
   return make_ground(options, seed).field;
 }
 
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects, std::span<const Material> materials,
-                       const MemoryPlan& plan) {
+                       const MemoryPlan& plan, BedForm form) {
   if (options.kind == SeafloorKind::progressive) {
     if (!objects.empty())
       throw std::invalid_argument(
@@ -317,23 +453,43 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   Seafloor seafloor;
   if (options.kind == SeafloorKind::mesh) {
     seafloor.mesh = make_mesh(options, seafloor, plan);
+    seafloor.vertices = seafloor.mesh.positions.size();
+    seafloor.bed_faces = seafloor.mesh.faces.size();
+    seafloor.mean_bed_m = mean_height_m(seafloor.mesh);
     seafloor.labels = {{.sediment = number_in(seafloor.materials, options.material),
                         .class_id = number_in(seafloor.classes, "seabed"),
                         .two_sided = true}};
   } else {
-    require_heights(options, plan);
+    if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
+    require_bed(options, plan, form);
     const Ground ground = make_ground(options, seed);
-    require_mesh(options, ground.field, plan);
-    seafloor.mesh = tessellate(ground.field);
+    require_faces(options, ground.field, plan, form);
+    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(ground.field));
+    seafloor.mesh.world_origin = ground.field.world_origin;
     seafloor.utm_zone = ground.field.utm_zone;
-    label_bed(ground.field, ground.map, count_of(objects), seafloor);
+    seafloor.vertices = seafloor.grid->vertices();
+    seafloor.bed_faces = seafloor.grid->faces();
+    seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+    label_bed(ground.field, *seafloor.grid, ground.map, count_of(objects), seafloor);
   }
-  seafloor.bed_faces = seafloor.mesh.faces.size();
-  seafloor.mean_bed_m = mean_height_m(seafloor.mesh);
-  add_objects(objects, seed, materials, seafloor);
-  seafloor.vertices = seafloor.mesh.positions.size();
-  seafloor.faces = seafloor.mesh.faces.size();
+  add_objects_and_count(objects, seed, materials, seafloor);
+  if (form == BedForm::mesh) take_bed_to_mesh(seafloor);
   return seafloor;
+}
+
+Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
+                                std::span<const ObjectOptions> objects,
+                                std::span<const Material> materials, const TileFile& tiles) {
+  Seafloor seafloor;
+  take_bed_in_tiles(options, seed, tiles, seafloor);
+  add_objects_and_count(objects, seed, materials, seafloor);
+  return seafloor;
+}
+
+void take_bed_to_mesh(Seafloor& seafloor) {
+  if (!seafloor.grid) return;
+  seafloor.mesh = seafloor.whole_mesh();
+  seafloor.grid = nullptr;
 }
 
 }  // namespace ensonify::engine

@@ -12,6 +12,13 @@
 
 namespace ensonify::engine {
 
+/// Where make_seafloor() leaves the faces of a bed of heights. A mesh that was read has no heights:
+/// it is left in a mesh in any case.
+enum class BedForm {
+  mesh,  ///< with those of the objects, as a mesh
+  grid   ///< in the grid: about a seventh of the memory
+};
+
 /// The memory limit of make_seafloor(), and the memory that later stages need.
 ///
 /// Every estimate is a lower bound: it counts only what is certainly allocated at the same time, so
@@ -34,12 +41,16 @@ void check_header(const SeafloorOptions& options);
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
                              const MemoryPlan& plan = {});
 
-/// The bed (of any kind) as a mesh, with objects set down on it; `materials` are those that the
-/// scene defines. Throws what make_heightfield throws; refine::MeshError for a mesh that cannot be
+/// The bed (of any kind), with objects set down on it; `materials` are those that the scene
+/// defines. Throws what make_heightfield throws; refine::MeshError for a mesh that cannot be
 /// read or an object without a bed below it; std::invalid_argument for objects on a progressive
 /// mesh, which already contains its objects.
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
                        std::span<const ObjectOptions> objects = {},
-                       std::span<const Material> materials = {}, const MemoryPlan& plan = {});
+                       std::span<const Material> materials = {}, const MemoryPlan& plan = {},
+                       BedForm form = BedForm::mesh);
+
+/// Turns a seafloor whose bed is in a grid into one that is a mesh. Faces and labels stay.
+void take_bed_to_mesh(Seafloor& seafloor);
 
 }  // namespace ensonify::engine

@@ -10,6 +10,7 @@
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
+#include <ensonify/scatter/ground_texture.h>
 #include <ensonify/scatter/gsab.h>
 #include <ensonify/scatter/solid_target.h>
 #include <ensonify/scatter/strength_table.h>
@@ -30,10 +31,28 @@ constexpr double degree = std::numbers::pi / 180.0;
 struct Cover {
   std::string_view name;
   double mu_db;
+  scatter::GroundTexture texture;  // typical values
 };
-constexpr std::array covers = {Cover{"seagrass", -15.0}, Cover{"shells", -14.0}};
+constexpr std::array covers = {
+    Cover{"seagrass", -15.0, {.patch_m = 0.15, .shape = 0.6, .exponent = 1.0, .variation_db = 1.5}},
+    Cover{"shells",
+          -14.0,
+          {.shape = 0.4, .glint_share = 0.3, .glints_per_m2 = 30.0, .variation_db = 1.5}}};
+
+/// What grows and lies on a rough solid, its plates and its edges are uneven at all angles. Typical
+/// values.
+constexpr scatter::GroundTexture of_rough_solids{
+    .patch_m = 0.1, .shape = 0.3, .exponent = 0.0, .variation_db = 3.0, .variation_m = 4.0};
+
+bool is_solid(std::string_view name) {
+  const std::vector<scatter::NamedSolid> solids = scatter::named_solids();
+  return std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end();
+}
 
 Sediment parameters_of(const Material& material) {
+  if (is_solid(material.like))
+    throw std::invalid_argument(fmt::format(
+        "like = \"{}\" is a solid: the material needs model = \"solid\"", material.like));
   Sediment sediment = material.mean_grain_size_phi
                           ? scatter::sediment_of_grain_size(*material.mean_grain_size_phi)
                           : scatter::sediment_named(material.like);
@@ -169,8 +188,7 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   const auto found = std::ranges::find(own, name, &Material::name);
   if (found != own.end()) return *found;
   Material known{.name = std::string(name), .like = std::string(name)};
-  const std::vector<scatter::NamedSolid> solids = scatter::named_solids();
-  if (std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end()) {
+  if (is_solid(name)) {
     known.model = solid;
     return known;
   }
@@ -183,7 +201,7 @@ Material material_named(std::string_view name, std::span<const Material> own) {
     scatter::sediment_named(name);
   } catch (const std::invalid_argument& unknown) {
     std::string solid_names;
-    for (const scatter::NamedSolid& known_solid : solids)
+    for (const scatter::NamedSolid& known_solid : scatter::named_solids())
       solid_names += fmt::format(", {}", known_solid.name);
     throw std::invalid_argument(fmt::format(
         "{}; covers are seagrass, shells; solids are{}; or describe it in a table [material.{}]",
@@ -210,6 +228,29 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
 std::optional<Sediment> sediment_of(const Material& material) {
   if (!is_sediment(material)) return std::nullopt;
   return parameters_of(material);
+}
+
+scatter::GroundTexture texture_of(const Material& material) {
+  scatter::GroundTexture texture;
+  if (material.model == solid) {
+    if (solid_of(material).lobe_width_rad > 0.0) texture = of_rough_solids;
+  } else {
+    const auto cover = std::ranges::find(covers, material.like, &Cover::name);
+    texture = cover != covers.end() ? cover->texture
+                                    : scatter::ground_texture_of(parameters_of(material));
+  }
+  using Texture = scatter::GroundTexture;
+  using Parameter = std::pair<std::optional<double> Material::*, double Texture::*>;
+  for (const auto& [given, parameter] :
+       {Parameter{&Material::texture_patch_m, &Texture::patch_m},
+        Parameter{&Material::texture_shape, &Texture::shape},
+        Parameter{&Material::texture_exponent, &Texture::exponent},
+        Parameter{&Material::glint_share, &Texture::glint_share},
+        Parameter{&Material::glints_per_m2, &Texture::glints_per_m2},
+        Parameter{&Material::variation_db, &Texture::variation_db},
+        Parameter{&Material::variation_m, &Texture::variation_m}})
+    if (material.*given) texture.*parameter = *(material.*given);
+  return texture;
 }
 
 double smooth_specular(const Material& material) {

@@ -12,6 +12,7 @@
 
 namespace ensonify::scatter {
 class Backscatter;
+struct GroundTexture;
 class StrengthTable;
 }  // namespace ensonify::scatter
 
@@ -43,6 +44,9 @@ struct Material {
   InputFile table;                                         ///< a CSV file, for `table`
   std::shared_ptr<const scatter::StrengthTable> measured;  ///< what it has; read with the scene
   double strength_offset_db = 0.0;  ///< added to the strength of a sediment, gsab or table
+  /// What differs from the texture of `like` (scatter::GroundTexture).
+  std::optional<double> texture_patch_m, texture_shape, texture_exponent;
+  std::optional<double> glint_share, glints_per_m2, variation_db, variation_m;
 };
 
 /// The material of that name: one of `own` (the scene's), or else a named sediment, cover
@@ -60,6 +64,9 @@ std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, d
 
 /// Its parameters if it is a sediment; nullopt for a cover or a solid. Throws as above.
 std::optional<scatter::Sediment> sediment_of(const Material& material);
+
+/// How unevenly it scatters below the sonar's cell; a solid does so evenly. Throws as above.
+scatter::GroundTexture texture_of(const Material& material);
 
 /// The part of the arriving energy that it reflects without scattering, as objects of it do
 /// (scatter::Solid::smooth_specular()); 0 unless it is a solid. Throws as above.

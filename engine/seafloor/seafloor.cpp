@@ -2,13 +2,37 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/refine/height_grid.h>
 #include <ensonify/refine/mesh_reader.h>
 
 namespace ensonify::engine {
 
 refine::Bounds Seafloor::bounds() const {
-  return progressive ? progressive->bounds : refine::bounds(mesh);
+  if (progressive) return progressive->bounds;
+  if (!grid) return refine::bounds(mesh);
+  refine::Bounds box = grid->bounds();
+  if (mesh.faces.empty()) return box;
+  const refine::Bounds of_objects = refine::bounds(mesh);
+  box.lowest = box.lowest.cwiseMin(of_objects.lowest);
+  box.highest = box.highest.cwiseMax(of_objects.highest);
+  return box;
 }
+
+refine::TriangleMesh Seafloor::whole_mesh() const {
+  return grid ? with_objects(grid->mesh()) : mesh;
+}
+
+refine::TriangleMesh Seafloor::with_objects(refine::TriangleMesh bed) const {
+  const auto first = static_cast<std::uint32_t>(bed.positions.size());
+  bed.positions.reserve(bed.positions.size() + mesh.positions.size());
+  bed.positions.insert(bed.positions.end(), mesh.positions.begin(), mesh.positions.end());
+  bed.faces.reserve(bed.faces.size() + mesh.faces.size());
+  for (const refine::Face& face : mesh.faces)
+    bed.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
+  return bed;
+}
+
+std::uint16_t Seafloor::kind_of(std::uint32_t face) const { return grid->kind_of(face); }
 
 std::uint16_t Seafloor::tag_of(std::uint32_t face) const {
   if (progressive->tag_count() == 0) return 0;

@@ -9,6 +9,10 @@
 #include <ensonify/refine/progressive_mesh.h>
 #include <ensonify/refine/triangle_mesh.h>
 
+namespace ensonify::refine {
+class HeightGrid;
+}
+
 namespace ensonify::engine {
 
 /// The number of labels, and of instances, that there can be: they have 16 bits, and label pictures
@@ -45,19 +49,24 @@ struct FeatureRecord {
   Label label;
 };
 
-/// The mesh, and a label for each face. Local z is the height above the sea surface, so it is
-/// negative.
+/// The faces, and a label for each. They are in one of three places: all in `mesh`, all in
+/// `progressive`, or the bed's in `grid` and the objects' in `mesh`. Local z is the height above
+/// the sea surface, so it is negative.
 struct Seafloor {
-  refine::TriangleMesh mesh;  ///< has no faces if `progressive` is set
+  refine::TriangleMesh mesh;
   /// The mesh at many resolutions, after analyse() (analysis.h); faces keep their numbers.
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
-  std::size_t vertices = 0, faces = 0;  ///< of the mesh or of the progressive mesh
-  std::size_t bed_faces = 0;            ///< the bed's faces come first, then each object's
-  double mean_bed_m = 0.0;              ///< mean height of the bed's faces
-  std::vector<Label> labels;            ///< the distinct labels; at least one
-  /// Index into `labels`, one per face; empty: the progressive mesh's tags are the indices, or, if
-  /// it has no tags, all faces have labels[0].
+  std::shared_ptr<const refine::HeightGrid> grid;  ///< the heights of the bed
+  std::size_t vertices = 0, faces = 0;             ///< all of them
+  std::size_t bed_faces = 0;  ///< the bed's faces come first, then each object's
+  double mean_bed_m = 0.0;    ///< mean height of the bed's faces
+  std::vector<Label> labels;  ///< the distinct labels; at least one
+  /// Index into `labels`, one per face from number first_labelled on; faces before have labels[0].
+  /// Empty: the progressive mesh's tags are the indices, or, if it has no tags, all faces have
+  /// labels[0].
   std::vector<std::uint16_t> face_label;
+  std::uint32_t first_labelled = 0;
+  bool labels_in_grid = false;  ///< the kinds of the grid's tiles are the labels of the bed's faces
   std::vector<std::string> classes = {"none"};
   std::vector<std::string> materials = {"none"};
   int utm_zone = 0;  ///< of the mesh's world, as in Heightfield
@@ -68,13 +77,18 @@ struct Seafloor {
 
   /// Whether all faces have label 0.
   bool one_label() const {
-    return face_label.empty() && (!progressive || progressive->tag_count() == 0);
+    return face_label.empty() && !labels_in_grid && (!progressive || progressive->tag_count() == 0);
   }
-  /// Throws refine::MeshError if the progressive mesh's tag is not the index of a label.
+  /// Throws refine::MeshError if the progressive mesh's tag is not the index of a label, and what
+  /// refine::HeightTiles::require() throws.
   std::uint16_t label_of(std::uint32_t face) const {
-    if (!face_label.empty()) return face_label[face];
+    if (labels_in_grid && face < bed_faces) return kind_of(face);
+    if (face < first_labelled) return 0;
+    if (!face_label.empty()) return face_label[face - first_labelled];
     return progressive ? tag_of(face) : std::uint16_t{0};
   }
+  /// The number of the first face of `mesh`.
+  std::uint32_t first_in_mesh() const { return grid ? static_cast<std::uint32_t>(bed_faces) : 0; }
   /// The label of an object or feature, by its instance. Throws std::out_of_range if there is no
   /// such instance.
   const Label& label_of_instance(std::uint32_t instance) const {
@@ -83,8 +97,13 @@ struct Seafloor {
                                    : features.at(number - objects.size()).label;
   }
   refine::Bounds bounds() const;  ///< of all faces, local metres
+  /// All faces of a seafloor without a progressive mesh, in their order.
+  refine::TriangleMesh whole_mesh() const;
+  /// With `grid`: the objects' faces after those of `bed`, some of the bed's.
+  refine::TriangleMesh with_objects(refine::TriangleMesh bed) const;
 
  private:
+  std::uint16_t kind_of(std::uint32_t face) const;
   std::uint16_t tag_of(std::uint32_t face) const;
 };
 

@@ -35,6 +35,9 @@ struct SeafloorOptions {
   // survey, mesh
   double water_level_m = 0.0;            ///< height of the sea surface in the file's vertical datum
   std::string material = "medium sand";  ///< a name for material_named() of material.h
+  /// Thickness of the bed's uppermost layer into which sound penetrates, if its material there is a
+  /// sediment: objects buried in it echo (buried_surfaces.h). 0: none.
+  double penetration_m = 0.0;
 };
 
 }  // namespace ensonify::engine

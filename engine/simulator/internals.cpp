@@ -1,10 +1,54 @@
 #include <ensonify/engine/simulator/internals.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include <Eigen/Geometry>
+
 #include <ensonify/engine/simulator/parts.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/engine/trace/check/ping_comparison.h>
+#include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {
+namespace {
+
+struct NumberedMesh {
+  refine::TriangleMesh mesh;
+  std::vector<std::uint32_t> numbers;  // of the faces
+};
+
+/// All objects of a seafloor whose bed is a grid, and of the bed what lies within the fans' range
+/// of them and of the vehicle, seen from above.
+NumberedMesh mesh_near(const Seafloor& seafloor, const Eigen::Vector3d& vehicle,
+                       std::span<const RayFan> fans) {
+  Eigen::AlignedBox2d box(vehicle.head<2>());
+  for (const RayFan& fan : fans) {
+    const Eigen::Vector2d place = fan.origin.head<2>();
+    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(fan.range_m * fan.bend.lengthening);
+    box.extend(place - reach);
+    box.extend(place + reach);
+  }
+  const refine::HeightGrid& grid = *seafloor.grid;
+  const auto cells = [](std::span<const float> lines, double low_m, double high_m) {
+    const auto first = std::ranges::lower_bound(lines, low_m) - lines.begin();
+    const auto end = std::ranges::upper_bound(lines, high_m) - lines.begin();
+    return std::array{std::max(0, static_cast<int>(first) - 1),
+                      std::min(static_cast<int>(lines.size()) - 1, static_cast<int>(end))};
+  };
+  const auto columns = cells(grid.x(), box.min().x(), box.max().x());
+  const auto rows = cells(grid.y(), box.min().y(), box.max().y());
+  NumberedMesh near;
+  near.mesh =
+      seafloor.with_objects(grid.mesh(columns[0], columns[1], rows[0], rows[1], &near.numbers));
+  for (auto face = static_cast<std::uint32_t>(seafloor.bed_faces); face < seafloor.faces; ++face)
+    near.numbers.push_back(face);
+  return near;
+}
+
+}  // namespace
 
 void SimulatorInternals::expect(Simulator& simulator, std::span<const Pose> poses,
                                 refine::SpareThreads& spare) {
@@ -29,12 +73,17 @@ std::vector<std::vector<Hit>> SimulatorInternals::hits(Simulator& simulator, con
 AgreementCounts SimulatorInternals::verify(Simulator& simulator, const Pose& pose) {
   const Simulator::Ready& ready = *simulator.ready_;
   const Seafloor& seafloor = ready.seafloor;
+  const std::span<const RayFan> fans = simulator.aim(pose);
   CheckedMesh mesh{seafloor.mesh, ready.bounds, seafloor.bed_faces};
+  NumberedMesh near;
   if (const auto& progressive = seafloor.progressive) {
     progressive->verify_all();
     mesh.triangles = {progressive->points, progressive->faces, progressive->source_face};
+  } else if (seafloor.grid) {
+    near = mesh_near(seafloor, pose.position, fans);
+    mesh.triangles = {near.mesh.positions, near.mesh.faces, near.numbers};
   }
-  AgreementCounts counts = compare_ping(simulator.worker_->face_source, mesh, simulator.aim(pose),
+  AgreementCounts counts = compare_ping(simulator.worker_->face_source, mesh, fans,
                                         intersector_kind(ready.parts.intersector).precision);
   counts += compare_height(mesh, pose.position.x(), pose.position.y(),
                            simulator.bed_height_m(pose.position.x(), pose.position.y()));
@@ -88,7 +137,7 @@ Refraction SimulatorInternals::refraction(const Simulator& simulator) {
 
 RefractionCounts SimulatorInternals::refraction_counts(const Simulator& simulator) {
   RefractionCounts sum;
-  for (const PingTracer& tracer : simulator.worker_->tracers) sum += tracer.refraction_counts();
+  for (const auto& beam : simulator.worker_->beams) sum += beam.tracer.refraction_counts();
   return sum;
 }
 

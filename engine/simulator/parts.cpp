@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/refine/ball_tree.h>
 
 namespace ensonify::engine {
 
@@ -13,12 +14,16 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
       seafloor(prepared->seafloor),
       bounds(seafloor.bounds()),
       parts{.progressive = seafloor.progressive,
+            .grid = seafloor.grid,
             .intersector = of.run.intersector,
             .options = of.run.intersection,
             .tree_pings = of.run.tree_pings},
       water(of.sea, seafloor.mean_bed_m, double(bounds.lowest.z())),
       warnings(seafloor.warnings) {
-  if (!seafloor.progressive) {
+  if (seafloor.grid) {
+    parts.objects = std::make_shared<const refine::BallTree>(seafloor.mesh);
+    bed = &prepared->bed();
+  } else if (!seafloor.progressive) {
     if (how.progress) how.progress("tree");
     parts.all = seafloor.mesh;
     with_memory_for("the tree over the seafloor", [&] {
@@ -31,6 +36,21 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
   for (const Sonar& sonar : scene.sonars)
     sonars.push_back(prepare(sonars.size(), sonar, seafloor.materials, warnings));
   objects = patched_objects(seafloor);
+  if (scene.seafloor.penetration_m > 0.0) find_buried();
+}
+
+void Simulator::Ready::find_buried() {
+  if (std::ranges::none_of(sonars.front()->sediments,
+                           [](const auto& sediment) { return sediment.has_value(); }))
+    warnings.push_back(
+        "seafloor.penetration_m: no sound enters this bed, because nothing of it is a sediment; "
+        "give it a material that `ensonify sediments` lists");
+  std::optional<PlumbLine> plumb_line;
+  if (!bed) plumb_line.emplace(seafloor);
+  buried = buried_surfaces(
+      objects,
+      [&](double x_m, double y_m) { return bed ? bed->top(x_m, y_m) : plumb_line->top(x_m, y_m); },
+      scene.seafloor.penetration_m);
 }
 
 std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
@@ -56,13 +76,22 @@ Simulator::Worker::Worker(const Ready& ready)
 void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
   prepared = std::move(others);
   sonars.clear();
-  tracers.clear();
+  beams.clear();
   lines.clear();
   for (const auto& its : prepared) {
-    sonars.push_back(its->sonar);
-    tracers.emplace_back(its->sonar, its->medium, ready.seafloor, its->material_tables,
-                         ready.refraction(*its), &objects.labels(),
-                         ObjectSurfaces{&ready.objects, &objects.surfaces(), its->smooth_specular});
+    const Sonar& sonar = its->sonar;
+    for (int beam = 0; beam < sonar.beams; ++beam)
+      beams.push_back({.sonar = sonars.size(),
+                       .mounting = sonar.mounting.ahead(sonar.beam_offset_m(beam)),
+                       .tracer = {sonar, its->medium, ready.seafloor, its->material_tables,
+                                  ready.refraction(*its), &objects.labels(),
+                                  ObjectSurfaces{.fixed = &ready.objects,
+                                                 .moving = &objects.surfaces(),
+                                                 .smooth_specular = its->smooth_specular,
+                                                 .buried = &ready.buried,
+                                                 .sediments = its->sediments},
+                                  beam}});
+    sonars.push_back(sonar);
   }
   if (!visibility_counters.empty()) count_object_visibility(ready);
 }
@@ -74,11 +103,11 @@ void Simulator::Worker::count_object_visibility(const Ready& ready) {
 }
 
 void Simulator::Worker::make_lines() {
-  for (const Sonar& sonar : sonars)
-    for (const Side side : sides_of(sonar)) {
+  for (const BeamTracer& beam : beams)
+    for (const Side side : sides_of(sonars[beam.sonar])) {
       EchoLine& line = lines.emplace_back();
       line.side = side;
-      line.bins.assign(static_cast<std::size_t>(sonar.bins));
+      line.bins.assign(static_cast<std::size_t>(sonars[beam.sonar].bins));
     }
 }
 

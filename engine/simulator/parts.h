@@ -34,18 +34,20 @@ struct Simulator::Ready {
                                                const std::vector<std::string>& materials,
                                                std::vector<std::string>& its_warnings) const;
   Refraction refraction(const PreparedSonar& sonar) const;
+  void find_buried();
 
   Scene scene;
   std::shared_ptr<const PreparedSeafloor> prepared;
   const Seafloor& seafloor;
   refine::Bounds bounds;
-  const BedGrid* bed = nullptr;  ///< where the seafloor has its mesh
+  const BedGrid* bed = nullptr;  ///< unless the bed is in a progressive mesh
   FaceSourceParts parts;
   std::string code_path;
   PreparedWater water;
   std::vector<std::string> warnings;
   PreparedSonars sonars;
   std::vector<PatchedObject> objects;
+  std::vector<BuriedGroup> buried;  ///< of those
 };
 
 /// What one thread owns.
@@ -63,11 +65,16 @@ struct Simulator::Worker {
   std::vector<std::string> warnings;
   PreparedSonars prepared;
   std::vector<Sonar> sonars;  // of those
-  std::vector<PingTracer> tracers;
+  struct BeamTracer {
+    std::size_t sonar;
+    Mounting mounting;  // of the beam
+    PingTracer tracer;
+    double height_m = 0.0;  // over the bed
+  };
+  std::vector<BeamTracer> beams;                       // of each sonar in turn
   std::vector<VisibilityCounter> visibility_counters;  // one per sonar, or none
-  std::vector<RayFan> fans;
-  std::vector<double> heights_m;  // of each sonar over the bed
-  std::vector<EchoLine> lines;
+  std::vector<RayFan> fans;                            // as the lines
+  std::vector<EchoLine> lines;                         // of each beam in turn
   SignalChain::Memory memory;
   std::uint64_t next_ping = 0;
   std::span<const Pose> expected;  // after the next ping

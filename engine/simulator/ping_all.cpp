@@ -123,6 +123,7 @@ void add_counts(const Counted& before, const Counted& after, ScenePings& to) {
 struct OpenPart {
   OpenPart(const PingRange& its_range, std::span<const Sonar> sonars)
       : range(its_range), next(range.first), left(range.count) {
+    pings.pings = range;
     for (const Sonar& sonar : sonars) pings.images.emplace_back(sonar, range.count, range.first);
   }
   PingRange range;
@@ -213,15 +214,12 @@ class Pings {
     std::uint64_t rays = 0, hits = 0;
     {
       const std::shared_lock rows_differ(images_lock_);
-      for (Waterfall& image : part.pings.images) {
-        const std::size_t sides = heard.lines.empty() ? 0 : sides_of(image.sonar).size();
-        image.set_row(ping - part.range.first, heard.lines.first(sides), heard.record);
-        for (const EchoLine& line : heard.lines.first(sides)) {
-          rays += line.rays;
-          hits += line.hits;
-        }
-        heard.lines = heard.lines.subspan(sides);
+      for (const EchoLine& line : heard.lines) {
+        rays += line.rays;
+        hits += line.hits;
       }
+      for (Waterfall& image : part.pings.images)
+        heard.lines = image.set_ping(ping - part.range.first, heard.lines, heard.record);
     }
     AgreementCounts counts;
     const bool verified = is_verified(ping) && track_.verify(simulator, ping, counts);
@@ -287,7 +285,7 @@ double image_bytes(std::span<const Sonar> sonars, std::size_t pings) {
     bytes_a_bin += sizeof(typename std::decay_t<decltype(BinLayers{}.*layer)>::value_type);
   });
   for (const Sonar& sonar : sonars)
-    bins += static_cast<double>(sides_of(sonar).size()) * sonar.bins;
+    bins += static_cast<double>(sides_of(sonar).size()) * sonar.bins * sonar.beams;
   return bytes_a_bin * bins * static_cast<double>(pings);
 }
 

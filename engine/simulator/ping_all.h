@@ -22,6 +22,7 @@ struct PingRange {
 
 /// The result of pings of a scene.
 struct ScenePings {
+  PingRange pings;
   std::vector<Waterfall> images;  ///< one per sonar
   std::vector<std::vector<ObjectVisibility>>
       object_visibility;  ///< by sonar, as SimulatorInternals::object_visibility()

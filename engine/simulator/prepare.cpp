@@ -7,12 +7,16 @@
 #include <variant>
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/trace/face_source.h>
+#include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
@@ -27,10 +31,25 @@ constexpr int seafloor_version = 3;
 // The analysis of this many faces takes about as long as the echoes of one ping.
 constexpr std::size_t faces_per_ping = 5000;
 
-// What the cache may hold; what was used longest ago goes first.
-constexpr std::uintmax_t cache_limit_bytes = std::uintmax_t{16} << 30;
+// Measured over 1.4 million faces of ripples: Embree's tree over all of them takes 0.4 us per face,
+// and saves 0.6 ms per ping, of queries and of their trees. It takes memory as well.
+constexpr std::size_t faces_per_static_ping = 1500;
+constexpr std::size_t most_static_faces = 10'000'000;
+
+// What the cache holds: analysed meshes and files of tiles.
 constexpr const char* cached_extension = ".mesh";
+constexpr const char* tiles_extension = ".tiles";
 constexpr std::chrono::hours abandoned_after{1};
+
+// Larger files are known by their size and time: to read them would take longer than many a run.
+constexpr std::uintmax_t most_hashed_bytes = std::uintmax_t{1} << 28;
+
+std::string identity_of(const fs::path& file) {
+  std::error_code unreadable;  // xxh128_of_file() reports it
+  const std::uintmax_t bytes = fs::file_size(file, unreadable);
+  if (unreadable || bytes <= most_hashed_bytes) return xxh128_of_file(file);
+  return fmt::format("{} bytes of {}", bytes, fs::last_write_time(file).time_since_epoch().count());
+}
 
 template <class Owner>
 void add_keys(std::string& text, const Section<Owner>& section, const Owner& owner) {
@@ -38,22 +57,29 @@ void add_keys(std::string& text, const Section<Owner>& section, const Owner& own
   for (const Key<Owner>& key : section.keys) {
     const ConstOption option = key.option(owner);
     if (const auto* file = std::get_if<const InputFile*>(&option)) {
-      if (!(*file)->path.empty())
-        text += fmt::format("{} = {}\n", key.name, xxh128_of_file((*file)->path));
+      if ((*file)->path.empty()) continue;
+      text += fmt::format("{} = {}\n", key.name, identity_of((*file)->path));
     } else if (const auto value = option_text(key, owner)) {
       text += fmt::format("{} = {}\n", key.name, *value);
     }
   }
 }
 
-fs::path file_of(const fs::path& cache, const std::string& key) {
-  return cache / (key + cached_extension);
+fs::path file_of(const fs::path& cache, const std::string& key, const char* extension) {
+  return cache / (key + extension);
+}
+
+/// What a file takes on the disk: one of tiles has holes where they were not made yet.
+std::uintmax_t bytes_on_disk(const fs::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 ? static_cast<std::uintmax_t>(status.st_blocks) * 512
+                                            : 0;
 }
 
 /// Removes what was used longest ago until the rest is within the limit, and what a killed process
 /// left half-written (write_file's temporaries), once no living one can be at it. The file that was
 /// just saved stays, however large it is.
-void trim_cache(const fs::path& folder, const fs::path& saved) {
+void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const fs::path& saved) {
   struct Entry {
     fs::file_time_type used;
     std::uintmax_t bytes;
@@ -63,18 +89,19 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
   std::uintmax_t total = 0;
   std::error_code gone;  // whatever another process removes meanwhile
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
-    const Entry found{entry.last_write_time(gone), entry.file_size(gone), entry.path()};
+    const Entry found{entry.last_write_time(gone), bytes_on_disk(entry.path()), entry.path()};
     if (gone) continue;
     if (found.file.extension() == ".tmp" &&
         fs::file_time_type::clock::now() - found.used > abandoned_after)
       fs::remove(found.file, gone);
-    if (found.file.extension() != cached_extension) continue;
+    if (found.file.extension() != cached_extension && found.file.extension() != tiles_extension)
+      continue;
     total += found.bytes;
     if (found.file != saved) entries.push_back(found);
   }
   std::ranges::sort(entries, {}, &Entry::used);
   for (const Entry& entry : entries) {
-    if (total <= cache_limit_bytes) return;
+    if (total <= limit_bytes) return;
     fs::remove(entry.file, gone);
     total -= entry.bytes;
   }
@@ -90,6 +117,19 @@ void trim_cache(const fs::path& folder, const fs::path& saved) {
   throw;
 }
 
+/// Calls make() for a scene's seafloor. A fault that names a layer or an object gets its place in
+/// the scene's file.
+template <class Make>
+Seafloor with_places(const Scene& scene, Make&& make) {
+  try {
+    return with_memory_for("the seafloor", make);
+  } catch (const std::invalid_argument& error) {
+    throw_placed(scene, error);
+  } catch (const refine::MeshError& error) {
+    throw_placed(scene, error);
+  }
+}
+
 constexpr double mesh_bytes_per_face = 18.0;  // of faces and half as many vertices
 
 /// Bytes per face that a surface needs in addition to the mesh; for `auto` the smaller one.
@@ -99,6 +139,19 @@ double bytes_per_face(std::string_view surface, std::string_view intersector) {
   const double bytes =
       build_bytes_per_face(face_source_kind(surface), intersector_kind(intersector));
   return face_source_kind(surface).needs_progressive_mesh ? bytes : bytes + BedGrid::bytes_per_face;
+}
+
+/// Throws for what a bed that is made in tiles cannot be used with.
+void refuse_for_tiles(const Scene& scene) {
+  if (scene.run.surface != "auto" && !face_source_kind(scene.run.surface).takes_grid)
+    throw SceneError(fmt::format(
+        "run: the surface '{}' needs the whole bed at once, and this one is made in tiles; take "
+        "footprint",
+        scene.run.surface));
+  if (scene.sea.refraction == RefractionMode::full)
+    throw SceneError(
+        "sea: refraction 'full' needs the highest and the lowest point of the bed, which are not known "
+        "while a bed is made in tiles; take time-only, or a smaller bed");
 }
 
 class Preparing {
@@ -113,6 +166,16 @@ class Preparing {
       make_seafloor_of_scene();
       choose("the seafloor was analysed before");
       if (!needs_progressive()) restore();
+      return result_;
+    }
+    if (needs_tiles(scene_.seafloor)) {
+      take_tiles();
+      return result_;
+    }
+    if (bed_is_grid() &&
+        (scene_.run.surface == "auto" || face_source_kind(scene_.run.surface).takes_grid)) {
+      make_seafloor_of_scene(BedForm::grid);
+      choose_for_grid();
       return result_;
     }
     if (scene_.run.surface != "auto" && !needs_progressive()) {
@@ -139,10 +202,64 @@ class Preparing {
     return face_source_kind(result_->surface).needs_progressive_mesh;
   }
 
-  void make_seafloor_of_scene() {
+  bool bed_is_grid() const {
+    return scene_.seafloor.kind == SeafloorKind::fractal ||
+           scene_.seafloor.kind == SeafloorKind::survey;
+  }
+
+  void make_seafloor_of_scene(BedForm form = BedForm::mesh) {
     report("seafloor");
-    result_->seafloor = seafloor_of(scene_, plan());
+    result_->seafloor = seafloor_of(scene_, plan(), form);
     result_->cached = false;
+  }
+
+  /// A bed whose tiles are made when a ping needs them.
+  void take_tiles() {
+    report("seafloor");
+    refuse_for_tiles(scene_);
+    const auto make = [&](const fs::path& file) {
+      result_->seafloor = with_places(scene_, [&] {
+        return make_seafloor_in_tiles(scene_.seafloor, scene_.bed_seed(), scene_.objects,
+                                      scene_.materials, {file, key_});
+      });
+    };
+    result_->surface = "footprint";
+    if (scene_.run.surface == "auto") result_->why = "the bed is made in tiles where pings need it";
+    if (how_.cache.empty()) return make({});
+    key_ = seafloor_key(scene_);
+    const fs::path file = file_of(how_.cache, key_, tiles_extension);
+    try {
+      fs::create_directories(how_.cache);
+      if (!is_tile_file(file)) remove_with_warning(file);
+      std::error_code unreadable;  // is as good as not there
+      result_->cached = fs::exists(file, unreadable);
+      make(file);
+      result_->cache_file = file;
+      fs::last_write_time(file, fs::file_time_type::clock::now(), unreadable);
+      trim_cache(how_.cache, how_.cache_limit_bytes, file);
+    } catch (const std::system_error& error) {
+      result_->warnings.push_back(fmt::format(
+          "the bed's tiles cannot be kept: {}; --cache names another folder", error.what()));
+      result_->cached = false;
+      make({});
+    }
+  }
+
+  /// Whether a file, if there is one, is what its name says.
+  bool is_tile_file(const fs::path& file) {
+    std::error_code unreadable;
+    if (!fs::exists(file, unreadable)) return true;
+    try {
+      return refine::HeightTiles(file).key() == key_;
+    } catch (const refine::MeshError&) {
+      return false;
+    }
+  }
+  void remove_with_warning(const fs::path& file) {
+    result_->warnings.push_back(
+        fmt::format("{}: is damaged, or of something else; it is made again", file.string()));
+    std::error_code ignored;
+    fs::remove(file, ignored);
   }
 
   MemoryPlan plan() const {
@@ -167,6 +284,29 @@ class Preparing {
     result_->why = why;
   }
 
+  /// By the scene alone: hits are the same, except for Embree's.
+  void choose_for_grid() {
+    if (scene_.run.surface != "auto") return;
+    const std::size_t faces = result_->seafloor.faces;
+    const auto pings = static_cast<std::size_t>(scene_.track.pings);
+    const bool for_a_tree = scene_.run.intersector.starts_with("embree") &&
+                            scene_.track.kind == TrackKind::line && faces <= most_static_faces &&
+                            pings >= faces / faces_per_static_ping;
+    result_->surface = for_a_tree ? "static" : "footprint";
+    result_->why =
+        for_a_tree
+            ? fmt::format("{} pings are enough to pay for a tree over {} faces", pings, faces)
+            : "the bed is a grid of heights, and a tree over all of it would not pay";
+    if (!for_a_tree) return;
+    how_.memory.require(
+        static_cast<double>(faces) *
+                (mesh_bytes_per_face + bytes_per_face("static", scene_.run.intersector)) +
+            how_.more_bytes,
+        fmt::format("the {} faces of the seafloor and a tree over them", faces),
+        "take --surface footprint");
+    with_memory_for("the seafloor", [&] { take_bed_to_mesh(result_->seafloor); });
+  }
+
   // By the scene alone: whether the cache has it changes no byte.
   void choose_by_length() {
     if (scene_.run.surface != "auto") return;
@@ -183,7 +323,7 @@ class Preparing {
     if (how_.cache.empty()) return;
     report("seafloor");
     key_ = seafloor_key(scene_);
-    result_->cache_file = file_of(how_.cache, key_);
+    result_->cache_file = file_of(how_.cache, key_, cached_extension);
     std::error_code unreadable;  // is as good as not there
     if (!fs::exists(result_->cache_file, unreadable)) return;
     try {
@@ -204,7 +344,7 @@ class Preparing {
     try {
       fs::create_directories(how_.cache);
       save_analysed(result_->seafloor, key_, result_->cache_file);
-      trim_cache(how_.cache, result_->cache_file);
+      trim_cache(how_.cache, how_.cache_limit_bytes, result_->cache_file);
     } catch (const std::system_error& error) {
       result_->warnings.push_back(
           fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",
@@ -232,16 +372,11 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
   return how.seafloor ? how.seafloor : Preparing(scene, how).result();
 }
 
-Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan) {
-  try {
-    return with_memory_for("the seafloor", [&] {
-      return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan);
-    });
-  } catch (const std::invalid_argument& error) {
-    throw_placed(scene, error);
-  } catch (const refine::MeshError& error) {
-    throw_placed(scene, error);
-  }
+Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form) {
+  return with_places(scene, [&] {
+    return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
+                         form);
+  });
 }
 
 std::string seafloor_key(const Scene& scene) {
@@ -250,14 +385,22 @@ std::string seafloor_key(const Scene& scene) {
                   refine::progressive_mesh_version, library_versions(), scene.bed_seed());
   for (const Section<Scene>& section : scene_sections())
     if (section.name.starts_with("seafloor")) add_keys(text, section, scene);
+  // A mosaic's own file says little of its heights.
+  if (scene.seafloor.kind == SeafloorKind::survey)
+    for (const fs::path& file : files_of_survey(scene.seafloor.survey.path))
+      if (file != scene.seafloor.survey.path) text += identity_of(file) + '\n';
+  // Tiles have the bed alone; no object changes it.
+  const bool bed_alone = needs_tiles(scene.seafloor);
   for_each_list(scene, [&](const auto& section, const auto& list) {
+    if (bed_alone && section.name == object_section().name) return;
     for (const auto& item : list) add_keys(text, section, item);
   });
   return xxh128(text);
 }
 
 fs::path cache_file(const Scene& scene, const fs::path& cache) {
-  return file_of(cache, seafloor_key(scene));
+  return file_of(cache, seafloor_key(scene),
+                 needs_tiles(scene.seafloor) ? tiles_extension : cached_extension);
 }
 
 fs::path default_cache() {

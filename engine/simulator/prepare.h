@@ -17,14 +17,16 @@ namespace ensonify::engine {
 
 /// A scene's seafloor as its face source needs it. Simulators share it.
 struct PreparedSeafloor {
-  Seafloor seafloor;    ///< with its mesh for `static`, with its progressive mesh for the others
+  /// With its mesh for `static`; for `footprint` with its grid, if it has one; otherwise with its
+  /// progressive mesh.
+  Seafloor seafloor;
   std::string surface;  ///< the scene's, or what `auto` came to
   std::string why;      ///< why `auto` came to that; empty where the scene names the surface
   std::filesystem::path cache_file;   ///< where it was read from, or is kept; empty: nowhere
   bool cached = false;                ///< whether it was read from there
   std::vector<std::string> warnings;  ///< of the cache
 
-  /// The grid that finds the height of the bed, for a seafloor that has its mesh. The first call
+  /// Finds the height of the bed, for a seafloor without a progressive mesh. The first call
   /// makes it; any number of threads may call. The seafloor must not change afterwards.
   const BedGrid& bed() const;
 
@@ -50,6 +52,6 @@ std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path
 /// Makes the scene's seafloor. Throws what make_seafloor does; a fault that names a layer or an
 /// object becomes a SceneError with its place in the scene's file; MemoryError for a mesh that does
 /// not fit.
-Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {});
+Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {}, BedForm form = BedForm::mesh);
 
 }  // namespace ensonify::engine

@@ -1,17 +1,26 @@
 #include <ensonify/engine/simulator/prepared_sonar.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include <ensonify/engine/scene/tables/vertical_pattern_reader.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
 double nominal_altitude_m(const Scene& scene, const Sonar& sonar) {
   return std::min(scene.track.altitude_m, 0.45 * sonar.range_m);
+}
+
+void add_once(std::vector<std::string>& warnings, std::string warning) {
+  if (std::ranges::find(warnings, warning) == warnings.end())
+    warnings.push_back(std::move(warning));
 }
 
 scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, const Sonar& sonar,
@@ -23,9 +32,17 @@ scatter::BackscatterTable table_of(const std::string& name, const Scene& scene, 
   const auto backscatter = backscatter_of(material, sonar.frequency_hz, sound_speed_mps,
                                           relief ? scene.seafloor.cell_m : 0.0);
   for (std::string& warning : warnings_of(material, *backscatter, sonar.frequency_hz))
-    if (std::ranges::find(warnings, warning) == warnings.end())
-      warnings.push_back(std::move(warning));
+    add_once(warnings, std::move(warning));
   return scatter::BackscatterTable(*backscatter);
+}
+
+std::vector<scatter::GroundTexture> textures_of(const Scene& scene,
+                                                const std::vector<std::string>& materials) {
+  if (!scene.texture) return {};
+  std::vector<scatter::GroundTexture> textures(1);  // of none
+  for (std::size_t i = 1; i < materials.size(); ++i)
+    textures.push_back(texture_of(material_named(materials[i], scene.materials)));
+  return textures;
 }
 
 ChainOptions chain_options(const Scene& scene, std::size_t number, const PreparedSonar& its,
@@ -46,9 +63,37 @@ ChainOptions chain_options(const Scene& scene, std::size_t number, const Prepare
               [&bed_table](double sine) { return bed_table.sigma_over_sine(sine) * sine; },
           .bed = materials.size() > 1 ? sediment_of(material_named(materials[1], scene.materials))
                                       : std::nullopt,
+          .textures = textures_of(scene, materials),
           .sea = scene.sea.state,
           .arrivals = scene.arrivals,
           .artefacts = scene.artefacts};
+}
+
+/// Where several beams do not do what they are for.
+void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mps,
+                   std::vector<std::string>& warnings) {
+  if (sonar.beams == 1) return;
+  constexpr double faint_db = -10.0, uneven = 0.1;
+  const LineArray transmitter = sonar.transmit_array(sound_speed_mps / sonar.frequency_hz);
+  const double half_m = 0.5 * sonar.range_m, outer_m = sonar.beam_offset_m(sonar.beams - 1);
+  const double outer_db =
+      scatter::to_db(transmitter.power(outer_m / half_m, half_m) / transmitter.power(0.0, half_m));
+  if (outer_db < faint_db)
+    add_once(warnings, fmt::format("sonar {}: the outermost of its {} beams gets {:.0f} dB of the "
+                                   "middle's sound at {:.3g} m: shorten sonar.{}.array_length_m, "
+                                   "which transmits",
+                                   sonar.name, sonar.beams, outer_db, half_m, sonar.name));
+  if (scene.track.kind == TrackKind::file) return;
+  const double covered_m = sonar.beams * sonar.beam_spacing_m;
+  const double interval_s = scene.ping_interval_s(sound_speed_mps);
+  const double advance_m = scene.track.speed_mps * interval_s;
+  if (std::abs(advance_m / covered_m - 1.0) > uneven)
+    add_once(warnings,
+             fmt::format("sonar {}: its {} beams cover {:.3g} m along the track, and the vehicle "
+                         "goes {:.3g} m from ping to ping: the rows {}; they are even at "
+                         "track.speed_mps = {:.3g}",
+                         sonar.name, sonar.beams, covered_m, advance_m,
+                         advance_m > covered_m ? "leave gaps" : "overlap", covered_m / interval_s));
 }
 
 Calibration calibration_of(const PreparedSonar& its) {
@@ -77,15 +122,19 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   sonar = settings.sampled(water.sound_speed_mps());
   if (!sonar.vertical.file.path.empty())
     sonar.vertical.measured = read_vertical_pattern(sonar.vertical.file.path);
+  warn_of_beams(scene, sonar, water.sound_speed_mps(), warnings);
   made->profile = water.profile(sonar.frequency_hz);
   made->medium = water.medium(sonar.frequency_hz, nominal_altitude_m(scene, sonar),
                               made->profile ? &*made->profile : nullptr);
   made->material_tables.emplace_back(scatter::Lambert());  // of none: no face has it
   made->smooth_specular.push_back(0.0);
+  made->sediments.push_back(std::nullopt);
   for (std::size_t i = 1; i < materials.size(); ++i) {
     made->material_tables.push_back(
         table_of(materials[i], scene, sonar, water.sound_speed_mps(), warnings));
-    made->smooth_specular.push_back(smooth_specular(material_named(materials[i], scene.materials)));
+    const Material material = material_named(materials[i], scene.materials);
+    made->smooth_specular.push_back(smooth_specular(material));
+    made->sediments.push_back(sediment_of(material));
   }
   made->chain =
       std::make_unique<const SignalChain>(sonar, chain_options(scene, number, *made, materials));

@@ -13,6 +13,11 @@
 #include <ensonify/refine/spare_threads.h>
 #include <ensonify/refine/triangle_mesh.h>
 
+namespace ensonify::refine {
+class BallTree;
+class HeightGrid;
+}  // namespace ensonify::refine
+
 namespace ensonify::engine {
 
 /// Provides the triangles for a ping, for any intersector. Faces keep their numbers in the
@@ -40,6 +45,9 @@ struct FaceSourceParts {
   std::shared_ptr<const Intersector> whole;  ///< over all triangles
   /// For the other kinds.
   std::shared_ptr<const refine::ProgressiveMesh> progressive;
+  /// For `footprint` in place of it: a bed of heights, and the objects on it.
+  std::shared_ptr<const refine::HeightGrid> grid;
+  std::shared_ptr<const refine::BallTree> objects;
   std::string intersector;  ///< the back-end that they build
   IntersectorOptions options;
   int tree_pings = 1;  ///< how many pings each tree should serve
@@ -51,6 +59,7 @@ struct FaceSourceKind {
   std::string_view name;
   std::string_view help;
   bool needs_progressive_mesh;
+  bool takes_grid;  ///< in place of it, where the bed is one
   std::unique_ptr<FaceSource> (*make)(const FaceSourceParts& parts);
 };
 std::span<const FaceSourceKind> face_source_kinds();

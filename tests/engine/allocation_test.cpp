@@ -80,6 +80,7 @@ TEST_CASE("a steady ping allocates nothing") {
     scene.sea.profile = {"cast.csv", folder / "cast.csv"};
     scene.sea.refraction = RefractionMode::full;
   }
+  SECTION("with the ground's texture") { scene.texture = true; }
   SECTION("near objects whose visible share is counted") {
     for (const double east_m : {-12.0, 9.0, 20.0})
       scene.objects.push_back({.shape = "sphere", .east_m = east_m});

@@ -98,7 +98,10 @@ TEST_CASE("legs have a part each, and long legs have several") {
 }
 
 TEST_CASE("the rows of parts are those of the whole track, bit by bit, and counts add up") {
-  const Scene scene = small_scene();
+  Scene scene = small_scene();
+  const auto beams = static_cast<std::size_t>(GENERATE(1, 3));
+  scene.sonars.front().beams = static_cast<int>(beams);
+  scene.texture = GENERATE(false, true);
   Simulator whole(scene), simulator(scene);
   const ScenePings all = ping_all(scene, whole, 1);
   const TrackPings track(scene, simulator);
@@ -113,17 +116,20 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
               .finished =
                   [&](const PingRange& range, ScenePings pings, const Simulator&) {
                     const Waterfall &a = all.images.front(), &b = pings.images.front();
-                    REQUIRE(b.first_ping == range.first);
-                    REQUIRE(b.rows() == range.count);
+                    const std::size_t first = beams * range.first;
+                    REQUIRE(b.first_ping == first);
+                    REQUIRE(b.rows() == beams * range.count);
+                    CHECK(pings.pings.first == range.first);
+                    CHECK(pings.pings.count == range.count);
                     const std::size_t columns = b.columns();
                     BinLayers::for_each([&](std::string_view name, auto layer) {
                       CAPTURE(name, range.first);
-                      const auto from = (a.pixels.*layer).begin() +
-                                        static_cast<std::ptrdiff_t>(range.first * columns);
+                      const auto from =
+                          (a.pixels.*layer).begin() + static_cast<std::ptrdiff_t>(first * columns);
                       CHECK(std::equal((b.pixels.*layer).begin(), (b.pixels.*layer).end(), from));
                     });
                     for (std::size_t row = 0; row < b.rows(); ++row) {
-                      const PingRow &one = a.pings[range.first + row], &other = b.pings[row];
+                      const PingRow &one = a.pings[first + row], &other = b.pings[row];
                       CHECK(one.recorded == other.recorded);
                       CHECK(one.interval_s == other.interval_s);
                       CHECK(one.artefacts.bits == other.artefacts.bits);
@@ -168,6 +174,24 @@ TEST_CASE("a picture of more rows than viewers open shows means of pings, the ne
       REQUIRE(value == (sum + count / 2) / count);
     }
   }
+}
+
+TEST_CASE("a picture of parts with several beams has a row for each of a ping's beams") {
+  const TemporaryFolder folder;
+  const RunParts parts = equal_parts(7, 3);
+  constexpr std::size_t beams = 5;
+  for (std::size_t part = 0; part < parts.count(); ++part) {
+    const PingRange range = parts.range(part);
+    std::filesystem::create_directory(folder / parts.folder(part));
+    refine::write_file(folder / parts.folder(part) / ("towfish_" + parts.number(part) + ".png"),
+                       picture_of(beams * range.first, beams * range.count, 8));
+  }
+  join_pictures(folder.path(), parts, parts.count(), "towfish");
+  const std::string bytes = read_text(folder / "towfish.png");
+  const Picture picture = decode_png(std::as_bytes(std::span(bytes)));
+  REQUIRE(picture.height == 35);
+  for (std::size_t row = 0; row < picture.height; ++row)
+    CHECK(picture.pixels[2 * row] == picture.height - 1 - row);
 }
 
 TEST_CASE("a PNG that was encoded decodes to the same picture, and damage is refused") {

@@ -186,21 +186,58 @@ TEST_CASE("trimming the cache keeps what was just saved") {
   const TemporaryFolder folder;
   const fs::path cache = folder / "cache";
   fs::create_directories(cache);
-  // A sparse file above the limit of the cache, and a clock that was set back.
-  write_text(cache / "huge.mesh", "");
-  fs::resize_file(cache / "huge.mesh", std::uintmax_t{17} << 30);
+  // Clocks may be set back. A file counts with what it takes on the disk, without its holes.
+  write_text(cache / "huge.mesh", std::string(32 << 20, 'x'));
   fs::last_write_time(cache / "huge.mesh",
                       fs::file_time_type::clock::now() + std::chrono::hours(2));
-  const auto prepared = prepare_seafloor(small_scene(), {.cache = cache});
+  write_text(cache / "holes.mesh", "");
+  fs::resize_file(cache / "holes.mesh", std::uintmax_t{17} << 30);
+  fs::last_write_time(cache / "holes.mesh",
+                      fs::file_time_type::clock::now() + std::chrono::hours(3));
+  const auto prepared =
+      prepare_seafloor(small_scene(), {.cache = cache, .cache_limit_bytes = 16 << 20});
   CHECK(prepared->warnings.empty());
   CHECK(fs::exists(prepared->cache_file));
   CHECK(!fs::exists(cache / "huge.mesh"));
+  CHECK(fs::exists(cache / "holes.mesh"));
 }
 
-TEST_CASE("surface auto means refined unless the run is too short, and the reason is given") {
+TEST_CASE("surface auto means footprint for a bed of heights, which is not analysed or cached") {
+  const TemporaryFolder folder;
+  Scene scene = small_scene();
+  scene.run.intersector = "embree";
+  for (const char* surface : {"auto", "footprint"}) {
+    scene.run.surface = surface;
+    scene.track.pings = 37;
+    const auto prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
+    CHECK(prepared->surface == "footprint");
+    CHECK(prepared->why.empty() == (scene.run.surface != "auto"));
+    CHECK(prepared->seafloor.grid);
+    CHECK(!prepared->seafloor.progressive);
+    CHECK(prepared->seafloor.mesh.faces.empty());
+    CHECK(prepared->cache_file.empty());
+  }
+  scene.run.surface = "auto";
+  scene.track.pings = 38;
+  auto prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
+  CHECK(prepared->surface == "static");
+  CHECK(prepared->why == "38 pings are enough to pay for a tree over 57600 faces");
+  CHECK(!prepared->seafloor.grid);
+  CHECK(prepared->seafloor.mesh.faces.size() == prepared->seafloor.faces);
+  scene.run.intersector = "fan_scan";  // has no tree
+  prepared = prepare_seafloor(scene, {.cache = folder / "cache"});
+  CHECK(prepared->surface == "footprint");
+  CHECK(!fs::exists(folder / "cache"));
+}
+
+TEST_CASE("surface auto of a mesh means refined unless the run is too short, and says why") {
+  const TemporaryFolder folder;
   Scene scene = small_scene();
   scene.run.surface = "auto";
   scene.seafloor.cell_m = 0.1;  // 360,000 faces
+  refine::write_ply(folder / "bed.ply", make_seafloor(scene.seafloor, scene.seed).mesh);
+  scene.seafloor.kind = SeafloorKind::mesh;
+  scene.seafloor.mesh = {"bed.ply", folder / "bed.ply"};
   scene.track.pings = 100;
   auto prepared = prepare_seafloor(scene, {});
   CHECK(prepared->surface == "refined");
@@ -226,7 +263,9 @@ TEST_CASE("a scene may name an analysed seafloor, which has its bed, objects and
   const Scene source = scene_with_object(folder.path());
   Seafloor seafloor = make_seafloor(source.seafloor, source.seed, source.objects);
   const refine::TriangleMesh mesh = seafloor.mesh;
-  const std::vector<std::uint16_t> labels = seafloor.face_label;
+  std::vector<std::uint16_t> labels;
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face)
+    labels.push_back(seafloor.label_of(face));
   analyse(seafloor, 1);
   save_analysed(seafloor, seafloor_key(source), folder / "bed.mesh");
 

@@ -4,8 +4,12 @@
 #include <ensonify/engine/simulator/internals.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <string>
+
+#include <fmt/format.h>
 
 #include "support/beds.h"
 #include "support/catch.h"
@@ -14,9 +18,11 @@
 #include "support/paths.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/random.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify;
@@ -82,6 +88,54 @@ TEST_CASE("neither the face source nor kept trees change a number of a ping") {
       scene.run.tree_pings = tree_pings;
       CHECK(everything(scene) == whole);
     }
+}
+
+TEST_CASE("a bed of heights gives the numbers of its mesh: holes, objects, labels, grid lines") {
+  const tests::TemporaryFolder folder;
+  // 70 x 66 points of 0.4 m: more than a tile in both directions.
+  std::string grid =
+      "ncols 70\nnrows 66\nxllcorner 500000\nyllcorner 4000000\ncellsize 0.4\nNODATA_value "
+      "-9999\n";
+  std::array<double, 2> u;
+  for (std::uint64_t i = 0; i < 70 * 66; ++i) {
+    RandomStream(5, Purpose::test, {i, 0, 0}).uniform(u);
+    grid += u[0] < 0.03 ? "-9999 " : fmt::format("{:.4f} ", -10.0 - 0.3 * u[1]);
+    if (i % 70 == 69) grid += "\n";
+  }
+  tests::write_text(folder / "grid.asc", grid);
+  Scene scene;
+  SECTION("a survey with holes") {
+    scene.seafloor.kind = SeafloorKind::survey;
+    scene.seafloor.survey = {"grid.asc", folder / "grid.asc"};
+  }
+  SECTION("a generated bed with layers and objects") {
+    scene.seafloor.extent_east_m = 28.0;
+    scene.seafloor.extent_north_m = 26.0;
+    scene.seafloor.cell_m = 0.2;
+    scene.seafloor.depth_m = 10.0;
+    scene.seafloor.seabed.crests.emplace_back().material = "silt";
+    scene.seafloor.seabed.boulders.emplace_back().class_name = "stone";
+    for (const double east_m : {-7.0, 3.0, 8.0})
+      scene.objects.push_back({.shape = "sphere", .class_name = "ball", .east_m = east_m});
+  }
+  scene.sonars.front().range_m = 18.0;
+  scene.sonars.front().bins = 150;
+  scene.sonars.front().elevations = 150;
+  scene.track.pings = 8;
+  scene.track.altitude_m = 4.0;
+  scene.track.speed_mps = 20.0;                  // on to other tiles
+  for (const double heading_rad : {0.0, 0.7}) {  // along the lines of the grid, and across
+    scene.track.heading_rad = heading_rad;
+    for (const IntersectorKind& kind : intersector_kinds()) {
+      CAPTURE(kind.name, heading_rad);
+      scene.run.intersector = kind.name;
+      scene.run.surface = "static";
+      const std::vector<double> whole = everything(scene);
+      scene.run.surface = "footprint";
+      CHECK(Simulator(scene).seafloor().grid);
+      CHECK(everything(scene) == whole);
+    }
+  }
 }
 
 TEST_CASE("a sonar with one side receives the same as that side of a sonar with two, to the bit") {
@@ -315,7 +369,7 @@ TEST_CASE("Refraction in water of one speed changes nothing, and times alone shi
     REQUIRE(pose.position.z() < -8.1);
     return simulator.ping_numbered(pose, 0).front().first_return;
   };
-  const double depth_m = -Simulator(scene).seafloor().mesh.positions.front().z();
+  const double depth_m = -double(Simulator(scene).seafloor().bounds().lowest.z());
   const double mean = depth_m / (8.05 / 1530 + (depth_m - 8.05) / 1470);
   const int off = first(RefractionMode::off);
   CHECK(first(RefractionMode::time_only) == Approx(off * mean / 1470.0).margin(1.0));

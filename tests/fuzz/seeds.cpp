@@ -85,8 +85,12 @@ int main(int argc, char** argv) {
   seeds.add("track",
             "# a recording\nping,utc_s,lat_deg,lon_deg,depth_m,altitude_m\n1,7.5,48.4,-68.8,14,11\n"
             "2,7.6,48.4,-68.8,14,11\n");
-  seeds.add("recording", tests::as_text(engine::encode_xtf(tests::small_recording())));
-  seeds.add("recording", tests::as_text(engine::encode_jsf(tests::small_recording())));
+  std::vector<engine::Recording> sonars{tests::small_recording(), tests::small_recording(8)};
+  sonars.back().frequency_rank = 1;
+  for (const std::size_t count : {1u, 2u}) {
+    seeds.add("recording", tests::as_text(engine::encode_xtf({sonars.data(), count})));
+    seeds.add("recording", tests::as_text(engine::encode_jsf({sonars.data(), count})));
+  }
   seeds.add("profile", "depth_m,soundspeed_mps\n0,1500.5\n10,1490\n");
   seeds.add(
       "strength_table",

@@ -11,7 +11,9 @@
 #include "support/catch.h"
 #include "support/lines.h"
 
+#include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/kirchhoff.h>
 #include <ensonify/scatter/reflection.h>
 #include <ensonify/scatter/surface_scatter.h>
 #include <ensonify/scatter/volume_scatter.h>
@@ -404,13 +406,17 @@ TEST_CASE("cross-talk from one side to the other has its level") {
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
 }
 
-TEST_CASE("a wall's foot has the echo of the bed that it mirrors, in both directions") {
-  const Sonar sonar = open_sonar();
-  const SignalChain with(
-      sonar, {.speckle = false, .arrivals = {.double_bounce = true, .wall_loss_db = 0.0}});
+namespace {
+
+/// The energy that a wall adds to the bin of its foot. Its top is at a range of 25 m and its foot
+/// at 26 m, with its shadow behind; the bed's direct echo is `direct` in each bin.
+constexpr std::size_t top = 500, foot = 519;
+double corner_energy(const Sonar& sonar, const Circumstances& under) {
+  const SignalChain with(sonar, {.speckle = false,
+                                 .nominal_strength = under.strength,
+                                 .bed = under.bed,
+                                 .arrivals = {.double_bounce = true, .wall_loss_db = 0.0}});
   EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-  // A wall whose top is at a range of 25 m and whose foot is at 26 m, with its shadow behind.
-  const std::size_t top = 500, foot = 519;
   for (std::size_t i = top; i <= foot; ++i) line.bins.instance[i] = 1;
   for (std::size_t i = foot + 1; i < foot + 60; ++i) {
     line.bins.region[i] = static_cast<std::uint32_t>(Region::shadow);
@@ -418,12 +424,74 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, in both direct
   }
   SignalChain::Memory memory;
   with.receive(context, std::span(&line, 1), memory);
-  // The wall is 1 m / sin g high; it mirrors the ground in front of it over its height / tan g.
-  const double r = (foot + 0.5) * sonar.bin_m(), sine = altitude_m / r;
-  const double shape_height_m = 20 * sonar.bin_m() / sine;
-  const double ground_m = shape_height_m * std::sqrt(1.0 - sine * sine) / sine;
-  const double bins = ground_m * std::sqrt(1.0 - sine * sine) / sonar.bin_m();
-  CHECK(line.bins.intensity[foot] == Approx(1.0 + 2.0 * bins).epsilon(0.02));
   for (std::size_t i = 250; i < line.bins.intensity.size(); ++i)
     if (i != foot) REQUIRE(line.bins.intensity[i] == Approx(line.bins.intensity_mean[i]));
+  return double(line.bins.intensity[foot]) - 1.0;
+}
+
+/// The sum over the places of the bed that the wall mirrors, in small steps along it: 4 times the
+/// bistatic strength over the direct strength, and the image's spreading. strength(g, g') is that
+/// from one grazing angle to another, forwards or back.
+template <class Direct, class Bistatic>
+double mirrored_energy(const Sonar& sonar, Direct&& direct, Bistatic&& bistatic) {
+  const double foot_range_m = (foot + 0.5) * sonar.bin_m();
+  const double foot_m = std::sqrt(foot_range_m * foot_range_m - altitude_m * altitude_m);
+  const double wall_m = 20 * sonar.bin_m() * foot_range_m / altitude_m;
+  // The strip ends where the array's ray over the top of the wall's mirror image meets the bed; the
+  // program counts from the top's bin, since the wall itself fills those between.
+  const double strip_m = wall_m * foot_m / altitude_m;
+  const double end_range_m = top * sonar.bin_m();
+  const double end_m = std::sqrt(end_range_m * end_range_m - altitude_m * altitude_m);
+  double sum = 0.0;
+  constexpr int steps = 2000;
+  for (int i = 0; i < steps; ++i) {
+    const double at_m = end_m - strip_m * (i + 0.5) / steps;
+    const double out_m = std::hypot(at_m, altitude_m);
+    const double in_m = std::hypot(2.0 * foot_m - at_m, altitude_m);
+    const double g = std::asin(altitude_m / out_m), g_in = std::asin(altitude_m / in_m);
+    const double bins = strip_m / steps * at_m / out_m / sonar.bin_m();
+    sum += 4.0 * bins * bistatic(g_in, g) / direct(g) * std::pow(out_m / in_m, 2.0);
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a wall's foot has the echo of the bed that it mirrors, both ways in phase") {
+  // By Lambert's law, of mu sin g sin g'; two paths that add in amplitude make four times the
+  // energy of one.
+  const Sonar sonar = open_sonar();
+  const auto lambert = [](double sine) { return 3e-4 * sine * sine; };
+  CHECK(corner_energy(sonar, {.strength = lambert}) ==
+        Approx(mirrored_energy(
+                   sonar, [](double g) { return std::pow(std::sin(g), 2.0); },
+                   [](double a, double b) { return std::sin(a) * std::sin(b); }))
+            .epsilon(0.03));
+}
+
+TEST_CASE("a wall's corner with medium sand has the bed's lobe, by Kirchhoff's integral") {
+  // The integral for q = k_out - k_in at the specular point, |R|^2 (k_z^2 / 2 pi) Gamma(1/a) / (2
+  // a) (2 k_z^2 Ch2)^(-1/a), k_z = k sin g; across the strip the angles differ by 5 degrees, far
+  // less than the lobe's width.
+  Sonar sonar = open_sonar();
+  sonar.frequency_hz = 400e3;
+  const scatter::Sediment sand = scatter::sediment_named("medium sand");
+  const double k = scatter::wavenumber_per_cm(sonar.frequency_hz, 1500.0), a = sand.alpha();
+  const double Ch2 = scatter::kirchhoff_shape(sand, k).Ch2;
+  const scatter::Bottom bottom(sand, sonar.frequency_hz, 1500.0);
+  const auto direct = [&](double g) { return bottom.cross_section(g); };
+  const auto lobe = [&](double g_in, double g) {
+    const double mean = 0.5 * (g_in + g), k_z = k * std::sin(mean);
+    return std::norm(scatter::reflection_coefficient(sand, mean)) * k_z * k_z /
+               (2.0 * std::numbers::pi) * std::tgamma(1.0 / a) / (2.0 * a) *
+               std::pow(2.0 * k_z * k_z * Ch2, -1.0 / a) +
+           std::sqrt(direct(g_in) * direct(g));
+  };
+  const double energy = corner_energy(
+      sonar, {.bed = sand, .strength = [&](double sine) { return direct(std::asin(sine)); }});
+  CHECK(scatter::to_db(energy) ==
+        Approx(scatter::to_db(mirrored_energy(sonar, direct, lobe))).margin(0.2));
+  // The lobe is some 18 dB above backscatter at 20 degrees.
+  const double g = 20.0 * std::numbers::pi / 180.0;
+  CHECK(scatter::to_db(lobe(g, g) / direct(g)) == Approx(18.0).margin(3.0));
 }

@@ -18,48 +18,23 @@
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/meshes.h"
+#include "support/touched_faces.h"
 
 using namespace ensonify::refine;
 using ensonify::tests::over_vertices_only;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;
+using ensonify::tests::touched_faces;
 using ensonify::tests::uniform;
 
 namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-/// By the definition in fan_volume.h.
-bool inside(const FanVolume& v, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d p = point - v.apex;
-  const double r = p.norm(), h = p.dot(v.pole);
-  return r <= v.range_m && std::abs(p.dot(v.array_axis)) <= r * std::sin(v.truncation_rad) &&
-         p.dot(v.middle) >= 0.0 && h >= r * std::sin(v.elevation_low_rad) &&
-         h <= r * std::sin(v.elevation_high_rad);
-}
-
 std::set<std::uint32_t> query(Footprint& footprint, std::span<const FanVolume> volumes) {
   const ExactFaces exact = footprint.query(volumes);
   CHECK(exact.faces.size() == exact.source_faces.size());
   return {exact.source_faces.begin(), exact.source_faces.end()};
-}
-
-/// Faces with a random point inside the volume: these touch it.
-std::set<std::uint32_t> touched(const TriangleMesh& mesh, const FanVolume& volume, Random& random) {
-  std::set<std::uint32_t> out;
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
-    for (int k = 0; k < 12; ++k) {
-      double u = uniform(random), v = uniform(random);
-      if (k < 3) u = k == 1, v = k == 2;  // the corners
-      if (u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
-      const Eigen::Vector3d a = mesh.positions[mesh.faces[f][0]].cast<double>();
-      const Eigen::Vector3d b = mesh.positions[mesh.faces[f][1]].cast<double>();
-      const Eigen::Vector3d c = mesh.positions[mesh.faces[f][2]].cast<double>();
-      if (!inside(volume, a + u * (b - a) + v * (c - a))) continue;
-      out.insert(f);
-      break;
-    }
-  return out;
 }
 
 struct Count {
@@ -73,7 +48,7 @@ Count compare(const TriangleMesh& source, const ProgressiveMesh& mesh, double si
   for (int i = 0; i < volumes; ++i) {
     const FanVolume v = random_volume(random, size_m);
     const std::set<std::uint32_t> found = query(footprint, {&v, 1});
-    for (const std::uint32_t f : touched(source, v, random)) {
+    for (const std::uint32_t f : touched_faces(source, v, random)) {
       count.lost += !found.contains(f);
       ++count.touched;
     }

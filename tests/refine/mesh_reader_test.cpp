@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -91,7 +91,6 @@ TEST_CASE("A damaged mesh is refused with its file, the place and the cure") {
     INFO(named(damaged.format) << ": " << damaged.what);
     const std::filesystem::path file = folder / ("damaged." + named(damaged.format));
     std::ofstream(file, std::ios::binary) << damaged.bytes;
-    const auto start = std::chrono::steady_clock::now();
     std::string message;
     CHECK_NOTHROW([&] {
       try {
@@ -100,7 +99,6 @@ TEST_CASE("A damaged mesh is refused with its file, the place and the cure") {
         message = error.what();
       }
     }());
-    CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(1));
     INFO(message);
     REQUIRE(message.starts_with(file.string() + ":"));
     const std::string place = message.substr(file.string().size());
@@ -249,19 +247,20 @@ TEST_CASE("A mesh with any change is refused or sound") {
   }
 }
 
-TEST_CASE("A large file without content is refused within a second") {
-  const auto many = [](const std::string& text) {
+/// Files of about this many bytes that hold no mesh.
+std::vector<std::pair<MeshFormat, std::string>> files_without_content(std::size_t size) {
+  const auto many = [&](const std::string& text) {
     std::string all;
-    while (all.size() < 1'000'000) all += text;
+    while (all.size() < size) all += text;
     return all;
   };
   std::string properties, elements;
-  for (int i = 0; i < 50'000; ++i) {
+  for (std::size_t i = 0; i < size / 20; ++i) {
     properties += fmt::format("property int p{}\n", i);
     elements += fmt::format("element e{} 0\n", i);
   }
   const std::string end = "element face 4\n";
-  const std::vector<std::pair<MeshFormat, std::string>> files{
+  return {
       {Mesh::ply, replaced(text_ply, end, properties + end)},
       {Mesh::ply, replaced(text_ply, end, elements + end) + "x"},
       {Mesh::ply, replaced(text_ply, end, "element e 99999999\n" + many("property int p\n") + end)},
@@ -278,11 +277,20 @@ TEST_CASE("A large file without content is refused within a second") {
       {Mesh::stl, "solid " + many("a")},
       {Mesh::off, "OFF\n" + many("1")},
       {Mesh::off, "OFF\n100 100 0\n" + many("#\n")}};
-  for (const auto& [format, bytes] : files) {
-    INFO(named(format) << ": " << bytes.substr(0, 40));
-    const auto start = std::chrono::steady_clock::now();
+}
+
+TEST_CASE("A large file without content is refused in a time that grows as its size, not faster") {
+  const auto cpu_s = [](MeshFormat format, const std::string& bytes) {
+    const std::clock_t start = std::clock();
     CHECK_THROWS_AS(parse_mesh(bytes, format, "m"), MeshError);
-    CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(1));
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  };
+  const auto small = files_without_content(100'000), large = files_without_content(1'600'000);
+  for (std::size_t i = 0; i < small.size(); ++i) {
+    INFO(named(large[i].first) << ": " << large[i].second.substr(0, 40));
+    // 16 times as large; with the square it would take 256 times as long.
+    const double of_small = cpu_s(small[i].first, small[i].second);
+    CHECK(cpu_s(large[i].first, large[i].second) < 64.0 * (of_small + 1e-3));
   }
 }
 

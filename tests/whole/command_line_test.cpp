@@ -67,7 +67,8 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   CHECK(help.err.empty());
   for (const std::string command :
        {"run", "mosaic", "check", "seafloor", "trace", "mesh-info", "recording-info", "compare",
-        "backscatter", "sediments", "presets", "water", "dump-default", "schema", "intersectors"}) {
+        "imitate", "backscatter", "sediments", "presets", "water", "dump-default", "schema",
+        "intersectors"}) {
     CHECK(help.out.find("\n  " + command + " ") != std::string::npos);
     const Outcome own = run_program(folder.path(), {command, "--help"});
     CHECK(own.code == 0);

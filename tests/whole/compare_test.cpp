@@ -1,5 +1,6 @@
 // `ensonify compare`, and a run's recording read back.
 
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -71,4 +72,25 @@ TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it can
   CHECK(run_program(folder.path(), {"compare", "a", "a/left-right.xtf", "--sonar-b", "2"}).code ==
         2);
   CHECK(run_program(folder.path(), {"compare", "a", "b", "--sonar-a", "x"}).code == 2);
+}
+
+TEST_CASE("folders of pictures are compared by their brightness") {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", scene);
+  REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+  for (const std::string name : {"p", "q"}) {
+    std::filesystem::create_directory(folder / name);
+    std::filesystem::copy_file(folder / "a/left-right.png", folder / (name + "/1.png"));
+  }
+  const Outcome same = run_program(folder.path(), {"compare", "p", "q", "--json"});
+  CAPTURE(same.err);
+  REQUIRE(same.code == 0);
+  const nlohmann::json statistics = nlohmann::json::parse(same.out)["statistics"];
+  CHECK(statistics["contrast_at_20_to_40_deg"]["a"].get<double>() > 0.1);
+  CHECK(statistics["contrast_at_20_to_40_deg"]["a"] == statistics["contrast_at_20_to_40_deg"]["b"]);
+  CHECK(run_program(folder.path(), {"compare", "p", "a"}).code == 0);  // a run's own folder
+  write_text(folder / "q/2.jpg", "no picture");
+  const Outcome damaged = run_program(folder.path(), {"compare", "p", "q"});
+  CHECK(damaged.code == 2);
+  CHECK(damaged.err.find("2.jpg: cannot be read as a PNG or JPEG picture") != std::string::npos);
 }

@@ -6,6 +6,10 @@
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -16,6 +20,8 @@
 #include "support/program.h"
 #include "support/tiny_recipe.h"
 
+#include <ensonify/engine/output/tar.h>
+
 using namespace ensonify::tests;
 namespace fs = std::filesystem;
 
@@ -25,13 +31,15 @@ using Json = nlohmann::json;
 
 /// Makes a dataset, merges it and returns merge's stderr.
 std::string made(const TemporaryFolder& folder, const std::string& recipe,
-                 const std::string& dataset = "set") {
+                 const std::string& dataset = "set", const std::vector<std::string>& more = {}) {
   write_text(folder / "recipe.toml", recipe);
   const Outcome outcome =
       run_program(folder.path(), {"generate", "recipe.toml", "-o", dataset, "--quiet"});
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
-  const Outcome merged = run_program(folder.path(), {"merge", dataset, "--quiet"});
+  std::vector<std::string> arguments{"merge", dataset, "--quiet"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const Outcome merged = run_program(folder.path(), arguments);
   INFO(merged.err);
   REQUIRE(merged.code == 0);
   return merged.err;
@@ -57,6 +65,20 @@ class WorkingFolder {
 struct Labelled {
   fs::path picture, label;
 };
+
+/// A row of a label file: class and coordinates.
+using Row = std::pair<int, std::vector<double>>;
+std::vector<Row> rows_of(const fs::path& label) {
+  std::vector<Row> rows;
+  std::istringstream lines(read_text(label));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    Row& row = rows.emplace_back();
+    words >> row.first;
+    for (double value = 0; words >> value;) row.second.push_back(value);
+  }
+  return rows;
+}
 
 /// The files that Ultralytics 8 loads for a split, by its rules for paths (check_det_dataset and
 /// img2label_paths of data/utils.py, get_img_files of data/base.py).
@@ -88,6 +110,44 @@ std::vector<Labelled> load_yolo(const fs::path& yaml, const std::string& split) 
   return all;
 }
 
+/// The box of a row, as verify_image_label of Ultralytics' data/utils.py makes it: middle and size,
+/// or of a polygon (more than 6 columns) the bounds of its corners.
+std::array<double, 4> box_of(const Row& row) {
+  const std::vector<double>& values = row.second;
+  if (values.size() == 4) return {values[0], values[1], values[2], values[3]};
+  REQUIRE((values.size() >= 6 && values.size() % 2 == 0));
+  std::array<double, 2> low{1, 1}, high{0, 0};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    REQUIRE((values[i] >= 0.0 && values[i] <= 1.0));
+    low[i % 2] = std::min(low[i % 2], values[i]);
+    high[i % 2] = std::max(high[i % 2], values[i]);
+  }
+  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[0] - low[0], high[1] - low[1]};
+}
+
+/// Outlines load like boxes, from a tree of their own, and have the same classes and boxes.
+std::size_t check_segments(const fs::path& set, const std::string& group) {
+  std::size_t outlines = 0;
+  for (const char* split : {"train", "val", "test"}) {
+    const auto boxes = load_yolo(set / "yolo" / (group + ".yaml"), split),
+               segments = load_yolo(set / "yolo_segment" / (group + ".yaml"), split);
+    REQUIRE(boxes.size() == segments.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      CAPTURE(segments[i].label);
+      CHECK(fs::equivalent(boxes[i].picture, segments[i].picture));
+      const auto as_boxes = rows_of(boxes[i].label), as_outlines = rows_of(segments[i].label);
+      REQUIRE(as_boxes.size() == as_outlines.size());
+      for (std::size_t k = 0; k < as_boxes.size(); ++k) {
+        CHECK(as_boxes[k].first == as_outlines[k].first);
+        const auto a = box_of(as_boxes[k]), b = box_of(as_outlines[k]);
+        for (std::size_t j = 0; j < 4; ++j) CHECK(a[j] == Approx(b[j]).margin(2e-6));
+        ++outlines;
+      }
+    }
+  }
+  return outlines;
+}
+
 void check_loads(const fs::path& yaml, std::size_t pictures) {
   CAPTURE(yaml, fs::current_path());
   std::size_t count = 0;
@@ -100,6 +160,37 @@ void check_loads(const fs::path& yaml, std::size_t pictures) {
       REQUIRE(fs::equivalent(label, fs::canonical(picture).replace_extension(".txt")));
     }
   CHECK(count == pictures);
+}
+
+/// Turns over the pixels of a polygon, counted column by column, by the rule of pycocotools
+/// (rleFrPoly of common/maskApi.c): the border is drawn on a grid five times as fine; where it
+/// crosses the middle of a column of pixels, all further pixels of the picture turn over.
+void turn_over(const std::vector<double>& xy, std::size_t columns, std::size_t rows,
+               std::vector<bool>& pixels) {
+  constexpr int fine = 5;
+  std::vector<std::array<int, 2>> border;
+  const std::size_t corners = xy.size() / 2;
+  for (std::size_t i = 0; i < corners; ++i) {
+    const auto corner = [&](std::size_t k) {
+      return std::array{static_cast<int>(fine * xy[2 * (k % corners)] + 0.5),
+                        static_cast<int>(fine * xy[2 * (k % corners) + 1] + 0.5)};
+    };
+    const auto from = corner(i), to = corner(i + 1);
+    REQUIRE((from[0] == to[0] || from[1] == to[1]));  // our outlines have no slanted edges
+    const int steps = std::max(std::abs(to[0] - from[0]), std::abs(to[1] - from[1]));
+    for (int k = 0; k <= steps; ++k)
+      border.push_back({from[0] + k * (to[0] - from[0]) / std::max(steps, 1),
+                        from[1] + k * (to[1] - from[1]) / std::max(steps, 1)});
+  }
+  for (std::size_t i = 1; i < border.size(); ++i) {
+    if (border[i][0] == border[i - 1][0]) continue;
+    const double column = (std::min(border[i][0], border[i - 1][0]) + 0.5) / fine - 0.5;
+    if (std::floor(column) != column || column < 0 || column > double(columns) - 1) continue;
+    const double row = (std::min(border[i][1], border[i - 1][1]) + 0.5) / fine - 0.5;
+    const auto first = static_cast<std::size_t>(column) * rows +
+                       static_cast<std::size_t>(std::ceil(std::clamp(row, 0.0, double(rows))));
+    for (std::size_t k = first; k < pixels.size(); ++k) pixels[k] = !pixels[k];
+  }
 }
 
 /// The pixels of an annotation's segmentation, row by row, as in pycocotools' annToMask.
@@ -118,18 +209,10 @@ std::vector<bool> pixels_of(const Json& segmentation, std::size_t columns, std::
     return pixels;
   }
   for (const Json& polygon : segmentation) {
-    const auto xy = polygon.get<std::vector<int>>();
-    for (std::size_t row = 0; row < rows; ++row)
-      for (std::size_t column = 0; column < columns; ++column) {
-        bool inside = false;
-        for (std::size_t i = 0; i < xy.size(); i += 2) {
-          const std::size_t j = (i + 2) % xy.size();
-          inside ^= xy[i] == xy[j] && xy[i] > static_cast<int>(column) &&
-                    std::min(xy[i + 1], xy[j + 1]) <= static_cast<int>(row) &&
-                    std::max(xy[i + 1], xy[j + 1]) > static_cast<int>(row);
-        }
-        if (inside) pixels[row * columns + column] = true;
-      }
+    std::vector<bool> part(columns * rows);
+    turn_over(polygon.get<std::vector<double>>(), columns, rows, part);
+    for (std::size_t i = 0; i < part.size(); ++i)
+      if (part[i]) pixels[i % rows * columns + i / rows] = true;
   }
   return pixels;
 }
@@ -187,6 +270,7 @@ TEST_CASE("YOLO's files load from any working directory and any place of the dat
         if (name.starts_with(std::string(group) + ",")) pictures += count.get<std::size_t>();
       CHECK(pictures > 0);
       check_loads(yolo / (std::string(group) + ".yaml"), pictures);
+      CHECK(check_segments(yolo / "..", group) > 0);
       ++groups;
     }
   };
@@ -204,7 +288,181 @@ TEST_CASE("a dataset in tars has no YOLO lists, which need separate files") {
   const TemporaryFolder folder;
   made(folder, changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 4"));
   CHECK_FALSE(fs::exists(folder / "set/yolo"));
+  CHECK_FALSE(fs::exists(folder / "set/yolo_segment"));
+  CHECK_FALSE(fs::exists(folder / "set/hub"));
   CHECK(fs::exists(folder / "set/coco/slant_line_train.json"));
+  CHECK(read_text(folder / "set/pictures/000000_left-right.png").starts_with("\x89PNG"));
+}
+
+TEST_CASE("WebDataset groups the records of each kind and split, from folders and from tars") {
+  const TemporaryFolder folder;
+  made(folder, tiny_recipe, "set", {"--webdataset"});
+  made(folder, changed(tiny_recipe, "seafloors = 4", "seafloors = 4\nsamples_per_tar = 3"), "tars",
+       {"--webdataset"});
+  std::size_t records = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "set/webdataset")) {
+    const std::string name = entry.path().filename().string();
+    CAPTURE(name);
+    CHECK(read_text(entry.path()) == read_text(folder / "tars/webdataset" / name));
+    // webdataset's group_by_keys (tariterators.py): the key is the path up to the first dot of the
+    // file's name; a new key begins a new record, and a repeated extension is an error.
+    const std::size_t end = name.rfind("-000000.tar");
+    REQUIRE(end != std::string::npos);
+    const Json coco = Json::parse(read_text(folder / "set/coco" / (name.substr(0, end) + ".json")));
+    std::map<std::string, std::map<std::string, std::vector<std::byte>>> found;
+    std::string last;
+    ensonify::engine::read_tar(
+        entry.path(), [&](const std::string& member, std::vector<std::byte> content) {
+          const std::size_t dot = member.find('.', member.rfind('/') + 1);
+          const std::string key = member.substr(0, dot);
+          if (key != last) CHECK_FALSE(found.contains(key));
+          last = key;
+          CHECK(found[key].emplace(member.substr(dot + 1), std::move(content)).second);
+        });
+    CHECK(2 * found.size() == coco.at("images").size());  // two displays in each record
+    for (const auto& [key, files] : found) {
+      CAPTURE(key);
+      for (const char* extension : {"png", "r1.png", "class.png", "sediment.png", "instance.png",
+                                    "region.png", "json", "txt", "r1.txt"})
+        CHECK(files.contains(extension));
+      CHECK(files.size() == 9);
+      const std::vector<std::byte>& json = files.at("json");
+      const Json labels =
+          Json::parse(std::string(reinterpret_cast<const char*>(json.data()), json.size()));
+      CHECK(name.starts_with(labels.at("geometry").get<std::string>() + "_"));
+      CHECK(name.ends_with(labels.at("split").get<std::string>().append("-000000.tar")));
+      ++records;
+    }
+  }
+  CHECK(records > 16);
+}
+
+TEST_CASE("the Hub's ImageFolder finds each picture and its metadata, and the card's configs") {
+  const TemporaryFolder folder;
+  made(folder, changed(tiny_recipe, "samples = 8",
+                       "title = \"Crates: \\\"and\\\" mines\"\nlicence = \"CC-BY-4.0\"\n"
+                       "creator = \"A. Maker\"\nsamples = 8"));
+  const std::string card = read_text(folder / "set/README.md");
+  REQUIRE(card.starts_with("---\n"));
+  const std::string yaml = card.substr(4, card.find("\n---\n") - 3);
+  CHECK(yaml.find("pretty_name: \"Crates: \\\"and\\\" mines\"\n") != std::string::npos);
+  CHECK(yaml.find("license: \"cc-by-4.0\"\n") != std::string::npos);
+  CHECK(yaml.find("- config_name: slant_tile\n") != std::string::npos);
+  CHECK(card.find("![pictures/000000_left-right.png](pictures/000000_left-right.png)") !=
+        std::string::npos);
+  CHECK(read_text(folder / "set/pictures/000000_left-right.png") ==
+        read_text(folder / "set/samples/000000/left-right.png"));
+  // datasets' folder_based_builder.py: every picture that a split's patterns find has one row,
+  // whose file_name is its path from the folder of metadata.jsonl.
+  std::istringstream lines(yaml);
+  std::size_t pictures = 0, boxes = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("path: ") == std::string::npos) continue;
+    REQUIRE(line.ends_with("/*"));
+    const fs::path split =
+        folder / "set" /
+        line.substr(line.find("path: ") + 6, line.size() - line.find("path: ") - 8);
+    CAPTURE(split);
+    std::set<std::string> named, found;
+    std::istringstream rows(read_text(split / "metadata.jsonl"));
+    for (std::string text; std::getline(rows, text);) {
+      const Json row = Json::parse(text);
+      CHECK(named.insert(row.at("file_name").get<std::string>()).second);
+      const Json& objects = row.at("objects");
+      CHECK(objects.at("bbox").size() == objects.at("categories").size());
+      CHECK(objects.at("bbox").size() == objects.at("names").size());
+      boxes += objects.at("bbox").size();
+      CHECK(row.at("seen_from").at("altitude_m").get<double>() > 0.0);
+    }
+    for (const auto& entry : fs::directory_iterator(split))
+      if (entry.path().filename() != "metadata.jsonl") {
+        found.insert(entry.path().filename().string());
+        CHECK(read_text(entry.path()).starts_with("\x89PNG"));
+      }
+    CHECK(named == found);
+    CHECK(found.size() > 0);
+    pictures += found.size();
+  }
+  CHECK(boxes > 0);
+  std::size_t all = 0;
+  const Json merged =
+      Json::parse(run_program(folder.path(), {"merge", "set", "--json", "--quiet"}).out);
+  for (const auto& [group, count] : merged.at("images").items()) all += count.get<std::size_t>();
+  CHECK(pictures == all);
+
+  const Json croissant = Json::parse(read_text(folder / "set/croissant.json"));
+  CHECK(croissant.at("@type") == "sc:Dataset");
+  CHECK(croissant.at("conformsTo") == "http://mlcommons.org/croissant/1.0");
+  CHECK(croissant.at("license") == "https://spdx.org/licenses/CC-BY-4.0");
+  CHECK_FALSE(croissant.contains("url"));
+  std::set<std::string> ids;
+  for (const Json& part : croissant.at("distribution")) {
+    const auto id = part.at("@id").get<std::string>();
+    CAPTURE(id);
+    CHECK(ids.insert(id).second);
+    if (part.at("@type") != "cr:FileObject") continue;
+    const std::string text = read_text(folder / "set" / part.at("contentUrl").get<std::string>());
+    CHECK(part.at("contentSize") == std::to_string(text.size()) + " B");
+    write_text(folder / "hashed", text);
+    REQUIRE(std::system(("sha256sum '" + (folder / "hashed").string() + "' > '" +
+                         (folder / "sum").string() + "'")
+                            .c_str()) == 0);
+    CHECK(read_text(folder / "sum").starts_with(part.at("sha256").get<std::string>()));
+  }
+  for (const Json& records : croissant.at("recordSet")) {
+    CHECK(ids.insert(records.at("@id").get<std::string>()).second);
+    for (const Json& field : records.at("field")) {
+      CHECK(ids.insert(field.at("@id").get<std::string>()).second);
+      if (field.contains("source"))
+        CHECK(ids.contains(field.at("source").at("fileSet").at("@id").get<std::string>()));
+    }
+  }
+}
+
+TEST_CASE("shadows can be a class, with one number in masks, COCO, YOLO and layers") {
+  const TemporaryFolder folder;
+  made(folder, changed(tiny_recipe, "renders = 2", "renders = 1\nshadow_class = true"));
+  const Json dataset = Json::parse(read_text(folder / "set/dataset.json"));
+  CHECK(dataset.at("classes") == Json{"crate", "mine", "shadow", "seabed"});
+  const int number = 3;
+  CHECK(dataset.at("shadow_class") == number);
+  std::size_t shadows = 0;
+  for (const char* split : {"train", "val", "test"})
+    for (const char* group : {"slant_line", "slant_tile", "ground_line"}) {
+      const std::string name = std::string(group) + "_" + split;
+      const Json coco = Json::parse(read_text(folder / "set/coco" / (name + ".json")));
+      CHECK(coco.at("categories").at(number - 1).at("name") == "shadow");
+      const auto listed =
+          load_yolo(folder / "set/yolo_segment" / (std::string(group) + ".yaml"), split);
+      for (const Json& image : coco.at("images")) {
+        const fs::path picture = folder / "set" / image.at("file_name").get<std::string>();
+        CAPTURE(picture);
+        const std::vector<std::uint16_t> classes =
+            mask(folder / "set" / image.at("masks").at("class").get<std::string>(), false);
+        std::vector<bool> annotated(classes.size());
+        int rows = 0;
+        for (const Json& annotation : coco.at("annotations")) {
+          if (annotation.at("image_id") != image.at("id") || annotation.at("category_id") != number)
+            continue;
+          ++rows;
+          const std::vector<bool> shadow =
+              pixels_of(annotation.at("segmentation"), image.at("width"), image.at("height"));
+          for (std::size_t i = 0; i < shadow.size(); ++i) annotated[i] = annotated[i] || shadow[i];
+          CHECK(annotation.at("area").get<std::ptrdiff_t>() == std::ranges::count(shadow, true));
+        }
+        for (std::size_t i = 0; i < classes.size(); ++i)
+          if ((classes[i] == number) != annotated[i]) FAIL("pixel " << i);
+        for (const Labelled& one : listed)
+          if (fs::equivalent(one.picture, picture)) {
+            for (const Row& row : rows_of(one.label)) rows -= row.first == number - 1;
+            CHECK(rows == 0);
+          }
+        shadows += std::ranges::count(annotated, true) > 0;
+      }
+    }
+  CHECK(shadows > 4);
+  const auto png = read_text(folder / "set/samples/000000/left-right.class.png");
+  CHECK(png.find(R"(["none","crate","mine","shadow","seabed"])") != std::string::npos);
 }
 
 TEST_CASE("every outline in COCO's files equals its instance in the masks, with or without holes") {
@@ -294,12 +552,16 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
   const std::string held =
       made(folder,
            changed(tiny_recipe, "train = 2\nval = 1\ntest = 1\n",
-                   "train = 1\nval = 0\nby = \"objects.0.shape\"\nheld_out_test = [\"box\"]\n"),
+                   "train = 1\nval = 1e-9\nby = \"objects.0.shape\"\nheld_out_test = [\"box\"]\n"),
            "held");
   CHECK(held.find("no picture of the split train shows the class crate:") != std::string::npos);
   CHECK(held.find("no picture of the split test shows the class mine:") != std::string::npos);
   CHECK(held.find("the split val is empty") != std::string::npos);
   CHECK(held.find("share a seabed") == std::string::npos);
+  // A split without a share is meant to be empty.
+  const std::string none =
+      made(folder, changed(tiny_recipe, "test = 1\n", "test = 0\n"), "none");
+  CHECK(none.find("the split test") == std::string::npos);
 
   const std::string shared =
       made(folder, changed(tiny_recipe, "[seafloor]\n", "[seafloor]\nseed = 7\n"), "shared");
@@ -308,4 +570,61 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
   const Json json =
       Json::parse(run_program(folder.path(), {"merge", "shared", "--json", "--quiet"}).out);
   REQUIRE(json.at("warnings").size() >= 1);
+}
+
+TEST_CASE("the documented loader for PyTorch reads every picture, mask and box") {
+  const TemporaryFolder folder;
+  made(folder, tiny_recipe);
+  std::ifstream page(source_folder() / "scenes/datasets.md");
+  std::string code;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line == "```") inside = false;
+    if (inside) code += line + "\n";
+    if (line == "```python") inside = true;
+  }
+  REQUIRE(code.find("class Sidescan(") != std::string::npos);
+  write_text(folder / "loader.py", code);
+  // Without PyTorch, what the loader uses of it.
+  fs::create_directory(folder / "stub");
+  write_text(folder / "stub/torch.py", R"py(
+from types import SimpleNamespace
+utils = SimpleNamespace(data=SimpleNamespace(Dataset=object))
+from_numpy = lambda array: array
+)py");
+  write_text(folder / "test.py", R"py(
+import sys
+try:
+    import numpy, PIL
+except ImportError:
+    sys.exit(77)
+try:
+    import torch
+except ImportError:
+    sys.path.append("stub")
+from loader import Sidescan
+boxes = 0
+for kind in ("slant_line", "slant_tile", "slant_chip", "ground_line"):
+    for split in ("train", "val", "test"):
+        data = Sidescan("set", kind, split)
+        assert len(data) > 0
+        for i in range(len(data)):
+            image, target = data[i]
+            height, width = target["classes"].shape
+            assert tuple(image.shape) == (1, height, width)
+            assert 0 <= image.min() and 0 < image.max() <= 1
+            assert len(target["boxes"]) == len(target["labels"])
+            for (x0, y0, x1, y1), label in zip(target["boxes"], target["labels"]):
+                part = target["classes"][int(y0):int(y1), int(x0):int(x1)]
+                assert (part == label).any() and part.shape == (y1 - y0, x1 - x0)
+                boxes += 1
+assert boxes > 16
+)py");
+  const int code_of_test = std::system(
+      ("cd '" + folder.path().string() + "' && /usr/bin/python3 test.py 2> log").c_str());
+  INFO(read_text(folder / "log"));
+  if (code_of_test == 77 << 8)
+    WARN("skipped: no numpy or PIL here");
+  else
+    CHECK(code_of_test == 0);
 }

@@ -155,12 +155,69 @@ TEST_CASE("a run of a sample's scene.toml gives the sample's bytes") {
   }
 }
 
+TEST_CASE("a sample has the files that its scene names by relative paths") {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "recipes/meshes");
+  write_text(folder / "recipes/meshes/a.obj",
+             "v 0 0 0\nv 4 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  const std::string recipe = changed(
+      changed(tiny_recipe, "shape = { choice = [\"box\", \"cylinder\"] }",
+              "mesh = \"meshes/a.obj\"\nlength_m = 2"),
+      "class = { by = \"objects.0.shape\", table = { box = \"crate\", cylinder = \"mine\" } }",
+      "class = \"crate\"");
+  write_text(folder / "recipes/recipe.toml", recipe);
+  REQUIRE(run_program(folder.path(), {"generate", "recipes/recipe.toml", "-o", "set", "--quiet",
+                                      "-D", "dataset.samples=2", "-D", "dataset.seafloors=1"})
+              .code == 0);
+  const fs::path sample = folder / "set/samples/000001";
+  CHECK(read_text(sample / "meshes/a.obj") == read_text(folder / "recipes/meshes/a.obj"));
+  REQUIRE(run_program("/", {"run", (sample / "scene.toml").string(), "-o",
+                            (folder / "again").string(), "--quiet"})
+              .code == 0);
+  for (const auto& [name, content] : tree_of(folder / "again")) {
+    CAPTURE(name);
+    CHECK(read_text(sample / name) == content);
+  }
+  const Json targets = Json::parse(read_text(sample / "left-right_targets.json"));
+  REQUIRE(targets.at("targets").size() == 1);
+  const Json& size = targets.at("targets").at(0).at("size_m");
+  CHECK(size.at(2).get<double>() == Approx(0.5).epsilon(1e-5));  // 4 units became 2 m
+  const Json dataset = Json::parse(read_text(folder / "set/dataset.json"));
+  CHECK(dataset.at("overrides") == Json{"dataset.samples=2", "dataset.seafloors=1"});
+  CHECK(dataset.at("assets").at(0).at("name") == "meshes/a.obj");
+  // The same folder with other overrides is another dataset.
+  CHECK(run_program(folder.path(), {"generate", "recipes/recipe.toml", "-o", "set", "--quiet", "-D",
+                                    "dataset.samples=3"})
+            .code == 2);
+}
+
 TEST_CASE("a dataset that is killed several times becomes the same tree, without leftovers") {
   check_kills(6, 8);
 }
 
 TEST_CASE("a dataset that is killed 60 times becomes the same tree, without leftovers", "[.soak]") {
   check_kills(60, 24);
+}
+
+TEST_CASE("a merge that is killed several times writes the same files, without leftovers") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const std::vector<std::string> merge{"merge", "killed", "--quiet", "--webdataset"};
+  generate_whole(folder.path(), "killed");
+  REQUIRE(run_program(folder.path(), merge).code == 0);
+  const auto expected = tree_of(folder / "killed");
+  std::mt19937 random(11);
+  int killed = 0;
+  for (int round = 0; round < 60 && killed < 8; ++round) {
+    const Outcome outcome = run_program(folder.path(), merge, {}, [&](pid_t process) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(random() % 150));
+      kill(process, SIGKILL);
+    });
+    killed += outcome.code == -SIGKILL;
+  }
+  CHECK(killed > 0);
+  REQUIRE(run_program(folder.path(), merge).code == 0);
+  CHECK(difference(tree_of(folder / "killed"), expected) == "");
 }
 
 TEST_CASE("SIGTERM exits with 75, and the same command continues") {

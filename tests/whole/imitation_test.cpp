@@ -252,6 +252,7 @@ struct Wreck {
 std::string scene_text(const Setup& setup, bool fitted, const Wreck& wreck) {
   std::string text = fmt::format(
       R"(version = 1
+conditions = "ideal"
 seed = 11
 speckle = {}
 [sea]

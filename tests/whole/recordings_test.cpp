@@ -4,10 +4,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <numbers>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -95,6 +98,7 @@ Vector2d local_m(const Place& place_deg) {
 
 /// One side of a ping, as in its file.
 struct Line {
+  int source = 0;  ///< channel of an XTF, subsystem of a JSF
   std::uint32_t number = 0;
   Place place_deg;
   double depth_m = 0.0, altitude_m = 0.0;
@@ -112,7 +116,8 @@ std::vector<Line> read_xtf(const std::string& file) {
     REQUIRE(at<std::uint16_t>(file, packet) == 0xFACE);
     std::size_t channel = packet + 256;
     for (int k = 0; k < at<std::uint16_t>(file, packet + 4); ++k) {
-      Line line{.number = at<std::uint32_t>(file, packet + 28),
+      Line line{.source = at<std::uint16_t>(file, channel),
+                .number = at<std::uint32_t>(file, packet + 28),
                 .place_deg = {at<double>(file, packet + 168), at<double>(file, packet + 160)},
                 .depth_m = at<float>(file, packet + 192),
                 .altitude_m = at<float>(file, packet + 196),
@@ -141,7 +146,8 @@ std::vector<Line> read_jsf(const std::string& file) {
     REQUIRE(at<std::uint16_t>(file, message) == 0x1601);
     const std::size_t h = message + 16;
     REQUIRE(at<std::int16_t>(file, h + 88) == 2);
-    Line line{.number = at<std::uint32_t>(file, h + 8),
+    Line line{.source = at<std::uint8_t>(file, message + 7),
+              .number = at<std::uint32_t>(file, h + 8),
               .place_deg = {at<std::int32_t>(file, h + 80) * minute_degrees,
                             at<std::int32_t>(file, h + 84) * minute_degrees},
               .depth_m = at<std::int32_t>(file, h + 136) / 1000.0,
@@ -244,6 +250,8 @@ TEST_CASE("A reader of XTF or JSF finds an object at its position for any mounti
            {"turned about", to_port, "sides = \"port\"\nmount_azimuth_deg = 180\n"},
            {"squinting", to_port + moving, "mount_azimuth_deg = -12\nmount_pitch_deg = 5\n"},
            {"ahead", astern, "sides = \"starboard\"\nmount_azimuth_deg = -90\nforward_m = 0.8\n"},
+           {"ahead of the bow", astern,
+            "sides = \"starboard\"\nmount_azimuth_deg = -90\nforward_m = 6\ndown_m = 1\n"},
        }) {
     CAPTURE(c.name);
     const TemporaryFolder folder;
@@ -343,6 +351,49 @@ TEST_CASE("A reader takes the numbered recordings of a run in parts for one line
       CHECK(lines[i].near_to_far == expected[i].near_to_far);
     }
     CHECK((local_m(place_of_ball_deg(lines)) - ball_m).norm() < 0.1);
+  }
+}
+
+TEST_CASE("A run's sonars are in one recording, with the samples and positions of their own ones") {
+  // Abeam, and ahead of the bow, on a track to port of the ball.
+  const std::string track =
+      "pings = 160\nheading_deg = 30\nmiddle_east_m = -8.26\nmiddle_north_m = 4.5\n"
+      "[artefacts]\nlost = 0.1\n[sonar.a]\nfrequency_hz = 450e3\n" +
+      sonar + "[sonar.b]\nforward_m = 2\ndown_m = 1\nfrequency_hz = 400e3\n" + sonar +
+      "[sonar.c]\nfrequency_hz = 200e3\n" + sonar;
+  const TemporaryFolder apart, together;
+  run_scene(apart, track);
+  std::string scene = level_bed;
+  const std::string key = "jsf = true\n";
+  scene.replace(scene.find(key), key.size(), key + "one_recording = true\n");
+  run_scene(together, track, scene);
+  CHECK_FALSE(std::filesystem::exists(together / "out/a.xtf"));
+  const std::string xtf = read_text(together / "out/recording.xtf");
+  const std::string jsf = read_text(together / "out/recording.jsf");
+  const std::vector<Line> all_xtf = read_xtf(xtf), all_jsf = read_jsf(jsf);
+  for (const auto& [name, channels, subsystem] :
+       {std::tuple{"a", 0, 22}, std::tuple{"b", 2, 21}, std::tuple{"c", 4, 20}}) {
+    CAPTURE(name);
+    const auto check = [&](const std::vector<Line>& all, const std::vector<Line>& expected,
+                           int first, int last) {
+      std::vector<Line> lines;
+      std::ranges::copy_if(all, std::back_inserter(lines), [&](const Line& line) {
+        return line.source >= first && line.source <= last;
+      });
+      REQUIRE(lines.size() == expected.size());
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        CHECK(lines[i].number == expected[i].number);
+        CHECK(lines[i].place_deg == expected[i].place_deg);
+        CHECK(lines[i].depth_m == expected[i].depth_m);
+        CHECK(lines[i].starboard == expected[i].starboard);
+        CHECK(lines[i].near_to_far == expected[i].near_to_far);
+      }
+      CHECK((local_m(place_of_ball_deg(lines)) - ball_m).norm() < 0.1);
+    };
+    check(all_xtf, read_xtf(read_text(apart / ("out/" + std::string(name) + ".xtf"))), channels,
+          channels + 1);
+    check(all_jsf, read_jsf(read_text(apart / ("out/" + std::string(name) + ".jsf"))), subsystem,
+          subsystem);
   }
 }
 

@@ -157,7 +157,7 @@ TEST_CASE("every scene in scenes/ and the default scene have a valid track") {
   for (const char* name : {"ripples", "rocky"}) {
     const std::filesystem::path file =
         tests::source_folder() / "scenes" / (name + std::string(".toml"));
-    CHECK(Simulator(read_scene(file)).track().size() == 600);
+    CHECK(Simulator(read_scene(file)).track().size() == 800);
   }
   CHECK(Simulator(read_scene(tests::source_folder() / "scenes/lawn_mower.toml")).track().size() ==
         1372);

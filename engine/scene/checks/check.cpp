@@ -5,7 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/recording.h>
+#include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/checks/object_check.h>
 #include <ensonify/engine/scene/checks/seabed_check.h>
 #include <ensonify/engine/scene/keys/schema.h>
@@ -16,10 +18,9 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_grid_points =
-    1e8;                            // 0.8 GB of heights, and ten times that while they are made
-constexpr double max_pixels = 1e9;  // 60 GB of layers
-constexpr double max_rays = 1e8;    // per side of a ping
+constexpr double max_grid_points = 1073741824.0;  // 2^30: the numbers of faces have 32 bits
+constexpr double max_pixels = 1e9;                // 60 GB of layers
+constexpr double max_rays = 1e8;                  // per side of a ping
 constexpr double max_bins_in_pulse = 10000;
 constexpr int max_bins = 65536;  // per side
 constexpr double max_pings = 10e6;
@@ -116,6 +117,8 @@ void check_scene(const Scene& scene,
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (const auto fault = fault_of(scene.objects[i], fmt::format("objects.{}", i)))
       require(false, fault->key, [&] { return fault->message; });
+  if (const auto fault = fault_of_assemblies(scene.objects))
+    require(false, fault->key, [&] { return fault->message; });
   require(count_of(scene.objects) <= max_objects, "objects", [&] {
     return fmt::format("the scene has {} objects, expected at most {}, since labels have 16 bits",
                        count_of(scene.objects), max_objects);
@@ -158,7 +161,7 @@ void check_scene(const Scene& scene,
     require(points <= max_grid_points, "seafloor.cell_m", [&] {
       return fmt::format(
           "a seabed of {} x {} m in cells of {} m has {:.2g} points, expected at most "
-          "{:.0e}: make the cells larger or the seabed smaller",
+          "{:.3g}: make the cells larger or the seabed smaller",
           bed.extent_east_m, bed.extent_north_m, bed.cell_m, points, max_grid_points);
     });
     require(bed.ripples.rms_height_m == 0.0 || bed.cell_m <= bed.ripples.wavelength_m / 4.0,
@@ -268,6 +271,14 @@ void check_scene(const Scene& scene,
     });
   }
   check_track(scene, require);
+  const std::size_t most_sonars = scene.output.xtf ? most_sonars_of_xtf : most_sonars_of_jsf;
+  require(!scene.output.one_recording || scene.sonars.size() <= most_sonars, "output.one_recording",
+          [&] {
+            return fmt::format(
+                "'output.one_recording' puts {} sonars into one file, and {} holds {}: leave it "
+                "out for a file each",
+                scene.sonars.size(), scene.output.xtf ? "an XTF" : "a JSF", most_sonars);
+          });
   require(scene.output.start_time.empty() || unix_time(scene.output.start_time),
           "output.start_time", [&] {
             return fmt::format(
@@ -281,7 +292,7 @@ void check_scene(const Scene& scene,
 void check_pings(const Scene& scene, double pings, std::string_view place) {
   double pixels = 0.0;
   for (const Sonar& sonar : scene.sonars)
-    pixels += static_cast<double>(sides_of(sonar).size()) * sonar.bins * pings;
+    pixels += static_cast<double>(sides_of(sonar).size()) * sonar.bins * sonar.beams * pings;
   if (!(pixels <= max_pixels && pings <= max_pings))
     throw SceneError(fmt::format(
         "{}: {:.0f} pings make {:.2g} pixels, expected at most {:.0e}: take fewer pings or bins",

@@ -1,8 +1,12 @@
 #include <ensonify/engine/scene/checks/object_check.h>
 
-#include <ensonify/engine/seafloor/objects/shapes.h>
+#include <algorithm>
+#include <vector>
 
 #include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {
 namespace {
@@ -14,7 +18,10 @@ class Faults {
 
   std::optional<ObjectFault> first() {
     what_it_is();
-    if (!object_.shape.empty()) sizes(shape_named(object_.shape));
+    if (!object_.shape.empty()) {
+      form(shape_named(object_.shape));
+      sizes(shape_named(object_.shape));
+    }
     path(!object_.shape.empty() && shape_named(object_.shape).along_path);
     many();
     if (object_.burial != 0.0 && object_.height_m != 0.0)
@@ -38,14 +45,30 @@ class Faults {
       add("shape", "'{0}.shape' and '{0}.mesh' are both given, expected one of them");
     if (object_.class_name.empty()) add("class", "'{}.class' is empty, expected a name");
     for (const Dimension& dimension : all_dimensions())
-      if (object_.shape.empty() && object_.size.*dimension.size)
+      if (object_.shape.empty() && dimension.size != &ShapeSize::length_m &&
+          object_.size.*dimension.size)
         add(dimension.key,
-            "'{}.{}' is a shape's size, and this is a mesh: change its scale instead",
+            "'{}.{}' is a shape's size, and this is a mesh: change its length_m or scale instead",
             dimension.key);
     if (object_.shape.empty() && object_.size.facet_m)
       add("facet_m", "'{}.facet_m' is for shapes, and this is a mesh");
     if (!object_.shape.empty() && object_.weld_tolerance_m != 0.0)
       add("weld_m", "'{}.weld_m' is for meshes, and this is a shape");
+    if (object_.shape.empty() && !object_.variant.empty())
+      add("variant", "'{}.variant' is for shapes, and this is a mesh");
+    if (object_.shape.empty() && object_.shape_seed)
+      add("shape_seed", "'{}.shape_seed' is for shapes, and this is a mesh");
+  }
+
+  void form(const ShapeKind& kind) {
+    if (!object_.variant.empty() && kind.variants.empty())
+      add("variant", "'{}.variant' is given, but a {} has no variants", kind.name);
+    if (!object_.variant.empty() && std::ranges::count(kind.variants, object_.variant) == 0)
+      add("variant", "'{}.variant' is \"{}\", and a {} is one of: {}", object_.variant, kind.name,
+          fmt::format("{}", fmt::join(kind.variants, ", ")));
+    if (kind.family && object_.size.facet_m)
+      add("facet_m", "'{}.facet_m' is not for a {}, whose facets follow from its material",
+          kind.name);
   }
 
   void sizes(const ShapeKind& kind) {
@@ -119,6 +142,30 @@ class Faults {
 
 std::optional<ObjectFault> fault_of(const ObjectOptions& object, const std::string& name) {
   return Faults(object, name).first();
+}
+
+std::optional<ObjectFault> fault_of_assemblies(std::span<const ObjectOptions> objects) {
+  const std::vector<std::size_t> bases = bases_of(objects);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const ObjectOptions& object = objects[i];
+    const std::string name = fmt::format("objects.{}", i);
+    if (!object.assembly.empty() && !object.shape.empty() && shape_named(object.shape).along_path)
+      return ObjectFault{
+          name + ".assembly",
+          fmt::format("'{}' is laid along a path, and cannot be part of an assembly", name)};
+    if (bases[i] == i) continue;
+    const auto whole = [&](std::string_view key) {
+      return ObjectFault{
+          fmt::format("{}.{}", name, key),
+          fmt::format("'{}.{}' is for a whole assembly: give it to its first object, "
+                      "objects.{}",
+                      name, key, bases[i])};
+    };
+    if (object.count != 0) return whole("count");
+    if (object.follow_slope) return whole("follow_slope");
+    if (object.part_classes) return whole("part_classes");
+  }
+  return std::nullopt;
 }
 
 }  // namespace ensonify::engine

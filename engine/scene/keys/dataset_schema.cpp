@@ -31,9 +31,20 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "An object is ignored (no label, 255 in the masks) in an image that shows less than "
             "this share of what the whole line shows.",
             at(&D::min_visible)},
+           {"shadow_class", "", {},
+            "The shadows of targets are a class, shadow, with its number in the class masks, in "
+            "COCO and in YOLO files.",
+            at(&D::shadow_class)},
            {"licences", "", {},
             "One line per asset, for the card: \"wreck.stl: CC BY 4.0, by ...\".",
             at(&D::licences)},
+           {"licence", "", {},
+            "Licence of the whole dataset, as an SPDX identifier such as CC-BY-4.0, for README.md "
+            "and croissant.json.",
+            at(&D::licence)},
+           {"creator", "", {}, "Who made the dataset, for croissant.json.", at(&D::creator)},
+           {"url", "", {}, "Its page, for croissant.json.", at(&D::url)},
+           {"published", "", {}, "Its date, YYYY-MM-DD, for croissant.json.", at(&D::published)},
        }},
       {"dataset.split",
        "Which samples are for training, validation and test. What is held together never crosses.",
@@ -43,14 +54,15 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
            {"val", "", {0, 1e6}, "The same.", at(&D::split, &SplitOptions::val)},
            {"test", "", {0, 1e6}, "The same.", at(&D::split, &SplitOptions::test)},
            {"by", "", {},
-            "What is held together: seafloor, or a key of the recipe such as objects.0.mesh or "
-            "draw.site, which is then drawn once per seabed.",
+            "What is held together: seafloor, a key of the recipe such as objects.0.mesh or "
+            "draw.site, which is then drawn once per seabed, or a list of these: samples that "
+            "agree in all of them stay together.",
             at(&D::split, &SplitOptions::by)},
            {"held_out_val", "", {},
-            "Values of that key that make up the validation set.",
+            "Values of these keys that make up the validation set.",
             at(&D::split, &SplitOptions::held_out_val)},
            {"held_out_test", "", {},
-            "Values of that key that make up the test set.",
+            "Values of these keys that make up the test set.",
             at(&D::split, &SplitOptions::held_out_test)},
        }},
       {"dataset.tiles",
@@ -69,12 +81,31 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
       {"dataset.chips",
        "Square images of targets with their shadows.",
        {
-           {"size_px", "", {0, 65536}, "Edge; 0: none.", at(&D::chips, &ChipOptions::size_px)},
-           {"size_m", "m", {0, 1e5}, "Edge in metres, instead.",
+           {"size_px", "", {0, 65536},
+            "Edge; 0: none. With size_m or margin, chips are resampled to this many pixels.",
+            at(&D::chips, &ChipOptions::size_px)},
+           {"size_m", "m", {0, 1e5}, "Edge in metres.",
             at(&D::chips, &ChipOptions::size_m)},
+           {"margin", "", {0, 100},
+            "Instead of size_m: the edge follows from the target. The border on each side, in the "
+            "target's longer side; [0.1, 0.5]: drawn between these for each chip.",
+            at(&D::chips, &ChipOptions::margin)},
+           {"with_shadow", "", {},
+            "The chip is centred on the target with its shadow; false: on its body.",
+            at(&D::chips, &ChipOptions::with_shadow)},
+           {"classes", "", {}, "Classes of the targets that have chips; empty: all.",
+            at(&D::chips, &ChipOptions::classes)},
+           {"least_px", "", {0, 1e9},
+            "No chip of a target whose body has fewer pixels in the line; 0: also of a target "
+            "whose shadow alone is seen.",
+            at(&D::chips, &ChipOptions::least_px)},
            {"backgrounds", "", {0, 1000},
             "Number of chips of the same size without a target, at random places, per line.",
             at(&D::chips, &ChipOptions::backgrounds)},
+           {"hard_negatives", "", {0, 1000},
+            "Number of chips without a target of `classes`, on what resembles one, per line: "
+            "targets of other classes, shadows of the relief, ground that is not plain seabed.",
+            at(&D::chips, &ChipOptions::hard_negatives)},
        }},
   };
   return sections;

@@ -37,6 +37,14 @@ std::vector<std::string_view> shape_names() {
   return names;
 }
 
+std::vector<std::string_view> variant_names() {
+  std::vector<std::string_view> names;
+  for (const ShapeKind& kind : shape_kinds())
+    for (const std::string_view variant : kind.variants)
+      if (std::ranges::count(names, variant) == 0) names.push_back(variant);
+  return names;
+}
+
 std::vector<std::string_view> material_model_names() {
   std::vector<std::string_view> names;
   for (const MaterialModel& model : material_models()) names.push_back(model.name);
@@ -134,6 +142,10 @@ std::vector<Key<Scene>> output_keys() {
        "A part for each leg of a lawn-mower and the turn after it; legs of more than pings_per_file "
        "pings have several.",
        at(&Scene::output, &OutputOptions::file_per_leg)},
+      {"one_recording", "", {},
+       "All sonars in one recording, recording.xtf and recording.jsf, instead of NAME.xtf and "
+       "NAME.jsf for each. XTF holds three sonars.",
+       at(&Scene::output, &OutputOptions::one_recording)},
       {"png_bits", "", {8, 16}, "Bits per channel of NAME.png, 8 or 16.",
        at(&Scene::output, &OutputOptions::png_bits)},
       {"truth", "", {}, "The truth drawn over the image, with a legend, as NAME_truth.png.",
@@ -162,10 +174,20 @@ const std::vector<Section<Scene>>& scene_sections() {
       {"",
        "The whole run.",
        {
+           {"conditions", "", {},
+            "What keys that are not given stand for. survey: a vehicle that moves, the sea "
+            "surface's echo, transmit leakage, and a recorder with noise and three looks. ideal: "
+            "none of these, and even ground (texture = false), for exact levels. auto: survey if a "
+            "sonar has a preset; otherwise ideal, but with texture.",
+            at(&Scene::conditions), {"auto", "ideal", "survey"}},
            {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},
             "Whether echoes and noise fade; false gives their expectation.",
             at(&Scene::speckle)},
+           {"texture", "", {},
+            "Whether the ground scatters unevenly below the sonar's cell, by the materials' "
+            "texture, glint and variation keys; in the same way in each pass.",
+            at(&Scene::texture)},
        }},
       {"sea",
        "The water: its temperature, salinity and acidity, or plain numbers for speed and "
@@ -241,6 +263,11 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"material", "", {},
             "What it is made of: a name that `ensonify sediments` lists, or a [material.NAME].",
             at(&Scene::seafloor, &SeafloorOptions::material)},
+           {"penetration_m", "m", {0, 100},
+            "Thickness of the bed's uppermost layer, where it is a sediment: sound enters it, and "
+            "the scene's objects that are buried in it echo, weaker by the sediment's reflection "
+            "and loss; 0: no sound enters.",
+            at(&Scene::seafloor, &SeafloorOptions::penetration_m)},
        }},
       {"seafloor.fractal",
        "Relief of a generated seabed that looks the same at every scale.",
@@ -442,7 +469,9 @@ const std::vector<Section<Scene>>& scene_sections() {
             "seafloor.material at that angle, 10 dB if it is not a sediment.",
             at(&Scene::arrivals, &OtherPathsOptions::bottom_loss_db)},
            {"double_bounce", "", {},
-            "Echoes by way of an object's wall and the bed before it, at the wall's foot.",
+            "Echoes by way of an object's wall and the bed before it, at the wall's foot: the bed "
+            "reflects them about the specular direction, and the paths in both directions add in "
+            "amplitude.",
             at(&Scene::arrivals, &OtherPathsOptions::double_bounce)},
            {"wall_loss_db", "dB", {0, 60}, "Loss of the reflection at the wall.",
             at(&Scene::arrivals, &OtherPathsOptions::wall_loss_db)},
@@ -518,11 +547,12 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"surface", "", {},
             "Which triangles a ping sees. static: all, in one tree; refined: those in the fan, "
             "unchanged, of a mesh refined at each ping; footprint: the same by a query; auto: "
+            "over a grid of heights footprint, or static where Embree's tree pays; over a mesh "
             "refined, unless the run is too short to pay for the analysis.",
             at(&Scene::run, &RunOptions::surface), surface_choices()},
            {"intersector", "", {},
-            "What finds the nearest hits (`ensonify intersectors` lists them); in datasets the "
-            "default is fan_scan.",
+            "What finds the nearest hits (`ensonify intersectors` lists them). fan_scan is the "
+            "fastest, and has the same bits on every machine.",
             at(&Scene::run, &RunOptions::intersector), intersector_names()},
            {"robust", "", {},
             "Whether it is certain that no ray slips between faces, at some cost in speed.",
@@ -594,7 +624,16 @@ const Section<ObjectOptions>& object_section() {
            at(&ObjectOptions::mesh)},
           {"shape", "", {}, "Or a shape by its name; the list below has its sizes.",
            at(&ObjectOptions::shape), shape_names()},
-          {"length_m", "m", {0.001, 1000}, "A shape's size along its heading.",
+          {"variant", "", {},
+           "Which form of the shape, of those listed below; unset: drawn, the first more often.",
+           at(&ObjectOptions::variant), variant_names()},
+          {"shape_seed", "", {0, largest_seed},
+           "Seed of a shape's form, of a wreck or boulder for example; unset: it follows from the "
+           "seabed's seed and the object's number.",
+           at(&ObjectOptions::shape_seed)},
+          {"length_m", "m", {0.001, 1000},
+           "A shape's size along its heading; a mesh is scaled until its longer side seen from "
+           "above has this length.",
            at(&ObjectOptions::size, &ShapeSize::length_m)},
           {"width_m", "m", {0.001, 1000}, "Its size across the heading.",
            at(&ObjectOptions::size, &ShapeSize::width_m)},
@@ -611,6 +650,15 @@ const Section<ObjectOptions>& object_section() {
            "circumference, or less for a material with a narrow lobe.",
            at(&ObjectOptions::size, &ShapeSize::facet_m)},
           {"class", "", {}, "What it is called in the labels.", at(&ObjectOptions::class_name)},
+          {"part_classes", "", {},
+           "Whether a shape's parts have classes of their own in images and masks, CLASS.PART, as "
+           "wreck.mast, and an assembly's objects their own classes. A target has one class.",
+           at(&ObjectOptions::part_classes)},
+          {"assembly", "", {},
+           "Objects with the same name here are one object: turned, scaled, sunk in and labelled "
+           "as one. The first is its base; the others' places, angles, scales and heights are "
+           "relative to it, with height_m and burial from its lowest point.",
+           at(&ObjectOptions::assembly)},
           {"material", "", {}, "What it is made of: steel, wood, rock ..., or a [material.NAME].",
            at(&ObjectOptions::material)},
           {"east_m", "m", {-1e6, 1e6},
@@ -633,8 +681,8 @@ const Section<ObjectOptions>& object_section() {
           {"roll_deg", "degrees", {-180, 180}, "Then lowers its x side.",
            at(&ObjectOptions::roll_rad)},
           {"scale", "", {1e-6, 1e6},
-           "Metres per unit of the file; a factor for the sizes of a shape and the points of a "
-           "path.",
+           "Metres per unit of the file; a factor for the sizes of a shape, for the length_m of a "
+           "mesh and for the points of a path.",
            at(&ObjectOptions::scale)},
           {"weld_m", "m", {-1, 1000},
            "Vertices this close are joined; 0: only equal ones; negative: none.",
@@ -729,6 +777,29 @@ const Section<Material>& material_section() {
            at(&Material::diffuse_db)},
           {"specular", "", {0, 1}, "Share of the energy that a solid reflects.",
            at(&Material::specular)},
+          {"texture_patch_m", "m", {0.01, 10},
+           "Side of the patches that scatter unevenly below the sonar's cell, if texture = true; "
+           "unset, this key and the next six are typical of the sediment. intensity_mean does not "
+           "contain this texture.",
+           at(&Material::texture_patch_m)},
+          {"texture_shape", "", {0, 1000},
+           "Shape of the gamma distribution of a patch's cross-section, at 10 degrees grazing. A "
+           "cell of n patches has n times that shape, and K distributed echoes: small is spiky; 0: "
+           "all patches are alike.",
+           at(&Material::texture_shape)},
+          {"texture_exponent", "", {0, 8},
+           "That shape grows with the sine of the grazing angle to this power.",
+           at(&Material::texture_exponent)},
+          {"glint_share", "", {0, 0.9},
+           "Share of the mean cross-section, at 10 degrees grazing, that comes from single stones "
+           "and shells; at steeper angles it falls with the squared sine.",
+           at(&Material::glint_share)},
+          {"glints_per_m2", "per m^2", {0.01, 1000}, "Number of these.",
+           at(&Material::glints_per_m2)},
+          {"variation_db", "dB", {0, 6}, "Rms of the slow change of strength over the ground.",
+           at(&Material::variation_db)},
+          {"variation_m", "m", {2, 1000}, "Its longest scale; it goes down to 1 m.",
+           at(&Material::variation_m)},
           {"lobe_width_deg", "degrees", {0, 45},
            "Rms tilt of its roughness: half the width of the lobe; 0: smooth.",
            at(&Material::lobe_width_rad)},

@@ -90,6 +90,16 @@ const Section<Sonar>& sonar_section() {
            at(&Sonar::shading_weights)},
           {"receive_shading_weights", "", {0, 1e6}, "The same of the receiver.",
            at(&Sonar::receive_shading_weights)},
+          {"beams", "", {1, 32},
+           "Parallel beams that each side receives from one ping, each of which gives a row of the "
+           "image, from the rear: so the vehicle may go as many times as fast. The receiver is "
+           "steered to each of them and focused as focused or focus_zones_m say; the transmitter is "
+           "not focused, and must be short enough to sound them all.",
+           at(&Sonar::beams)},
+          {"beam_spacing_m", "m", {0.001, 10},
+           "From each of these beams to the next, along the array, at all ranges. Rows are even if "
+           "beams * beam_spacing_m is how far the vehicle goes from ping to ping.",
+           at(&Sonar::beam_spacing_m)},
           {"side_lobes", "", {0, 20},
            "Number of side lobes that are traced on either side; 0: the main lobe alone.",
            at(&Sonar::side_lobes)},

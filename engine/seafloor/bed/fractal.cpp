@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/bed/spectral.h>
+#include <ensonify/engine/seafloor/bed/relief_fields.h>
 
 namespace ensonify::engine {
 
@@ -15,7 +15,7 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, std::uint64_t 
   add_fractal(field, relief, RandomStream(seed, Purpose::fractal_relief));
 }
 
-void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise) {
+SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief) {
   const double h = relief.hurst;
   const double sigma = relief.height_at_1m_m;
   if (!(h > 0.0 && h < 1.0))
@@ -28,12 +28,11 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomSt
     throw std::invalid_argument(
         fmt::format("fractal relief: the longest wave is {} m; it must be finite and not negative",
                     relief.longest_m));
-  if (sigma == 0.0) return;
   // Below k0 the spectrum is level (von Karman's form).
   const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
 
   SpectralField what;
-  what.period_m = fractal_period_m(field, h);
+  what.period_m = fractal_period_m(grid, h);
   if (relief.spectrum == FractalSpectrum::variogram) {
     // Phi(k) = C |k|^-(2H+2) is the 2-D spectrum with the variogram sigma^2 d^2H.
     const double c = sigma * sigma * std::pow(2.0, 2.0 * h - 1.0) * h * std::tgamma(1.0 + h) /
@@ -52,7 +51,12 @@ void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomSt
     what.weight = [](double kx, double ky) { return 2.0 - std::cos(kx) - std::cos(ky); };
     what.calibrated_m2 = sigma * sigma;
   }
-  add_spectral_field(field, what, noise);
+  return what;
+}
+
+void add_fractal(Heightfield& field, const FractalRelief& relief, const RandomStream& noise) {
+  const SpectralField what = fractal_field(field, relief);
+  if (relief.height_at_1m_m != 0.0) add_spectral_field(field, what, noise);
 }
 
 }  // namespace ensonify::engine

@@ -8,6 +8,8 @@ namespace ensonify::engine {
 struct GeographicPlace {
   double latitude_rad = 0.0;
   double longitude_rad = 0.0;
+
+  bool operator==(const GeographicPlace&) const = default;
 };
 
 /// A place on a map: metres east and north, and the direction of the map's north there.

@@ -19,8 +19,17 @@ struct Heightfield {
 
   int utm_zone = 0;  ///< of the world, 1 to 60, negative in the south; 0: unknown
 
-  double x_m(int column) const { return (column - 0.5 * (columns - 1)) * cell_east_m; }
-  double y_m(int row) const { return (row - 0.5 * (rows - 1)) * cell_north_m; }
+  // A window of a larger grid has that one's places: the origin is the middle of the whole.
+  int whole_columns = 0, whole_rows = 0;  ///< of the larger grid; 0: this is whole
+  int first_column = 0, first_row = 0;    ///< of the window in it
+
+  bool is_window() const { return whole_columns > 0; }
+  int columns_in_all() const { return is_window() ? whole_columns : columns; }
+  int rows_in_all() const { return is_window() ? whole_rows : rows; }
+  double x_m(int column) const {
+    return (first_column + column - 0.5 * (columns_in_all() - 1)) * cell_east_m;
+  }
+  double y_m(int row) const { return (first_row + row - 0.5 * (rows_in_all() - 1)) * cell_north_m; }
   double& at(int column, int row) { return z_m[index(column, row)]; }
   double at(int column, int row) const { return z_m[index(column, row)]; }
   std::size_t index(int column, int row) const {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/random.h>
-#include <ensonify/engine/seafloor/bed/spectral.h>
+#include <ensonify/engine/seafloor/bed/relief_fields.h>
 
 namespace ensonify::engine {
 namespace {
@@ -35,11 +35,10 @@ void check(const RippleRelief& relief) {
 
 }  // namespace
 
-void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t seed) {
+SpectralField ripple_field(const Heightfield& grid, const RippleRelief& relief) {
   check(relief);
-  if (relief.rms_height_m == 0.0) return;
-  const double cell = std::max(field.cell_east_m, field.cell_north_m);
-  if (!(cell <= 0.25 * relief.wavelength_m))
+  const double cell = std::max(grid.cell_east_m, grid.cell_north_m);
+  if (relief.rms_height_m > 0.0 && !(cell <= 0.25 * relief.wavelength_m))
     throw std::invalid_argument(fmt::format(
         "ripples: cells of {} m cannot carry a wavelength of {} m; use cells of at most {} m", cell,
         relief.wavelength_m, 0.25 * relief.wavelength_m));
@@ -59,7 +58,13 @@ void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t s
   };
   what.weight = [](double, double) { return 1.0; };
   what.calibrated_m2 = relief.rms_height_m * relief.rms_height_m;
-  add_spectral_field(field, what, RandomStream(seed, Purpose::ripple_relief));
+  return what;
+}
+
+void add_ripples(Heightfield& field, const RippleRelief& relief, std::uint64_t seed) {
+  const SpectralField what = ripple_field(field, relief);
+  if (relief.rms_height_m > 0.0)
+    add_spectral_field(field, what, RandomStream(seed, Purpose::ripple_relief));
 }
 
 }  // namespace ensonify::engine

@@ -2,67 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstddef>
-#include <limits>
-#include <memory>
-#include <mutex>
-#include <new>
 #include <numbers>
 #include <span>
 #include <stdexcept>
 
-#include <fftw3.h>
 #include <fmt/format.h>
+
+#include <ensonify/engine/seafloor/bed/grid_transform.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr double max_cells = 536870912.0;  // 2^29: 4 GiB
-
-struct Free {
-  void operator()(double* data) const { fftw_free(data); }
-};
-
-// Only fftw_execute may run in two threads at once.
-std::mutex& planner() {
-  static std::mutex mutex;
-  return mutex;
-}
-
-class Plan {
- public:
-  template <class MakePlan>
-  explicit Plan(MakePlan make_plan) {
-    const std::lock_guard lock(planner());
-    plan_ = make_plan();
-    if (!plan_) throw std::bad_alloc();
-  }
-  ~Plan() {
-    const std::lock_guard lock(planner());
-    fftw_destroy_plan(plan_);
-  }
-  Plan(const Plan&) = delete;
-  Plan& operator=(const Plan&) = delete;
-  void execute() const { fftw_execute(plan_); }
-
- private:
-  fftw_plan plan_ = nullptr;
-};
-
-// The next 2^a 3^b 5^c with a >= 1: FFTW is fast at these lengths, and they have a Nyquist term.
-int fast_length(double at_least) {
-  if (!(at_least <= 0.5 * std::numeric_limits<int>::max()))
-    throw std::invalid_argument(fmt::format(
-        "relief: {:.3g} cells in a row are too many to synthesise; use larger cells or a smaller "
-        "extent",
-        at_least));
-  for (int length = 2 * static_cast<int>(std::ceil(0.5 * at_least));; length += 2) {
-    int rest = length;
-    for (const int prime : {2, 3, 5})
-      while (rest % prime == 0) rest /= prime;
-    if (rest == 1) return length;
-  }
-}
 
 struct Size {
   int columns, rows;
@@ -70,10 +23,6 @@ struct Size {
 Size size_of(const Heightfield& field, double period_m) {
   return {fast_length(std::max(2.0 * field.columns, period_m / field.cell_east_m)),
           fast_length(std::max(2.0 * field.rows, period_m / field.cell_north_m))};
-}
-
-double signed_frequency(int index, int length) {
-  return index <= length / 2 ? index : index - length;
 }
 
 }  // namespace
@@ -89,21 +38,16 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
         "extent (the longer side counts)",
         columns, rows, 8e-9 * columns * rows));
   const auto width = static_cast<std::size_t>(columns);
-  const std::size_t stride = 2 * (width / 2 + 1);  // in place: room for a row of complex numbers
-  const std::unique_ptr<double, Free> values(
-      fftw_alloc_real(stride * static_cast<std::size_t>(rows)));
-  if (!values) throw std::bad_alloc();
+  const std::size_t stride = 2 * (width / 2 + 1);  // room for a row of complex numbers
+  const GridTransform transform(rows, columns);
+  const GridTransform::Values values = transform.allocate();
   double* const heights = values.get();
-  auto* const spectrum = reinterpret_cast<fftw_complex*>(heights);
-  const Plan forward(
-      [&] { return fftw_plan_dft_r2c_2d(rows, columns, heights, spectrum, FFTW_ESTIMATE); });
-  const Plan backward(
-      [&] { return fftw_plan_dft_c2r_2d(rows, columns, spectrum, heights, FFTW_ESTIMATE); });
+  auto* const spectrum = reinterpret_cast<std::complex<double>*>(heights);
 
   // The noise is made in space, so that its transform has the symmetry of a real field.
   for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row)
     noise.normal(std::span(heights + row * stride, width), row * width);
-  forward.execute();
+  transform.forward(heights);
 
   // Each term of the transform of M white numbers has the power M, and FFTW's inverse lacks the
   // factor 1/M, so a filter f gives the variance sum(f^2)/M. This is the integral of amplitude^2
@@ -116,10 +60,10 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
   double calibration = 0.0;  // the integral of weight * amplitude^2
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column <= columns / 2; ++column) {
-      fftw_complex& term =
+      std::complex<double>& term =
           spectrum[static_cast<std::size_t>(row) * (stride / 2) + static_cast<std::size_t>(column)];
       if (row == 0 && column == 0) {
-        term[0] = term[1] = 0.0;
+        term = 0.0;
         continue;
       }
       const double kx = dkx * column;
@@ -129,9 +73,9 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
         const int partners = column == 0 || column == columns / 2 ? 1 : 2;  // k and -k
         calibration += partners * what.weight(kx, ky) * amplitude * amplitude * dkx * dky;
       }
-      for (double& part : term) part *= amplitude * to_filter;
+      term *= amplitude * to_filter;
     }
-  backward.execute();
+  transform.backward(heights);
 
   const double calibrate = what.weight ? std::sqrt(what.calibrated_m2 / calibration) : 1.0;
   const double scale = calibrate / cells;
@@ -146,6 +90,11 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column)
       field.at(column, row) += height_at(column, row) - mean;
+}
+
+bool fits_one_transform(const Heightfield& field, double period_m) {
+  const Size size = size_of(field, period_m);
+  return static_cast<double>(size.columns) * size.rows <= max_cells;
 }
 
 double fractal_period_m(const Heightfield& field, double hurst) {

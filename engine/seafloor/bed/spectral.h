@@ -26,6 +26,9 @@ struct SpectralField {
 /// field has more than 2^29 cells, std::bad_alloc if it does not fit in memory.
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise);
 
+/// Whether the field has at most 2^29 cells; only the size of the heightfield is used.
+bool fits_one_transform(const Heightfield& field, double period_m);
+
 /// The period of a fractal field over a heightfield, the same in both directions: a long strip
 /// would have too few long waves across it and too much power along it.
 double fractal_period_m(const Heightfield& field, double hurst);

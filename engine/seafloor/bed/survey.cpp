@@ -2,20 +2,25 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <numbers>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_minixml.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
@@ -27,8 +32,10 @@
 namespace ensonify::engine {
 namespace {
 
-// Only formats that keep the heights in one file: others (VRT, WMS) can name other files and hosts.
+// Only formats that keep the heights in one file: others (WMS) can name other files and hosts. A
+// VRT is opened after all that it names was looked at.
 constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netCDF", nullptr};
+constexpr std::array<const char*, 2> mosaic_driver = {"VRT", nullptr};
 
 // Beyond the deepest trench and the highest peak: larger values are undeclared NODATA values.
 constexpr double highest_m = 12000.0;
@@ -41,38 +48,188 @@ std::string wkt_of(const OGRSpatialReference& reference) {
   return text ? text : "";
 }
 
+bool is_mosaic(const std::filesystem::path& file) {
+  constexpr std::string_view begin = "<VRTDataset";
+  std::string found(begin.size(), '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(found.data(), static_cast<std::streamsize>(found.size()));
+  return found == begin;
+}
+
+/// Finds the files of a VRT mosaic. It may only put local files together: whatever else GDAL would
+/// do for such a file (fetch, call functions, warp, open other mosaics) is refused.
+class SurveyMosaic {
+ public:
+  explicit SurveyMosaic(const std::filesystem::path& file) : file_(file) {
+    const std::unique_ptr<CPLXMLNode, void (*)(CPLXMLNode*)> tree(
+        CPLParseXMLFile(std::filesystem::absolute(file).c_str()), CPLDestroyXMLNode);
+    if (!tree) fail("is not a whole VRT file");
+    const CPLXMLNode* const root = CPLGetXMLNode(tree.get(), "=VRTDataset");
+    if (!root) fail("is not a whole VRT file");
+    look_at(*root);
+    if (sources_.empty()) fail("names no file with heights");
+  }
+  const std::vector<std::filesystem::path>& sources() const { return sources_; }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
+  }
+
+  void look_at(const CPLXMLNode& node) {
+    constexpr std::array<std::string_view, 7> refused = {
+        "VRTDataset",        "subClass",        "SourceDataset",    "OpenOptions",
+        "PixelFunctionType", "GDALWarpOptions", "PixelFunctionCode"};
+    for (const CPLXMLNode* child = node.psChild; child; child = child->psNext) {
+      const std::string_view name = child->pszValue;
+      if (child->eType == CXT_Text) continue;
+      if (std::ranges::find(refused, name) != refused.end())
+        fail(
+            fmt::format("has the VRT element '{}'; only mosaics of local files are read: make a "
+                        "GeoTIFF of it with gdal_translate",
+                        name));
+      if (name == "SourceFilename") take_source(*child);
+      look_at(*child);
+    }
+  }
+
+  void take_source(const CPLXMLNode& node) {
+    const std::filesystem::path named = CPLGetXMLValue(&node, nullptr, "");
+    const bool beside = std::string_view(CPLGetXMLValue(&node, "relativeToVRT", "0")) == "1";
+    const std::filesystem::path place =
+        beside ? std::filesystem::absolute(file_).parent_path() / named : named;
+    std::error_code error;
+    if (named.empty() || !std::filesystem::is_regular_file(place, error))
+      fail(fmt::format("names '{}', which is no local file; only mosaics of local files are read",
+                       named.string()));
+    if (!GDALIdentifyDriverEx(place.c_str(), GDAL_OF_RASTER, drivers.data(), nullptr))
+      fail(
+          fmt::format("names '{}', which is no GeoTIFF, BAG, ESRI ASCII grid or netCDF file; only "
+                      "mosaics of local files of these formats are read",
+                      named.string()));
+    sources_.push_back(place);
+  }
+
+  const std::filesystem::path& file_;
+  std::vector<std::filesystem::path> sources_;
+};
+
 class SurveyReader {
  public:
   SurveyReader(const std::filesystem::path& file, double water_level_m)
       : file_(file), water_level_m_(water_level_m) {}
 
+  /// The files of a mosaic.
+  std::vector<std::filesystem::path> sources() {
+    const Quiet quiet(*this);
+    GDALAllRegister();
+    return SurveyMosaic(file_).sources();
+  }
+
   std::string reference() {
+    const Quiet quiet(*this);
     open();
     const OGRSpatialReference* reference = dataset_->GetSpatialRef();
     return reference ? wkt_of(*reference) : std::string();
   }
 
   Heightfield header() {
-    open();
-    GDALRasterBand& band = *dataset_->GetRasterBand(1);
-    check_size(band);
-    check_reference(band);
-    place();
-    return field_;
+    const Quiet quiet(*this);
+    return read_header();
   }
 
   Heightfield read() {
-    if (!std::isfinite(water_level_m_)) fail("the water level is not a finite number");
-    header();
-    if (is_text()) check_text();
-    read_heights(*dataset_->GetRasterBand(1));
+    const Quiet quiet(*this);
+    prepare();
+    read_heights();
     for (int row = 0; row + 1 < field_.rows; ++row)
       for (int column = 0; column + 1 < field_.columns; ++column)
         if (field_.whole(column, row)) return std::move(field_);
     fail("no cell has heights at all four corners; is the NODATA value right (see gdalinfo)?");
   }
 
+  /// A window's heights, row by row from the south. Thread-safe, if only this is called.
+  void read_window(int first_column, int first_row, int columns, int rows, std::span<double> z_m) {
+    const std::lock_guard lock(mutex_);
+    const Quiet quiet(*this);
+    if (!prepared_) {
+      prepare();
+      keep_rows_in_cache();
+      prepared_ = true;
+    }
+    const bool from_north = transform_[5] < 0.0;
+    const int first_line = from_north ? field_.rows - first_row - rows : first_row;
+    // From the last row to the first, if the file's rows go south.
+    double* const first =
+        from_north ? &z_m[static_cast<std::size_t>(rows - 1) * static_cast<std::size_t>(columns)]
+                   : z_m.data();
+    const GSpacing step = GSpacing{sizeof(double)} * columns * (from_north ? -1 : 1);
+    if (band().RasterIO(GF_Read, first_column, first_line, columns, rows, first, columns, rows,
+                        GDT_Float64, sizeof(double), step, nullptr) != CE_None ||
+        !gdal_error_.empty())
+      fail_with_gdal(
+          fmt::format("rows {} to {} of {} cannot be read; the file is truncated or "
+                      "damaged",
+                      first_line + 1, first_line + rows, field_.rows));
+    for (int row = 0; row < rows; ++row)
+      to_heights(z_m.subspan(static_cast<std::size_t>(row) * static_cast<std::size_t>(columns),
+                             static_cast<std::size_t>(columns)),
+                 from_north ? first_line + rows - 1 - row : first_line + row, first_column);
+  }
+
  private:
+  Heightfield read_header() {
+    open();
+    check_size(band());
+    check_reference(band());
+    place();
+    return field_;
+  }
+
+  /// Before heights are read.
+  void prepare() {
+    if (!std::isfinite(water_level_m_)) fail("the water level is not a finite number");
+    read_header();
+    if (is_text()) check_text();
+    int has_scale = 0, has_offset = 0;
+    nodata_ = band().GetNoDataValue(&has_nodata_);
+    scale_ = band().GetScale(&has_scale);
+    offset_ = band().GetOffset(&has_offset);
+    if (!has_scale) scale_ = 1.0;
+    if (!has_offset) offset_ = 0.0;
+    // Blocks that were never written read as zeros, unless a NODATA value fills them.
+    if (!has_nodata_ && (band().GetDataCoverageStatus(0, 0, field_.columns, field_.rows,
+                                                      GDAL_DATA_COVERAGE_STATUS_EMPTY, nullptr) &
+                         GDAL_DATA_COVERAGE_STATUS_EMPTY))
+      fail(
+          "has blocks without data and no NODATA value for them; it is damaged, or needs "
+          "gdal_edit.py -a_nodata");
+    gdal_error_.clear();  // warnings about a file that it could open
+  }
+
+  /// Windows side by side share the rows of files that keep whole rows together.
+  void keep_rows_in_cache() {
+    constexpr std::int64_t least_bytes = 64 << 20, rows = 1400;
+    const std::int64_t row_bytes =
+        std::int64_t{field_.columns} * GDALGetDataTypeSizeBytes(band().GetRasterDataType());
+    GDALSetCacheMax64(std::max(least_bytes, rows * row_bytes));
+  }
+
+  GDALRasterBand& band() { return *dataset_->GetRasterBand(band_); }
+
+  /// The first band whose name is one for heights, or else the first.
+  int band_of_heights() const {
+    for (int number = 1; number <= dataset_->GetRasterCount(); ++number) {
+      std::string name = dataset_->GetRasterBand(number)->GetDescription();
+      std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+      const auto has = [&](std::string_view word) { return name.find(word) != name.npos; };
+      if ((has("elevation") || has("depth") || has("height") || has("bathymetry")) &&
+          !(has("uncertainty") || has("error") || has("deviation") || has("std")))
+        return number;
+    }
+    return 1;
+  }
+
   [[noreturn]] void fail(const std::string& what) const {
     throw refine::MeshError(fmt::format("{}: {}", file_.string(), what));
   }
@@ -94,16 +251,24 @@ class SurveyReader {
     // HDF5 would otherwise print, on this thread, for a damaged BAG.
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
+    const bool mosaic = is_mosaic(file_);
+    if (mosaic) {
+      const SurveyMosaic files(file_);
+      bytes_ = 0.0;
+      for (const std::filesystem::path& source : files.sources())
+        bytes_ += static_cast<double>(std::filesystem::file_size(source));
+    }
     // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
-    dataset_.reset(GDALDataset::Open(std::filesystem::absolute(file_).c_str(),
-                                     GDAL_OF_RASTER | GDAL_OF_READONLY, drivers.data(), nullptr,
-                                     nullptr));
+    dataset_.reset(GDALDataset::Open(
+        std::filesystem::absolute(file_).c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
+        mosaic ? mosaic_driver.data() : drivers.data(), nullptr, nullptr));
     if (!dataset_)
       fail_with_gdal(
-          "cannot be read as GeoTIFF, BAG, ESRI ASCII grid or netCDF; is it whole? gdal_translate "
+          "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF or VRT; is it whole? gdal_translate "
           "makes a GeoTIFF of most other grids");
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
+    band_ = band_of_heights();
   }
 
   bool is_text() const { return std::string_view(dataset_->GetDriverName()) == "AAIGrid"; }
@@ -221,44 +386,18 @@ class SurveyReader {
     return north ? zone : -zone;
   }
 
-  void read_heights(GDALRasterBand& band) {
-    int has_nodata = 0, has_scale = 0, has_offset = 0;
-    const double nodata = band.GetNoDataValue(&has_nodata);
-    double scale = band.GetScale(&has_scale), offset = band.GetOffset(&has_offset);
-    if (!has_scale) scale = 1.0;
-    if (!has_offset) offset = 0.0;
-    // Blocks that were never written read as zeros, unless a NODATA value fills them.
-    if (!has_nodata && (band.GetDataCoverageStatus(0, 0, field_.columns, field_.rows,
-                                                   GDAL_DATA_COVERAGE_STATUS_EMPTY, nullptr) &
-                        GDAL_DATA_COVERAGE_STATUS_EMPTY))
-      fail(
-          "has blocks without data and no NODATA value for them; it is damaged, or needs "
-          "gdal_edit.py -a_nodata");
-
-    gdal_error_.clear();  // warnings about a file that it could open
+  void read_heights() {
     // Memory grows with the rows that were read, not with the size in the header.
     for (int line = 0; line < field_.rows; ++line) {
       const std::size_t begin = field_.z_m.size();
       field_.z_m.resize(begin + static_cast<std::size_t>(field_.columns));
       double* const row = field_.z_m.data() + begin;
-      if (band.RasterIO(GF_Read, 0, line, field_.columns, 1, row, field_.columns, 1, GDT_Float64, 0,
-                        0, nullptr) != CE_None ||
+      if (band().RasterIO(GF_Read, 0, line, field_.columns, 1, row, field_.columns, 1, GDT_Float64,
+                          0, 0, nullptr) != CE_None ||
           !gdal_error_.empty())
         fail_with_gdal(fmt::format("row {} of {} cannot be read; the file is truncated or damaged",
                                    line + 1, field_.rows));
-      for (int column = 0; column < field_.columns; ++column) {
-        const double raw = row[column];
-        // Files print their NODATA value with few digits.
-        const bool hole = !std::isfinite(raw) ||
-                          (has_nodata && std::abs(raw - nodata) <= 1e-6 * std::abs(nodata));
-        const double height = scale * raw + offset;
-        if (!hole && !(std::abs(height) <= highest_m))
-          fail(fmt::format(
-              "row {}, column {}: a height of {} m; if it marks missing data, declare it with "
-              "gdal_edit.py -a_nodata",
-              line + 1, column + 1, height));
-        row[column] = hole ? std::numeric_limits<double>::quiet_NaN() : height - water_level_m_;
-      }
+      to_heights({row, static_cast<std::size_t>(field_.columns)}, line, 0);
     }
     if (transform_[5] < 0.0)  // the file's first row is the northern one
       for (int south = 0, north = field_.rows - 1; south < north; ++south, --north)
@@ -267,22 +406,99 @@ class SurveyReader {
                          field_.z_m.data() + field_.index(0, north));
   }
 
-  // This thread's GDAL settings while a survey is read: messages go to this class, not to stderr;
-  // .aux.xml files are neither read nor written; a text grid keeps its fractions.
-  std::string gdal_error_;
-  CPLErrorHandlerPusher handler_{on_gdal_error, this};
-  CPLConfigOptionSetter no_sidecars_{"GDAL_PAM_ENABLED", "NO", false};
-  CPLConfigOptionSetter fractions_{"AAIGRID_DATATYPE", "Float64", false};
+  /// Turns a part of a line of the file into heights.
+  void to_heights(std::span<double> row, int line, int first_column) const {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const double raw = row[i];
+      // Files print their NODATA value with few digits.
+      const bool hole = !std::isfinite(raw) ||
+                        (has_nodata_ && std::abs(raw - nodata_) <= 1e-6 * std::abs(nodata_));
+      const double height = scale_ * raw + offset_;
+      if (!hole && !(std::abs(height) <= highest_m))
+        fail(fmt::format(
+            "row {}, column {}: a height of {} m; if it marks missing data, declare it with "
+            "gdal_edit.py -a_nodata",
+            line + 1, static_cast<std::size_t>(first_column) + i + 1, height));
+      row[i] = hole ? std::numeric_limits<double>::quiet_NaN() : height - water_level_m_;
+    }
+  }
 
-  const std::filesystem::path& file_;
+  /// A thread's GDAL settings while a survey is read: messages go to the reader, not to stderr;
+  /// .aux.xml files are neither read nor written; a text grid keeps its fractions.
+  struct Quiet {
+    explicit Quiet(SurveyReader& reader) : handler(on_gdal_error, &reader) {}
+    CPLErrorHandlerPusher handler;
+    CPLConfigOptionSetter no_sidecars{"GDAL_PAM_ENABLED", "NO", false};
+    CPLConfigOptionSetter fractions{"AAIGRID_DATATYPE", "Float64", false};
+  };
+
+  std::string gdal_error_;
+  const std::filesystem::path file_;
   double water_level_m_;
+  std::mutex mutex_;  // of read_window()
+  bool prepared_ = false;
+  int has_nodata_ = 0;
+  double nodata_ = 0.0, scale_ = 1.0, offset_ = 0.0;
   double bytes_ = 0.0;
   std::unique_ptr<GDALDataset> dataset_;
+  int band_ = 1;
   std::array<double, 6> transform_{};
   Heightfield field_;
 };
 
 }  // namespace
+
+std::vector<std::filesystem::path> files_of_survey(const std::filesystem::path& file) {
+  std::vector<std::filesystem::path> files{file};
+  if (!is_mosaic(file)) return files;
+  const std::vector<std::filesystem::path> sources = SurveyReader(file, 0.0).sources();
+  files.insert(files.end(), sources.begin(), sources.end());
+  return files;
+}
+
+SurveySample sample_survey(const std::filesystem::path& file, double water_level_m) {
+  SurveyReader reader(file, water_level_m);
+  const Heightfield grid = reader.header();
+  SurveySample sample;
+  double sum_m = 0.0;
+  std::size_t count = 0;
+  std::vector<double> z_m;
+  // More places, if the first have no heights.
+  for (int places = 8; count == 0 && places <= 64; places *= 8)
+    for (int row = 0; row < places; ++row)
+      for (int column = 0; column < places; ++column) {
+        constexpr int side = 32;
+        const int columns = std::min(side, grid.columns), rows = std::min(side, grid.rows);
+        const auto first = [&](int place, int points, int taken) {
+          return static_cast<int>((place + 0.5) / places * (points - taken));
+        };
+        z_m.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+        reader.read_window(first(column, grid.columns, columns), first(row, grid.rows, rows),
+                           columns, rows, z_m);
+        for (const double z : z_m) {
+          if (std::isnan(z)) continue;
+          sum_m += z;
+          ++count;
+          sample.lowest_m = std::min(sample.lowest_m, z);
+          sample.highest_m = std::max(sample.highest_m, z);
+        }
+      }
+  if (count == 0)
+    throw refine::MeshError(fmt::format(
+        "{}: has no heights at 4096 places all over it; is the NODATA value right (see gdalinfo)? "
+        "If it is, cut the part with heights out with gdal_translate -projwin",
+        file.string()));
+  sample.mean_m = sum_m / static_cast<double>(count);
+  return sample;
+}
+
+refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m) {
+  const auto reader = std::make_shared<SurveyReader>(file, water_level_m);
+  return [reader](int first_column, int first_row, int columns, int rows, std::span<double> z_m,
+                  std::span<std::uint8_t>) {
+    reader->read_window(first_column, first_row, columns, rows, z_m);
+  };
+}
 
 Heightfield read_survey(const std::filesystem::path& file, double water_level_m) {
   return SurveyReader(file, water_level_m).read();

@@ -1,14 +1,19 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include <ensonify/engine/seafloor/bed/geographic.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::engine {
 
-/// Reads the first band (elevation, up) of a survey grid: GeoTIFF, BAG, ESRI ASCII, netCDF. NODATA
+/// Reads the heights (up) of a survey grid: GeoTIFF, BAG, ESRI ASCII, netCDF, or a VRT mosaic of
+/// such files on this machine. Of several bands it takes the first that is named elevation, depth,
+/// height or bathymetry (and not its uncertainty, error or deviation), or else the first. NODATA
 /// and non-finite heights become holes. Grid points are the centres of the raster's pixels. The
 /// world origin is the grid's middle at the height of the water level, which is given in the
 /// survey's vertical datum. Throws refine::MeshError for a file that cannot be opened, is
@@ -23,6 +28,23 @@ std::string survey_reference(const std::filesystem::path& file);
 /// The reference system, as WKT, of a world with this middle: transverse Mercator about it on WGS
 /// 84, which agrees with tangent_place to 3 mm at 7 km.
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin);
+
+/// The heights of such a file by windows; the file is opened at the first. Faults of the heights
+/// are thrown when they are read.
+refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m);
+
+/// Heights at places all over a survey, 64 of 32 x 32 points: what there is to know of a large one
+/// without reading it.
+struct SurveySample {
+  double mean_m = 0.0;
+  double lowest_m = std::numeric_limits<double>::infinity();
+  double highest_m = -std::numeric_limits<double>::infinity();
+};
+/// Throws as read_survey(), also if none of the places has heights.
+SurveySample sample_survey(const std::filesystem::path& file, double water_level_m);
+
+/// The file, and those that it names if it is a mosaic. Throws as read_survey().
+std::vector<std::filesystem::path> files_of_survey(const std::filesystem::path& file);
 
 /// The grid without heights, read from the file's header. Throws what read_survey() would throw for
 /// that header.

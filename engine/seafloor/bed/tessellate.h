@@ -1,14 +1,24 @@
 #pragma once
 
+#include <vector>
+
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/refine/height_grid.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
 
-/// Two triangles for every cell that has all four heights, row by row from the south-west,
-/// counter-clockwise seen from above. A cell is split along the diagonal that is shorter in space;
-/// if both are equal, along the one from the south-west corner. Vertices are the used grid points
-/// in row order. Throws refine::MeshError if no cell is whole, or a position does not fit its type.
+/// Where the columns and the rows of a grid lie.
+struct GridPlaces {
+  std::vector<float> x_m, y_m;
+};
+GridPlaces places(const Heightfield& grid);
+
+/// The surface over these heights; HeightGrid says which faces it has. Throws refine::MeshError if
+/// no cell is whole, or a position does not fit its type.
+refine::HeightGrid height_grid(const Heightfield& field);
+
+/// Its faces. Throws as height_grid() does.
 refine::TriangleMesh tessellate(const Heightfield& field);
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -89,6 +90,16 @@ std::vector<double> blurred(std::vector<double> values, const Heightfield& grid,
   return values;
 }
 
+/// The value above which a normal variable of variance 1 lies with this probability.
+double normal_exceeded_by(double probability) {
+  double low = -8.0, high = 8.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(middle / std::numbers::sqrt2) > probability ? low : high) = middle;
+  }
+  return low;
+}
+
 /// A mask under construction: each limit strikes points out.
 class Mask {
  public:
@@ -142,7 +153,7 @@ class Mask {
         any = any || in;
         if (!in) values_[point] = 0.0;
       }
-    if (!any)
+    if (!any && !grid_.is_window())
       throw std::invalid_argument(fmt::format(
           "an area lies outside the seabed, which spans {:.1f} to {:.1f} m east and {:.1f} to "
           "{:.1f} m north of its middle",
@@ -180,6 +191,9 @@ class Mask {
   void keep_share() {
     const SmoothField field(draws_.of(100), 0.25 * area_.patch_m, 4.0 * area_.patch_m);
     const std::vector<double> heights = field.over(grid_);
+    // The rest of a window's bed is not made: there the field's own distribution says what is
+    // highest.
+    if (grid_.is_window()) return keep_above(normal_exceeded_by(area_.share), heights);
     std::vector<double> within;
     for (std::size_t i = 0; i < values_.size(); ++i)
       if (values_[i] > 0.0) within.push_back(heights[i]);
@@ -193,7 +207,9 @@ class Mask {
       return;
     }
     std::nth_element(within.begin(), border, within.end());
-    const double least = *border;
+    keep_above(*border, heights);
+  }
+  void keep_above(double least, const std::vector<double>& heights) {
     for (std::size_t i = 0; i < values_.size(); ++i)
       if (heights[i] < least) values_[i] = 0.0;
   }

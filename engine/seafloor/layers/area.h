@@ -43,8 +43,10 @@ struct AreaGround {
   std::function<bool(std::size_t point, const std::string& material)> has_material;
 };
 
-/// Where an area lies, 1 or 0 for each point of the grid. Throws std::invalid_argument for an area
-/// that misses the grid, and refine::MeshError for files that cannot be read or do not fit.
+/// Where an area lies, 1 or 0 for each point of the grid. In a window of a larger grid it lies
+/// where it does in the whole, except for a share of it: that is right on average only, since it
+/// follows from the patches' statistics. Throws std::invalid_argument for an area that misses a
+/// whole grid, and refine::MeshError for files that cannot be read or do not fit.
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws);
 
 /// A mask with borders that rise from 0 to 1 over a width: its mean over about that width.

@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/layers/bed_labels.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -75,8 +76,8 @@ std::uint16_t number_in(std::vector<std::string>& names, const std::string& name
   return number;
 }
 
-void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objects,
-               Seafloor& seafloor) {
+void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const SeabedMap& map,
+               std::size_t objects, Seafloor& seafloor) {
   const auto refuse_more = [&] {
     if (seafloor.labels.size() + objects > max_labels)
       throw std::invalid_argument(
@@ -93,20 +94,11 @@ void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objec
 
   const std::vector<std::uint16_t> instance = number_features(field, map, objects, seafloor);
   std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint16_t> of_features;  // kind, instance
-  std::vector<std::uint16_t> vertex_label;
-  vertex_label.reserve(seafloor.mesh.positions.size());
-  for (const Eigen::Vector3f& p : seafloor.mesh.positions) {
-    const double column = p.x() / field.cell_east_m + 0.5 * (field.columns - 1);
-    const double row = p.y() / field.cell_north_m + 0.5 * (field.rows - 1);
-    const std::size_t point =
-        field.index(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
+  const auto label_at = [&](std::size_t point) {
     const std::uint16_t kind = map.point_kind[point];
     const std::uint32_t feature = map.point_feature.empty() ? 0 : map.point_feature[point];
     const std::uint16_t number = feature == 0 ? std::uint16_t{0} : instance[feature - 1];
-    if (number == 0) {
-      vertex_label.push_back(kind);
-      continue;
-    }
+    if (number == 0) return kind;
     const auto next = static_cast<std::uint16_t>(seafloor.labels.size());
     const auto [found, is_new] = of_features.try_emplace({kind, number}, next);
     if (is_new) {
@@ -116,13 +108,27 @@ void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objec
       seafloor.labels.push_back(label);
       refuse_more();
     }
-    vertex_label.push_back(found->second);
-  }
-  seafloor.face_label.reserve(seafloor.mesh.faces.size());
-  for (const refine::Face& face : seafloor.mesh.faces) {
-    const std::uint16_t a = vertex_label[face[0]], b = vertex_label[face[1]],
-                        c = vertex_label[face[2]];
-    seafloor.face_label.push_back(b == c ? b : a);
+    return found->second;
+  };
+  seafloor.face_label.reserve(grid.faces());
+  const auto points = static_cast<std::size_t>(field.columns);
+  std::vector<std::uint16_t> south(points), north(points);  // labels about a row of cells
+  std::vector<std::uint8_t> used;
+  for (int row = 0; row < field.rows; ++row) {
+    std::swap(south, north);
+    grid.used_points(row, 0, field.columns - 1, 0, field.rows - 1, used);
+    for (std::size_t i = 0; i < points; ++i)
+      if (used[i] != 0) north[i] = label_at(field.index(0, row) + i);
+    for (int column = 0; row > 0 && column + 1 < field.columns; ++column) {
+      const refine::HeightGrid::Cell cell = grid.cell(column, row - 1);
+      if (!cell.whole) continue;
+      const auto i = static_cast<std::size_t>(column);
+      const std::array corners{south[i], south[i + 1], north[i], north[i + 1]};
+      for (const refine::Face& face : cell.faces) {
+        const std::uint16_t a = corners[face[0]], b = corners[face[1]], c = corners[face[2]];
+        seafloor.face_label.push_back(b == c ? b : a);
+      }
+    }
   }
 }
 

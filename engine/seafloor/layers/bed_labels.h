@@ -8,6 +8,7 @@
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/layers/seabed.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/refine/height_grid.h>
 
 namespace ensonify::engine {
 
@@ -15,12 +16,11 @@ namespace ensonify::engine {
 /// even for the name "none".
 std::uint16_t number_in(std::vector<std::string>& names, const std::string& name);
 
-/// Labels the faces of a bed, which is the field's tessellation: each as most of its corners are on
-/// the map. The map's features get the instance numbers that follow those of the objects, of which
+/// Labels the faces of a bed, the grid over these heights: each as most of its corners are on the
+/// map. The map's features get the instance numbers that follow those of the objects, of which
 /// there are `objects`; a layer with more features than numbers are left gets none, and a warning
-/// reports it. Throws
-/// std::invalid_argument for a map of more labels than there are numbers.
-void label_bed(const Heightfield& field, const SeabedMap& map, std::size_t objects,
-               Seafloor& seafloor);
+/// reports it. Throws std::invalid_argument for a map of more labels than there are numbers.
+void label_bed(const Heightfield& field, const refine::HeightGrid& grid, const SeabedMap& map,
+               std::size_t objects, Seafloor& seafloor);
 
 }  // namespace ensonify::engine

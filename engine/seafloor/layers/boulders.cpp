@@ -48,6 +48,10 @@ class Boulder {
 
 }  // namespace
 
+double reach_m(const BoulderField& boulders) {
+  return tail_diameters * largest_of_median * boulders.diameter_m;
+}
+
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked) {
   check_relief(boulders);
@@ -61,8 +65,8 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
     ++number;
     const Boulder stone(boulders, u);
     const double half_m = 0.5 * stone.diameter_m();
-    const double reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
-    for_each_point_near(field, x, y, reach_m, [&](int column, int row, double dx, double dy) {
+    const double its_reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
+    for_each_point_near(field, x, y, its_reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = field.index(column, row);
       const double down = (dx * down_x + dy * down_y) / half_m;
       const double across = (dx * down_y - dy * down_x) / half_m;
@@ -84,8 +88,7 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
       }
     });
   };
-  for_each_scattered(field, 1e-4 * boulders.per_hectare,
-                     tail_diameters * largest_of_median * boulders.diameter_m, draws, 1, set_down);
+  for_each_scattered(field, 1e-4 * boulders.per_hectare, reach_m(boulders), draws, 1, set_down);
   for (std::size_t i = 0; i < stones.size(); ++i) field.z_m[i] += stones[i];
 }
 

@@ -25,6 +25,9 @@ struct BoulderField {
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,
                   const Allowed& allowed, std::span<std::uint32_t> marked);
 
+/// How far a boulder, its moat and its tail reach from its middle at most.
+double reach_m(const BoulderField& boulders);
+
 const ReliefKind<BoulderField>& kind_of(const BoulderField&);
 
 }  // namespace ensonify::engine

@@ -1,20 +1,140 @@
 #include <ensonify/engine/seafloor/layers/outcrops.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
+#include <vector>
 
 #include <ensonify/engine/seafloor/bed/fractal.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double riser = 0.18;  // share of a bed's edge that is steep
+// Joints lie about as far from one another as their bed is thick, or a few times as far (Bai and
+// Pollard, J. Struct. Geol. 22, 43, 2000); the wider ones are those that a sonar sees.
+constexpr double joints_per_bed = 4.0;
+constexpr double leaning = 0.12;  // of a block's top: the greatest slope is half of it either way
+constexpr double fallen_per_m2 = 0.5;  // where a ledge is near
+constexpr double closed_share = 0.5;   // of the second set's joints
+constexpr double crooked = 6.0;  // how far joints leave the straight, over the roughness there
 
-/// A staircase that keeps to v within a step: treads, and between them steep risers.
-double stairs(double v) {
-  const double whole = std::floor(v);
-  const double edge = std::clamp((v - whole - (1.0 - riser)) / riser, 0.0, 1.0);
-  return whole + edge * edge * (3.0 - 2.0 * edge);
+/// The blocks of a bed between two sets of joints. The joints of the first set run through; those
+/// of the second end at them, and some are closed.
+class Joints {
+ public:
+  Joints(double spacing_m, double strike_rad, const LayerDraws& draws)
+      : spacing_m_(spacing_m), draws_(draws) {
+    std::array<double, 1> turned;
+    draws.of(2).uniform(turned);
+    const double first_rad = strike_rad + 0.8 * (turned[0] - 0.5);
+    cosine_ = std::cos(first_rad);
+    sine_ = std::sin(first_rad);
+  }
+
+  struct Block {
+    double middle_x, middle_y;
+    double edge_m;                // from the place to the nearest joint
+    std::array<double, 4> draws;  // uniform; the block's own
+  };
+  Block at(double x, double y) const {
+    const double u = x * cosine_ + y * sine_, v = y * cosine_ - x * sine_;
+    const Gap across = gap(u, 3, 0, 0.0), along = gap(v, 4, across.number, closed_share);
+    Block block;
+    const double middle_u = 0.5 * (across.low + across.high);
+    const double middle_v = 0.5 * (along.low + along.high);
+    block.middle_x = middle_u * cosine_ - middle_v * sine_;
+    block.middle_y = middle_u * sine_ + middle_v * cosine_;
+    block.edge_m = std::min({u - across.low, across.high - u, v - along.low, along.high - v});
+    draws_.of(5, across.number, along.number).uniform(block.draws);
+    return block;
+  }
+
+ private:
+  struct Gap {
+    std::int64_t number;
+    double low, high;
+  };
+  /// Between which open joints of a set a place lies: one joint is in each interval of spacing_m.
+  Gap gap(double place, std::uint64_t set, std::int64_t strip, double closed) const {
+    struct Joint {
+      double at;
+      bool open;
+    };
+    const auto joint = [&](std::int64_t number) -> Joint {
+      std::array<double, 2> u;
+      draws_.of(set, strip, number).uniform(u);
+      return {(static_cast<double>(number) + u[0]) * spacing_m_, u[1] > closed};
+    };
+    auto low = static_cast<std::int64_t>(std::floor(place / spacing_m_)), high = low + 1;
+    if (joint(low).at > place) high = low--;
+    while (!joint(low).open) --low;
+    while (!joint(high).open) ++high;
+    return {low, joint(low).at, joint(high).at};
+  }
+
+  double spacing_m_, cosine_, sine_;
+  LayerDraws draws_;
+};
+
+/// A fallen block: a box with a leaning top. Sizes follow a power law, as broken rock's do.
+class FallenBlock {
+ public:
+  FallenBlock(double joint_m, std::span<const double> u) {
+    length_m_ = std::min(0.7, 0.2 * std::pow(u[2], -0.4)) * joint_m;
+    width_m_ = length_m_ * (0.5 + 0.5 * u[3]);
+    height_m_ = width_m_ * (0.5 + 0.6 * u[4]);
+    const double heading = 2.0 * std::numbers::pi * u[5];
+    east_ = std::sin(heading);
+    north_ = std::cos(heading);
+    lean_along_ = u[6] - 0.5;
+    lean_across_ = u[7] - 0.5;
+  }
+  double reach_m() const { return 0.5 * std::hypot(length_m_, width_m_); }
+  /// Its top's height over its foot; 0 outside.
+  double top_m(double dx, double dy) const {
+    const double along = 2.0 * (dx * east_ + dy * north_) / length_m_;
+    const double across = 2.0 * (dx * north_ - dy * east_) / width_m_;
+    if (std::max(std::abs(along), std::abs(across)) >= 1.0) return 0.0;
+    return height_m_ * (1.0 + lean_along_ * along + lean_across_ * across);
+  }
+
+ private:
+  double length_m_, width_m_, height_m_, east_, north_, lean_along_, lean_across_;
+};
+
+/// Lays fallen blocks where higher rock is near. `rock` is the rock's height over the sediment; a
+/// block lies on whichever is higher.
+void add_fallen_blocks(const Heightfield& field, const OutcropRelief& relief,
+                       const LayerDraws& draws, std::vector<double>& rock) {
+  const std::vector<double> before = rock;
+  const auto standing = [&](double x, double y) {
+    const auto column = std::lround(x / field.cell_east_m + 0.5 * (field.columns - 1));
+    const auto row = std::lround(y / field.cell_north_m + 0.5 * (field.rows - 1));
+    if (column < 0 || row < 0 || column >= field.columns || row >= field.rows) return 0.0;
+    return std::max(before[field.index(static_cast<int>(column), static_cast<int>(row))], 0.0);
+  };
+  const double joint_m = joints_per_bed * relief.ledge_m, near_m = 2.0 * joint_m;
+  for_each_scattered(
+      field, fallen_per_m2, joint_m, draws, 6, [&](double x, double y, const auto& u) {
+        const double foot = standing(x, y);
+        // Uphill, at a random distance: more blocks lie near the ledge.
+        const double away_m = u[8] * near_m, from = 2.0 * std::numbers::pi * u[9];
+        bool fell = false;
+        for (int i = 0; i < 8; ++i) {
+          const double direction = from + 0.25 * std::numbers::pi * i;
+          fell |= standing(x + away_m * std::sin(direction), y + away_m * std::cos(direction)) >
+                  foot + 0.6 * relief.ledge_m;
+        }
+        if (!fell) return;
+        const FallenBlock block(joint_m, u);
+        for_each_point_near(field, x, y, block.reach_m(),
+                            [&](int column, int row, double dx, double dy) {
+                              const double top = block.top_m(dx, dy);
+                              double& height = rock[field.index(column, row)];
+                              if (top > 0.0) height = std::max(height, foot + top);
+                            });
+      });
 }
 
 }  // namespace
@@ -29,30 +149,57 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
               draws.of(1));
   const double sinks = std::tan(relief.dip_rad);
   const double east = std::sin(relief.dip_heading_rad), north = std::cos(relief.dip_heading_rad);
+  const auto eroded = [&](std::size_t point) {
+    return relief.height_m * (2.0 * weight[point] - 1.0) + rough.z_m[point];
+  };
+  const auto bed_at = [&](double x, double y) { return -sinks * (x * east + y * north); };
+  const auto nearest = [&](double x, double y) {
+    const auto on = [](double index, int count) {
+      return static_cast<int>(std::clamp(std::round(index), 0.0, count - 1.0));
+    };
+    return field.index(on(x / field.cell_east_m + 0.5 * (field.columns - 1), field.columns),
+                       on(y / field.cell_north_m + 0.5 * (field.rows - 1), field.rows));
+  };
+  const double joint_m = joints_per_bed * relief.ledge_m;
+  const Joints joints(std::max(joint_m, 1e-3), relief.dip_heading_rad, draws);
+  std::vector<double> rock(field.z_m.size());
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t point = field.index(column, row);
-      const double eroded = relief.height_m * (2.0 * weight[point] - 1.0) + rough.z_m[point];
-      double rock = eroded;
-      if (relief.ledge_m > 0.0) {
-        // Beds are counted across their dip: treads are parallel to it, risers where the eroded
-        // surface leaves one bed for the next.
-        const double bed = -sinks * (field.x_m(column) * east + field.y_m(row) * north);
-        rock =
-            bed + relief.ledge_m * stairs((eroded - bed) / relief.ledge_m) + 0.3 * rough.z_m[point];
-      }
-      if (rock <= 0.0) continue;
-      field.z_m[point] += rock;
-      marked[point] = 1;
+      rock[point] = eroded(point);
+      if (relief.ledge_m == 0.0) continue;
+      // Beds are counted across their dip, and each block ends with one of them: the last below the
+      // eroded surface at its middle, or its neighbour. Its top leans a little.
+      const double x = field.x_m(column), y = field.y_m(row);
+      const Joints::Block block = joints.at(x + crooked * rough.z_m[point],
+                                            y + crooked * rough.z_m[rough.z_m.size() - 1 - point]);
+      const auto& u = block.draws;
+      const double over = (eroded(nearest(block.middle_x, block.middle_y)) -
+                           bed_at(block.middle_x, block.middle_y)) /
+                              relief.ledge_m +
+                          0.5 * (u[0] - 0.5);
+      const double lean =
+          leaning * ((u[1] - 0.5) * (x - block.middle_x) + (u[2] - 0.5) * (y - block.middle_y));
+      const double open = block.edge_m / (0.06 * joint_m);
+      const double crack = 0.4 * u[3] * u[3] * relief.ledge_m * std::exp(-open * open);
+      rock[point] =
+          bed_at(x, y) + relief.ledge_m * std::floor(over) + lean - crack + 0.6 * rough.z_m[point];
     }
+  if (relief.ledge_m > 0.0) add_fallen_blocks(field, relief, draws, rock);
+  for (std::size_t point = 0; point < rock.size(); ++point) {
+    if (!(rock[point] > 0.0)) continue;
+    field.z_m[point] += rock[point];
+    marked[point] = 1;
+  }
 }
 
 const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
   static const ReliefKind<OutcropRelief> kind{
       .list = "outcrops",
       .help =
-          "A layer of tilted beds of rock that stand out of the sediment in ledges. Over the "
-          "width border_m it rises from as far below the bed as it stands above it.",
+          "A layer of tilted beds of rock that stand out of the sediment in ledges. Joints part "
+          "the beds into blocks, and fallen blocks lie about. Over the width border_m it rises "
+          "from as far below the bed as it stands above it.",
       .purpose = Purpose::outcrop_layer,
       .class_name = "outcrop",
       .material = "rock",
@@ -62,7 +209,9 @@ const ReliefKind<OutcropRelief>& kind_of(const OutcropRelief&) {
           {"height_m", "m", 0, 1000,
            "How far the rock rises; at the area's border it is level with the bed.",
            &OutcropRelief::height_m},
-          {"ledge_m", "m", 0, 1000, "Height of a ledge: a bed's thickness; 0: no ledges.",
+          {"ledge_m", "m", 0, 1000,
+           "Height of a ledge: a bed's thickness. Joints are four times as far apart; 0: no ledges, "
+           "joints and blocks.",
            &OutcropRelief::ledge_m},
           {"dip_deg", "degrees", 0, 45, "How steeply the beds sink.", &OutcropRelief::dip_rad},
           {"dip_heading_deg", "degrees", -360, 360,

@@ -7,8 +7,8 @@
 
 namespace ensonify::engine {
 
-/// Rock that stands out of the sediment: beds of equal thickness, tilted, whose broken edges make
-/// ledges along the strike. All values are typical ones; there is no common law of outcrops.
+/// Rock that stands out of the sediment: tilted beds of equal thickness, parted by joints into
+/// blocks that end in ledges. All values are typical ones; there is no common law of outcrops.
 struct OutcropRelief {
   double height_m = 2.0;           ///< how far the rock rises where its area is whole
   double ledge_m = 0.5;            ///< thickness of a bed, so a step's height; 0: no ledges

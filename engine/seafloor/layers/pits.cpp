@@ -13,13 +13,16 @@ constexpr double largest_of_median = 3.5;
 
 }  // namespace
 
+double reach_m(const PitRelief& relief) {
+  return 0.75 * std::sqrt(relief.elongation) * largest_of_median * relief.diameter_m;
+}
+
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
               const Allowed& allowed, std::span<std::uint32_t> marked) {
   check_relief(relief);
   check_cover("pits", relief.per_hectare, relief.diameter_m);
   std::vector<double> change(field.z_m.size(), 0.0);
   const double stretch = std::sqrt(relief.elongation);
-  const double reach = 0.75 * stretch * largest_of_median * relief.diameter_m;
   std::uint32_t number = 0;
   const auto dig = [&](double x, double y, const auto& u) {
     if (!allowed(x, y)) return;
@@ -58,7 +61,7 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
                                      depth_m * relief.rim_ratio * std::exp(-from_rim * from_rim));
         });
   };
-  for_each_scattered(field, 1e-4 * relief.per_hectare, reach, draws, 1, dig);
+  for_each_scattered(field, 1e-4 * relief.per_hectare, reach_m(relief), draws, 1, dig);
   for (std::size_t i = 0; i < change.size(); ++i) field.z_m[i] += change[i];
 }
 

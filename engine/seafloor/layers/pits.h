@@ -26,6 +26,9 @@ struct PitRelief {
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
               const Allowed& allowed, std::span<std::uint32_t> marked);
 
+/// How far a pit and its rim reach from its middle at most.
+double reach_m(const PitRelief& relief);
+
 const ReliefKind<PitRelief>& kind_of(const PitRelief&);
 
 }  // namespace ensonify::engine

@@ -85,13 +85,15 @@ class LayerStack {
             AddScattered<Relief> add) {
     Heightfield relief = level();
     Marks marked(relief.z_m.size(), 0);
-    const auto nearest = [](double place, double cell, int count) {
+    const auto nearest = [](double place, double cell, int in_all, int first, int count) {
       return static_cast<int>(
-          std::clamp(std::round(place / cell + 0.5 * (count - 1)), 0.0, count - 1.0));
+          std::clamp(std::round(place / cell + 0.5 * (in_all - 1)) - first, 0.0, count - 1.0));
     };
     const Allowed in_area = [&](double x_m, double y_m) {
-      return mask[field_.index(nearest(x_m, field_.cell_east_m, field_.columns),
-                               nearest(y_m, field_.cell_north_m, field_.rows))] > 0.0;
+      return mask[field_.index(nearest(x_m, field_.cell_east_m, field_.columns_in_all(),
+                                       field_.first_column, field_.columns),
+                               nearest(y_m, field_.cell_north_m, field_.rows_in_all(),
+                                       field_.first_row, field_.rows))] > 0.0;
     };
     add(relief, layer.relief, draws, in_area, marked);
     for (std::size_t i = 0; i < relief.z_m.size(); ++i) field_.z_m[i] += relief.z_m[i];

@@ -54,8 +54,8 @@ class Tow {
     stream.uniform(u);
     std::array<double, 1> turn;
     stream.normal(turn, 16);
-    x_m_ = (u[0] - 0.5) * grid.columns * grid.cell_east_m;
-    y_m_ = (u[1] - 0.5) * grid.rows * grid.cell_north_m;
+    x_m_ = (u[0] - 0.5) * grid.columns_in_all() * grid.cell_east_m;
+    y_m_ = (u[1] - 0.5) * grid.rows_in_all() * grid.cell_north_m;
     const double heading =
         marks.heading_rad + marks.heading_spread_rad * turn[0] + (u[2] < 0.5 ? pi : 0.0);
     east_ = std::sin(heading);

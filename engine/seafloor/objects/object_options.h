@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -16,9 +17,16 @@ namespace ensonify::engine {
 /// y along the heading; its middle is the middle of its bounding box.
 struct ObjectOptions {
   InputFile mesh;
-  std::string shape;  ///< instead of a mesh: a name of shape_kinds()
-  ShapeSize size;     ///< of the shape
+  std::string shape;    ///< instead of a mesh: a name of shape_kinds()
+  std::string variant;  ///< of the shape: one of ShapeKind::variants; empty: drawn
+  /// Seed of the shape's form; unset: it follows from the scene's seed and the object's number.
+  std::optional<std::uint64_t> shape_seed;
+  ShapeSize size;  ///< of the shape; of a mesh, the length of its longer side seen from above
   std::string class_name = "object";
+  bool part_classes = false;  ///< whether its parts have the classes CLASS.PART instead of CLASS
+  /// Objects with the same name are one object. The first of them is its base: its place, burial
+  /// and copies are the whole's. The others lie relative to its middle and its lowest point.
+  std::string assembly;
   std::string material = "fouled steel";
   double east_m = 0.0;   ///< its middle, local metres; for `count` objects the middle of their disc
   double north_m = 0.0;  ///< likewise
@@ -32,7 +40,7 @@ struct ObjectOptions {
   double heading_rad = 0.0;
   double pitch_rad = 0.0;
   double roll_rad = 0.0;
-  double scale = 1.0;             ///< metres per unit of the mesh
+  double scale = 1.0;             ///< metres per unit of the mesh; a factor of sizes and paths
   double weld_tolerance_m = 0.0;  ///< vertices of the mesh this close (after scaling) are merged
 
   // For a shape that is laid along a path.

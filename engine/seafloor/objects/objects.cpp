@@ -72,17 +72,42 @@ std::optional<std::string> warning_of_extent(const refine::TriangleMesh& mesh,
       farthest, (mesh.positions[farthest] - middle).norm());
 }
 
-/// Makes the objects of one of the scene's [[objects]] tables.
-class Table {
+/// The mesh of a table's file; with a length, scaled so that its longer side seen from above has
+/// it.
+refine::TriangleMesh read_fitted(const ObjectOptions& table) {
+  refine::TriangleMesh mesh = refine::read_mesh(table.mesh.path);
+  if (!table.size.length_m) return mesh;
+  Eigen::AlignedBox2f box;
+  for (const refine::Face& face : mesh.faces)
+    for (const std::uint32_t vertex : face) box.extend(mesh.positions[vertex].head<2>().eval());
+  const double longer = box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
+  if (!(longer > 0.0))
+    throw refine::MeshError(fmt::format(
+        "{}: has no length seen from above, so it cannot be scaled to length_m; give its scale",
+        table.mesh.path.string()));
+  for (Eigen::Vector3f& p : mesh.positions) p *= static_cast<float>(*table.size.length_m / longer);
+  return mesh;
+}
+
+/// An object before it is set down.
+struct Body {
+  refine::TriangleMesh mesh;
+  std::vector<ObjectPart> parts;
+  std::vector<std::uint16_t> face_part;  // one per face
+  double sunk_m = 0.0;                   // as ShapeBody's
+};
+
+/// Makes the bodies of one of the scene's [[objects]] tables.
+class Source {
  public:
-  Table(const ObjectOptions& options, std::size_t number, std::uint64_t seed, const BedGrid& bed,
-        std::span<const Material> materials)
-      : options_(refined(options, materials)), number_(number), seed_(seed), bed_(bed) {
+  Source(const ObjectOptions& options, std::size_t number, std::uint64_t seed,
+         std::span<const Material> materials)
+      : options_(refined(options, materials)), number_(number), seed_(seed) {
     const std::string name = options.shape.empty() ? options.mesh.path.string() : options.shape;
     what_ = options.shape.empty() ? name : fmt::format("objects.{} ({})", number, name);
     if (!options_.path_file.path.empty()) options_.path = read_path(options_.path_file.path);
     if (options.shape.empty()) {
-      const refine::TriangleMesh read = refine::read_mesh(options.mesh.path);
+      const refine::TriangleMesh read = read_fitted(options);
       warning_ = warning_of_extent(read, options.mesh.path);
       if (warning_) what_ = *warning_;
       refine::RepairedMesh repaired =
@@ -92,15 +117,118 @@ class Table {
     }
   }
 
+  const ObjectOptions& options() const { return options_; }
+  const std::string& what() const { return what_; }
   const std::optional<refine::RepairReport>& report() const { return report_; }
   const std::optional<std::string>& warning() const { return warning_; }
+  bool is_line() const { return !options_.shape.empty() && shape_named(options_.shape).along_path; }
+
+  /// Copy number `copy`; of a line, only its labels.
+  Body body(std::size_t copy) const {
+    Body body{.mesh = {}, .parts = parts_of(options_), .face_part = {}};
+    if (options_.shape.empty()) {
+      body.mesh = mesh_;
+    } else if (!is_line()) {
+      const RandomStream form =
+          options_.shape_seed ? RandomStream(*options_.shape_seed, Purpose::object_shape, {0, copy})
+                              : RandomStream(seed_, Purpose::object_shape, {number_, copy});
+      try {
+        ShapeBody made =
+            make_body(shape_named(options_.shape), options_.size, form, options_.variant);
+        body.mesh = std::move(made.mesh);
+        body.sunk_m = made.sunk_m;
+        // Part 0 is the object's own label, and those of the shape follow.
+        for (const std::uint8_t part : made.face_part)
+          body.face_part.push_back(static_cast<std::uint16_t>(part + 1));
+      } catch (const std::invalid_argument& error) {
+        throw std::invalid_argument(fmt::format("{}: {}", what_, error.what()));
+      }
+    }
+    const bool one_of_several = body.parts.size() > 1;
+    body.face_part.resize(body.mesh.faces.size(), one_of_several ? 1 : 0);
+    return body;
+  }
+
+ private:
+  ObjectOptions options_;
+  std::size_t number_;
+  std::uint64_t seed_;
+  std::string what_;
+  refine::TriangleMesh mesh_;
+  std::optional<refine::RepairReport> report_;
+  std::optional<std::string> warning_;
+};
+
+/// Moves a body's middle to x = y = 0, and the bed as it is meant to z = 0.
+void centre(Body& body) {
+  const refine::Bounds box = refine::bounds(body.mesh);
+  Eigen::Vector3f shift = 0.5f * (box.lowest + box.highest);
+  shift.z() = box.lowest.z() + static_cast<float>(body.sunk_m);
+  for (Eigen::Vector3f& p : body.mesh.positions) p -= shift;
+}
+
+/// Adds a member of an assembly to its base, which is centred.
+void join(Body& base, Body member, const ObjectOptions& options) {
+  centre(member);
+  const Eigen::Matrix3d turn = options.scale * attitude(options, options.heading_rad);
+  double lowest_m = std::numeric_limits<double>::infinity(), highest_m = -lowest_m;
+  for (Eigen::Vector3f& p : member.mesh.positions) {
+    p = (turn * p.cast<double>()).cast<float>();
+    lowest_m = std::min(lowest_m, double(p.z()));
+    highest_m = std::max(highest_m, double(p.z()));
+  }
+  const double sunk_m = options.burial * (highest_m - lowest_m) + options.scale * member.sunk_m;
+  const Eigen::Vector3f shift(static_cast<float>(options.east_m),
+                              static_cast<float>(options.north_m),
+                              static_cast<float>(options.height_m - sunk_m - lowest_m));
+  const auto vertices = static_cast<std::uint32_t>(base.mesh.positions.size());
+  const auto parts = static_cast<std::uint16_t>(base.parts.size());
+  for (const Eigen::Vector3f& p : member.mesh.positions) base.mesh.positions.push_back(p + shift);
+  for (const refine::Face& face : member.mesh.faces)
+    base.mesh.faces.push_back({face[0] + vertices, face[1] + vertices, face[2] + vertices});
+  base.parts.insert(base.parts.end(), member.parts.begin(), member.parts.end());
+  for (const std::uint16_t part : member.face_part)
+    base.face_part.push_back(static_cast<std::uint16_t>(part + parts));
+}
+
+/// Leaves the first part, the object's own label, and those different ones that faces have.
+void merge_parts(PlacedObjects::One& object) {
+  std::vector<ObjectPart> parts{object.parts.front()};
+  std::vector<std::optional<std::uint16_t>> numbers(object.parts.size());
+  for (std::uint16_t& part : object.face_part) {
+    if (!numbers[part]) {
+      const auto found = std::ranges::find(parts, object.parts[part]);
+      numbers[part] = static_cast<std::uint16_t>(found - parts.begin());
+      if (found == parts.end()) parts.push_back(object.parts[part]);
+    }
+    part = *numbers[part];
+  }
+  object.parts = std::move(parts);
+  if (object.parts.size() == 1) object.face_part.clear();
+}
+
+/// Makes the objects of one of the scene's [[objects]] tables, or of an assembly of several.
+class Table {
+ public:
+  /// `members` are the numbers of the tables that belong to table `number`, which is one of them.
+  Table(std::span<const ObjectOptions> tables, std::size_t number,
+        std::span<const std::size_t> members, std::uint64_t seed, const BedGrid& bed,
+        std::span<const Material> materials)
+      : number_(number), seed_(seed), bed_(bed) {
+    for (const std::size_t member : members)
+      sources_.emplace_back(tables[member], member, seed, materials);
+    options_ = base().options();
+    what_ = base().what();
+  }
+
+  const std::vector<Source>& sources() const { return sources_; }
 
   PlacedObjects::One one(std::size_t number, Layout& layout) const {
     const Spot spot{options_.east_m, options_.north_m, options_.heading_rad, options_.scale};
-    const refine::TriangleMesh mesh = mesh_of(number);
+    const Body body = body_of(number);
     PlacedObjects::One placed =
-        set_down_at(mesh, spot);  // first, since it refuses a line that is too long
-    layout.take(discs(mesh, spot));
+        set_down_at(body, spot);  // first, since it refuses a line that is too long
+    layout.take(discs(body.mesh, spot));
     return placed;
   }
 
@@ -108,43 +236,54 @@ class Table {
     const PlacementArea area = area_of();
     std::vector<PlacedObjects::One> all;
     for (std::size_t number = 0; number < static_cast<std::size_t>(options_.count); ++number) {
-      const refine::TriangleMesh mesh = mesh_of(number);
-      const std::optional<Spot> spot = find_room(mesh, number, area, layout);
+      const Body body = body_of(number);
+      const std::optional<Spot> spot = find_room(body.mesh, number, area, layout);
       if (!spot)
         throw refine::MeshError(fmt::format(
             "{}: only {} of {} objects found room after {} tries each; use fewer or smaller "
             "objects, a smaller gap_m or margin_m, or a larger area over the seafloor",
             what_, number, options_.count, max_tries));
-      all.push_back(set_down_at(mesh, *spot));
+      all.push_back(set_down_at(body, *spot));
     }
     return all;
   }
 
  private:
-  bool is_line() const { return !options_.shape.empty() && shape_named(options_.shape).along_path; }
+  const Source& base() const { return sources_.front(); }
+  bool is_line() const { return base().is_line(); }
 
-  refine::TriangleMesh mesh_of(std::size_t number) const {
-    if (options_.shape.empty() || is_line()) return mesh_;
-    try {
-      return make_body(shape_named(options_.shape), options_.size,
-                       RandomStream(seed_, Purpose::object_shape, {number_, number}));
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument(fmt::format("{}: {}", what_, error.what()));
+  /// The base with the members of its assembly.
+  Body body_of(std::size_t copy) const {
+    Body body = base().body(copy);
+    if (sources_.size() == 1) return body;
+    centre(body);
+    for (std::size_t i = 1; i < sources_.size(); ++i) {
+      Body member = sources_[i].body(copy);
+      // The whole has the class of its base, unless its parts have theirs.
+      if (!options_.part_classes)
+        for (ObjectPart& part : member.parts) part.class_name = options_.class_name;
+      join(body, std::move(member), sources_[i].options());
     }
+    body.sunk_m = std::max(0.0, -double(refine::bounds(body.mesh).lowest.z()));
+    return body;
   }
 
-  PlacedObjects::One set_down_at(const refine::TriangleMesh& mesh, const Spot& spot) const {
+  PlacedObjects::One set_down_at(const Body& body, const Spot& spot) const {
     SetDown placed = is_line() ? lay_down(options_, spot, bed_, what_)
-                               : set_down(mesh, options_, spot, bed_, what_);
+                               : set_down(body.mesh, options_, spot, bed_, what_, body.sunk_m);
     const refine::Bounds box = refine::bounds(placed.mesh);
     const Vector3d low = box.lowest.cast<double>(), high = box.highest.cast<double>();
-    return {std::move(placed.mesh),
-            {.table = number_,
-             .middle_m = 0.5 * (low + high),
-             .size_m = high - low,
-             .heading_rad = spot.heading_rad,
-             .scale = spot.scale,
-             .buried = placed.buried}};
+    PlacedObjects::One object{.mesh = std::move(placed.mesh),
+                              .record = {.table = number_,
+                                         .middle_m = 0.5 * (low + high),
+                                         .size_m = high - low,
+                                         .heading_rad = spot.heading_rad,
+                                         .scale = spot.scale,
+                                         .buried = placed.buried},
+                              .parts = body.parts,
+                              .face_part = body.face_part};
+    merge_parts(object);
+    return object;
   }
 
   /// The part of the bed that an object covers: discs along the longer side of its bounding
@@ -238,14 +377,12 @@ class Table {
     return true;
   }
 
-  ObjectOptions options_;
+  std::vector<Source> sources_;  // the base first
+  ObjectOptions options_;        // the base's
   std::size_t number_;
   std::uint64_t seed_;
   const BedGrid& bed_;
   std::string what_;
-  refine::TriangleMesh mesh_;
-  std::optional<refine::RepairReport> report_;
-  std::optional<std::string> warning_;
 };
 
 }  // namespace
@@ -255,11 +392,12 @@ refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
   const ObjectOptions table = refined(options, materials);
   refine::TriangleMesh mesh;
   if (table.shape.empty())
-    mesh = refine::repair(refine::read_mesh(table.mesh.path), table.weld_tolerance_m / table.scale)
-               .mesh;
+    mesh = refine::repair(read_fitted(table), table.weld_tolerance_m / table.scale).mesh;
   else
     mesh = make_body(shape_named(table.shape), table.size,
-                     RandomStream(seed, Purpose::object_shape, {0, 0}));
+                     RandomStream(table.shape_seed.value_or(seed), Purpose::object_shape, {0, 0}),
+                     table.variant)
+               .mesh;
   const refine::Bounds box = refine::bounds(mesh);
   const Eigen::Vector3f middle = 0.5f * (box.lowest + box.highest);
   for (Eigen::Vector3f& p : mesh.positions) p = static_cast<float>(table.scale) * (p - middle);
@@ -267,10 +405,33 @@ refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
   return mesh;
 }
 
+std::vector<ObjectPart> parts_of(const ObjectOptions& table) {
+  std::vector<ObjectPart> parts{
+      {table.class_name, table.material, table.shape.empty()}};  // a shape's outside is known
+  if (table.shape.empty()) return parts;
+  for (const ShapePart& part : shape_named(table.shape).parts)
+    parts.push_back(
+        {table.part_classes ? fmt::format("{}.{}", table.class_name, part.name) : table.class_name,
+         part.material.empty() ? table.material : std::string(part.material), false});
+  return parts;
+}
+
+std::vector<std::size_t> bases_of(std::span<const ObjectOptions> tables) {
+  std::vector<std::size_t> bases(tables.size());
+  for (std::size_t t = 0; t < tables.size(); ++t) {
+    bases[t] = t;
+    if (!tables[t].assembly.empty())
+      bases[t] = static_cast<std::size_t>(
+          std::ranges::find(tables, tables[t].assembly, &ObjectOptions::assembly) - tables.begin());
+  }
+  return bases;
+}
+
 std::size_t count_of(std::span<const ObjectOptions> tables) {
+  const std::vector<std::size_t> bases = bases_of(tables);
   std::size_t sum = 0;
-  for (const ObjectOptions& table : tables)
-    sum += static_cast<std::size_t>(std::max(table.count, 1));
+  for (std::size_t t = 0; t < tables.size(); ++t)
+    if (bases[t] == t) sum += static_cast<std::size_t>(std::max(tables[t].count, 1));
   return sum;
 }
 
@@ -325,12 +486,18 @@ PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t
   CoarseFacets coarse;
   Layout layout;
   std::vector<std::vector<PlacedObjects::One>> of_table(tables.size());
+  const std::vector<std::size_t> bases = bases_of(tables);
+  std::vector<std::vector<std::size_t>> members(tables.size());
+  for (std::size_t t = 0; t < tables.size(); ++t) members[bases[t]].push_back(t);
   for (const bool at_random : {false, true})
     for (std::size_t t = 0; t < tables.size(); ++t) {
-      if ((tables[t].count > 0) != at_random) continue;
-      const Table table(tables[t], t, seed, bed, materials);
-      if (table.report()) placed.repairs.emplace_back(tables[t].mesh.path, *table.report());
-      if (table.warning()) placed.warnings.push_back(*table.warning());
+      if (bases[t] != t || (tables[t].count > 0) != at_random) continue;
+      const Table table(tables, t, members[t], seed, bed, materials);
+      for (const Source& source : table.sources()) {
+        if (source.report())
+          placed.repairs.emplace_back(source.options().mesh.path, *source.report());
+        if (source.warning()) placed.warnings.push_back(*source.warning());
+      }
       if (at_random)
         of_table[t] = table.many(layout);
       else

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -16,11 +17,20 @@
 
 namespace ensonify::engine {
 
+/// What some faces of an object are labelled as.
+struct ObjectPart {
+  std::string class_name, material;
+  bool two_sided = false;  ///< as in Label
+  bool operator==(const ObjectPart&) const = default;
+};
+
 /// All objects of a scene at their final places.
 struct PlacedObjects {
   struct One {
     refine::TriangleMesh mesh;
     ObjectRecord record;
+    std::vector<ObjectPart> parts;         ///< all different; number 0 is the object's own label
+    std::vector<std::uint16_t> face_part;  ///< number of each face's part; empty: all 0
   };
   std::vector<One> objects;  ///< in the order of the tables, those of one table by number
   /// One per mesh file.
@@ -37,14 +47,21 @@ struct PlacedObjects {
 refine::TriangleMesh mesh_of(const ObjectOptions& table, std::uint64_t seed,
                              std::span<const Material> materials = {});
 
-/// The number of objects that the tables make.
+/// The parts that a table's object can have; the first is its own label.
+std::vector<ObjectPart> parts_of(const ObjectOptions& table);
+
+/// For each table the number of the one whose object it belongs to: of its assembly's first table,
+/// or its own.
+std::vector<std::size_t> bases_of(std::span<const ObjectOptions> tables);
+
+/// The number of objects that the tables make; an assembly is one.
 std::size_t count_of(std::span<const ObjectOptions> tables);
 
-/// Reads, makes and sets down the objects of every table. Objects with a given place come first;
-/// then those at random places, which keep their distance from all earlier ones. Object k of table
-/// t draws its place, heading and size from its own random streams, so another table changes them
-/// only if its objects occupy the place. Throws refine::MeshError for a mesh or path that cannot be
-/// read, for a place without a bed below it and for objects that find no room;
+/// Reads, makes and sets down the objects of every table or assembly. Objects with a given place
+/// come first; then those at random places, which keep their distance from all earlier ones. Object
+/// k of table t draws its place, heading and size from its own random streams, so another table
+/// changes them only if its objects occupy the place. Throws refine::MeshError for a mesh or path
+/// that cannot be read, for a place without a bed below it and for objects that find no room;
 /// std::invalid_argument for sizes that contradict one another.
 PlacedObjects place_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
                             const BedGrid& bed, std::span<const Material> materials = {});

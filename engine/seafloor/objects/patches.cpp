@@ -172,8 +172,80 @@ std::vector<FlatPart> patches_of(refine::Triangles triangles) {
   return patches;
 }
 
+namespace {
+
+/// Between which places of a line along `axis`, counted from `from`, a patch lies, by its second
+/// moments.
+struct Reach {
+  double low_m, high_m;
+  Reach(const FlatPart& patch, const Vector3d& from, const Vector3d& axis) {
+    const double half_m =
+        0.5 * std::hypot(double(patch.length_m) * axis.dot(patch.along.cast<double>()),
+                         double(patch.width_m) * axis.dot(patch.across.cast<double>()));
+    const double middle_m = axis.dot(patch.middle - from);
+    low_m = middle_m - half_m;
+    high_m = middle_m + half_m;
+  }
+};
+
+/// Adds the corners of two patches: on that side of each that its normal shows, and on the backs.
+void add_corners(const FlatPart& a, const FlatPart& b, std::vector<RightCorner>& corners) {
+  constexpr double gap = 0.02;  // of the patch, that it may lie off the edge or beyond it
+  const Vector3d m = a.normal.cast<double>(), n = b.normal.cast<double>();
+  if (std::abs(m.dot(n)) > std::sin(degree)) return;
+  const Vector3d edge = m.cross(n).normalized();
+  const Vector3d in_a = edge.cross(m), in_b = n.cross(edge);  // as n and as m, nearly
+  // The edge's point that is nearest to a's middle.
+  const Vector3d on_edge = a.middle + in_a * (n.dot(b.middle - a.middle) / n.dot(in_a));
+  const Reach along_a(a, on_edge, edge), along_b(b, on_edge, edge);
+  const double from_m = std::max(along_a.low_m, along_b.low_m);
+  const double until_m = std::min(along_a.high_m, along_b.high_m);
+  if (!(until_m > from_m)) return;
+  // How far the patch reaches from the edge; 0 if it does not begin there.
+  const auto reach_m = [&](const FlatPart& patch, const Vector3d& way) {
+    const Reach reach(patch, on_edge, way);
+    const double gap_m = gap * (reach.high_m - reach.low_m);
+    return reach.low_m < gap_m && reach.high_m > gap_m ? reach.high_m : 0.0;
+  };
+  for (const double front : {1.0, -1.0})
+    for (const double other_front : {1.0, -1.0}) {
+      const Vector3d one = other_front * in_a, other = front * in_b;
+      const double one_m = reach_m(a, one), other_m = reach_m(b, other);
+      if (!(one_m > 0.0 && other_m > 0.0)) continue;
+      corners.push_back({.middle = on_edge + 0.5 * (from_m + until_m) * edge,
+                         .edge = edge.cast<float>(),
+                         .one = one.cast<float>(),
+                         .other = other.cast<float>(),
+                         .length_m = static_cast<float>(until_m - from_m),
+                         .one_m = static_cast<float>(one_m),
+                         .other_m = static_cast<float>(other_m),
+                         .excess_rad = static_cast<float>(-std::asin(one.dot(other))),
+                         .open = front > 0.0 && other_front > 0.0,
+                         .surface = 0});
+    }
+}
+
+}  // namespace
+
+std::vector<RightCorner> right_corners(std::span<const FlatPart> patches) {
+  constexpr std::size_t most = 4000;  // planes, whose pairs take a fraction of a second
+  std::vector<const FlatPart*> planes;
+  std::uint32_t surface = 0;
+  for (const FlatPart& patch : patches) {
+    surface = std::max(surface, patch.surface);
+    if (patch.bend_along_rad == 0.0f && patch.bend_across_rad == 0.0f) planes.push_back(&patch);
+  }
+  std::vector<RightCorner> corners;
+  if (planes.size() > most) return corners;
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    for (std::size_t k = i + 1; k < planes.size(); ++k)
+      add_corners(*planes[i], *planes[k], corners);
+  for (RightCorner& corner : corners) corner.surface = ++surface;
+  return corners;
+}
+
 PatchedObject::PatchedObject(refine::Triangles triangles, std::uint16_t its_label)
-    : label(its_label), patches(patches_of(triangles)) {
+    : label(its_label), patches(patches_of(triangles)), corners(right_corners(patches)) {
   const refine::Bounds box = refine::bounds(triangles);
   middle = 0.5 * (box.lowest + box.highest).cast<double>();
   radius_m = 0.5 * double((box.highest - box.lowest).norm());
@@ -187,6 +259,10 @@ void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& ther
     patch.middle = place * patch.middle;
     for (Eigen::Vector3f* axis : {&patch.normal, &patch.along, &patch.across}) *axis = turn * *axis;
   }
+  for (RightCorner& corner : there.corners) {
+    corner.middle = place * corner.middle;
+    for (Eigen::Vector3f* axis : {&corner.edge, &corner.one, &corner.other}) *axis = turn * *axis;
+  }
 }
 
 std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
@@ -196,14 +272,12 @@ std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
     std::uint32_t face;  // the number
     refine::Face corners;
   };
-  std::vector<std::vector<Part>> parts(count);
-  std::vector<std::uint16_t> labels(count);
+  std::vector<std::vector<Part>> parts(seafloor.labels.size());
   const auto take = [&](std::uint32_t face, const auto& corners_of) {
     const std::uint16_t label = seafloor.label_of(face);
     const std::size_t number = std::size_t{seafloor.labels[label].instance} - 1;
     if (number >= count) return;
-    labels[number] = label;
-    parts[number].push_back({face, corners_of()});
+    parts[label].push_back({face, corners_of()});
   };
   std::span<const Eigen::Vector3f> positions = seafloor.mesh.positions;
   if (const refine::ProgressiveMesh* mesh = seafloor.progressive.get()) {
@@ -219,22 +293,23 @@ std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
       });
     }
   } else {
-    for (std::size_t face = seafloor.bed_faces; face < seafloor.mesh.faces.size(); ++face)
-      take(static_cast<std::uint32_t>(face), [&] { return seafloor.mesh.faces[face]; });
+    const std::uint32_t first = seafloor.first_in_mesh();
+    for (std::size_t i = seafloor.bed_faces - first; i < seafloor.mesh.faces.size(); ++i)
+      take(first + static_cast<std::uint32_t>(i), [&] { return seafloor.mesh.faces[i]; });
   }
   std::vector<PatchedObject> objects;
   refine::TriangleMesh own;
-  for (std::size_t number = 0; number < count; ++number) {
-    if (parts[number].empty()) continue;
-    std::ranges::sort(parts[number], {}, &Part::face);
+  for (std::size_t label = 0; label < parts.size(); ++label) {
+    if (parts[label].empty()) continue;
+    std::ranges::sort(parts[label], {}, &Part::face);
     own.positions.clear();
     own.faces.clear();
-    for (const Part& part : parts[number]) {
+    for (const Part& part : parts[label]) {
       const auto first = static_cast<std::uint32_t>(own.positions.size());
       for (const std::uint32_t corner : part.corners) own.positions.push_back(positions[corner]);
       own.faces.push_back({first, first + 1, first + 2});
     }
-    objects.emplace_back(own, labels[number]);
+    objects.emplace_back(own, static_cast<std::uint16_t>(label));
   }
   return objects;
 }

@@ -28,12 +28,29 @@ struct FlatPart {
 /// real ones, as in facet_angle_rad().
 std::vector<FlatPart> patches_of(refine::Triangles triangles);
 
-/// The patches of an object.
+/// Two plane patches that meet in a right angle, and what lies between them. Sound that meets both
+/// goes back to where it came from.
+struct RightCorner {
+  Eigen::Vector3d middle;      ///< of their common edge
+  Eigen::Vector3f edge;        ///< unit, along it
+  Eigen::Vector3f one, other;  ///< unit, from the edge along each patch
+  float length_m;              ///< of the edge
+  float one_m, other_m;        ///< how far each patch reaches from the edge
+  float excess_rad;            ///< of the angle between them over a right one
+  bool open;              ///< both normals point into the angle, so that it is outside the body
+  std::uint32_t surface;  ///< another number than those of the object's patches
+};
+
+/// Those between plane patches, within a degree: not of curved surfaces, nor of over 4000 patches.
+std::vector<RightCorner> right_corners(std::span<const FlatPart> patches);
+
+/// The patches of an object, or of those of its parts that have one label.
 struct PatchedObject {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double radius_m = 0.0;    ///< of a ball about the middle that contains it
   std::uint16_t label = 0;  ///< as in FaceLabels
   std::vector<FlatPart> patches;
+  std::vector<RightCorner> corners;  ///< of the patches
 
   PatchedObject() = default;
   PatchedObject(refine::Triangles triangles, std::uint16_t its_label);
@@ -41,7 +58,8 @@ struct PatchedObject {
   void place_at(const Eigen::Isometry3d& place, PatchedObject& there) const;
 };
 
-/// The objects of a seafloor. The same for a mesh and for its progressive mesh.
+/// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
+/// progressive mesh.
 std::vector<PatchedObject> patched_objects(const Seafloor& seafloor);
 
 }  // namespace ensonify::engine

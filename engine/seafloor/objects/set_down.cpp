@@ -19,13 +19,6 @@ using Eigen::AngleAxisd, Eigen::Vector2d, Eigen::Vector3d, Eigen::Vector3f;
 constexpr double max_pieces = 5e5;  // of one line
 constexpr double hidden_m = 1e-3;   // an object with a burial of 1 lies this far below the bed
 
-Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
-  return (AngleAxisd(-heading_rad, Vector3d::UnitZ()) *
-          AngleAxisd(object.pitch_rad, Vector3d::UnitX()) *
-          AngleAxisd(object.roll_rad, Vector3d::UnitY()))
-      .toRotationMatrix();
-}
-
 refine::MeshError no_bed(const std::string& what, double east_m, double north_m) {
   return refine::MeshError(
       fmt::format("{}: there is no bed below this object at {:.1f} m east, {:.1f} m north; move it "
@@ -94,8 +87,15 @@ double usual_sag_radius_m(const std::string& shape) {
 
 }  // namespace
 
+Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad) {
+  return (AngleAxisd(-heading_rad, Vector3d::UnitZ()) *
+          AngleAxisd(object.pitch_rad, Vector3d::UnitX()) *
+          AngleAxisd(object.roll_rad, Vector3d::UnitY()))
+      .toRotationMatrix();
+}
+
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
-                 const BedGrid& bed, const std::string& what) {
+                 const BedGrid& bed, const std::string& what, double sunk_m) {
   SetDown placed{.mesh = {.positions = mesh.positions, .faces = mesh.faces}};
   const refine::Bounds own = refine::bounds(mesh);
   const Vector3d middle = 0.5 * (own.lowest.cast<double>() + own.highest.cast<double>());
@@ -118,7 +118,8 @@ SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, 
   if (!std::isfinite(drop)) throw no_bed(what, spot.east_m, spot.north_m);
   const refine::Bounds box = refine::bounds(placed.mesh);
   const double shape_height_m = box.highest.z() - box.lowest.z();
-  put(turn, object.height_m - object.burial * (shape_height_m + hidden_m) - drop);
+  put(turn,
+      object.height_m - object.burial * (shape_height_m + hidden_m) - drop - spot.scale * sunk_m);
   placed.buried = buried_share(refine::bounds(placed.mesh), bed);
   return placed;
 }

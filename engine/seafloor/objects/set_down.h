@@ -26,13 +26,17 @@ struct SetDown {
   double buried = 0.0;        ///< share of its height under the bed's plane at its middle
 };
 
+/// The rotation of a mesh by an object's roll, pitch and heading.
+Eigen::Matrix3d attitude(const ObjectOptions& object, double heading_rad);
+
 /// A mesh turned to the object's attitude about the middle of its bounding box, scaled, and set
 /// down on a bed. If it follows the slope, it is tilted with the plane that fits the bed's heights
 /// below its bounding box best in least squares. It is lowered until one of its vertices meets the
-/// bed or a vertex of the bed meets it, and then raised or sunk by the object's height or burial.
-/// `what` begins messages. Throws refine::MeshError for a place without a bed below it.
+/// bed or a vertex of the bed meets it, then raised or sunk by the object's height or burial, and
+/// sunk by `sunk_m`, in the mesh's units. `what` begins messages. Throws refine::MeshError for a
+/// place without a bed below it.
 SetDown set_down(const refine::TriangleMesh& mesh, const ObjectOptions& object, const Spot& spot,
-                 const BedGrid& bed, const std::string& what);
+                 const BedGrid& bed, const std::string& what, double sunk_m = 0.0);
 
 /// A pipeline, cable, rope or chain laid over a bed along the object's path (laid_line.h), which is
 /// turned and scaled about the spot. Throws as set_down.

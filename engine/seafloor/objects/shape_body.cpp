@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/objects/draws.h>
+#include <ensonify/engine/seafloor/objects/shape_family.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 
 namespace ensonify::engine {
@@ -15,32 +17,13 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Draws the numbers of a stream one after another.
-class Draws {
- public:
-  explicit Draws(const RandomStream& stream) : stream_(stream) {}
-  double between(double low, double high) {
-    double drawn = 0.0;
-    stream_.uniform({&drawn, 1}, next_++);
-    return low + (high - low) * drawn;
-  }
-  Vector3d direction() {
-    const double z = between(-1.0, 1.0), angle = between(0.0, 2.0 * pi), r = std::sqrt(1.0 - z * z);
-    return {r * std::cos(angle), r * std::sin(angle), z};
-  }
-
- private:
-  const RandomStream& stream_;
-  std::uint64_t next_ = 0;
-};
-
 /// Makes one body.
 class Body {
  public:
   Body(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random)
       : kind_(kind), given_(size), draws_(random) {}
 
-  refine::TriangleMesh make() {
+  ShapeBody make() {
     struct Maker {
       std::string_view name;
       void (Body::*make)();
@@ -56,7 +39,8 @@ class Body {
     if (maker == makers.end())
       throw std::invalid_argument(fmt::format("a {} is laid along a path", kind_.name));
     (this->*maker->make)();
-    return std::move(solids_.mesh);
+    std::vector<std::uint8_t> parts = solids_.face_parts();
+    return {.mesh = std::move(solids_.mesh), .face_part = std::move(parts)};
   }
 
  private:
@@ -233,6 +217,7 @@ class Body {
     const int across = std::max(2, static_cast<int>(w / mesh_m));
     const int along = std::max(2, static_cast<int>(l / mesh_m));
     for (int i = 0; i <= across; ++i) {
+      solids_.begin_part(i == 0 || i == across ? 1 : 0);
       std::vector<Vector3d> twine;
       for (int j = 0; j <= along; ++j)
         twine.push_back(place(double(i) / across, double(j) / along));
@@ -244,6 +229,7 @@ class Body {
         twine.push_back(place(double(i) / across, double(j) / along));
       rods(twine, rod);
     }
+    solids_.begin_part(2);
     for (int j = 0; j <= along; j += 4) solids_.ball(place(1.0, double(j) / along), 4.0 * rod, 1);
   }
 
@@ -309,11 +295,64 @@ class Body {
   Solids solids_;
 };
 
+/// Scales a member of a family to the given sizes, along its axes.
+void fit(const ShapeKind& kind, const ShapeSize& given, double main_m, ShapeBody& body) {
+  const refine::Bounds box = refine::bounds(body.mesh);
+  const Vector3d extent = (box.highest - box.lowest).cast<double>();
+  const bool has_length = kind.dimensions.front().size == &ShapeSize::length_m;
+  const auto axis_of = [&](std::optional<double> ShapeSize::*size) {
+    if (size == &ShapeSize::length_m) return 1;
+    if (size == &ShapeSize::shape_height_m) return 2;
+    return size == &ShapeSize::diameter_m && !has_length ? 1 : 0;
+  };
+  const int main_axis = axis_of(kind.dimensions.front().size);
+  Vector3d factors = Vector3d::Constant(main_m > 0.0 ? main_m / extent[main_axis] : 1.0);
+  for (const Dimension& dimension : kind.dimensions)
+    if (const std::optional<double> size_m = given.*dimension.size) {
+      const int axis = axis_of(dimension.size);
+      factors[axis] = *size_m / extent[axis];
+      // A round shape is as high as it is wide.
+      if (dimension.size == &ShapeSize::diameter_m) factors.z() = factors[axis];
+    }
+  for (Eigen::Vector3f& p : body.mesh.positions)
+    p = p.cast<double>().cwiseProduct(factors).cast<float>();
+  body.sunk_m = std::max(0.0, -double(box.lowest.z()) * factors.z());
+}
+
+ShapeBody make_member(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random,
+                      std::string_view variant) {
+  FamilyForm form{.size_m = 0.0,
+                  .variant = variant,
+                  .facet_rad = size.facet_rad,
+                  .draws = Draws(random),
+                  .solids = {}};
+  const Dimension& main = kind.dimensions.front();
+  const double drawn = form.draws.between(0.0, 1.0);
+  form.size_m =
+      (size.*main.size)
+          .value_or(main.most_m > 0.0 ? main.usual_m * std::pow(main.most_m / main.usual_m, drawn)
+                                      : main.usual_m);
+  // The square: the variants that are listed first are more frequent.
+  const double share = std::pow(form.draws.between(0.0, 1.0), 2.0);
+  if (variant.empty() && !kind.variants.empty())
+    form.variant = kind.variants[std::min(
+        static_cast<std::size_t>(share * static_cast<double>(kind.variants.size())),
+        kind.variants.size() - 1)];
+  kind.family(form);
+  std::vector<std::uint8_t> parts = form.solids.face_parts();
+  ShapeBody body{.mesh = std::move(form.solids.mesh), .face_part = std::move(parts)};
+  fit(kind, size, form.size_m, body);
+  return body;
+}
+
 }  // namespace
 
-refine::TriangleMesh make_body(const ShapeKind& kind, const ShapeSize& size,
-                               const RandomStream& random) {
-  return Body(kind, size, random).make();
+ShapeBody make_body(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random,
+                    std::string_view variant) {
+  if (!variant.empty() && std::ranges::find(kind.variants, variant) == kind.variants.end())
+    throw std::invalid_argument(fmt::format("a {} has no variant '{}', expected one of: {}",
+                                            kind.name, variant, fmt::join(kind.variants, ", ")));
+  return kind.family ? make_member(kind, size, random, variant) : Body(kind, size, random).make();
 }
 
 }  // namespace ensonify::engine

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -14,22 +15,41 @@
 
 namespace ensonify::engine {
 
-/// A size that a shape has: its scene key, its member of ShapeSize and its usual value.
+/// A size that a shape has: its scene key and its member of ShapeSize.
 struct Dimension {
   std::string_view key;
   std::optional<double> ShapeSize::*size;
-  double usual_m;
+  double usual_m;       ///< its usual value; 0: it follows from the other sizes
+  double most_m = 0.0;  ///< of a family, the greatest value that is drawn; usual_m is the least
 };
 
-/// A shape known by its name.
+/// A part of a shape.
+struct ShapePart {
+  std::string_view name;
+  std::string_view material;  ///< of its own; empty: the object's
+};
+
+struct FamilyForm;
+
+/// A shape known by its name. A family is a shape whose form is drawn; it has parts.
 struct ShapeKind {
   std::string_view name;
   std::string_view help;  ///< what it is, and the source of its usual size
   bool along_path;        ///< laid along a path, not set down
   std::vector<Dimension> dimensions;
+  std::vector<ShapePart> parts = {};
+  std::vector<std::string_view> variants = {};  ///< words for the key `variant`
+  void (*family)(FamilyForm&) = nullptr;        ///< makes a member
 
   /// One size of this shape: the given one, or the usual one if that is unset.
   double size_m(const ShapeSize& given, std::optional<double> ShapeSize::*which) const;
+};
+
+/// What a shape is made of.
+struct ShapeBody {
+  refine::TriangleMesh mesh;
+  std::vector<std::uint8_t> face_part;  ///< number in ShapeKind::parts; empty: all 0
+  double sunk_m = 0.0;  ///< how far its lowest point lies below the bed, as the shape is meant
 };
 
 const std::vector<ShapeKind>& shape_kinds();
@@ -39,12 +59,14 @@ const ShapeKind& shape_named(std::string_view name);
 std::span<const Dimension> all_dimensions();
 
 /// The mesh of a body, z up and y forward: closed, with normals outwards (its parts may overlap).
-/// It depends on `random` only for "boulder", "net" and "debris", the shapes that draw numbers. If
-/// facet_m is unset, facets are a sixteenth of the diameter (48 around the body) or as small as
-/// facet_rad needs; thin rods have 8 sides. Throws std::invalid_argument for a kind that is laid
-/// along a path and for sizes that contradict one another.
-refine::TriangleMesh make_body(const ShapeKind& kind, const ShapeSize& size,
-                               const RandomStream& random);
+/// It depends on `random` for families and for "boulder", "net" and "debris". A family has exactly
+/// the given sizes; of those that are unset, the first is drawn and the others follow from the
+/// form. If `variant` is empty, it is drawn. If facet_m is unset, facets are a sixteenth of the
+/// diameter (48 around the body) or as small as facet_rad needs; thin rods have 8 sides. Throws
+/// std::invalid_argument for a kind that is laid along a path, a variant that the kind does not
+/// have, and sizes that contradict one another.
+ShapeBody make_body(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random,
+                    std::string_view variant = "");
 
 /// The outer diameter of a kind that is laid along a path.
 double line_diameter_m(const ShapeKind& kind, const ShapeSize& size);

@@ -144,4 +144,114 @@ void Solids::block(const Vector3d& middle, const Vector3d& size_m) {
   sweep(ends, rectangle(size_m.x(), size_m.z()));
 }
 
+void Solids::taper(const Vector3d& from, const Vector3d& to, double from_radius_m,
+                   double to_radius_m, int sides) {
+  const Vector3d way = (to - from).normalized();
+  const Vector3d right = way.unitOrthogonal(), up = way.cross(right);
+  std::vector<std::vector<Vector3d>> rings(2);
+  for (const Vector2d& p : circle(1.0, sides)) {
+    const Vector3d out = p.x() * right + p.y() * up;
+    rings[0].push_back(from + from_radius_m * out);
+    rings[1].push_back(to + to_radius_m * out);
+  }
+  skin(rings);
+}
+
+namespace {
+
+/// The cells of a grid that are there.
+class Cells {
+ public:
+  explicit Cells(const PlateGrid& grid)
+      : rows_(grid.rows - 1), columns_(grid.columns - 1), cut_(grid.cut) {
+    if (cut_.empty()) cut_.assign(static_cast<std::size_t>(rows_ * columns_), false);
+    while (part_corners()) {
+    }
+  }
+  bool has(int row, int column) const {
+    return row >= 0 && column >= 0 && row < rows_ && column < columns_ && !cut_[at(row, column)];
+  }
+
+ private:
+  std::size_t at(int row, int column) const {
+    return static_cast<std::size_t>(row * columns_ + column);
+  }
+  /// Cuts one of two cells that touch at a corner alone: four walls would meet in its edge.
+  bool part_corners() {
+    bool any = false;
+    for (int r = 0; r + 1 < rows_; ++r)
+      for (int c = 0; c + 1 < columns_; ++c) {
+        const bool a = has(r, c), b = has(r + 1, c + 1), d = has(r, c + 1), e = has(r + 1, c);
+        if (a && b && !d && !e) cut_[at(r, c)] = any = true;
+        if (d && e && !a && !b) cut_[at(r, c + 1)] = any = true;
+      }
+    return any;
+  }
+
+  int rows_, columns_;
+  std::vector<bool> cut_;
+};
+
+}  // namespace
+
+void Solids::plate(const PlateGrid& grid) {
+  const Cells cells(grid);
+  constexpr std::uint32_t none = 0xffffffff;
+  std::vector<std::uint32_t> front(grid.front.size(), none), back(grid.back.size(), none);
+  const auto vertex = [&](std::vector<std::uint32_t>& of, const std::vector<Vector3d>& points,
+                          std::size_t i) {
+    if (of[i] == none) of[i] = add(points[i]);
+    return of[i];
+  };
+  for (int r = 0; r + 1 < grid.rows; ++r)
+    for (int c = 0; c + 1 < grid.columns; ++c) {
+      if (!cells.has(r, c)) continue;
+      const auto at = [&](int row, int column) {
+        return static_cast<std::size_t>(row * grid.columns + column);
+      };
+      const std::array<std::size_t, 4> corner{at(r, c), at(r + 1, c), at(r + 1, c + 1),
+                                              at(r, c + 1)};
+      const std::array<bool, 4> inside{cells.has(r, c - 1), cells.has(r + 1, c),
+                                       cells.has(r, c + 1), cells.has(r - 1, c)};
+      std::array<std::uint32_t, 4> f{}, b{};
+      for (std::size_t k = 0; k < 4; ++k) {
+        f[k] = vertex(front, grid.front, corner[k]);
+        b[k] = vertex(back, grid.back, corner[k]);
+      }
+      mesh.faces.push_back({f[0], f[1], f[2]});
+      mesh.faces.push_back({f[0], f[2], f[3]});
+      mesh.faces.push_back({b[0], b[2], b[1]});
+      mesh.faces.push_back({b[0], b[3], b[2]});
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (inside[k]) continue;
+        const std::size_t next = (k + 1) % 4;
+        mesh.faces.push_back({f[next], f[k], b[k]});
+        mesh.faces.push_back({f[next], b[k], b[next]});
+      }
+    }
+}
+
+void Solids::begin_part(std::size_t number) {
+  face_part_.resize(mesh.faces.size(), part_);
+  part_ = static_cast<std::uint8_t>(number);
+}
+
+std::vector<std::uint8_t> Solids::face_parts() {
+  if (face_part_.empty() && part_ == 0) return {};
+  face_part_.resize(mesh.faces.size(), part_);
+  return face_part_;
+}
+
+void Solids::move(std::size_t from, const Eigen::Isometry3d& motion) {
+  for (std::size_t i = from; i < mesh.positions.size(); ++i)
+    mesh.positions[i] = (motion * mesh.positions[i].cast<double>()).cast<float>();
+}
+
+Eigen::AlignedBox3d Solids::box(std::size_t from) const {
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = from; i < mesh.positions.size(); ++i)
+    box.extend(mesh.positions[i].cast<double>().eval());
+  return box;
+}
+
 }  // namespace ensonify::engine

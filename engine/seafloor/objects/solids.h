@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -18,6 +20,14 @@ using CrossSection = std::vector<Eigen::Vector2d>;
 CrossSection circle(double radius_m, int sides);
 /// A rectangle, centred on the direction.
 CrossSection rectangle(double width_m, double shape_height_m);
+
+/// A grid of points on either side of a plate, row by row. The front's normal is the direction of
+/// the rows' numbers times (cross product) that of the columns'; the back lies behind it.
+struct PlateGrid {
+  int rows = 0, columns = 0;
+  std::vector<Eigen::Vector3d> front, back;
+  std::vector<bool> cut;  ///< cells that are missing, (rows - 1) * (columns - 1); empty: none
+};
 
 /// Collects closed surfaces with normals outwards. Each call adds one; they may overlap. A mesh
 /// made only by these calls is manifold and has no boundary.
@@ -38,11 +48,31 @@ class Solids {
   void ball(const Eigen::Vector3d& middle, double radius_m, int level);
   /// A block with its edges along the axes.
   void block(const Eigen::Vector3d& middle, const Eigen::Vector3d& size_m);
+  /// A frustum between two points.
+  void taper(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double from_radius_m,
+             double to_radius_m, int sides);
+  /// A plate with the thickness between front and back, also round its holes. Of cells that touch
+  /// at a corner alone, further ones are cut. Adds nothing if no cell is left.
+  void plate(const PlateGrid& grid);
+
+  /// What is added from now on belongs to this part.
+  void begin_part(std::size_t number);
+  /// The part of each face; empty if all belong to part 0.
+  std::vector<std::uint8_t> face_parts();
+  /// The number of vertices so far: what is added from now on begins there.
+  std::size_t mark() const { return mesh.positions.size(); }
+  /// Moves all vertices from a mark on.
+  void move(std::size_t from, const Eigen::Isometry3d& motion);
+  /// The box of all vertices from a mark on.
+  Eigen::AlignedBox3d box(std::size_t from) const;
 
   refine::TriangleMesh mesh;
 
  private:
   std::uint32_t add(const Eigen::Vector3d& point);
+
+  std::vector<std::uint8_t> face_part_;
+  std::uint8_t part_ = 0;
 };
 
 }  // namespace ensonify::engine

@@ -116,34 +116,45 @@ ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m,
   return motion;
 }
 
-Beam::Beam(const Sonar& sonar, double wavelength_m)
-    : Beam(sonar, sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m)) {}
+Beam::Beam(const Sonar& sonar, double wavelength_m, double beam_offset_m)
+    : Beam(sonar, sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m),
+           beam_offset_m) {}
 
-Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive)
-    : focused_(sonar.focused && sonar.focus_zones_m.empty()),
-      same_arrays_(receive.length_m == transmit.length_m && receive.shading == transmit.shading),
+Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive,
+           double beam_offset_m)
+    : focused_(sonar.focused && sonar.focus_zones_m.empty() && sonar.beams == 1),
+      same_arrays_(receive.length_m == transmit.length_m && receive.shading == transmit.shading &&
+                   sonar.beams == 1),
       transmit_table_(sonar.side_lobes, transmit.shading),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)} {
-  const auto array = [&](const LineArray& of) -> Array {
-    return {static_cast<float>(of.length_m / of.wavelength_m),
-            focused_ ? 0.0 : 0.5 * of.length_m * of.length_m / of.wavelength_m};
+  const bool zones = !sonar.focus_zones_m.empty();
+  const auto array = [&](const LineArray& of, bool focusing, double offset_m) -> Array {
+    return {.x_per_sine = static_cast<float>(of.length_m / of.wavelength_m),
+            .nearness_m = focusing && sonar.focused && !zones
+                              ? 0.0
+                              : 0.5 * of.length_m * of.length_m / of.wavelength_m,
+            .in_zones = focusing && zones,
+            .offset_m = static_cast<float>(offset_m)};
   };
-  transmit_ = array(transmit);
-  receive_ = array(receive);
+  // The beam is that of a receiver of its own; the transmitter stays in the array's middle.
+  transmit_ = array(transmit, sonar.beams == 1, beam_offset_m);
+  receive_ = array(receive, true, 0.0);
   for (const double zone_m : sonar.focus_zones_m)
     zones_per_m_.push_back(static_cast<float>(1.0 / zone_m));
   if (receive.shading != transmit.shading)
     receive_table_.emplace(sonar.side_lobes, receive.shading);
 }
 
-// As the kernel has it; Sonar::defocus() without its sign.
-double Beam::defocus_at(double range_m) const {
-  if (zones_per_m_.empty()) return 1.0;
-  double least = std::numeric_limits<double>::infinity();
-  for (const float zone_per_m : zones_per_m_)
-    least = std::min(least, std::abs(1.0 - range_m * double(zone_per_m)));
-  return least;
+// As the kernel has it; LineArray::nearness() with Sonar::defocus() without its sign.
+double Beam::nearness_at(const Array& array, double range_m) const {
+  double defocus = 1.0;
+  if (array.in_zones) {
+    defocus = std::numeric_limits<double>::infinity();
+    for (const float zone_per_m : zones_per_m_)
+      defocus = std::min(defocus, std::abs(1.0 - range_m * double(zone_per_m)));
+  }
+  return array.nearness_m / range_m * defocus;
 }
 
 double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_elevation,
@@ -152,8 +163,7 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   const VerticalTable& vertical = vertical_table(side);
   const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
   const auto cosine = static_cast<float>(cos_elevation);
-  const double defocus = defocus_at(range_m);
-  const ArrayTable::Row row = transmit_table_.row(transmit_.nearness_m / range_m * defocus);
+  const ArrayTable::Row row = transmit_table_.row(nearness_at(transmit_, range_m));
   float sum = 0.0f;
   if (motion.steady && same_arrays_) {
     for (const BeamSample& sample : samples) {
@@ -164,8 +174,9 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
     return cos_elevation * sent * sent * row.scale * row.scale * sum;
   }
   const ArrayTable::Row heard_row =
-      same_arrays_ ? row : receive_table().row(receive_.nearness_m / range_m * defocus);
+      same_arrays_ ? row : receive_table().row(nearness_at(receive_, range_m));
   double heard = sent;
+  const auto sent_shift = static_cast<float>(double(transmit_.offset_m) / range_m);
   float shift = 0.0f;
   if (!motion.steady) {
     const Eigen::Vector3d way = direction - motion.drift;
@@ -175,7 +186,8 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   }
   for (const BeamSample& sample : samples) {
     const float sine = cosine * sample.sin_azimuth;
-    const float transmitted = transmit_table_.value(row, sine * transmit_.x_per_sine);
+    const float transmitted =
+        transmit_table_.value(row, (sine + sent_shift) * transmit_.x_per_sine);
     if (transmitted > 0.0f)
       sum += sample.width_rad * transmitted *
              receive_table().value(heard_row, (sine + shift) * receive_.x_per_sine);

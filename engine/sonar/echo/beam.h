@@ -88,7 +88,8 @@ ReceiverMotion receiver_motion(const Pose& pose, Side side, double range_m, doub
 /// The two-way beam of a sonar, in the near field and the far field.
 class Beam {
  public:
-  Beam(const Sonar& sonar, double wavelength_m);
+  /// beam_offset_m: how far the beam lies ahead of the array's middle, along the array.
+  Beam(const Sonar& sonar, double wavelength_m, double beam_offset_m = 0.0);
 
   /// Transmit power times receive power, integrated over the samples of a ray's plane, times the
   /// cosine of elevation: the weight of the ray per radian of elevation. direction: of the ray,
@@ -98,17 +99,20 @@ class Beam {
                  const ReceiverMotion& motion) const;
 
   /// A line array's scale of its table: x over sin(psi), and nearness times range without focus (0:
-  /// focused at all ranges).
+  /// focused at all ranges); and where it is.
   struct Array {
     float x_per_sine;
     double nearness_m;
+    bool in_zones;   ///< focused in zones_per_m()
+    float offset_m;  ///< how far it lies behind the beam, along the array
   };
   const Array& transmit() const { return transmit_; }
   const Array& receive() const { return receive_; }
+  /// Whether both arrays are focused at all ranges.
   bool focused() const { return focused_; }
-  /// 1 / range of each zone in which the arrays are focused; none: as focused() says.
+  /// 1 / range of each zone in which arrays are focused.
   std::span<const float> zones_per_m() const { return zones_per_m_; }
-  /// Whether the transmit and the receive array are of one length and shading.
+  /// Whether the transmit and the receive array have the same pattern.
   bool same_arrays() const { return same_arrays_; }
   const ArrayTable& transmit_table() const { return transmit_table_; }
   const ArrayTable& receive_table() const {
@@ -119,8 +123,9 @@ class Beam {
   }
 
  private:
-  Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive);
-  double defocus_at(double range_m) const;
+  Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& receive,
+       double beam_offset_m);
+  double nearness_at(const Array& array, double range_m) const;
 
   bool focused_, same_arrays_;
   std::vector<float> zones_per_m_;

@@ -85,7 +85,8 @@ constexpr std::string_view name_of(Region region) {
 struct BinLayers {
   std::vector<float> intensity;  ///< as received: mean squared pressure, uPa^2, before any gain
   std::vector<std::uint32_t> sample;  ///< the recorder's output: Recorder::sample
-  std::vector<float> intensity_mean;  ///< the expectation of the echo alone
+  /// The expectation of the echo alone, over speckle and over the ground's texture below the cell.
+  std::vector<float> intensity_mean;
   std::vector<float> range_m;         ///< slant range of the bin's centre
   std::vector<float> x_m, y_m, z_m;   ///< energy-weighted place of what the bin saw, local metres
   std::vector<float> grazing_rad;     ///< energy-weighted
@@ -123,9 +124,11 @@ struct BinLayers {
   }
 };
 
-/// The echo of one side of one ping: bins from near to far, and what was counted on the way.
+/// The echo of one beam of one side of one ping: bins from near to far, and what was counted on the
+/// way.
 struct EchoLine {
   Side side = Side::port;
+  int beam = 0;  ///< from the rear, see Sonar::beams
   BinLayers bins;
   int first_return = -1;  ///< the first bin with an echo; -1: none
   int starved = 0;        ///< bins behind it that nothing could reach

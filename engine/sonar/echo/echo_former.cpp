@@ -34,12 +34,14 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
             static_cast<float>(vector.dot(view.fan->pole)),
             static_cast<float>(vector.dot(motion.drift))};
   };
-  const auto array = [](const Beam::Array& of, const ArrayTable& table) -> PlaneBeam::Array {
+  const auto array = [&](const Beam::Array& of, const ArrayTable& table) -> PlaneBeam::Array {
     return {.power = table.values().data(),
             .columns = static_cast<std::int32_t>(table.columns()),
             .reach = static_cast<float>(table.reach()),
             .nearness_m = static_cast<float>(of.nearness_m),
-            .x_per_sine = of.x_per_sine};
+            .x_per_sine = of.x_per_sine,
+            .offset_m = of.offset_m,
+            .zone_count = of.in_zones ? beam.zones_per_m().size() : 0};
   };
   return {.samples = samples.data(),
           .sample_count = samples.size(),
@@ -48,7 +50,6 @@ PlaneBeam plane_beam(const SideView& view, std::size_t plane) {
           .same_arrays = beam.same_arrays(),
           .focused = beam.focused(),
           .zones_per_m = beam.zones_per_m().data(),
-          .zone_count = beam.zones_per_m().size(),
           .vertical = beam.vertical_table(view.side).values().data(),
           .steady = motion.steady,
           .abeam = along(motion.abeam),
@@ -69,9 +70,10 @@ RayAngles ray_angles(const RayLayout& layout) {
 
 EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
                        std::span<const scatter::BackscatterTable> material_tables,
-                       const std::vector<Label>* moving, const ObjectSurfaces& surfaces)
+                       const std::vector<Label>* moving, const ObjectSurfaces& surfaces,
+                       double beam_offset_m)
     : labels_(seafloor, moving),
-      beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
+      beam_(sonar, medium.sound_speed_mps / sonar.frequency_hz, beam_offset_m),
       by_material_(material_tables),
       absorption_db_per_m_(medium.absorption_db_per_m),
       profile_(medium.profile),

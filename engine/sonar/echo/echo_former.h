@@ -55,10 +55,11 @@ struct Medium {
 class EchoFormer {
  public:
   /// The seafloor, the tables and the labels of moving bodies (see FaceLabels) must outlive this;
-  /// material_tables[i] belongs to sediment i of a Label.
+  /// material_tables[i] belongs to sediment i of a Label. beam_offset_m: as of Beam.
   EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> material_tables,
-             const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {});
+             const std::vector<Label>* moving = nullptr, const ObjectSurfaces& surfaces = {},
+             double beam_offset_m = 0.0);
 
   /// Fills the line of a side from the runs of straight rays over these triangles. The fan's rays
   /// are those of the layout. The speckled intensity is left at the expectation.

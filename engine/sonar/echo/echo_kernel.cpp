@@ -130,10 +130,10 @@ HWY_INLINE VF vertical_power(const float* table, VF abeam, VF down) {
   return interpolated(table, below, place - hn::ConvertTo(f, below));
 }
 
-// Beam::defocus_at, of an array that is focused in zones.
-HWY_INLINE VF defocus(const PlaneBeam& beam, VF range_m) {
+// How far an array that is focused in zones is out of focus.
+HWY_INLINE VF defocus(const PlaneBeam& beam, const PlaneBeam::Array& array, VF range_m) {
   VF least = hn::Abs(set(1.0f) - range_m * set(beam.zones_per_m[0]));
-  for (std::size_t i = 1; i < beam.zone_count; ++i)
+  for (std::size_t i = 1; i < array.zone_count; ++i)
     least = hn::Min(least, hn::Abs(set(1.0f) - range_m * set(beam.zones_per_m[i])));
   return least;
 }
@@ -146,7 +146,7 @@ struct ArrayRow {
 HWY_INLINE ArrayRow array_row(const PlaneBeam& beam, const PlaneBeam::Array& array, VF range_m) {
   const VF one = set(1.0f), last = set(static_cast<float>(array.columns - 1));
   VF nearness = set(array.nearness_m) / range_m;
-  if (beam.zone_count > 0) nearness = nearness * defocus(beam, range_m);
+  if (array.zone_count > 0) nearness = nearness * defocus(beam, array, range_m);
   const VF columns_per_x = last / (nearness + set(array.reach));
   if (beam.focused) return {hn::Zero(i32), hn::Zero(f), columns_per_x, one};
   const VF all = nearness / (nearness + set(float(array_middle_nearness)));
@@ -187,12 +187,13 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
   }
   const ArrayRow row = array_row(beam, beam.transmit, range_m);
   const ArrayRow heard_row = beam.same_arrays ? row : array_row(beam, beam.receive, range_m);
+  const VF sent_x = set(beam.transmit.offset_m * beam.transmit.x_per_sine) / range_m;
   VF sum = set(0.0f);
   for (std::size_t i = 0; i < beam.sample_count; ++i) {
     const BeamSample& sample = beam.samples[i];
     const VF sine_off = cosine * set(sample.sin_azimuth);
     const VF transmitted =
-        array_value(beam, beam.transmit, row, sine_off * set(beam.transmit.x_per_sine));
+        array_value(beam, beam.transmit, row, fma(sine_off, set(beam.transmit.x_per_sine), sent_x));
     const VF received = beam.steady && beam.same_arrays
                             ? transmitted
                             : array_value(beam, beam.receive, heard_row,

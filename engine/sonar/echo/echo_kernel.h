@@ -51,13 +51,13 @@ struct PlaneBeam {
     const float* power;
     std::int32_t columns;  ///< of one row
     float reach;
-    float nearness_m, x_per_sine;
+    float nearness_m, x_per_sine, offset_m;  ///< as in Beam::Array
+    std::size_t zone_count;                  ///< of zones_per_m, that it is focused in
   } transmit, receive;
   bool same_arrays;          ///< transmit and receive
   bool focused;              ///< nearness is 0: only the table's first row counts
   const float* zones_per_m;  ///< as Beam::zones_per_m()
-  std::size_t zone_count;
-  const float* vertical;  ///< VerticalTable's values
+  const float* vertical;     ///< VerticalTable's values
   // How the receiver moves, as in ReceiverMotion.
   bool steady;
   AlongPlane abeam, down, array_turn, abeam_turn, down_turn;

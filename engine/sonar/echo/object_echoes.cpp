@@ -20,6 +20,7 @@ using std::numbers::inv_sqrtpi, std::numbers::pi;
 constexpr double few_planes = 6.0;   // that a small object is long, at most
 constexpr double lobe_reach = 3.0;   // half widths of a lobe that count
 constexpr double side_lobes = 10.0;  // of a flat patch that count
+constexpr double inaudible = 14.0;   // nepers of energy that sound loses in the bed: 61 dB
 
 /// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
 /// and 7.3.13 of Abramowitz and Stegun 1964), elsewhere by 7.3.9, 7.3.10, 7.3.32 and 7.3.33: within
@@ -74,9 +75,14 @@ struct Extent {
            std::norm(fresnel(per_m * (0.5 * length_m - middle_m)) -
                      fresnel(per_m * (-0.5 * length_m - middle_m)));
   }
-  /// From the patch's middle to what is most nearly a mirror for the sonar.
-  double brightest_m() const { return std::clamp(range_m * tilt, -0.5 * length_m, 0.5 * length_m); }
 };
+
+/// I of ObjectEchoes for a right corner, across its edge.
+double corner_power_m2(double width_m, double excess_rad, double range_m, double wavelength_m) {
+  const double zone_m2 = wavelength_m * range_m;
+  const double per_m = 2.0 / std::sqrt(zone_m2), off_m = range_m * excess_rad;
+  return zone_m2 * std::norm(fresnel(per_m * (0.5 * width_m + off_m)) - fresnel(per_m * off_m));
+}
 
 }  // namespace
 
@@ -103,6 +109,8 @@ void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const Fi
   for (const std::vector<PatchedObject>* objects : {surfaces_.fixed, surfaces_.moving})
     if (objects)
       for (const PatchedObject& object : *objects) look_at(object);
+  if (surfaces_.buried)
+    for (const BuriedGroup& group : *surfaces_.buried) look_into_bed(group);
   join_glints();
 }
 
@@ -185,14 +193,19 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
   return seen;
 }
 
-void ObjectEchoes::look_at(const PatchedObject& object) {
+/// Whether a ball may reach into the fan's beam.
+bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
-  const Vector3d away = object.middle - fan.origin;
+  const Vector3d away = middle - fan.origin;
   const double distance_m = away.norm(), side_m = away.dot(fan.array_axis);
-  if (distance_m > fan.range_m + object.radius_m || distance_m <= object.radius_m ||
-      away.dot(fan.middle) < -object.radius_m ||
-      std::abs(side_m) > object.radius_m + fan.grid->sin_truncation * distance_m)
-    return;
+  return distance_m <= fan.range_m + radius_m && away.dot(fan.middle) >= -radius_m &&
+         std::abs(side_m) <= radius_m + fan.grid->sin_truncation * distance_m;
+}
+
+void ObjectEchoes::look_at(const PatchedObject& object) {
+  if (!may_see(object.middle, object.radius_m)) return;
+  const RayFan& fan = *view_->fan;
+  const double distance_m = (object.middle - fan.origin).norm();
   const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
   const double apart_m = planes[planes.size() / 2].width_rad * distance_m;  // where it is least
   const bool small = 2.0 * object.radius_m < few_planes * apart_m;
@@ -214,6 +227,9 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
       add_facet(patch, to, std::abs(facing_m) / to.norm(), object, by_material_[label.sediment]);
     if (specular > 0.0) add_glint(patch, to, specular, object);
   }
+  if (specular > 0.0)
+    for (const RightCorner& corner : object.corners)
+      if (corner.open || label.two_sided) add_corner(corner, specular, object);
 }
 
 void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, double sine,
@@ -238,30 +254,219 @@ void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, double
        .surface = patch.surface});
 }
 
+/// The physical optics of a patch seen from a distance; none where it has no glint.
+std::optional<ObjectEchoes::Mirror> ObjectEchoes::mirror_of(const FlatPart& patch,
+                                                            const Vector3d& away,
+                                                            double wavelength_m) {
+  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
+  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
+  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
+  // a long patch is not that of the middle.
+  const double along_m = -away.dot(along), across_m = -away.dot(across);
+  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
+                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const double range_m = (away + offset).norm();
+  const Extent one(length_m, double(patch.bend_along_rad), along_m / range_m, range_m,
+                   wavelength_m);
+  if (!one.reaches()) return std::nullopt;
+  const Extent other(width_m, double(patch.bend_across_rad), across_m / range_m, range_m,
+                     wavelength_m);
+  if (!other.reaches()) return std::nullopt;
+  return Mirror{offset, one.power_m2(wavelength_m) * other.power_m2(wavelength_m) /
+                            (wavelength_m * wavelength_m)};
+}
+
 void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, double specular,
                              const PatchedObject& object) {
-  const double range_m = away.norm();
-  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-  const Extent one(double(patch.length_m), double(patch.bend_along_rad), -away.dot(along) / range_m,
-                   range_m, wavelength_m_);
-  if (!one.reaches()) return;
-  const Extent other(double(patch.width_m), double(patch.bend_across_rad),
-                     -away.dot(across) / range_m, range_m, wavelength_m_);
-  if (!other.reaches()) return;
-  const Vector3d place = away + one.brightest_m() * along + other.brightest_m() * across;
+  const std::optional<Mirror> mirror = mirror_of(patch, away, wavelength_m_);
+  if (!mirror) return;
+  const Vector3d place = away + mirror->offset;
   Line line;
   if (!see(place, line)) return;
   const double time_range_m = line.range_m * time_share(place);
   const double seen = seen_share(line, time_range_m, -1);
   if (!(seen > 0.0)) return;
-  const double cross_section_m2 = specular * one.power_m2(wavelength_m_) *
-                                  other.power_m2(wavelength_m_) / (wavelength_m_ * wavelength_m_);
   glints_.push_back({.range_m = time_range_m,
                      .spread_m = 0.0,
-                     .energy = seen * line.weight * cross_section_m2 / std::pow(line.range_m, 4),
+                     .energy = seen * line.weight * specular * mirror->cross_section_m2 /
+                               std::pow(line.range_m, 4),
                      .place = place,
                      .grazing_rad = 0.5 * pi,
                      .label = object.label,
+                     .surface = patch.surface});
+}
+
+void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
+                              const PatchedObject& object) {
+  const Vector3d edge = corner.edge.cast<double>();
+  const Vector3d to = corner.middle - view_->fan->origin;
+  // As of a patch that is as long as the edge: its place nearest to the foot of the line of sight.
+  const double along_m = -to.dot(edge), half_m = 0.5 * double(corner.length_m);
+  const Vector3d place = to + std::clamp(along_m, -half_m, half_m) * edge;
+  const double range_m = place.norm();
+  const Vector3d back = -place / range_m;
+  const double sine_one = back.dot(corner.other.cast<double>());
+  const double sine_other = back.dot(corner.one.cast<double>());
+  if (!(sine_one > 0.0 && sine_other > 0.0)) return;
+  const Extent lengthwise(double(corner.length_m), 0.0, along_m / range_m, range_m, wavelength_m_);
+  if (!lengthwise.reaches()) return;
+  const double width_m =
+      2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
+  Line line;
+  if (!see(place, line)) return;
+  const double time_range_m = line.range_m * time_share(place);
+  // The corner's own patches are nearer than its edge.
+  const double own_m = double(std::max(corner.one_m, corner.other_m));
+  const double seen = seen_share(line, time_range_m - own_m, -1);
+  if (!(seen > 0.0)) return;
+  const double cross_section_m2 =
+      corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
+      lengthwise.power_m2(wavelength_m_) / (wavelength_m_ * wavelength_m_);
+  glints_.push_back({.range_m = time_range_m,
+                     .spread_m = 0.0,
+                     .energy = seen * line.weight * specular * specular * cross_section_m2 /
+                               std::pow(line.range_m, 4),
+                     .place = place,
+                     .grazing_rad = 0.5 * pi,
+                     .label = object.label,
+                     .surface = corner.surface});
+}
+
+void ObjectEchoes::look_into_bed(const BuriedGroup& group) {
+  if (!may_see(group.middle, group.radius_m)) return;
+  const Label& label = (*labels_)[group.label];
+  const double specular = label.sediment < surfaces_.smooth_specular.size()
+                              ? surfaces_.smooth_specular[label.sediment]
+                              : 0.0;
+  for (std::size_t i = 0, end; i < group.parts.size(); i = end) {
+    const FlatPart& patch = *group.parts[i].patch;
+    const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
+    const BuriedPart* nearest = nullptr;  // to the foot of the line of sight on the patch
+    double least_m2 = 0.0;
+    for (end = i; end < group.parts.size() && group.parts[end].patch == &patch; ++end) {
+      const BuriedPart& part = group.parts[end];
+      if (may_see(part.flat.middle, 0.5 * (double(part.flat.length_m) + double(part.flat.width_m))))
+        add_buried_facets(part, group, label);
+      const Vector3d off = part.flat.middle - view_->fan->origin;
+      const double m2 = std::pow(off.dot(along), 2) + std::pow(off.dot(across), 2);
+      if (!nearest || m2 < least_m2) nearest = &part, least_m2 = m2;
+    }
+    if (specular > 0.0) add_buried_glint(*nearest, group, specular);
+  }
+}
+
+/// The way to a place that lies depth_m under the bed's plane above a part; none where no sound
+/// enters, where next to nothing returns, or the place is not under the bed.
+std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d& away,
+                                                                  double depth_m,
+                                                                  const BuriedPart& part) const {
+  const std::uint16_t material = (*labels_)[labels_->label_of(part.bed_face)].sediment;
+  if (material >= surfaces_.sediments.size() || !surfaces_.sediments[material]) return std::nullopt;
+  const scatter::Sediment& sediment = *surfaces_.sediments[material];
+  const double deep_m = -away.dot(part.bed_normal), height_m = deep_m - depth_m;
+  const double longest_m = inaudible / scatter::two_way_attenuation_per_m(sediment, wavelength_m_);
+  if (!(depth_m > 0.0 && height_m > 0.0) || depth_m > longest_m) return std::nullopt;
+  const Vector3d level = away + deep_m * part.bed_normal;
+  const double along_m = level.norm();
+  const scatter::BuriedPath path =
+      scatter::buried_path(height_m, depth_m, along_m, sediment.sound_speed_ratio);
+  if (path.sediment_m > longest_m) return std::nullopt;
+  const Vector3d ahead = along_m > 0.0 ? Vector3d(level / along_m) : Vector3d::Zero();
+  return BuriedWay{.path = path,
+                   .sediment = &sediment,
+                   .enters = path.water_m * path.cos_water * ahead - height_m * part.bed_normal,
+                   .arrival = path.cos_sediment * ahead - path.sin_sediment * part.bed_normal};
+}
+
+/// What 1 m^2 of cross-section returns that way; 0 energy if nothing. near_is_counted: what lies
+/// behind less than half a bin of sediment is seen through it by add_facet() or add_glint().
+ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
+                                                   bool near_is_counted) const {
+  if (near_is_counted && way.path.sediment_m < tolerance_m_) return {};
+  Line line;
+  if (!see(way.enters, line)) return {};
+  const double water_m = line.range_m * time_share(way.enters);
+  const double time_range_m = water_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
+  if (time_range_m > view_->fan->range_m) return {};
+  // The bed's relief hides nothing that lies deeper than it is high.
+  const double seen = seen_share(line, water_m - way.path.sediment_m, -1);
+  const double spreading_m4 = way.path.spreading_m2 * way.path.spreading_m2;
+  return {.time_range_m = time_range_m,
+          .energy = seen * line.weight *
+                    scatter::buried_gain(way.path, *way.sediment, wavelength_m_) / spreading_m4};
+}
+
+/// Cuts the part into cells that are narrow in the beam.
+void ObjectEchoes::add_buried_facets(const BuriedPart& part, const BuriedGroup& group,
+                                     const Label& label) {
+  constexpr double planes_per_cell = 4.0;
+  constexpr double most_cells = 256.0;
+  const RayFan& fan = *view_->fan;
+  const FlatPart& flat = part.flat;
+  const Vector3d to = flat.middle - fan.origin;
+  const Vector3d along = flat.along.cast<double>(), across = flat.across.cast<double>();
+  const Vector3d normal = flat.normal.cast<double>();
+  const std::vector<FanGrid::Plane>& planes = fan.grid->planes;
+  const double cell_m = planes_per_cell * planes[planes.size() / 2].width_rad * to.norm();
+  const auto cells = [&](const Vector3d& axis, double length_m) {
+    return static_cast<int>(std::ceil(
+        std::clamp(std::abs(axis.dot(fan.array_axis)) * length_m / cell_m, 1.0, most_cells)));
+  };
+  const double length_m = double(flat.length_m), width_m = double(flat.width_m);
+  const int lengthwise = cells(along, length_m), crosswise = cells(across, width_m);
+  const double cell_length_m = length_m / lengthwise, cell_width_m = width_m / crosswise;
+  const scatter::BackscatterTable& table = by_material_[label.sediment];
+  for (int i = 0; i < lengthwise * crosswise; ++i) {
+    const Vector3d offset = (i % lengthwise + 0.5 - 0.5 * lengthwise) * cell_length_m * along +
+                            (i / lengthwise + 0.5 - 0.5 * crosswise) * cell_width_m * across;
+    const Vector3d away = to + offset;
+    if (std::abs(away.dot(fan.array_axis)) > fan.grid->sin_truncation * away.norm()) continue;
+    const auto way = way_into_bed(away, part.depth_m - offset.dot(part.bed_normal), part);
+    if (!way) continue;
+    const double facing = -way->arrival.dot(normal);
+    if (facing <= 0.0 && !label.two_sided) continue;
+    const BuriedSight sight = see_buried(*way, small(group.label));
+    if (!(sight.energy > 0.0)) continue;
+    const double sine = std::min(std::abs(facing), 1.0);
+    const double cross_section_m2 =
+        table.sigma_over_sine(sine) * sine * cell_length_m * cell_width_m;
+    const double spread_m = 0.5 * (cell_length_m * std::abs(way->arrival.dot(along)) +
+                                   cell_width_m * std::abs(way->arrival.dot(across)));
+    facets_.push_back({.range_m = sight.time_range_m,
+                       .spread_m = spread_m / way->sediment->sound_speed_ratio,
+                       .energy = sight.energy * cross_section_m2,
+                       .place = away,
+                       .grazing_rad = std::asin(sine),
+                       .label = group.label,
+                       .surface = flat.surface});
+  }
+}
+
+/// The glint of the whole patch, with the bed above one of its parts. For the patch the sound comes
+/// from a place that is sqrt(J) away, against the direction in which it arrives.
+void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& group,
+                                    double specular) {
+  const FlatPart& patch = *part.patch;
+  const Vector3d to = part.flat.middle - view_->fan->origin;
+  const auto to_part = way_into_bed(to, part.depth_m, part);
+  if (!to_part || !(to_part->arrival.dot(patch.normal.cast<double>()) < 0.0)) return;
+  const Vector3d off = patch.middle - part.flat.middle;
+  const auto mirror =
+      mirror_of(patch, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival,
+                wavelength_m_ * to_part->sediment->sound_speed_ratio);
+  if (!mirror) return;
+  const Vector3d from_part = off + mirror->offset;
+  const auto way =
+      way_into_bed(to + from_part, part.depth_m - from_part.dot(part.bed_normal), part);
+  if (!way) return;
+  const BuriedSight sight = see_buried(*way, true);
+  if (!(sight.energy > 0.0)) return;
+  glints_.push_back({.range_m = sight.time_range_m,
+                     .spread_m = 0.0,
+                     .energy = sight.energy * specular * mirror->cross_section_m2,
+                     .place = to + from_part,
+                     .grazing_rad = 0.5 * pi,
+                     .label = group.label,
                      .surface = patch.surface});
 }
 

@@ -1,18 +1,22 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include <ensonify/engine/seafloor/face_labels.h>
+#include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/seafloor/objects/patches.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray.h>
 #include <ensonify/scatter/backscatter.h>
+#include <ensonify/scatter/buried_path.h>
+#include <ensonify/scatter/sediment.h>
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
@@ -23,6 +27,9 @@ struct ObjectSurfaces {
   const std::vector<PatchedObject>* moving = nullptr;  ///< may change between pings
   /// By Label::sediment: scatter::Solid::smooth_specular(), 0 where it is not a solid.
   std::span<const double> smooth_specular = {};
+  const std::vector<BuriedGroup>* buried = nullptr;  ///< into which the sound penetrates
+  /// By Label::sediment; none where it is not a sediment.
+  std::span<const std::optional<scatter::Sediment>> sediments = {};
 };
 
 /// What the rays of a fan met first: straight ones as runs, bent ones as hits.
@@ -50,12 +57,36 @@ struct FirstHits {
 /// a r / 4 near it. (Urick's a r / 2 is that of plane waves; those of a sonar are curved by 1 / r.)
 /// Patches of one surface at about one range are one glint.
 ///
+/// Two plane patches in a right angle send sound back to where it came from, by way of both. Seen
+/// in the plane across their edge, at the angles g_i to the patches, which reach w_i from it, that
+/// is a mirror of the width W = 2 min(w_1 sin g_1, w_2 sin g_2) that faces the sonar; along the
+/// edge it is a patch. So far away it has
+///
+///     sigma = W^2 L^2 / lambda^2,
+///
+/// 2 a^2 L^2 / lambda^2 for two equal patches seen from the middle (Ruck, Radar Cross Section
+/// Handbook, 1970, ch. 8: 8 pi a^2 L^2 / lambda^2 over 4 pi). An angle that is d over a right one
+/// turns what returns by 2 d: I = |2 integral from 0 to W / 2 of exp(i k (z + r d)^2 / r) dz|^2.
+/// Both reflections lose.
+///
 /// Small objects: those that only a few planes of the fan would meet. Their patches scatter
 /// sigma(grazing) per area each, instead of what rays meet, so that their energy does not depend on
 /// where the planes lie.
 ///
-/// Rays decide how much of a patch is seen: those of the fan beside it. Lines of sight are
-/// straight, also where rays are bent.
+/// Buried things: sound that enters a bed of sediment reaches them along the path of Snell's law
+/// (scatter::BuriedPath), and they return
+///
+///     b_t b_r sigma (1 - |R|^2)^2 exp(-4 k delta / nu s) / J^2,
+///
+/// with the path s in the sediment and J, the geometric mean of the spreading of both ways. sigma
+/// is that of their patches, at the angle at which the sound arrives: sigma(grazing) times area,
+/// and the glint with the wavelength of the sediment, as if they lay at the range sqrt(J). They
+/// appear at the range of their travel time. Left out: that buried things hide one another, and
+/// what the bed's roughness lets in below the critical angle.
+///
+/// Rays decide how much of a patch is seen: those of the fan next to it; of a buried one, those
+/// next to the place where its sound enters the bed. Lines of sight are straight, also where rays
+/// are bent.
 class ObjectEchoes {
  public:
   /// All that is given must outlive this; `profile` may be null.
@@ -85,8 +116,30 @@ class ObjectEchoes {
   void look_at(const PatchedObject& object);
   void add_glint(const FlatPart& patch, const Eigen::Vector3d& away, double specular,
                  const PatchedObject& object);
+  void add_corner(const RightCorner& corner, double specular, const PatchedObject& object);
   void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, double sine,
                  const PatchedObject& object, const scatter::BackscatterTable& table);
+  bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
+  struct Mirror {            // the glint of a patch
+    Eigen::Vector3d offset;  // from the patch's middle to what is most nearly a mirror
+    double cross_section_m2;
+  };
+  static std::optional<Mirror> mirror_of(const FlatPart& patch, const Eigen::Vector3d& away,
+                                         double wavelength_m);
+  struct BuriedWay {  // to a place in the bed, from the sonar
+    scatter::BuriedPath path;
+    const scatter::Sediment* sediment;
+    Eigen::Vector3d enters, arrival;  // where it enters the bed; unit, of travel in the sediment
+  };
+  std::optional<BuriedWay> way_into_bed(const Eigen::Vector3d& away, double depth_m,
+                                        const BuriedPart& part) const;
+  struct BuriedSight {
+    double time_range_m = 0.0, energy = 0.0;  // energy: of 1 m^2 of cross-section
+  };
+  BuriedSight see_buried(const BuriedWay& way, bool near_is_counted) const;
+  void look_into_bed(const BuriedGroup& group);
+  void add_buried_facets(const BuriedPart& part, const BuriedGroup& group, const Label& label);
+  void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);
   void join_glints();
 
   double wavelength_m_, sound_speed_mps_, join_m_, tolerance_m_;

@@ -1,5 +1,7 @@
 #include <ensonify/engine/sonar/echo/ping_tracer.h>
 
+#include <cmath>
+
 #include <ensonify/engine/trace/refraction/ray_bend.h>
 
 namespace ensonify::engine {
@@ -7,12 +9,14 @@ namespace ensonify::engine {
 PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
                        std::span<const scatter::BackscatterTable> material_tables,
                        const Refraction& refraction, const std::vector<Label>* moving,
-                       const ObjectSurfaces& surfaces)
-    : range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
+                       const ObjectSurfaces& surfaces, int beam)
+    : beam_(beam),
+      range_m_(trace_range_m(sonar, medium.sound_speed_mps)),
       sound_speed_mps_(medium.sound_speed_mps),
       sides_(sides_of(sonar)),
       layouts_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
-      former_(sonar, medium, seafloor, material_tables, moving, surfaces),
+      former_(sonar, medium, seafloor, material_tables, moving, surfaces,
+              sonar.beam_offset_m(beam)),
       lists_(refraction.lists) {
   if (refraction.mode == RefractionMode::time_only)
     travel_time_.emplace(*refraction.profile, medium.sound_speed_mps);
@@ -28,10 +32,12 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
 std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m) {
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
-    aims_[i] = &layouts_.at(altitude_m, lean_rad(pose, side));
+    const ReceiverMotion& motion = receptions_[i] =
+        receiver_motion(pose, side, range_m_, sound_speed_mps_);
+    aims_[i] = &layouts_.at(altitude_m, lean_rad(pose, side),
+                            std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm());
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
     fans_[i].bend = bend_;
-    receptions_[i] = receiver_motion(pose, side, range_m_, sound_speed_mps_);
     hits_.resize(fans_[i].grid->rays());
   }
   return std::span(fans_).subspan(static_cast<std::size_t>(sides_.front()), sides_.size());
@@ -52,6 +58,7 @@ void PingTracer::trace(const Intersector& intersector, refine::Triangles triangl
 
 void PingTracer::echo(refine::Triangles triangles, Side side, EchoLine& line) {
   line.side = side;
+  line.beam = beam_;
   const auto i = static_cast<std::size_t>(side);
   IncidenceSource* incidences = nullptr;
   if (refracted_) incidences = &*refracted_;

@@ -25,18 +25,19 @@ struct Refraction {
   bool lists = true;       ///< the intersectors answer lists of rays
 };
 
-/// One sonar on one thread: places its fans, traces them, and forms the expected echo. It keeps its
-/// memory from ping to ping.
+/// One beam of a sonar on one thread: places its fans, traces them, and forms the expected echo. It
+/// keeps its memory from ping to ping.
 class PingTracer {
  public:
-  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer.
+  /// The seafloor, the tables and the moving labels must outlive this; all as in EchoFormer. The
+  /// number of the beam is that of its lines.
   PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor& seafloor,
              std::span<const scatter::BackscatterTable> material_tables,
              const Refraction& refraction = {}, const std::vector<Label>* moving = nullptr,
-             const ObjectSurfaces& surfaces = {});
+             const ObjectSurfaces& surfaces = {}, int beam = 0);
 
-  /// Places the fans of its sides for the sonar's own pose and its altitude over the bed. Returns
-  /// them, port first; valid until the next call.
+  /// Places the fans of its sides for the sonar's own pose, at the beam's offset along the array,
+  /// and its altitude over the bed. Returns them, port first; valid until the next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
   /// Finds what the fan of one side hits of the intersector's triangles. Triangles of one version
@@ -55,7 +56,7 @@ class PingTracer {
   /// The fan of one side, as aim() placed it.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// Forms the expected echo of the side that was traced last, over these triangles. Sets the side
-  /// of the line.
+  /// and the beam of the line.
   void echo(refine::Triangles triangles, Side side, EchoLine& line);
   /// How its refracted rays were decided, all of them since it was made.
   RefractionCounts refraction_counts() const {
@@ -66,6 +67,7 @@ class PingTracer {
   void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
              Side side, bool hits_too);
 
+  int beam_;
   double range_m_;
   double sound_speed_mps_;
   std::span<const Side> sides_;

@@ -28,14 +28,28 @@ void set_rates(Pose& pose, const Vector3d& angular_velocity) {
   pose.roll_rate_radps = angular_velocity.x() + turning * std::tan(pose.pitch_rad);
 }
 
+/// From the sonar's axes to the vehicle's.
+Matrix3d turn_of(const Mounting& mounting) {
+  return (AngleAxisd(mounting.azimuth_rad, Vector3d::UnitZ()) *
+          AngleAxisd(mounting.pitch_rad, Vector3d::UnitY()))
+      .toRotationMatrix();
+}
+
 }  // namespace
+
+Mounting Mounting::ahead(double along_m) const {
+  const Vector3d way_m = along_m * turn_of(*this).col(0);
+  Mounting there = *this;
+  there.forward_m += way_m.x();
+  there.starboard_m += way_m.y();
+  there.down_m += way_m.z();
+  return there;
+}
 
 Pose mounted(const Pose& vehicle, const Mounting& mounting) {
   if (mounting == Mounting{}) return vehicle;
   const Matrix3d body = body_to_world(vehicle);
-  const Matrix3d turn = (AngleAxisd(mounting.azimuth_rad, Vector3d::UnitZ()) *
-                         AngleAxisd(mounting.pitch_rad, Vector3d::UnitY()))
-                            .toRotationMatrix();
+  const Matrix3d turn = turn_of(mounting);
   const Vector3d arm_m{mounting.forward_m, mounting.starboard_m, mounting.down_m};
   const Vector3d angular_velocity = angular_velocity_radps(vehicle);
 

@@ -14,6 +14,8 @@ struct Mounting {
   double pitch_rad = 0.0;  ///< then lifts the front end
 
   bool operator==(const Mounting&) const = default;
+  /// A place on the same vehicle that lies ahead of this one, along the array.
+  Mounting ahead(double along_m) const;
 };
 
 /// The pose and rates of a sonar mounted on a vehicle, as parts of one rigid body.

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <ensonify/scatter/kind_named.h>
 
@@ -19,14 +20,18 @@ struct PresetRow {
   double bandwidth_hz, pulse_length_ms, range_m, source_level_db;
   double vertical_beamwidth_deg, tilt_deg;
   std::string_view documented;
+  int beams = 1;
+  double transmitter_m = 0.0;  // 0: the receiver transmits
 };
 
 // Sources. EdgeTech: frequencies, dual simultaneous linear FM chirps and the 4125's range at 600
 // kHz from the manual of the 4200 (0004842 rev. N, 1.3.2) and a survey report. Klein 3900:
 // frequencies from USGS Data Series 739. Klein 5000: frequency, five beams per side and the
-// receiver's bandwidth from its manual and NOAA (one of the five beams is simulated). No document
-// was found for the lengths of pulses and the source levels: the lengths are those of a setting for
-// the longest range. presets.md compares the reach of each preset with its range.
+// receiver's bandwidth from its manual and NOAA. No document was found for the lengths of pulses
+// and the source levels: the lengths are those of a setting for the longest range. Nor for the
+// places of the Klein 5000's beams, which are 0.2 m apart here (as wide as its resolution at 75 m),
+// and for its transmitter, which here gives the outer beams half of its power at 15 m. presets.md
+// compares the reach of each preset with its range.
 // clang-format off
 constexpr std::array rows{
   // name, instrument,
@@ -60,7 +65,8 @@ constexpr std::array rows{
   PresetRow{"klein-3900-high", "Klein 3900",
            900e3, 0.21, PulseKind::cw,  40e3, 0.05,  50, 215, 40, 10, "frequency_hz"},
   PresetRow{"klein-5000", "Klein 5000",
-           455e3, 0.20, PulseKind::cw,  20e3,  0.1, 150, 220, 40, 10, "frequency_hz bandwidth_hz"},
+           455e3, 0.20, PulseKind::cw,  20e3,  0.1, 150, 220, 40, 10,
+           "frequency_hz bandwidth_hz beams", 5, 0.055},
   PresetRow{"marine-sonic-300", "Marine Sonic, 300 kHz",
            300e3, 0.80, PulseKind::cw,  30e3,  0.1, 200, 210, 40, 15, ""},
   PresetRow{"marine-sonic-600", "Marine Sonic, 600 kHz",
@@ -92,10 +98,15 @@ Preset preset_of(const PresetRow& row) {
   sonar.source_level_db = row.source_level_db;
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
   sonar.vertical.tilt_rad = row.tilt_deg * degree;
+  sonar.vertical.floor_db = -25.0;  // typical of a baffled array, towards the surface
   // The pattern sinc^2 is one half at 0.443 lambda / L on either side of the axis. The length is
   // rounded to a millimetre.
   const double length_m = 0.886 * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
   sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
+  if (row.transmitter_m > 0.0)
+    sonar.receive_array_length_m = std::exchange(sonar.array_length_m, row.transmitter_m);
+  sonar.beams = row.beams;
+  sonar.focused = row.beams > 1;
   // A bin is as long as the pulse's resolution, c T / 2 of a tone or c / 2B of a sweep, or shorter:
   // the number of bins is rounded up to a multiple of 100.
   const double resolution_m =

@@ -39,7 +39,11 @@ struct Sonar {
   /// Ranges at which the arrays are focused, each for the ranges nearest to it (in 1 / r); empty:
   /// as `focused` says.
   std::vector<double> focus_zones_m;
-  int side_lobes = 0;  ///< number that is traced on either side of the main lobe
+  /// Beams that each side receives from one ping, parallel and side by side along the track. With
+  /// more than one, the receiver alone is focused, and the transmitter must sound all of them.
+  int beams = 1;
+  double beam_spacing_m = 0.2;  ///< from each beam to the next
+  int side_lobes = 0;           ///< number that is traced on either side of the main lobe
   VerticalPattern vertical;
   double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: lowest depression of the fan
   double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: highest depression of the fan
@@ -53,10 +57,14 @@ struct Sonar {
   /// Its arrays, with their shading. Throws std::invalid_argument as Shading does.
   LineArray transmit_array(double wavelength_m) const;
   LineArray receive_array(double wavelength_m) const;
-  /// How far out of focus the arrays are at a range r: 1 - r / z, with the z of focus_zones_m for
-  /// which it is nearest to 0; 1 if unfocused, 0 if focused at all ranges. At its range an object
-  /// sees a beam of the array's length times this, spread by diffraction.
+  /// Of a beam, from 0 at the array's rear end: how far ahead of the array's middle it lies.
+  double beam_offset_m(int beam) const { return (beam - 0.5 * (beams - 1)) * beam_spacing_m; }
+  /// How far out of focus the receiver and, of a single beam, the transmitter are at a range r: 1 -
+  /// r / z, with the z of focus_zones_m for which it is nearest to 0; 1 if unfocused, 0 if focused
+  /// at all ranges. At its range an object sees a beam of the array's length times this, spread by
+  /// diffraction.
   double defocus(double at_m) const;
+  double transmit_defocus(double at_m) const { return beams > 1 ? 1.0 : defocus(at_m); }
   /// Of all ranges r from nearest_m to range_m the one where |defocus(r)| / r is largest.
   double most_defocused_m(double nearest_m) const;
   double bin_m() const { return range_m / bins; }

@@ -8,6 +8,7 @@
 
 #include <ensonify/scatter/ambient_noise.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/forward_lobe.h>
 #include <ensonify/scatter/reflection.h>
 
 namespace ensonify::engine {
@@ -155,6 +156,10 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea,
     : options_(options),
       law_(law),
       bed_strength_(bed.strength),
+      sediment_(bed.sediment),
+      k_per_cm_(sediment_ ? scatter::relief_wavenumber_per_cm(*sediment_, law.frequency_hz(),
+                                                              law.sound_speed_mps())
+                          : 0.0),
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
       waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
@@ -363,13 +368,19 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
 
 // A wall mirrors the bed in front of it: for every place of the bed, the path array - wall - bed -
 // array is nearly as long as the path to the wall's foot and back. So the bin of the foot gets the
-// echo of the part of the bed that the wall mirrors, twice, once for each direction of the path.
+// echo of the part of the bed that the wall mirrors. Seen from the bed, sound from the wall comes
+// from the array's mirror image and goes on forwards, near the specular direction: it has the
+// strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a multiple. The paths in
+// both directions are equally long and alike, so that their amplitudes add: four times the energy
+// of one.
 void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
                                    std::span<const float> direct, std::span<float> power) const {
   const auto of_object = [&](std::size_t n) { return line.bins.instance[n] != 0; };
   const auto in_shadow = [&](std::size_t n) {
     return line.bins.region[n] == static_cast<std::uint32_t>(Region::shadow);
   };
+  const double altitude_m = context.altitude_m;
+  const auto strength = [&](double sine) { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); };
   for (std::size_t n = 1; n < power.size(); ++n) {
     if (!of_object(n) || of_object(n - 1)) continue;
     const std::size_t top = n;
@@ -377,7 +388,7 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
     if (n == power.size() || !in_shadow(n))
       continue;  // an object without a shadow behind it is not a wall
     const std::size_t foot = n - 1;
-    const double sine = std::min(context.altitude_m / law_.range_m(foot), 0.99);
+    const double sine = std::min(altitude_m / law_.range_m(foot), 0.99);
     // The object fills the bins from its top to its foot: this is the height of such a wall. The
     // wall mirrors a strip of bed whose length is the height divided by the tangent of the grazing
     // angle.
@@ -385,9 +396,28 @@ void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& l
     const double mirrored_m = wall_height_m * (1.0 - sine * sine) / sine;  // in slant range
     const auto bins =
         static_cast<std::size_t>(std::min(mirrored_m / law_.bin_m(), static_cast<double>(top)));
+    const auto along_bed_m = [&](std::size_t bin) {
+      const double range_m = law_.range_m(bin);
+      return std::sqrt(std::max(range_m * range_m - altitude_m * altitude_m, 0.0));
+    };
+    const double foot_m = along_bed_m(foot);
+    // Of a path over the wall's energy, over the direct echo of the same place.
+    const auto gain = [&](std::size_t bin) {
+      const double range_m = law_.range_m(bin);
+      const double image_m = std::hypot(2.0 * foot_m - along_bed_m(bin), altitude_m);
+      const double sine_in = std::min(altitude_m / image_m, 1.0);
+      const double sine_out = std::min(altitude_m / range_m, 1.0);
+      const double direct_strength = strength(sine_out);
+      double forwards = std::sqrt(strength(sine_in) * direct_strength);
+      if (sediment_)
+        forwards +=
+            scatter::forward_lobe(*sediment_, k_per_cm_, std::asin(sine_in), std::asin(sine_out));
+      return forwards / direct_strength * std::pow(range_m / image_m, 2.0);
+    };
     double sum = 0.0;
-    for (std::size_t i = top - bins; i < top; ++i) sum += direct[i];
-    power[foot] += static_cast<float>(2.0 * wall_share_ * sum);
+    over_bins(top - bins, top, gain,
+              [&](std::size_t bin, double value) { sum += value * double(direct[bin]); });
+    power[foot] += static_cast<float>(4.0 * wall_share_ * sum);
   }
 }
 

@@ -23,6 +23,7 @@ namespace ensonify::engine {
 /// The number, time and geometry of a ping.
 struct PingContext {
   std::uint64_t ping = 0;
+  int beam = 0;
   double t_s = 0.0;
   ArrayFrame array;
   double altitude_m = 10.0;  ///< above the bed below
@@ -75,6 +76,7 @@ class SonarEquation {
   }
   double wavelength_m() const { return wavelength_m_; }
   double frequency_hz() const { return frequency_hz_; }
+  double sound_speed_mps() const { return wavelength_m_ * frequency_hz_; }
   /// One-way power of a side's vertical pattern, for a direction's components abeam and down in
   /// the sonar's frame.
   double vertical(Side side, double abeam, double down) const {
@@ -158,6 +160,8 @@ class OtherPaths {
   OtherPathsOptions options_;
   const SonarEquation& law_;
   std::function<double(double sine)> bed_strength_;
+  std::optional<scatter::Sediment> sediment_;
+  double k_per_cm_;  // of the sediment's relief
   double ping_m_;
   scatter::SeaSurface surface_;
   Oscillator waves_;

@@ -7,6 +7,7 @@
 #include <complex>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
@@ -36,8 +37,11 @@ std::complex<double> one_way(const LineArray& array, double y_m, double range_m,
 }  // namespace
 
 Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
-                       double reference_heading_rad)
-    : cell_m_(bin_share * sonar.bin_m()), reference_rad_(reference_heading_rad) {
+                       double reference_heading_rad,
+                       std::vector<scatter::GroundTexture> by_material)
+    : cell_m_(bin_share * sonar.bin_m()),
+      ground_(std::move(by_material), cell_m_, seed),
+      reference_rad_(reference_heading_rad) {
   const double wavelength_m = sound_speed_mps / sonar.frequency_hz;
   const LineArray arrays[] = {sonar.transmit_array(wavelength_m),
                               sonar.receive_array(wavelength_m)};
@@ -90,6 +94,7 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
   for (std::size_t bin = 0; bin < whole_groups(row_of_bin_.size()); ++bin) {
     const Row& row = rows_[row_of_bin_[std::min(bin, row_of_bin_.size() - 1)]];
     cells_per_m_.push_back(static_cast<float>(row.cells_per_m));
+    cell_rows_.push_back(TexturedGround::rows_of(1.0 / row.cells_per_m));
     reach_.push_back(row.reach);
     first_weight_.push_back(row.first_weight);
     key_.push_back(of_level[static_cast<std::size_t>(row.level)]);
@@ -98,11 +103,12 @@ Scatterers::Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t
 
 Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays,
                                      double range_m) {
-  const double defocus = sonar.defocus(range_m);
-  const bool same =
-      arrays[0].length_m == arrays[1].length_m && arrays[0].shading == arrays[1].shading;
+  const std::array defocus{sonar.transmit_defocus(range_m), sonar.defocus(range_m)};
+  const bool same = arrays[0].length_m == arrays[1].length_m &&
+                    arrays[0].shading == arrays[1].shading && defocus[0] == defocus[1];
   double reach_m = 1e300;
-  for (const LineArray& array : arrays) {
+  for (const std::size_t i : {0u, 1u}) {
+    const LineArray& array = arrays[i];
     const Shading& shading = array.shading;
     // Of the main lobe a shaded array shows as much as a shorter one without shading.
     const double widening = shading.beam_width_x() / Shading().beam_width_x();
@@ -110,7 +116,7 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
     const double lobes = sonar.side_lobes == 0
                              ? beam_reach * widening
                              : inner + beam_reach * (shading.null_x(sonar.side_lobes + 1) - inner);
-    reach_m = std::min(reach_m, 0.5 * array.length_m / widening * std::abs(defocus) +
+    reach_m = std::min(reach_m, 0.5 * array.length_m / widening * std::abs(defocus[i]) +
                                     lobes * array.wavelength_m * range_m / array.length_m);
   }
   Row row;
@@ -127,9 +133,9 @@ Scatterers::Row Scatterers::make_row(const Sonar& sonar, std::span<const LineArr
   const int columns = static_cast<int>(std::ceil(row.reach * columns_per_cell));
   for (int column = 0; column < columns; ++column) {
     const double y_m = (column + 0.5) * step_m;
-    const std::complex<double> sent = one_way(arrays[0], y_m, range_m, defocus);
+    const std::complex<double> sent = one_way(arrays[0], y_m, range_m, defocus[0]);
     const std::complex<double> weight =
-        sent * (same ? sent : one_way(arrays[1], y_m, range_m, defocus));
+        sent * (same ? sent : one_way(arrays[1], y_m, range_m, defocus[1]));
     weights_.push_back(static_cast<float>(weight.real()));
     weights_.push_back(static_cast<float>(weight.imag()));
     row.width_m += 2.0 * step_m * std::norm(weight);
@@ -208,6 +214,33 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
     place_groups(begin, signal_group, padded);
   }
   place_side_lobes(bins, memory);
+  if (!ground_.without_patches()) place_patches(frame, bins, memory);
+}
+
+/// The patches under each bin's scatterers. Bins without a place of their own have none.
+void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory& memory) const {
+  TexturedGround::Places& patches = memory.patches;
+  for (auto* of_bin :
+       {&patches.x, &patches.y, &patches.step_x, &patches.step_y, &patches.row, &patches.glint_row})
+    of_bin->resize(reach_.size());
+  patches.glint_share.resize(reach_.size());
+  for (std::size_t n = 0; n < reach_.size(); ++n) {
+    if (n >= bins.intensity_mean.size() || !(bins.intensity_mean[n] > 0.0f) ||
+        (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f)) {
+      TexturedGround::leave_even(n, patches);
+      continue;
+    }
+    const double across_m = frame.across.x() * bins.x_m[n] + frame.across.y() * bins.y_m[n];
+    const double step_m = 1.0 / cells_per_m_[n];
+    const double along_m = step_m * static_cast<std::int32_t>(memory.first_cell[n]);
+    ground_.place(n, bins.sediment[n], bins.grazing_rad[n],
+                  {.x_m = across_m * frame.across.x() + along_m * frame.along.x(),
+                   .y_m = across_m * frame.across.y() + along_m * frame.along.y(),
+                   .step_x_m = step_m * frame.along.x(),
+                   .step_y_m = step_m * frame.along.y(),
+                   .step_rows = cell_rows_[n]},
+                  patches);
+  }
 }
 
 /// A bin that has only side-lobe energy, and so no place, gets the cells that follow those of the
@@ -240,22 +273,34 @@ void Scatterers::place_side_lobes(const BinLayers& bins, Memory& memory) const {
 
 void Scatterers::gather(const Memory& memory, int look, std::span<const float> power, float* re,
                         float* im) const {
-  sum_cells({.across_cell = memory.across_cell.data(),
-             .across_within = memory.across_within.data(),
-             .first_cell = memory.first_cell.data(),
-             .first_column = memory.first_column.data(),
-             .first_weight = first_weight_.data(),
-             .key = key_.data(),
-             .phase_turns = memory.phase_turns.data(),
-             .power = power.data(),
-             .cells = memory.cells.data(),
-             .bins = reach_.size(),
-             .common_key = memory.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
-             .weights = weights_.data(),
-             .columns_per_cell = columns_per_cell,
-             .last_column = columns_ - 1,
-             .re = re,
-             .im = im});
+  sum_cells(
+      {.across_cell = memory.across_cell.data(),
+       .across_within = memory.across_within.data(),
+       .first_cell = memory.first_cell.data(),
+       .first_column = memory.first_column.data(),
+       .first_weight = first_weight_.data(),
+       .key = key_.data(),
+       .phase_turns = memory.phase_turns.data(),
+       .power = power.data(),
+       .cells = memory.cells.data(),
+       .bins = reach_.size(),
+       .common_key = memory.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
+       .texture = ground_.without_patches()
+                      ? CellSums::Texture{}
+                      : CellSums::Texture{.x = memory.patches.x.data(),
+                                          .y = memory.patches.y.data(),
+                                          .step_x = memory.patches.step_x.data(),
+                                          .step_y = memory.patches.step_y.data(),
+                                          .row = memory.patches.row.data(),
+                                          .glint_row = memory.patches.glint_row.data(),
+                                          .glint_share = memory.patches.glint_share.data(),
+                                          .quantiles = TexturedGround::quantiles().values().data(),
+                                          .key = ground_.key()},
+       .weights = weights_.data(),
+       .columns_per_cell = columns_per_cell,
+       .last_column = columns_ - 1,
+       .re = re,
+       .im = im});
 }
 
 }  // namespace ensonify::engine

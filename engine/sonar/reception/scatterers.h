@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
+#include <ensonify/engine/sonar/reception/textured_ground.h>
 
 namespace ensonify::engine {
 
@@ -34,17 +35,22 @@ struct ArrayFrame {
 /// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's;
 /// two passes whose headings differ by more than the beam are uncorrelated anyway. The phase that a
 /// change of height causes is taken to be the same for the whole row.
+///
+/// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
+/// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. So it
+/// is the mean over all ground that is 1.
 class Scatterers {
  public:
   /// reference_heading_rad: one of the 12 directions.
   Scatterers(const Sonar& sonar, double sound_speed_mps, std::uint64_t seed,
-             double reference_heading_rad);
+             double reference_heading_rad, std::vector<scatter::GroundTexture> by_material = {});
 
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Memory {
     std::uint32_t frame_key = 0;
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
     std::vector<float> first_column, phase_turns;
+    TexturedGround::Places patches;
   };
   /// Finds the cells of each bin whose intensity_mean is above 0, from the places in `bins`.
   void place(const ArrayFrame& array_frame, const BinLayers& bins, Memory& memory) const;
@@ -52,6 +58,7 @@ class Scatterers {
   /// cells. All arrays have whole groups of bins (signal_kernel.h).
   void gather(const Memory& memory, int look, std::span<const float> power, float* re,
               float* im) const;
+  const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }
   /// That pattern at a distance along the array from its middle, relative to the axis, at a bin's
@@ -72,16 +79,19 @@ class Scatterers {
     std::uint32_t key;
   };
   const Frame& frame_of(const ArrayFrame& array_frame) const;
+  void place_patches(const Frame& frame, const BinLayers& bins, Memory& memory) const;
   void place_side_lobes(const BinLayers& bins, Memory& memory) const;
   Row make_row(const Sonar& sonar, std::span<const LineArray, 2> arrays, double range_m);
 
   double cell_m_, turns_per_cell_;
+  TexturedGround ground_;
   double reference_rad_;
   std::vector<std::uint16_t> row_of_bin_;
   std::vector<double> width_of_bin_m_;
   std::vector<Row> rows_;
   // One value per bin, in whole groups:
   std::vector<float> cells_per_m_, reach_;
+  std::vector<float> cell_rows_;  // a cell's length, by TexturedGround::rows_of()
   std::vector<std::uint32_t> first_weight_, key_;
   std::uint32_t columns_;       // of a row of weights; the last ones are 0
   std::vector<float> weights_;  // real and imaginary parts, by distance from the beam's middle

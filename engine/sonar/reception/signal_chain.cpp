@@ -6,15 +6,16 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
+#include <ensonify/engine/sonar/reception/transmit_burst.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full scale
-constexpr double burst_over_full_scale_db = 30.0;
-constexpr int behind_gain = 1000;     // look number of the first noise after the gain
-constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
+constexpr int behind_gain = 1000;             // look number of the first noise after the gain
+constexpr int looks_of_beam = 2000;           // look numbers of a beam's noise
+constexpr std::size_t gain_bins = 8;          // that share a value of the automatic gain
 
 /// The echo of the level bed of unit strength at the nominal altitude, uPa^2.
 double unit_bed(const ChainOptions& options, const SonarEquation& law, Side side, std::size_t bin) {
@@ -26,6 +27,16 @@ double unit_bed(const ChainOptions& options, const SonarEquation& law, Side side
 double ping_m(const Sonar& sonar, const ChainOptions& options) {
   return options.ping_interval_s > 0.0 ? 0.5 * options.sound_speed_mps * options.ping_interval_s
                                        : sonar.range_m;
+}
+
+/// The mean of the largest of n amplitudes whose intensities are exponential with mean 1: the
+/// integral of 1 - (1 - exp(-a^2))^n over a.
+double mean_of_peak(int n) {
+  constexpr double step = 1.0 / 128.0;
+  double sum = 0.0;
+  for (double a = 0.5 * step; a < 8.0; a += step)
+    sum += step * (1.0 - std::pow(1.0 - std::exp(-a * a), n));
+  return sum;
 }
 
 /// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
@@ -46,7 +57,8 @@ double automatic_gain_db(const Sonar& sonar, const ChainOptions& options,
 SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
     : sonar_(sonar),
       options_(options),
-      scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad),
+      scatterers_(sonar, options.sound_speed_mps, options.seed, options.heading_rad,
+                  options.textures),
       law_(sonar, options.sound_speed_mps, options.absorption_db_per_m, scatterers_),
       sea_noise_{sea_noise_power(sonar, law_, options.sea, Side::port),
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
@@ -95,11 +107,19 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
   const ReceiverOptions& receiver = sonar_.receiver;
   const double behind =
       receiver.output_noise_db ? scatter::from_db(*receiver.output_noise_db) : 0.0;
+  const double looks = receiver.looks;
+  const bool peak = receiver.detector == Detector::peak && receiver.looks > 1;
   // Mean over root mean square of an amplitude whose intensity is the mean of `looks` exponential
   // ones: the ratio of two gamma functions, by Stirling's series.
-  const double looks = receiver.looks;
-  const double speckle =
+  double speckle =
       options_.speckle ? 1.0 - 1.0 / (8.0 * looks) + 1.0 / (128.0 * looks * looks) : 1.0;
+  // The largest of `looks` amplitudes: its mean, from the distribution (1 - exp(-a^2))^looks, and
+  // its median over that of the mean.
+  double median_gain = 1.0;
+  if (options_.speckle && peak) {
+    speckle = mean_of_peak(receiver.looks);
+    median_gain = std::sqrt(-std::log(1.0 - std::exp2(-1.0 / looks)) / median_share());
+  }
   Channel channel;
   channel.detected.assign(gains_.size(), 0.0f);
   for (std::size_t n = 0; n < bed.size(); ++n) {
@@ -110,7 +130,7 @@ std::vector<double> SignalChain::automatic_gain(Side side) const {
   const std::vector<float> before = channel.detected;
   if (options_.artefacts.automatic_gain > 0.0) follow_level(channel);
   const double scale = ping_scale(channel, bed.size());
-  std::vector<double> gain(bed.size(), scale);
+  std::vector<double> gain(bed.size(), median_gain * scale);
   for (std::size_t n = 0; n < bed.size(); ++n)
     if (before[n] > 0.0f) gain[n] *= channel.detected[n] / before[n];
   return gain;
@@ -166,14 +186,13 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
     for (std::size_t n = 0; n < bins; ++n) direct[n] *= channel.gain[n];
   }
   take_out_glints(line, direct, channel);
+  if (options_.speckle) scatterers_.ground().vary(line.bins, direct);
   if (options_.arrivals.burst_m > 0.0) {
-    // Transmit leakage: above full scale at first, then it decays.
     for (std::size_t n = 0; n < bins; ++n) {
-      const double over = law_.range_m(n) / options_.arrivals.burst_m - 1.0;
-      if (over > 2.0) break;
+      const double lengths = law_.range_m(n) / options_.arrivals.burst_m;
+      if (lengths > longest_burst) break;
       const double full = recorder_.gain(n);
-      power[n] += static_cast<float>(
-          scatter::from_db(burst_over_full_scale_db - 60.0 * std::max(over, 0.0)) / (full * full));
+      power[n] += static_cast<float>(scatter::from_db(burst_level_db(lengths)) / (full * full));
     }
     line.artefacts.add(Artefact::transmit_burst);
   }
@@ -247,7 +266,7 @@ void SignalChain::draw_white(const PingContext& context, Side side, int look, st
   std::array<double, 1> random;
   RandomStream(options_.seed, Purpose::noise,
                {options_.sonar_number * 2 + static_cast<std::uint64_t>(side), context.ping,
-                static_cast<std::uint64_t>(look)})
+                static_cast<std::uint64_t>(looks_of_beam * context.beam + look)})
       .uniform(random);
   re.resize(whole_groups(count));
   im.resize(whole_groups(count));
@@ -329,8 +348,8 @@ void SignalChain::follow_level(Channel& channel) const {
 /// ping_mean.
 float SignalChain::ping_scale(const Channel& channel, std::size_t bins) const {
   if (!(sonar_.receiver.ping_mean > 0.0)) return 1.0f;
-  const std::size_t first =
-      std::min(static_cast<std::size_t>(3.0 * options_.arrivals.burst_m / law_.bin_m()), bins);
+  const std::size_t first = std::min(
+      static_cast<std::size_t>(longest_burst * options_.arrivals.burst_m / law_.bin_m()), bins);
   double sum = 0.0;
   for (std::size_t n = first; n < bins; ++n) sum += channel.detected[n];
   return sum > 0.0 ? static_cast<float>(sonar_.receiver.ping_mean *

@@ -30,6 +30,8 @@ struct ChainOptions {
   /// angle; for the same and for echoes of earlier pings.
   std::function<double(double sine)> nominal_strength = [](double) { return 3e-4; };
   std::optional<scatter::Sediment> bed;  ///< unset: the bed is not a sediment
+  /// By material's number; empty: all of the ground scatters evenly.
+  std::vector<scatter::GroundTexture> textures;
   SeaState sea;
   OtherPathsOptions arrivals;
   ArtefactOptions artefacts;
@@ -77,8 +79,8 @@ class SignalChain {
   std::vector<double> level_bed(Side side) const;
   /// Median over mean of a bed's intensity, as speckle makes it.
   double median_share() const;
-  /// The factors on the amplitude in each bin of such a ping after the recorder's gain: the
-  /// automatic gain that follows the level, times the scale that brings the ping to its mean.
+  /// The factors on the amplitude in each bin of such a ping after the recorder's gain: automatic
+  /// gain, scale to the ping's mean, and the largest look's median over that of the looks' mean.
   std::vector<double> automatic_gain(Side side) const;
 
  private:

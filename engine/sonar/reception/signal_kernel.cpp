@@ -9,6 +9,7 @@
 #include <hwy/highway.h>
 
 #include <ensonify/engine/sonar/reception/signal_kernel.h>
+#include <ensonify/scatter/ground_texture.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace ensonify::engine {
@@ -63,8 +64,8 @@ HWY_INLINE VF sine_of_turns(VF t) {
 }
 HWY_INLINE VF wrapped(VF t) { return t - hn::Round(t); }
 
-/// The square root of -ln u, where u is (the upper 24 bits + 1/2) / 2^24.
-HWY_INLINE VF rayleigh(VU random) {
+/// -ln u, where u is (the upper 24 bits + 1/2) / 2^24.
+HWY_INLINE VF exponential(VU random) {
   const VF u = (to_float(hn::ShiftRight<8>(random)) + set(0.5f)) * set(0x1p-24f);
   const VU bits = hn::BitCast(fu, u);
   const VF exponent = to_float(hn::ShiftRight<23>(bits)) - set(127.0f);
@@ -79,7 +80,33 @@ HWY_INLINE VF rayleigh(VU random) {
   poly = poly * p + set(-0.71814403f);
   poly = poly * p + set(1.4425448f);
   const VF log2 = exponent + poly * p;
-  return hn::Sqrt(hn::Max(log2 * set(-0.69314718f), set(0.0f)));
+  return hn::Max(log2 * set(-0.69314718f), set(0.0f));
+}
+
+/// A column of scatter::GammaTable: the upper bits of a share as a floating-point number.
+HWY_INLINE hn::Vec<I> column_of(VU random) {
+  using scatter::GammaTable;
+  constexpr int mantissa = 23 - 4;
+  static_assert(GammaTable::columns_per_octave == 1 << 4);
+  const VF share = (to_float(hn::ShiftRight<8>(random)) + set(0.5f)) * set(0x1p-24f);
+  const auto octave_and_part = hn::BitCast(fi, hn::ShiftRight<mantissa>(hn::BitCast(fu, share)));
+  constexpr std::int32_t first = (127 - GammaTable::octaves) * GammaTable::columns_per_octave;
+  return hn::Max(octave_and_part - hn::Set(fi, first), hn::Zero(fi));
+}
+
+/// The share of the mean cross-section that the patch at (x, y) has. `glints`: whether any of the
+/// shares of glints is not 0.
+HWY_INLINE VF patch_strength(const CellSums::Texture& of, VU x, VU y, hn::Vec<I> row,
+                             hn::Vec<I> glint_row, VF glint_share, bool glints) {
+  VU random = hn::ShiftRight<patch_bits>(x) * hn::Set(fu, 0xcc9e2d51u);
+  random = hn::Xor(random, hn::ShiftRight<15>(random));
+  random = scrambled(
+      random + (hn::ShiftRight<patch_bits>(y) * hn::Set(fu, 0x1b873593u) + hn::Set(fu, of.key)));
+  const VF patch = hn::GatherIndex(f, of.quantiles, row + column_of(random));
+  if (!glints) return patch;
+  const VU more = random * hn::Set(fu, 0x9e3779b1u);
+  const VF points = hn::GatherIndex(f, of.quantiles, glint_row + column_of(more));
+  return patch + glint_share * (points - patch);
 }
 
 /// The convolution at the bin whose value `middle` points to.
@@ -151,7 +178,9 @@ void place_cells(const CellPlaces& to) {
   }
 }
 
-void sum_cells(const CellSums& sums) {
+template <bool textured>
+HWY_INLINE void sum_all_cells(const CellSums& sums) {
+  const CellSums::Texture& of = sums.texture;
   const VU one = hn::Set(fu, 1u);
   const VF step = set(sums.columns_per_cell);
   const auto last = hn::Set(fi, static_cast<std::int32_t>(sums.last_column));
@@ -168,6 +197,22 @@ void sum_cells(const CellSums& sums) {
     const VF turns = hn::LoadU(f, sums.phase_turns + n);
     VU cell = hn::LoadU(fu, sums.first_cell + n);
     VF begin = hn::LoadU(f, sums.first_column + n);
+    VU patch_x = one, patch_y = one, step_x = one, step_y = one;
+    auto patch_row = row, glint_row = row;
+    VF glint_share = turns;
+    bool glints = false, uneven = false;
+    if constexpr (textured) {
+      patch_x = hn::LoadU(fu, of.x + n);
+      patch_y = hn::LoadU(fu, of.y + n);
+      step_x = hn::LoadU(fu, of.step_x + n);
+      step_y = hn::LoadU(fu, of.step_y + n);
+      patch_row = hn::BitCast(fi, hn::LoadU(fu, of.row + n));
+      glint_row = hn::BitCast(fi, hn::LoadU(fu, of.glint_row + n));
+      glint_share = hn::LoadU(f, of.glint_share + n);
+      glints = !hn::AllTrue(f, hn::Eq(glint_share, hn::Zero(f)));
+      const auto even = hn::Set(fi, std::int32_t{scatter::GammaTable::even});
+      uneven = glints || !hn::AllTrue(fi, hn::Eq(patch_row, even));
+    }
     VF sum_re = hn::Zero(f), sum_im = hn::Zero(f), squares = hn::Zero(f);
     for (std::uint32_t i = sums.cells[n / signal_group]; i > 0; --i) {
       // Neighbouring rows of cells are offset by the golden section of a cell.
@@ -190,7 +235,14 @@ void sum_cells(const CellSums& sums) {
       const VF own = to_float(hn::And(random, hn::Set(fu, 0xffffu))) * set(0x1p-16f);
       const VF way = to_float(hn::ShiftRight<8>(place)) * set(0x1p-24f) * turns;
       const VF t = wrapped(own + way);
-      const VF magnitude = rayleigh(more);
+      VF power = exponential(more);
+      if (textured && uneven) {
+        power =
+            power * patch_strength(of, patch_x, patch_y, patch_row, glint_row, glint_share, glints);
+        patch_x = patch_x + step_x;
+        patch_y = patch_y + step_y;
+      }
+      const VF magnitude = hn::Sqrt(power);
       const VF s = magnitude * sine_of_turns(t);
       const VF c = magnitude * sine_of_turns(wrapped(t + set(0.25f)));
       sum_re = sum_re + (weight_re * c - weight_im * s);
@@ -205,6 +257,13 @@ void sum_cells(const CellSums& sums) {
   }
 }
 
+void sum_cells(const CellSums& sums) {
+  if (sums.texture.x)
+    sum_all_cells<true>(sums);
+  else
+    sum_all_cells<false>(sums);
+}
+
 void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float* im) {
   const VU its_key = hn::Set(fu, key);
   VU place = hn::BitCast(fu, hn::Iota(fi, 0));
@@ -213,7 +272,7 @@ void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float*
     const VU random = scrambled(place * hn::Set(fu, 0xcc9e2d51u) + its_key);
     const VU more = scrambled(hn::Xor(random, hn::Set(fu, 0x9e3779b9u)));
     const VF t = wrapped(to_float(hn::ShiftRight<8>(random)) * set(0x1p-24f));
-    const VF magnitude = rayleigh(more);
+    const VF magnitude = hn::Sqrt(exponential(more));
     hn::StoreU(magnitude * sine_of_turns(wrapped(t + set(0.25f))), f, re + n);
     hn::StoreU(magnitude * sine_of_turns(t), f, im + n);
     place = place + step;

@@ -45,6 +45,9 @@ struct CellPlaces {
 };
 void place_cells(const CellPlaces& places);
 
+/// A patch of the ground is this number of bits of its place long (CellTexture).
+inline constexpr int patch_bits = 12;
+
 /// The arguments of sum_cells().
 struct CellSums {
   // One value per bin:
@@ -60,6 +63,15 @@ struct CellSums {
   const std::uint32_t* cells;
   std::size_t bins;
   std::uint32_t common_key;  ///< added to each bin's key
+  // The patches under the scatterers (TexturedGround); x null: all scatter alike. One value per
+  // bin: the place of its first scatterer, and the step to the next; its rows of quantiles, and the
+  // share of the second.
+  struct Texture {
+    const std::uint32_t *x, *y, *step_x, *step_y, *row, *glint_row;
+    const float* glint_share;
+    const float* quantiles;
+    std::uint32_t key;
+  } texture;
   // The table:
   const float* weights;  ///< real and imaginary part of each column
   float columns_per_cell;

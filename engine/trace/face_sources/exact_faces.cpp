@@ -9,6 +9,7 @@
 
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
+#include <ensonify/refine/grid_footprint.h>
 #include <ensonify/refine/mesh_repair.h>
 #include <ensonify/refine/tile_collapse.h>
 
@@ -20,8 +21,9 @@ using refine::FanVolume;
 /// The active mesh as a source of exact faces. There is one active mesh, which always has the state
 /// of the last ping, and two lists of its faces, used alternately.
 struct Refined {
-  refine::ActiveMesh mesh;
-  explicit Refined(const refine::ProgressiveMesh& of) : mesh(of) {}
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;
+  refine::ActiveMesh mesh{*progressive};
+  explicit Refined(const FaceSourceParts& parts) : progressive(parts.progressive) {}
   refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t) {
     mesh.refine(volumes);
     return mesh.exact_faces();
@@ -31,13 +33,26 @@ struct Refined {
 
 /// The top-down query as a source of exact faces.
 struct Walked {
-  const refine::ProgressiveMesh& progressive;
+  std::shared_ptr<const refine::ProgressiveMesh> progressive;
   std::array<std::optional<refine::Footprint>, 2> footprints;
-  explicit Walked(const refine::ProgressiveMesh& of) : progressive(of) {}
+  explicit Walked(const FaceSourceParts& parts) : progressive(parts.progressive) {}
   refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t turn) {
     std::optional<refine::Footprint>& footprint = footprints[turn];
-    if (!footprint) footprint.emplace(progressive);
+    if (!footprint) footprint.emplace(*progressive);
     return footprint->query(volumes);
+  }
+  void reset() {}
+};
+
+/// The same of a bed of heights.
+struct Gridded {
+  std::shared_ptr<const refine::HeightGrid> grid;
+  std::shared_ptr<const refine::BallTree> objects;
+  std::array<refine::GridFootprint, 2> footprints{refine::GridFootprint(*grid, *objects),
+                                                  refine::GridFootprint(*grid, *objects)};
+  explicit Gridded(const FaceSourceParts& parts) : grid(parts.grid), objects(parts.objects) {}
+  refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t turn) {
+    return footprints[turn].query(volumes);
   }
   void reset() {}
 };
@@ -85,11 +100,10 @@ template <class Source>
 class ExactFaces final : public FaceSource {
  public:
   explicit ExactFaces(const FaceSourceParts& parts)
-      : progressive_(parts.progressive),
-        intersector_(parts.intersector),
+      : intersector_(parts.intersector),
         options_(parts.options.of_one_ping()),
         tree_pings_(parts.tree_pings),
-        source_(*progressive_) {
+        source_(parts) {
     stages_[turn_].intersector = make_intersector(intersector_, {}, options_);
   }
 
@@ -181,7 +195,6 @@ class ExactFaces final : public FaceSource {
 
   static constexpr double leap_of_range = 0.05;
 
-  std::shared_ptr<const refine::ProgressiveMesh> progressive_;
   std::string intersector_;
   IntersectorOptions options_;
   int tree_pings_;
@@ -203,6 +216,7 @@ std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts) {
 }
 
 std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts) {
+  if (parts.grid) return std::make_unique<ExactFaces<Gridded>>(parts);
   return std::make_unique<ExactFaces<Walked>>(parts);
 }
 

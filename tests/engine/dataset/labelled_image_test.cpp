@@ -94,3 +94,31 @@ TEST_CASE("ground pixels longer than the range are refused, and pings over a hol
   CHECK(ground.labels.pixels.region[0] == 0);
   CHECK(ground.labels.pixels.region[1 * ground.labels.columns() + 10] == 2);
 }
+
+TEST_CASE("a resampled view has the labels of the nearest pixels and the means of the pictures") {
+  const LabelledImage view = sample_view(6, 5, 20.0, 0.5, 6.0);  // 10 x 6 pixels
+  const LabelledImage same = resampled(view, 10, 6);
+  check_alike(same);
+  CHECK(same.labels.pixels.instance == view.labels.pixels.instance);
+
+  const LabelledImage smaller = resampled(view, 5, 2);
+  CHECK(smaller.across_m == Approx(2.0 * view.across_m));
+  CHECK(smaller.along_m == Approx(3.0 * view.along_m));
+  const auto& pixels = view.pictures.front().pixels;
+  for (std::size_t row = 0; row < 2; ++row)
+    for (std::size_t column = 0; column < 5; ++column) {
+      double sum = 0.0;
+      for (std::size_t y = 0; y < 3; ++y)
+        for (std::size_t x = 0; x < 2; ++x) sum += pixels[(3 * row + y) * 10 + 2 * column + x];
+      CHECK(std::abs(smaller.pictures.front().pixels[row * 5 + column] - sum / 6.0) <= 0.5 + 1e-9);
+      // Rows of labels count from the other end.
+      CHECK(smaller.labels.pixels.instance[row * 5 + column] ==
+            view.labels.pixels.instance[(3 * row + 1) * 10 + 2 * column + 1]);
+    }
+  CHECK(smaller.pings == std::vector<std::size_t>{1, 4});
+
+  const LabelledImage larger = resampled(view, 30, 12);
+  for (std::size_t i = 0; i < larger.labels.pixels.instance.size(); ++i)
+    REQUIRE(larger.labels.pixels.instance[i] ==
+            view.labels.pixels.instance[i / 30 / 2 * 10 + i % 30 / 3]);
+}

@@ -4,6 +4,7 @@
 
 #include "support/catch.h"
 #include "support/paths.h"
+#include "support/temporary_folder.h"
 
 #include <ensonify/engine/dataset/distribution.h>
 #include <ensonify/engine/dataset/recipe.h>
@@ -223,6 +224,152 @@ site = { choice = ["harbour", "bay", "fjord", "bank"] }
     const std::string& site = sample.drawn.at("draw.site");
     CHECK(sample.split == (site == "\"harbour\"" ? "test" : site == "\"bay\"" ? "val" : "train"));
   }
+}
+
+TEST_CASE("a split by seabed and another key divides the seabeds and holds values of the key out") {
+  const std::string rest = R"(
+held_out_test = ["cone"]
+train = 1
+val = 1
+[[objects]]
+shape = { choice = ["cone", "wedge", "box"] }
+)";
+  const Recipe recipe = recipe_of(
+      "[dataset]\nsamples = 120\nseafloors = 60\n[dataset.split]\nby = [\"seafloor\", "
+      "\"objects.0.shape\"]" +
+      rest);
+  std::map<std::string, std::set<std::size_t>> seafloors;
+  std::map<std::string, std::set<std::string>> shapes;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    seafloors[sample.split].insert(sample.seafloor);
+    shapes[sample.split].insert(sample.scene.objects.front().shape);
+  }
+  CHECK(shapes["test"] == std::set<std::string>{"cone"});
+  CHECK(shapes["train"] == std::set<std::string>{"box", "wedge"});
+  CHECK(shapes["val"] == std::set<std::string>{"box", "wedge"});
+  CHECK(seafloors["train"].size() + seafloors["val"].size() + seafloors["test"].size() == 60);
+  CHECK(std::abs(int(seafloors["train"].size()) - int(seafloors["val"].size())) <= 6);
+
+  // Samples that agree in all keys stay together.
+  const Recipe pairs = recipe_of(
+      "[dataset]\nsamples = 200\n[dataset.split]\nby = [\"draw.site\", \"draw.year\"]\n"
+      "[draw]\nsite = { choice = [\"a\", \"b\", \"c\"] }\nyear = { choice = [1, 2, 3] }\n");
+  std::map<std::pair<std::string, std::string>, std::set<std::string>> splits;
+  for (std::size_t i = 0; i < 200; ++i) {
+    const SampleScene sample = pairs.sample(i);
+    splits[{sample.drawn.at("draw.site"), sample.drawn.at("draw.year")}].insert(sample.split);
+  }
+  CHECK(splits.size() == 9);
+  for (const auto& [pair, names] : splits) CHECK(names.size() == 1);
+
+  check_refused("[dataset]\n[dataset.split]\nby = \"seafloor\"" + rest, "has held_out values");
+  check_refused("[dataset]\n[dataset.split]\nby = []\n", "'dataset.split.by' is empty");
+}
+
+TEST_CASE("options of chips that do not fit each other are refused") {
+  check_refused("[dataset.chips]\nsize_m = 3\nmargin = 0.2\n", "'dataset.chips.margin' is");
+  check_refused("[dataset.chips]\nsize_m = 3\nmargin = [0.2]\n", "size_m or margin");
+  check_refused("[dataset.chips]\nmargin = [0.5, 0.2]\n", "[least, most]");
+  check_refused("[dataset.chips]\nhard_negatives = 2\n", "a size_px, size_m or margin");
+  check_refused(
+      "[dataset.chips]\nsize_px = 9\nclasses = [\"mine\"]\n[[objects]]\nshape = "
+      "\"box\"\nclass = \"crate\"\n",
+      "names \"mine\", which no target is; expected some of crate");
+  check_refused(
+      "[dataset]\nshadow_class = true\n[[objects]]\nshape = \"box\"\nclass = "
+      "\"shadow\"\n",
+      "the class shadow, which the recipe has already");
+}
+
+TEST_CASE("a * draws a file of the data folder, and its class is drawn with it") {
+  const ensonify::tests::TemporaryFolder folder;
+  const std::string mesh =
+      "v 0 0 0\nv 4 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  std::filesystem::create_directories(folder / "hulls/old");
+  for (const char* name : {"hulls/barge.obj", "hulls/ship_a.obj", "hulls/ship_b.obj",
+                           "hulls/old/ship_c.obj", "hulls/readme.txt"})
+    ensonify::tests::write_text(folder / name, mesh);
+  const auto text = [](const std::string& pattern) {
+    return "version = 1\n[dataset]\nsamples = 60\n[[objects]]\nmesh = \"" + pattern +
+           "\"\nlength_m = { uniform = [20, 60] }\nclass = { by = \"objects.0.mesh\", table = { "
+           "\"data:hulls/ship_*\" = \"wreck\", default = \"barge\" } }\n";
+  };
+  const Recipe recipe(text("data:hulls/*.obj"), "r.toml", folder.path());
+  std::map<std::string, std::string> classes;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    const ObjectOptions& object = sample.scene.objects.front();
+    classes[object.mesh.name] = object.class_name;
+    CHECK(*object.size.length_m >= 20.0);
+  }
+  CHECK(classes == std::map<std::string, std::string>{{"data:hulls/barge.obj", "barge"},
+                                                      {"data:hulls/ship_a.obj", "wreck"},
+                                                      {"data:hulls/ship_b.obj", "wreck"}});
+  CHECK(recipe.assets() == std::vector<std::string>{"data:hulls/barge.obj", "data:hulls/ship_a.obj",
+                                                    "data:hulls/ship_b.obj"});
+  CHECK(recipe.class_names() == std::vector<std::string>{"barge", "wreck", "seabed"});
+  CHECK_THROWS_WITH(Recipe(text("data:hulls/*.stl"), "r.toml", folder.path()),
+                    Catch::Contains("r.toml:5:8: \"data:hulls/*.stl\" matches no file in"));
+  CHECK_THROWS_WITH(Recipe(text("data:hulls/*.obj"), "r.toml", {}),
+                    Catch::Contains("give the data folder, with --data DIR"));
+}
+
+TEST_CASE("a table's entry is that of the value, then of a pattern, then the default") {
+  Distribution d;
+  for (const char* name : {"a", "a*", "*c", "default"}) d.table[name];
+  CHECK(d.entry_for("a")->first == "a");
+  CHECK(d.entry_for("ab")->first == "a*");
+  CHECK(d.entry_for("bc")->first == "*c");
+  CHECK(d.entry_for("b")->first == "default");
+  d.table.erase("default");
+  CHECK(d.entry_for("b") == nullptr);
+  CHECK(matches("x/a.stl", "x/*.stl"));
+  CHECK(matches("x/.stl", "x/*.stl"));
+  CHECK(matches("x/ab/c.stl", "x/*/*.stl"));
+  CHECK_FALSE(matches("x/y/a.stl", "x/*.stl"));
+  CHECK_FALSE(matches("x/a.stl2", "x/*.stl"));
+  CHECK(matches("abcbc", "a*bc"));
+}
+
+TEST_CASE("overrides change values and distributions, also of keys that the recipe does not have") {
+  const std::string text =
+      "version = 1\nseed = 4\n[dataset]\nsamples = 8\n[track]\nspeed_mps = 2\naltitude_m = { "
+      "uniform = [3, 12] }\n[[objects]]\npresent = { choice = [true, false] }\nshape = \"box\"\n"
+      "[[objects]]\nshape = \"cone\"\nclass = \"mine\"\n";
+  const auto with = [&](std::vector<std::string> overrides) {
+    return Recipe(text, "r.toml", {}, std::move(overrides));
+  };
+  const Recipe plain = with({});
+  const Recipe changed = with({"dataset.samples=3", "track.altitude_m=7",
+                               "objects.1.heading_deg=90", "objects.1.class=old mine",
+                               "track.climb_mps={uniform=[5, 6]}", "sonar.sidescan.range_m=20"});
+  CHECK(changed.samples() == 3);
+  CHECK(changed.class_names() == std::vector<std::string>{"object", "old mine", "seabed"});
+  std::set<std::size_t> objects;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const SampleScene sample = changed.sample(i);
+    const Scene& scene = sample.scene;
+    CHECK(scene.track.altitude_m == 7.0);
+    CHECK(scene.track.speed_mps == 2.0);
+    CHECK(scene.objects.back().heading_rad == Approx(1.5707963));
+    CHECK(scene.objects.back().class_name == "old mine");
+    CHECK((scene.track.climb_mps > 5.0 && scene.track.climb_mps <= 6.0));
+    CHECK(scene.sonars.front().range_m == 20.0);
+    CHECK(scene.seed == plain.sample(i).scene.seed);
+    objects.insert(scene.objects.size());
+  }
+  CHECK(with({"seed=5"}).sample(0).scene.seed != plain.sample(0).scene.seed);
+  for (std::size_t i = 0; i < 8; ++i)
+    CHECK(with({"objects.0.present=true"}).sample(i).scene.objects.size() == 2);
+  const auto check_message = [&](const std::string& override_text, const std::string& message) {
+    CHECK_THROWS_WITH(with({override_text}), Catch::Contains(message));
+  };
+  check_message("track.altitude_m", "-D track.altitude_m: expected key=value");
+  check_message("track.altitude_m=-7", "'track.altitude_m' is -7");
+  check_message("track.altitudem=7", "did you mean 'altitude_m'?");
+  check_message("dataset.sample=7", "-D dataset.sample=7: unknown key \"sample\"");
+  check_message("sea.temperature_c={uniform=[6, 5]}", "-D sea.temperature_c={uniform=[6, 5]}: ");
 }
 
 TEST_CASE("renders draw the display again and nothing else") {

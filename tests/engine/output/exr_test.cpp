@@ -1,5 +1,6 @@
 #include <ensonify/engine/output/exr.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -13,6 +14,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfRgbaFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <ensonify/refine/atomic_file.h>
@@ -107,6 +109,49 @@ TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
     CHECK(printed.find("row_order (type string): \"oldest_first\"") != std::string::npos);
     CHECK(printed.find("capDate") == std::string::npos);
   }
+}
+
+TEST_CASE("An EXR's preview is what viewers of pictures show, oldest ping on top") {
+  const TemporaryFolder folder;
+  const Waterfall waterfall = sample_waterfall();
+  Picture picture{waterfall.columns(), waterfall.rows(), 1, {}};
+  for (std::size_t i = 0; i < picture.width * picture.height; ++i)
+    picture.pixels.push_back(static_cast<std::uint8_t>(37 * i));
+  ImageOrigin with_preview = origin;
+  with_preview.preview = [&] { return picture; };
+  ensonify::refine::write_file(folder / "s.exr", encode_exr(waterfall, with_preview));
+
+  // The interface with which viewers read pictures. It knows no layer but the colours.
+  Imf::RgbaInputFile file((folder / "s.exr").c_str(), 0);
+  std::vector<Imf::Rgba> pixels(picture.pixels.size());
+  file.setFrameBuffer(pixels.data(), 1, picture.width);
+  file.readPixels(0, static_cast<int>(picture.height) - 1);
+  std::size_t wrong = 0;
+  for (std::size_t row = 0; row < picture.height; ++row)
+    for (std::size_t column = 0; column < picture.width; ++column) {
+      const Imf::Rgba& pixel = pixels[(picture.height - 1 - row) * picture.width + column];
+      const double linear = pixel.g;
+      const double shown =
+          linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+      wrong += std::lround(255.0 * shown) != picture.pixels[row * picture.width + column];
+      wrong += pixel.r != pixel.g || pixel.b != pixel.g;
+    }
+  CHECK(wrong == 0);
+
+  // The layers are unchanged.
+  Imf::InputFile layers((folder / "s.exr").c_str(), 0);
+  CHECK(layers.header().channels().findChannel("Y")->type == Imf::HALF);
+  std::vector<float> range_m(picture.pixels.size());
+  Imf::FrameBuffer frame;
+  frame.insert("range_m", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(range_m.data()),
+                                     sizeof(float), sizeof(float) * picture.width));
+  layers.setFrameBuffer(frame);
+  layers.readPixels(0, static_cast<int>(picture.height) - 1);
+  CHECK(std::memcmp(range_m.data(), waterfall.pixels.range_m.data(),
+                    range_m.size() * sizeof range_m[0]) == 0);
+
+  with_preview.preview = [&] { return Picture{1, 1, 1, {0}}; };
+  CHECK_THROWS_AS(encode_exr(waterfall, with_preview), std::invalid_argument);
 }
 
 TEST_CASE("An EXR has the same bytes a second time, and in another time zone and locale") {

@@ -23,7 +23,7 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, without ignor
     layers.sediment[i] = 6;
     layers.instance[i] = i == 4 ? 300 : i == 5 ? 7 : 0;
   }
-  const std::vector<Mask> masks = encode_masks(line, std::vector<std::uint32_t>{7});
+  const std::vector<Mask> masks = encode_masks(line, {.ignored = {7}});
   REQUIRE(masks.size() == 4);
   CHECK(masks[0].name == "class");
   CHECK(png_pixels(masks[0].png, false) ==
@@ -38,6 +38,18 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, without ignor
   CHECK(masks[3].name == "region");
   CHECK(png_pixels(masks[3].png, false) ==
         std::vector<std::uint16_t>{3, 2, 2, 2, 2, 0, 1, 2, 4, 3});
+  // The shadow of instance 7 is ignored, that of instance 300 has a class.
+  layers.region[8] = 4;
+  layers.shadow_instance[8] = 7;
+  layers.shadow_instance[3] = 300;
+  const Mask with_shadows =
+      encode_masks(line, {.ignored = {7}, .shadow_class = 2, .names = {{"none", "a"}, {}}})[0];
+  CHECK(png_pixels(with_shadows.png, false) ==
+        std::vector<std::uint16_t>{255, 9, 9, 255, 9, 255, 0, 9, 2, 4});
+  const std::string_view bytes(reinterpret_cast<const char*>(with_shadows.png.data()),
+                               with_shadows.png.size());
+  CHECK(bytes.find(std::string_view("tEXtnames\0[\"none\",\"a\"]", 22)) != bytes.npos);
+
   layers.class_id[2] = 255;  // reserved for ignored pixels
   CHECK_THROWS_AS(encode_masks(line, {}), std::invalid_argument);
 }

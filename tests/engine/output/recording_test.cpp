@@ -2,6 +2,9 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "support/catch.h"
 
@@ -89,12 +92,48 @@ TEST_CASE("a start time is a valid calendar date and time, and other texts are r
     CHECK(!unix_time(wrong));
 }
 
+TEST_CASE("each beam of a ping is a ping of a recording, with its place and, in XTF, its number") {
+  Sonar sonar;
+  sonar.bins = 10;
+  sonar.beams = 3;
+  sonar.beam_spacing_m = 0.5;
+  sonar.mounting.forward_m = 2.0;
+  Waterfall line(sonar, 2, 4);
+  std::vector<EchoLine> lines(6);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    lines[i].side = i % 2 == 0 ? Side::port : Side::starboard;
+    lines[i].bins.assign(10);
+  }
+  PingRow record;
+  for (const std::size_t ping : {0u, 1u}) {
+    record.pose.t_s = 0.1 * static_cast<double>(ping);
+    record.pose.position =
+        record.reported.position = {0.0, 10.0 + 1.5 * static_cast<double>(ping), -5.0};
+    CHECK(line.set_ping(ping, lines, record).empty());
+  }
+  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  REQUIRE(recording.pings.size() == 6);
+  const std::vector<std::byte> file = encode_xtf({&recording, 1});
+  const std::size_t packet = (file.size() - 1024) / 6;
+  for (std::size_t row = 0; row < 6; ++row) {
+    CAPTURE(row);
+    const NavPing& ping = recording.pings[row];
+    CHECK(ping.number == 12 + row);
+    CHECK(ping.beam == static_cast<int>(row % 3));
+    CHECK(ping.unix_ms == recording.pings[row / 3 * 3].unix_ms);
+    const double north_m = (ping.place.latitude_rad - 55.0 * degree) * 6.37e6;
+    CHECK(north_m == Approx(11.5 + 0.5 * static_cast<double>(row)).epsilon(0.01));
+    CHECK(at<std::uint32_t>(file, 1024 + packet * row + 28) == 12 + row);
+    CHECK(at<std::uint8_t>(file, 1024 + packet * row + 3) == row % 3);
+  }
+}
+
 TEST_CASE("an XTF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
     const Recording recording = make_recording(line, sample_recorder(), sample_frame());
-    const std::vector<std::byte> file = encode_xtf(recording);
+    const std::vector<std::byte> file = encode_xtf({&recording, 1});
 
     CHECK(at<std::uint8_t>(file, 0) == 123);
     CHECK(at<std::uint8_t>(file, 1) == 1);
@@ -202,8 +241,8 @@ TEST_CASE("a JSF follows its format description byte by byte") {
   for (const std::size_t pings : {std::size_t{1}, std::size_t{2}, std::size_t{1000}}) {
     CAPTURE(pings);
     const Waterfall line = sample_line(pings);
-    const std::vector<std::byte> file =
-        encode_jsf(make_recording(line, sample_recorder(), sample_frame()));
+    const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+    const std::vector<std::byte> file = encode_jsf({&recording, 1});
     std::size_t message = 0, count = 0;
     for (; message < file.size(); ++count) {
       const std::size_t ping = count / 2;
@@ -239,6 +278,15 @@ TEST_CASE("a JSF follows its format description byte by byte") {
       CHECK(at<std::uint16_t>(file, h + 130) == 2);
       CHECK((at<std::uint16_t>(file, h + 18) >> 4 & 0x3ff) == 345);
       CHECK(at<std::uint16_t>(file, h + 140) == std::lround(1480.0 / 1.6));  // samples per second
+      // Full scale in the first bin (0.8 m, where the gain is constant) and in the last.
+      CHECK(text_at(file, h + 90, 24) ==
+            "full scale " + std::to_string(std::lround(160.0 - 40.0 * std::log10(0.8))) + ".." +
+                std::to_string(std::lround(160.0 - 40.0 * std::log10(39.6))) + " dB");
+      CHECK(at<std::uint16_t>(file, h + 120) == 1);
+      CHECK(at<std::int16_t>(file, h + 122) == 100);
+      // The range takes 54 ms, so two pulses are in the water when a ping is sent every 50 ms.
+      CHECK(at<std::int16_t>(file, h + 170) == (pings > 1 ? 2 : 1));
+      CHECK(at<std::uint16_t>(file, h + 204) == 100 * (50 + 100 * starboard + ping % 7));
       CHECK(at<float>(file, h + 152) == 900e3f);
       CHECK(at<std::int16_t>(file, h + 194) * 0.1 +
                 (at<std::uint16_t>(file, h + 20) & 0xf) * 0.01 ==
@@ -269,8 +317,8 @@ TEST_CASE("a JSF follows its format description byte by byte") {
 TEST_CASE("texts that are too long for an XTF field are cut, and end with a zero") {
   Waterfall line = sample_line(1);
   line.sonar.name = std::string(80, 'n');
-  const std::vector<std::byte> file =
-      encode_xtf(make_recording(line, sample_recorder(), sample_frame()));
+  const Recording recording = make_recording(line, sample_recorder(), sample_frame());
+  const std::vector<std::byte> file = encode_xtf({&recording, 1});
   for (const auto& [begin, width] : {std::pair{2, 8}, {10, 8}, {18, 16}, {36, 64}, {100, 64}}) {
     CAPTURE(begin);
     CHECK(at<char>(file, static_cast<std::size_t>(begin)) != 0);
@@ -316,7 +364,7 @@ TEST_CASE("a ping that was not recorded leaves a gap in the numbers") {
   Waterfall line = sample_line(6);
   for (const std::size_t lost : {0u, 1u, 3u}) line.pings[lost].recorded = false;
   const Recording recording = make_recording(line, sample_recorder(), sample_frame());
-  const std::vector<std::byte> xtf = encode_xtf(recording), jsf = encode_jsf(recording);
+  const std::vector<std::byte> xtf = encode_xtf({&recording, 1}), jsf = encode_jsf({&recording, 1});
   const std::size_t packet = 640, message = 16 + 240 + 100;  // 256 + 2 (64 + 100), in whole 64 B
   REQUIRE(xtf.size() == 1024 + 3 * packet);
   REQUIRE(jsf.size() == 6 * message);
@@ -336,15 +384,90 @@ TEST_CASE("a ping that was not recorded leaves a gap in the numbers") {
 
   for (PingRow& ping : line.pings) ping.recorded = false;
   const Recording nothing = make_recording(line, sample_recorder(), sample_frame());
-  CHECK(encode_xtf(nothing).size() == 1024);
-  CHECK(encode_jsf(nothing).empty());
+  CHECK(encode_xtf({&nothing, 1}).size() == 1024);
+  CHECK(encode_jsf({&nothing, 1}).empty());
+}
+
+TEST_CASE("several sonars are in one XTF or JSF, those of one mounting in one packet") {
+  std::vector<Recording> sonars;
+  for (const int rank : {0, 1, 2}) {
+    Waterfall line = sample_line(4, 50 + 10 * rank);
+    line.pings[1].recorded = false;
+    line.sonar.name = "sonar" + std::to_string(rank);
+    line.sonar.frequency_hz = 100e3 * (1 + rank);
+    if (rank == 1) line.sonar.mounting.down_m = 2.0;
+    RecordingFrame frame = sample_frame();
+    frame.frequency_rank = rank;
+    sonars.push_back(make_recording(line, sample_recorder(), frame));
+  }
+  const std::vector<std::byte> xtf = encode_xtf(sonars), jsf = encode_jsf(sonars);
+  // 2 m below the vehicle, which is pitched by 2 and rolled by 3 degrees.
+  const double lower_m = 12.5 + 2.0 * std::cos(2.0 * degree) * std::cos(3.0 * degree);
+
+  CHECK(at<std::uint16_t>(xtf, 166) == 6);
+  for (const std::size_t k : {0u, 1u, 2u, 3u, 4u, 5u}) {
+    const std::size_t channel = 256 + 128 * k;
+    CHECK(at<std::uint8_t>(xtf, channel) == k % 2 + 1);
+    CHECK(at<std::uint8_t>(xtf, channel + 1) == k);
+    CHECK(at<std::uint32_t>(xtf, channel + 8) == 50 + 10 * (k / 2));
+    CHECK(text_at(xtf, channel + 12, 16) == sonars[k / 2].name);
+    CHECK(at<float>(xtf, channel + 32) == 100.0f * static_cast<float>(1 + k / 2));
+  }
+  std::size_t packet = 1024;
+  for (const std::size_t number : {0u, 2u, 3u})
+    for (const std::vector<std::size_t>& group :
+         {std::vector<std::size_t>{0, 2}, std::vector<std::size_t>{1}}) {
+      CAPTURE(number, group);
+      REQUIRE(at<std::uint16_t>(xtf, packet) == 0xFACE);
+      REQUIRE(at<std::uint16_t>(xtf, packet + 4) == 2 * group.size());
+      CHECK(at<std::uint32_t>(xtf, packet + 28) == number);
+      CHECK(at<float>(xtf, packet + 192) == Approx(group.front() == 1 ? lower_m : 12.5));
+      CHECK(at<float>(xtf, packet + 196) == (group.front() == 1 ? 5.25f : 7.25f));
+      std::size_t channel = packet + 256;
+      for (const std::size_t k : group)
+        for (const std::size_t side : {0u, 1u}) {
+          const std::size_t bins = 50 + 10 * k;
+          CHECK(at<std::uint16_t>(xtf, channel) == 2 * k + side);
+          CHECK(at<std::uint16_t>(xtf, channel + 26) == 100 * (1 + k));
+          REQUIRE(at<std::uint32_t>(xtf, channel + 42) == bins);
+          const std::size_t nearest = side == 0 ? bins - 1 : 0;
+          CHECK(at<std::uint16_t>(xtf, channel + 64 + 2 * nearest) ==
+                100 * (1 + 100 * side + number % 7));
+          channel += 64 + 2 * bins;
+        }
+      packet += at<std::uint32_t>(xtf, packet + 10);
+      CHECK(packet >= channel);
+    }
+  CHECK(packet == xtf.size());
+
+  std::size_t message = 0;
+  for (const std::size_t number : {0u, 2u, 3u})
+    for (const std::size_t k : {0u, 1u, 2u})
+      for (const std::size_t side : {0u, 1u}) {
+        CAPTURE(number, k, side);
+        const std::size_t h = message + 16;
+        CHECK(int(at<std::uint8_t>(jsf, message + 7)) == 20 + static_cast<int>(k));
+        CHECK(at<std::uint8_t>(jsf, message + 8) == side);
+        CHECK(at<std::uint32_t>(jsf, h + 8) == number);
+        CHECK(at<std::int32_t>(jsf, h + 136) == std::lround(1000.0 * (k == 1 ? lower_m : 12.5)));
+        CHECK(at<float>(jsf, h + 152) == 100e3f * static_cast<float>(1 + k));
+        REQUIRE(at<std::uint16_t>(jsf, h + 114) == 50 + 10 * k);
+        CHECK(at<std::uint16_t>(jsf, h + 240) == 100 * (1 + 100 * side + number % 7));
+        message += 16 + static_cast<std::size_t>(at<std::int32_t>(jsf, message + 12));
+      }
+  CHECK(message == jsf.size());
+
+  sonars.push_back(sonars.front());
+  CHECK_THROWS_AS(encode_xtf(sonars), std::invalid_argument);
+  CHECK_THROWS_AS(encode_xtf({}), std::invalid_argument);
 }
 
 TEST_CASE("a JSF's subsystem ranks the frequencies of the scene's sonars") {
   RecordingFrame frame = sample_frame();
   for (const int rank : {0, 1, 2, 30}) {
     frame.frequency_rank = rank;
-    const auto file = encode_jsf(make_recording(sample_line(1), sample_recorder(), frame));
+    const Recording recording = make_recording(sample_line(1), sample_recorder(), frame);
+    const auto file = encode_jsf({&recording, 1});
     CHECK(int(at<std::uint8_t>(file, 7)) == std::min(20 + rank, 39));  // 40 is not a sidescan sonar
   }
 }
@@ -363,8 +486,8 @@ TEST_CASE("a sonar with one side is silent on the other, and north is 360 degree
   const Recording recording = make_recording(line, sample_recorder(), sample_frame());
   for (const std::uint16_t sample : recording.side(0, Side::port)) CHECK(sample == 0);
   for (const std::uint16_t sample : recording.side(0, Side::starboard)) CHECK(sample > 0);
-  CHECK(at<float>(encode_xtf(recording), 1024 + 212) == 360.0f);
-  CHECK(encode_jsf(recording).size() == 16 + 240 + 16);
+  CHECK(at<float>(encode_xtf({&recording, 1}), 1024 + 212) == 360.0f);
+  CHECK(encode_jsf({&recording, 1}).size() == 16 + 240 + 16);
 }
 
 TEST_CASE("a track that counts from 1970 keeps its time, any other begins on the default day") {

@@ -63,21 +63,29 @@ std::string xtf_of(const std::vector<T>& samples, int format, bool bipolar = fal
 }  // namespace
 
 TEST_CASE("what was written as XTF or JSF is read again") {
-  const Recording written = tests::small_recording();
+  Recording written = tests::small_recording();
+  written.beamwidth_rad = 0.5 * degree;
+  written.vertical_beamwidth_rad = 40.0 * degree;
+  written.tilt_rad = {20.0 * degree, 20.0 * degree};
   for (const bool jsf : {false, true}) {
     CAPTURE(jsf);
-    const auto lines = parse_recording(jsf ? encode_jsf(written) : encode_xtf(written), "r");
+    const auto lines =
+        parse_recording(jsf ? encode_jsf({&written, 1}) : encode_xtf({&written, 1}), "r");
     REQUIRE(lines.size() == 1);
     const RecordedLine& line = lines.front();
     CHECK(line.format == (jsf ? "JSF" : "XTF"));
     CHECK(line.warnings.empty());
     CHECK(line.frequency_hz == Approx(455e3));
+    CHECK(line.bandwidth_hz == Approx(40e3));
     CHECK(line.sound_speed_mps == 1480.0);
     if (jsf) {
-      CHECK(line.bandwidth_hz == Approx(40e3));
       CHECK(line.pulse_length_s == Approx(2.5e-3));
     } else {
       CHECK(line.sonar == "towfish");
+      CHECK(line.beamwidth_rad == Approx(0.5 * degree));
+      CHECK(line.vertical_beamwidth_rad == Approx(40.0 * degree));
+      CHECK(line.tilt_rad.value() == Approx(20.0 * degree));
+      CHECK_FALSE(line.peak_detector);
     }
     REQUIRE(line.samples == written.bins);
     REQUIRE(line.pings.size() == 3);
@@ -105,10 +113,40 @@ TEST_CASE("what was written as XTF or JSF is read again") {
   }
 }
 
+TEST_CASE("the sonars of one recording are read as a line each") {
+  std::vector<Recording> written{tests::small_recording(), tests::small_recording(8)};
+  written[1].name = "low";
+  written[1].frequency_hz = 100e3;
+  written[1].frequency_rank = 1;
+  for (const bool apart : {false, true}) {  // in position
+    if (apart)
+      for (NavPing& ping : written[1].pings) ping.depth_m += 1.0;
+    for (const bool jsf : {false, true}) {
+      CAPTURE(apart, jsf);
+      const auto lines = parse_recording(jsf ? encode_jsf(written) : encode_xtf(written), "r");
+      REQUIRE(lines.size() == 2);
+      for (const std::size_t k : {0u, 1u}) {
+        const RecordedLine& line = lines[k];
+        const Recording& of = written[k];
+        CHECK(line.warnings.empty());
+        CHECK(line.sonar == (jsf ? "" : of.name));
+        CHECK(line.frequency_hz == Approx(of.frequency_hz));
+        REQUIRE(line.samples == of.bins);
+        REQUIRE(line.pings.size() == 3);
+        for (std::size_t row = 0; row < 3; ++row) {
+          CHECK(line.pings[row].number == of.pings[row].number);
+          CHECK(line.pings[row].depth_m.value() == Approx(of.pings[row].depth_m));
+          CHECK(std::ranges::equal(line.row(Side::starboard, row), of.side(row, Side::starboard)));
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("a recording of one side has one side") {
   Recording written = tests::small_recording();
   written.port = false;
-  const RecordedLine line = parse_recording(encode_jsf(written), "r").front();
+  const RecordedLine line = parse_recording(encode_jsf({&written, 1}), "r").front();
   CHECK(line.port.empty());
   CHECK(line.starboard.size() == 15);
 }
@@ -116,12 +154,12 @@ TEST_CASE("a recording of one side has one side") {
 TEST_CASE("files of one recording are read as one line") {
   const tests::TemporaryFolder folder;
   Recording written = tests::small_recording();
-  const std::string first = tests::as_text(encode_xtf(written));
+  const std::string first = tests::as_text(encode_xtf({&written, 1}));
   written = tests::small_recording(8);  // another length
   for (NavPing& ping : written.pings) ping.number += 100;
   tests::write_text(folder / "a.xtf", first);
-  tests::write_text(folder / "b.xtf", tests::as_text(encode_xtf(written)));
-  tests::write_text(folder / "c.jsf", tests::as_text(encode_jsf(written)));
+  tests::write_text(folder / "b.xtf", tests::as_text(encode_xtf({&written, 1})));
+  tests::write_text(folder / "c.jsf", tests::as_text(encode_jsf({&written, 1})));
   const std::vector<std::filesystem::path> files = {folder / "a.xtf", folder / "b.xtf"};
   const RecordedLine line = read_recordings(files).front();
   REQUIRE(line.samples == 8);
@@ -160,7 +198,7 @@ TEST_CASE("XTF samples of every format are amplitudes") {
 TEST_CASE("an analytic JSF sample is the magnitude of its two numbers, scaled by the weight") {
   Recording written = tests::small_recording();
   written.starboard = false;
-  std::string bytes = tests::as_text(encode_jsf(written));
+  std::string bytes = tests::as_text(encode_jsf({&written, 1}));
   bytes.resize(bytes.size() / 3);  // the first message: 5 samples
   const std::vector<std::int16_t> pairs = {3, 4, -6, 8, 0, -5, 0, 0, 30000, -30000};
   bytes.resize(16 + 240);
@@ -185,7 +223,8 @@ TEST_CASE("what is no recording is refused, and says so") {
 }
 
 TEST_CASE("damaged packets are left out, with a warning") {
-  const std::string file = tests::as_text(encode_xtf(tests::small_recording()));
+  const Recording written = tests::small_recording();
+  const std::string file = tests::as_text(encode_xtf({&written, 1}));
   const std::size_t packet = (file.size() - 1024) / 3;
   const std::string junk = file.substr(0, 1024 + packet) + "some junk" + file.substr(1024 + packet);
   RecordedLine line = parse(junk).front();
@@ -213,7 +252,8 @@ TEST_CASE("no damage to a recording does more than an error") {
   std::mt19937 random(1);
   for (const bool jsf : {false, true}) {
     const Recording written = tests::small_recording();
-    const std::string sound = tests::as_text(jsf ? encode_jsf(written) : encode_xtf(written));
+    const std::string sound =
+        tests::as_text(jsf ? encode_jsf({&written, 1}) : encode_xtf({&written, 1}));
     for (std::size_t size = 0; size < sound.size(); size += 13) error_of(sound.substr(0, size));
     for (int i = 0; i < 3000; ++i) {
       std::string damaged = sound;

@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <bit>
 #include <filesystem>
 #include <fstream>
@@ -269,6 +270,15 @@ TEST_CASE("Each output format has a key, and no two the same") {
   }
 }
 
+TEST_CASE("One recording for more sonars than its format holds is refused") {
+  std::string text = head + "[output]\none_recording = true\n";
+  for (int i = 0; i < 4; ++i) text += "[sonar.s" + std::to_string(i) + "]\n";
+  CHECK(parsed(text, {"output.jsf=true"}).sonars.size() == 4);
+  CHECK(
+      error_of(text, {"output.xtf=true"}).find("puts 4 sonars into one file, and an XTF holds 3") !=
+      std::string::npos);
+}
+
 TEST_CASE("Each kind of error names its place, what was expected and a suggestion") {
   struct Case {
     std::string text, message;
@@ -316,6 +326,9 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "'clayey sand' and 'clayey silt'; covers are seagrass, shells; solids are steel, "
        "fouled steel, aluminium, "
        "concrete, stone, wood, glass fibre, rubber; or describe it in a table [material.clayey]"},
+      {head + "[seafloor]\nmaterial = \"x\"\n[material.x]\nlike = \"steel\"",
+       "s.toml:3:12: 'seafloor.material': like = \"steel\" is a solid: the material needs model = "
+       "\"solid\""},
       {head + "[sonar.\"a/b\"]",
        "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and -"},
       {head + "seed = -1",
@@ -406,7 +419,7 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "400000"},
       {head + "[seafloor]\ncell_m = 0.001",
        "s.toml:3:10: a seabed of 200 x 140 m in cells of 0.001 m has 2.8e+10 points, expected at "
-       "most 1e+08: make the cells larger or the seabed smaller"},
+       "most 1.07e+09: make the cells larger or the seabed smaller"},
       {head + "[seafloor.ripples]\nrms_height_m = 0.1\nwavelength_m = 0.5",
        "s.toml:4:16: ripples of 0.5 m need cells of 0.125 m or less, and seafloor.cell_m is 0.2"},
       {head + "[track]\npings = 1_000_000",
@@ -654,6 +667,54 @@ TEST_CASE("A preset sets the keys that are not given, in any order of reading") 
         std::string::npos);
   CHECK(dump_scene(parsed(head + "[sonar.a]\npreset = \"klein-5000\""))
             .find("frequency_hz = 455000") != std::string::npos);
+}
+
+TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have none of it") {
+  const auto has_survey = [](const Scene& scene) {
+    const bool sonars = std::ranges::all_of(scene.sonars, [](const Sonar& sonar) {
+      return sonar.receiver.looks == 3 && sonar.receiver.detector == Detector::peak &&
+             sonar.receiver.output_noise_db == -46.0;
+    });
+    const bool rest = scene.arrivals.surface && scene.arrivals.burst_m > 0.0;
+    CHECK(sonars == rest);
+    return sonars && rest;
+  };
+  const std::string two = "[sonar.a]\n[sonar.b]\n", preset = "preset = \"klein-5000\"\n";
+  const Scene plain = parsed(head + two), by_preset = parsed(head + two + preset),
+              survey = parsed(head + "conditions = \"survey\"\n" + two),
+              ideal = parsed(head + "conditions = \"ideal\"\n" + two + preset);
+  CHECK_FALSE(has_survey(plain));
+  CHECK(plain.motion.roll.still());
+  CHECK(plain.texture);
+  for (const Scene& scene : {by_preset, survey}) {
+    CHECK(has_survey(scene));
+    CHECK_FALSE(scene.motion.roll.still());
+    CHECK_FALSE(scene.motion.heave.still());
+    CHECK(scene.texture);
+  }
+  CHECK(ideal.sonars[1].frequency_hz == 455e3);
+  CHECK_FALSE(has_survey(ideal));
+  CHECK(ideal.motion.roll.still());
+  CHECK_FALSE(ideal.texture);
+  CHECK_FALSE(parsed(head + two + preset, {"conditions=ideal"}).arrivals.surface);
+
+  // What the scene gives stays, whatever the order.
+  const Scene own =
+      parsed(head + "[motion]\nroll = { rms_deg = 0.1 }\n[arrivals]\nsurface = false\n" + two +
+                 preset + "looks = 2\n",
+             {"texture=false"});
+  CHECK(own.motion.roll.rms == 0.1 * radians_per_degree);
+  CHECK_FALSE(own.motion.heave.still());
+  CHECK_FALSE(own.arrivals.surface);
+  CHECK_FALSE(own.texture);
+  CHECK(own.sonars[1].receiver.looks == 2);
+  CHECK(own.sonars[0].receiver.looks == 3);
+
+  // A recorded track has its own motion. A dump reads back as the same scene.
+  const std::string of_file = "[track]\nkind = \"file\"\nfile = \"a.csv\"\n";
+  const std::string text = head + "conditions = \"survey\"\n" + of_file + two;
+  CHECK(parse_recipe_unchecked(text, "s.toml", {}).motion.roll.still());
+  CHECK(dump_scene(parsed(dump_scene(by_preset))) == dump_scene(by_preset));
 }
 
 TEST_CASE("Options of a track that do not fit each other are refused") {

@@ -106,7 +106,8 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
   for (const bool jsf : {false, true}) {
     CAPTURE(jsf);
     const std::filesystem::path file = folder / "line";
-    tests::write_text(file, tests::as_text(jsf ? encode_jsf(recording) : encode_xtf(recording)));
+    tests::write_text(
+        file, tests::as_text(jsf ? encode_jsf({&recording, 1}) : encode_xtf({&recording, 1})));
     const NavigationLog log = read_track({.kind = TrackKind::file, .file = {"line", file}}, {});
     REQUIRE(log.t_s.size() == 2);
     CHECK(log.t_s[1] - log.t_s[0] == Approx(0.5).margin(1e-3));
@@ -117,7 +118,7 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
     CHECK(log.heading_rad[1] == Approx(102.0 * radians_per_degree).margin(1e-4));
   }
   for (NavPing& ping : recording.pings) ping.place = {};
-  tests::write_text(folder / "line", tests::as_text(encode_xtf(recording)));
+  tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));
   try {
     read_track({.kind = TrackKind::file, .file = {"line", folder / "line"}}, {});
     FAIL("accepted");

@@ -20,7 +20,7 @@ namespace {
 constexpr double degree = pi / 180.0;
 
 refine::TriangleMesh body(const char* name, const ShapeSize& size) {
-  return make_body(shape_named(name), size, RandomStream(1, Purpose::test));
+  return make_body(shape_named(name), size, RandomStream(1, Purpose::test)).mesh;
 }
 
 }  // namespace

@@ -217,7 +217,7 @@ TEST_CASE("A current digs a scour in front of a boulder and leaves a tail behind
   CHECK(before < -1.0);
 }
 
-TEST_CASE("Rock forms ledges: treads along the dip, risers as high as a bed is thick") {
+TEST_CASE("Rock forms ledges: blocks along the dip, each ending with a bed, and fallen ones") {
   Laid laid(flat(400, 300, 0.1, 0.1));
   const OutcropRelief relief{.height_m = 3.0,
                              .ledge_m = 0.5,
@@ -229,19 +229,45 @@ TEST_CASE("Rock forms ledges: treads along the dip, risers as high as a bed is t
     for (int column = 0; column < 400; ++column)
       weight[laid.field.index(column, row)] = 0.5 + 0.5 * std::sin(column * 0.01);
   add_outcrops(laid.field, relief, draws(1), weight, laid.marked);
-  // On treads the slope to the east is the dip of the beds, downwards.
-  int treads = 0, flat_enough = 0;
+  // On blocks the slope to the east is the dip of the beds, downwards, and their own lean, which is
+  // at most 0.06. From block to block the height changes by whole beds, but for leans and cracks.
+  int treads = 0, flat_enough = 0, edges = 0, whole_beds = 0;
   for (int row = 0; row < 300; row += 10)
     for (int column = 0; column + 1 < 400; ++column) {
       if (!laid.marked[laid.field.index(column, row)]) continue;
       ++treads;
       const double slope = (laid.field.at(column + 1, row) - laid.field.at(column, row)) / 0.1;
-      flat_enough += std::abs(slope + std::tan(0.05)) < 0.01;
+      flat_enough += std::abs(slope + std::tan(0.05)) < 0.061;
+      if (column < 10 || column + 11 >= 400 || std::abs(slope) < 2.0) continue;
+      if (!laid.marked[laid.field.index(column - 4, row)] ||
+          !laid.marked[laid.field.index(column + 5, row)])
+        continue;
+      const double beds = (laid.field.at(column + 5, row) - laid.field.at(column - 4, row)) / 0.5;
+      ++edges;
+      whole_beds += std::abs(beds - std::round(beds)) < 0.25;
     }
   REQUIRE(treads > 1000);
-  CHECK(flat_enough > 0.7 * treads);
-  for (std::size_t i = 0; i < weight.size(); ++i)
-    if (weight[i] < 0.4) REQUIRE(laid.field.z_m[i] == 0.0);
+  CHECK(flat_enough > 0.6 * treads);
+  REQUIRE(edges > 50);
+  CHECK(whole_beds > 0.6 * edges);  // by chance it would be half
+  // Rock stands where its height at a block's middle is over the bed; fallen blocks lie before it.
+  int fallen = 0;
+  for (int row = 0; row < 300; ++row)
+    for (int column = 0; column < 400; ++column) {
+      const std::size_t point = laid.field.index(column, row);
+      if (weight[point] > 0.35) continue;
+      fallen += laid.marked[point] != 0;
+      if (weight[point] < 0.15) REQUIRE(laid.field.z_m[point] == 0.0);
+    }
+  CHECK(fallen > 0);
+}
+
+TEST_CASE("Rock without ledges has neither joints nor fallen blocks") {
+  Laid laid(flat(100, 100, 0.1, 0.1));
+  std::vector<double> weight(laid.field.z_m.size(), 0.75);
+  add_outcrops(laid.field, {.height_m = 2.0, .ledge_m = 0.0, .roughness_at_1m_m = 0.0}, draws(1),
+               weight, laid.marked);
+  for (const double z : laid.field.z_m) REQUIRE(z == 1.0);
 }
 
 TEST_CASE("Features with values outside their ranges are refused") {

@@ -10,6 +10,7 @@
 
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/ground_texture.h>
 #include <ensonify/scatter/solid_target.h>
 #include <ensonify/scatter/strength_table.h>
 
@@ -93,6 +94,20 @@ TEST_CASE("The generic model has the material's levels and widths, and those tha
   CHECK(strength_db(shoal, 85.0) == Approx(scatter::to_db(sum) + 1.5));
   CHECK(!sediment_of(shoal));
   CHECK_THROWS_WITH(strength_db({.model = "gsab"}, 30.0), Catch::Contains("needs gsab_lambert_db"));
+}
+
+TEST_CASE("Rough solids are uneven at all angles, smooth ones are even") {
+  const scatter::GroundTexture fouled =
+      texture_of({.name = "hull", .model = "solid", .like = "fouled steel"});
+  CHECK_FALSE(fouled.even());
+  CHECK(fouled.shape_at(0.1) == fouled.shape_at(1.5));
+  CHECK(texture_of({.name = "plate", .model = "solid", .like = "steel"}).even());
+  CHECK(texture_of({.name = "hull",
+                    .model = "solid",
+                    .like = "fouled steel",
+                    .texture_shape = 0.0,
+                    .variation_db = 0.0})
+            .even());
 }
 
 TEST_CASE("A material that returns more than arrives is warned of, with angle and decibels") {

@@ -30,7 +30,7 @@ double volume_m3(const refine::TriangleMesh& mesh) {
 }
 
 refine::TriangleMesh body(std::string_view name, const ShapeSize& size = {}) {
-  return make_body(shape_named(name), size, draws);
+  return make_body(shape_named(name), size, draws).mesh;
 }
 
 refine::TriangleMesh line(std::string_view name, const ShapeSize& size = {}) {
@@ -112,7 +112,8 @@ TEST_CASE("Boulders and debris differ from one another and are the same for the 
   for (const std::string_view name : {"boulder", "debris", "net"}) {
     const ShapeKind& kind = shape_named(name);
     const auto made = [&](std::uint64_t number) {
-      return make_body(kind, {}, RandomStream(1, Purpose::object_shape, {0, number})).positions;
+      return make_body(kind, {}, RandomStream(1, Purpose::object_shape, {0, number}))
+          .mesh.positions;
     };
     CHECK(made(1) == made(1));
     CHECK(made(1) != made(2));

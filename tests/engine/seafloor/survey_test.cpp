@@ -7,6 +7,8 @@
 #include <iterator>
 #include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -230,17 +232,9 @@ TEST_CASE("Grids that are rotated, in degrees or in feet are refused with the cu
   CHECK(has(error_of(folder, bare), "seems to be in degrees"));
 }
 
-TEST_CASE("Other files that a file names are not read") {
+TEST_CASE("A file next to a survey does not change it") {
   const TemporaryFolder folder;
   write_text(folder / "grid.asc", text_grid(rows_4x3));
-  const std::string vrt =
-      "<VRTDataset rasterXSize=\"4\" rasterYSize=\"3\"><GeoTransform>500000,0.5,0,4000001.5,0,-0.5"
-      "</GeoTransform><VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename "
-      "relativeToVRT=\"1\">grid.asc</SourceFilename><SourceBand>1</SourceBand></SimpleSource>"
-      "</VRTRasterBand></VRTDataset>";
-  CHECK(has(error_of(folder, vrt, "grid.vrt"), "cannot be read"));
-  CHECK(has(error_of(folder, vrt, "grid.tif"), "cannot be read"));
-  // A file next to a survey does not change it.
   write_text(folder / "grid.asc.aux.xml",
              "<PAMDataset><GeoTransform>0,7,0,0,0,-7</GeoTransform><PAMRasterBand band=\"1\">"
              "<NoDataValue>-6</NoDataValue></PAMRasterBand></PAMDataset>");
@@ -310,4 +304,133 @@ TEST_CASE("A truncated BAG is refused") {
         read(folder, whole.substr(0, whole.size() * static_cast<std::size_t>(part) / 20), 0.0,
              "grid.bag"),
         MeshError);
+}
+
+namespace {
+
+/// A VRT of two halves of 2 x 3 points, or with another `source` in place of the second.
+std::string mosaic_text(const std::string& source) {
+  const auto half = [](const std::string& element, int column) {
+    return "<SimpleSource>" + element +
+           "<SourceBand>1</SourceBand><SrcRect xOff=\"0\" yOff=\"0\" xSize=\"2\" ySize=\"3\"/>"
+           "<DstRect xOff=\"" +
+           std::to_string(column) + "\" yOff=\"0\" xSize=\"2\" ySize=\"3\"/></SimpleSource>";
+  };
+  return "<VRTDataset rasterXSize=\"4\" rasterYSize=\"3\"><SRS>EPSG:32619</SRS>"
+         "<GeoTransform>500000, 1, 0, 4000000, 0, -1</GeoTransform>"
+         "<VRTRasterBand dataType=\"Float32\" band=\"1\"><NoDataValue>-9999</NoDataValue>" +
+         half("<SourceFilename relativeToVRT=\"1\">west.tif</SourceFilename>", 0) +
+         half(source, 2) + "</VRTRasterBand></VRTDataset>";
+}
+const std::string east_half = "<SourceFilename relativeToVRT=\"1\">east.tif</SourceFilename>";
+
+void write_halves(const TemporaryFolder& folder) {
+  const Tiff whole = tiff_4x3();
+  for (const int half : {0, 1}) {
+    Tiff tiff;
+    tiff.columns = 2;
+    tiff.rows = 3;
+    tiff.transform = {500000.0 + 2 * half, 1, 0, 4000000, 0, -1};
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t column = 0; column < 2; ++column)
+        tiff.heights.push_back(
+            whole.heights[row * 4 + static_cast<std::size_t>(2 * half) + column]);
+    write_text(folder / (half == 0 ? "west.tif" : "east.tif"), tiff.bytes());
+  }
+}
+
+}  // namespace
+
+TEST_CASE("A VRT mosaic of local files reads as the whole grid") {
+  const TemporaryFolder folder;
+  write_halves(folder);
+  const Heightfield whole = read(folder, tiff_4x3().bytes(), 0.5, "whole.tif");
+  const Heightfield mosaic = read(folder, mosaic_text(east_half), 0.5, "bed.vrt");
+  CHECK(mosaic.z_m == whole.z_m);
+  CHECK(mosaic.world_origin == whole.world_origin);
+  CHECK(mosaic.utm_zone == whole.utm_zone);
+  CHECK(files_of_survey(folder / "bed.vrt") ==
+        std::vector<std::filesystem::path>{folder / "bed.vrt", folder / "west.tif",
+                                           folder / "east.tif"});
+}
+
+TEST_CASE("Of several bands the one with the name of heights is read, or else the first") {
+  const TemporaryFolder folder;
+  const Tiff heights = tiff_4x3();
+  Tiff other = heights;
+  for (float& z : other.heights) z = -3.0f;
+  write_text(folder / "heights.tif", heights.bytes());
+  write_text(folder / "other.tif", other.bytes());
+  const Heightfield of_heights = read_survey(folder / "heights.tif", 0.0);
+  const Heightfield of_other = read_survey(folder / "other.tif", 0.0);
+  REQUIRE(of_heights.z_m != of_other.z_m);
+  const auto with_bands = [&](const std::string& first, const std::string& second) {
+    const auto band = [](int number, const std::string& name, const std::string& file) {
+      return "<VRTRasterBand dataType=\"Float32\" band=\"" + std::to_string(number) +
+             "\"><Description>" + name + "</Description><SimpleSource>" +
+             "<SourceFilename relativeToVRT=\"1\">" + file + "</SourceFilename>" +
+             "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>";
+    };
+    return read(folder,
+                "<VRTDataset rasterXSize=\"4\" rasterYSize=\"3\"><SRS>EPSG:32619</SRS>"
+                "<GeoTransform>500000, 1, 0, 4000000, 0, -1</GeoTransform>" +
+                    band(1, first, "other.tif") + band(2, second, "heights.tif") + "</VRTDataset>",
+                0.0, "bands.vrt")
+        .z_m;
+  };
+  CHECK(with_bands("density", "Elevation") == of_heights.z_m);
+  CHECK(with_bands("Depth uncertainty", "depth") == of_heights.z_m);
+  CHECK(with_bands("elevation", "bathymetry") == of_other.z_m);
+  CHECK(with_bands("", "") == of_other.z_m);
+}
+
+TEST_CASE("A VRT mosaic that names other hosts, other mosaics or functions is refused") {
+  const TemporaryFolder folder;
+  write_halves(folder);
+  write_text(folder / "inner.vrt", mosaic_text(east_half));
+  write_text(folder / "inner.tif", mosaic_text(east_half));
+  const auto named = [](const std::string& file) {
+    return "<SourceFilename relativeToVRT=\"0\">" + file + "</SourceFilename>";
+  };
+  for (const std::string& source :
+       {named("/vsicurl/http://localhost/east.tif"), named("http://localhost/east.tif"),
+        named("/vsizip/east.zip"), named(""), named("east.tif"),
+        named((folder / "inner.vrt").string()), named((folder / "inner.tif").string()),
+        named("&lt;VRTDataset&gt;"),
+        east_half + "<OpenOptions><OOI key=\"a\">b</OOI></OpenOptions>",
+        east_half + "<PixelFunctionType>sum</PixelFunctionType>"}) {
+    CAPTURE(source);
+    CHECK(has(error_of(folder, mosaic_text(source), "bed.vrt"), "local files"));
+  }
+  CHECK(has(error_of(folder, "<VRTDataset rasterXSize=\"4\"", "bed.vrt"), "VRT"));
+}
+
+TEST_CASE("A survey's windows have the heights of the whole") {
+  const TemporaryFolder folder;
+  const Heightfield whole = read(folder, text_grid(rows_4x3), 0.5);
+  write_text(folder / "grid.tif", tiff_4x3().bytes());
+  const Heightfield of_tiff = read_survey(folder / "grid.tif", 0.5);
+  for (const auto& [name, expected] :
+       {std::pair{"grid.asc", &whole}, std::pair{"grid.tif", &of_tiff}}) {
+    CAPTURE(name);
+    const auto heights = survey_tiles(folder / name, 0.5);
+    for (int columns = 1; columns <= 4; ++columns)
+      for (int rows = 1; rows <= 3; ++rows)
+        for (int column = 0; column + columns <= 4; ++column)
+          for (int row = 0; row + rows <= 3; ++row) {
+            std::vector<double> z_m(static_cast<std::size_t>(columns * rows));
+            heights(column, row, columns, rows, z_m, {});
+            bool same = true;
+            for (int j = 0; j < rows; ++j)
+              for (int i = 0; i < columns; ++i) {
+                const double z = z_m[static_cast<std::size_t>(j * columns + i)];
+                const double wanted = expected->at(column + i, row + j);
+                same = same && (z == wanted || (std::isnan(z) && std::isnan(wanted)));
+              }
+            CHECK(same);
+          }
+  }
+  const SurveySample sample = sample_survey(folder / "grid.tif", 0.5);
+  CHECK(sample.lowest_m == -13.0);
+  CHECK(sample.highest_m == -1.5);
 }

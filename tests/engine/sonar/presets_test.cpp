@@ -63,7 +63,7 @@ TEST_CASE("a preset's array length gives its beamwidth") {
     CAPTURE(preset.name);
     CHECK(names.insert(preset.name).second);
     CHECK(preset.sonar.preset == preset.name);
-    const LineArray array{preset.sonar.array_length_m, 1500.0 / preset.sonar.frequency_hz};
+    const LineArray array{preset.sonar.receive_length_m(), 1500.0 / preset.sonar.frequency_hz};
     CHECK(array.power(std::sin(0.5 * preset.beamwidth_rad)) == Approx(0.5).epsilon(0.01));
     // The bins are as fine as the pulse's resolution, with at most a hundred bins more.
     const Pulse& pulse = preset.sonar.pulse;

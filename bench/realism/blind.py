@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+"""A blind judgement: crops of real and simulated pictures, mixed, and the score of one who judges.
+
+    blind.py make DATA FOLDER RUN...     writes 60 crops, half of them real, sheets and a key
+    blind.py score FOLDER                reads FOLDER/answers.txt and prints the accuracy
+
+DATA is the folder of real images, as for judge.py; each RUN the folder of a run, whose first
+picture is taken. A crop has 128 x 128 pixels, is grey, and is stretched from its 1st to its 99th
+percentile, so that palette and gain do not tell. It may have objects, shadows and some water
+column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
+written: a line per crop, its number and `real` or `simulated`. The interval is Wilson's, of 95 %.
+"""
+
+import json
+import math
+import random
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from judge import real_sources
+
+CROPS, SIDE, SEED = 60, 128, 30
+PER_SHEET, PER_ROW, SHOWN_PX = 20, 5, 256
+
+
+def crop_of(path, draw):
+    """A crop that is bed for the most part; None if ten places have none."""
+    picture = np.asarray(Image.open(path).convert("L"), dtype=float)
+    height, width = picture.shape
+    height = int(0.75 * height) if "garmin" in str(path) else height  # lettering below
+    for _ in range(10):
+        top, left = draw.randrange(height - SIDE + 1), draw.randrange(width - SIDE + 1)
+        crop = picture[top:top + SIDE, left:left + SIDE]
+        blobs = crop.reshape(SIDE // 8, 8, SIDE // 8, 8).mean((1, 3))
+        if np.median(crop) > 20.0 and (blobs < 0.3 * np.median(blobs)).mean() < 0.25:
+            low, high = np.percentile(crop, [1, 99])
+            scaled = np.clip((crop - low) / max(high - low, 1.0), 0.0, 1.0)
+            return Image.fromarray((255.0 * scaled).astype(np.uint8))
+    return None
+
+
+def crops_of(sources, count, draw):
+    """Crops with their sources' names, in turns."""
+    found, names = [], sorted(sources)
+    for i in range(100 * count):
+        name = names[i % len(names)]
+        crop = crop_of(draw.choice(sources[name]), draw)
+        if crop:
+            found.append((name, crop))
+        if len(found) == count:
+            return found
+    sys.exit(f"only {len(found)} of {count} crops show bed; give more pictures")
+
+
+def make(data, folder, runs):
+    simulated = {}
+    for run in runs:
+        pictures = [path for path in sorted(Path(run).glob("*.png")) if "truth" not in path.name]
+        if not pictures:
+            sys.exit(f"{run}: has no picture; give folders that `ensonify run` wrote")
+        simulated[run] = pictures[:1]
+    real = real_sources(data)
+    if not real:
+        sys.exit(f"{data}: has no real_images and sidescan/*.png; name the folder that holds them")
+    draw = random.Random(SEED)
+    order = list(simulated)
+    draw.shuffle(order)  # so that not only the first runs by name are shown
+    simulated = {f"{i:03}": simulated[run] for i, run in enumerate(order)}
+    crops = [("real", *one) for one in crops_of(real, CROPS // 2, draw)]
+    crops += [("simulated", order[int(name)], crop)
+              for name, crop in crops_of(simulated, CROPS // 2, draw)]
+    draw.shuffle(crops)
+    folder.mkdir(parents=True, exist_ok=True)
+    key = {}
+    for begin in range(0, CROPS, PER_SHEET):
+        sheet = Image.new("L", (PER_ROW * (SHOWN_PX + 8),
+                                PER_SHEET // PER_ROW * (SHOWN_PX + 20)), 255)
+        for i, (kind, source, crop) in enumerate(crops[begin:begin + PER_SHEET]):
+            number = f"{begin + i + 1:02}"
+            key[number] = {"kind": kind, "source": source}
+            crop.save(folder / f"{number}.png")
+            left, top = i % PER_ROW * (SHOWN_PX + 8), i // PER_ROW * (SHOWN_PX + 20)
+            sheet.paste(crop.resize((SHOWN_PX, SHOWN_PX), Image.NEAREST), (left, top + 14))
+            ImageDraw.Draw(sheet).text((left, top), number, fill=0)
+        sheet.save(folder / f"sheet_{begin // PER_SHEET + 1}.png")
+    (folder / "key.json").write_text(json.dumps(key, indent=1) + "\n")
+    print(f"{folder}: {CROPS} crops; look at sheet_*.png and write answers.txt")
+
+
+def wilson(right, count, z=1.96):
+    """Wilson's interval of a share, from which `right` of `count` were drawn."""
+    share, spread = right / count, z * z / count
+    middle = (share + spread / 2) / (1 + spread)
+    half = z / (1 + spread) * math.sqrt(share * (1 - share) / count + spread / (4 * count))
+    return middle - half, middle + half
+
+
+def score(folder):
+    key = json.loads((folder / "key.json").read_text())
+    answers = dict(line.split() for line in (folder / "answers.txt").read_text().splitlines())
+    if set(answers) != set(key) or not set(answers.values()) <= {"real", "simulated"}:
+        sys.exit(f"{folder}/answers.txt: expected a line with `real` or `simulated` for each of "
+                 f"the numbers 01 to {len(key)}")
+    right = {kind: [answers[n] == kind for n in key if key[n]["kind"] == kind]
+             for kind in ("real", "simulated")}
+    total = sum(map(sum, right.values()))
+    low, high = wilson(total, len(key))
+    print(f"accuracy {total / len(key):.3f} ({total} of {len(key)}), 95 % interval {low:.3f} to "
+          f"{high:.3f}")
+    for kind, its in right.items():
+        print(f"{kind}: {sum(its)} of {len(its)} told")
+    for number, one in key.items():
+        if answers[number] != one["kind"]:
+            print(f"wrong: {number}, {one['kind']}, {Path(one['source']).name}")
+
+
+def main():
+    arguments = sys.argv[1:]
+    if len(arguments) >= 4 and arguments[0] == "make":
+        make(Path(arguments[1]), Path(arguments[2]), arguments[3:])
+    elif len(arguments) == 2 and arguments[0] == "score":
+        score(Path(arguments[1]))
+    else:
+        sys.exit(__doc__)
+
+
+if __name__ == "__main__":
+    main()

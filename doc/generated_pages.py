@@ -1,0 +1,60 @@
+"""Writes the pages of the reference that follow from the program and from the headers.
+
+Usage: generated_pages.py PROGRAM DOXYGEN_XML FOLDER. The pages in doc/reference include the files that this
+writes into FOLDER.
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+
+def output_of(program, *arguments):
+    return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def scene_keys(program):
+    """`ensonify schema` is Markdown with a title; the page has its own."""
+    return output_of(program, "schema").split("\n", 1)[1]
+
+
+def commands(program):
+    """The help of each subcommand, under a heading."""
+    overview = output_of(program, "--help")
+    names = re.findall(r"^  ([a-z][a-z-]*) ", overview.split("Subcommands:")[1], re.MULTILINE)
+    return "".join(f"## ensonify {name}\n\n```text\n{output_of(program, name, '--help').rstrip()}\n```\n\n"
+                   for name in names)
+
+
+def cpp(xml):
+    """The types and functions of each installed header, for Breathe."""
+    page = []
+    for entry in sorted(xml.glob("*_8h.xml")):
+        header = ElementTree.parse(entry).getroot().find("compounddef")
+        path = header.find("location").get("file")
+        directives = [f"```{{doxygen{kind.get('refid')[:kind.get('refid').index('ensonify')]}}} {kind.text}\n"
+                      ":members:\n```" for kind in header.findall("innerclass")
+                      if kind.get("prot") == "public" and kind.text.count("::") == 2]
+        for member in header.iter("memberdef"):
+            kind, name = member.get("kind"), member.findtext("qualifiedname")
+            if kind == "function":
+                directives.append(f"```{{doxygenfunction}} {name}{member.findtext('argsstring')}\n```")
+            elif kind in ("enum", "typedef", "variable"):
+                directives.append(f"```{{doxygen{kind}}} {name}\n```")
+        if directives:
+            page.append((path, f"## {path}\n\n" + "\n\n".join(directives) + "\n\n"))
+    return "".join(text for _, text in sorted(page))
+
+
+def main():
+    program, xml, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "scene_keys.md").write_text(scene_keys(program))
+    (folder / "commands.md").write_text(commands(program))
+    (folder / "cpp.md").write_text(cpp(xml))
+
+
+if __name__ == "__main__":
+    main()

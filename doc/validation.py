@@ -1,0 +1,468 @@
+"""Draws the validation page: what the program gives, next to what a closed form or a publication says.
+
+Usage: validation.py PROGRAM FOLDER. Writes validation.md and its pictures into FOLDER; exit code 1 if a
+bound does not hold. Nothing here shares code with the program: the laws are written out again.
+"""
+
+import csv
+import dataclasses
+import io
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import ensonify
+
+plt.rcParams.update({"svg.hashsalt": "ensonify", "figure.figsize": (6.8, 4.6), "figure.autolayout": True,
+                     "axes.grid": True, "axes.formatter.useoffset": False, "grid.alpha": 0.3, "lines.linewidth": 1.2})
+
+speed_mps = 1500.0
+absorption_db_per_m = 0.03
+lambert_db = -27.0
+
+
+@dataclasses.dataclass
+class Law:
+    name: str
+    title: str
+    text: str  # what is expected, with its source
+    unit: str
+    bound: float
+    worst: float  # the largest deviation from the law
+    draw: object  # draw(axes, axes below for the difference), or None
+
+    @property
+    def holds(self):
+        return bool(self.worst <= self.bound)
+
+
+laws = []
+
+
+def law(function):
+    laws.append(function)
+    return function
+
+
+def decibel(x):
+    return 10 * np.log10(np.maximum(x, 1e-300))
+
+
+def scene(depth_m=20.0, sonar=None, extent_m=120.0, **tables):
+    """A level bed that scatters by Lambert's law, and one sonar without noise."""
+    whole = {"version": 1, "speckle": False, "texture": False,
+             "sea": {"sound_speed_mps": speed_mps, "absorption_db_per_km": 1e3 * absorption_db_per_m},
+             "seafloor": {"extent_east_m": extent_m, "extent_north_m": extent_m, "cell_m": extent_m / 100,
+                          "depth_m": depth_m, "material": "law", "fractal": {"height_at_1m_m": 0.0}},
+             "material": {"law": {"model": "lambert", "lambert_mu_db": lambert_db}},
+             "run": {"surface": "static", "intersector": "fan_scan"},
+             "track": {"pings": 1},
+             "sonar": {"s": {"range_m": 50.0, "bins": 1000, "noise": False, "vertical_beamwidth_deg": 0.0,
+                             "elevations": 4000, **(sonar or {})}}}
+    whole.update(tables)
+    return whole
+
+
+def starboard(simulator, pose, number=None):
+    lines = simulator.ping(pose, number)
+    return next(line for line in lines if line.side == "starboard")
+
+
+def compared(x, series, xlabel, ylabel):
+    """Draws (name, expected, measured) over x: a line for the law, dots for the program; below it, their
+    difference."""
+    def draw(axes, below):
+        for name, expected, measured in series:
+            line, = axes.plot(x, expected, label=f"{name}: law")
+            step = max(1, len(x) // 40)
+            axes.plot(x[::step], measured[::step], "o", markersize=3, color=line.get_color(),
+                      label=f"{name}: program")
+            below.plot(x, measured - expected, ".-", markersize=3, color=line.get_color())
+        axes.set(ylabel=ylabel)
+        axes.legend(fontsize=7)
+        below.set(xlabel=xlabel, ylabel="program - law")
+    return draw
+
+
+@law
+def sonar_equation():
+    altitude_m, series, worst = 10.0, [], 0.0
+    for frequency_hz in (100e3, 400e3, 900e3):
+        sonar = {"frequency_hz": frequency_hz, "array_length_m": 0.5, "bandwidth_hz": 30e3,
+                 "source_level_db": 210.0, "focused": True}
+        line = starboard(ensonify.Simulator(scene(sonar=sonar)), ensonify.Pose(0, 0, -altitude_m))
+        cell_m = speed_mps / 2 / 30e3
+        r = line["range_m"].astype(float) - cell_m / 2  # the middle of the echo's cell
+        keep = (r > 1.2 * altitude_m) & (r < 49)
+        r = r[keep]
+        grazing = np.arcsin(altitude_m / r)
+        beam_rad = 2 / 3 * speed_mps / frequency_hz / 0.5  # integral of sinc^4
+        expected = (210.0 - 40 * np.log10(r) - 2 * absorption_db_per_m * r + lambert_db
+                    + 20 * np.log10(np.sin(grazing)) + decibel(r * beam_rad * cell_m / np.cos(grazing)))
+        measured = decibel(line["intensity_mean"][keep])
+        series.append((f"{frequency_hz / 1e3:.0f} kHz", expected, measured))
+        worst = max(worst, np.abs(measured - expected).max())
+    return Law("sonar_equation", "Level over range",
+               "A flat bed by Lambert's law returns SL - 40 log r - 2 a r + S_b + 10 log A, where A is the "
+               "range cell c/2B, over the cosine, times r times the two-way beam 2/3 λ/L. "
+               "The main lobe alone is traced here, which leaves out 0.014 dB.",
+               "dB", 0.05, worst, compared(r, series, "slant range, m", "echo level, dB re 1 µPa"))
+
+
+@law
+def first_return():
+    altitudes = np.array([2.0, 5.0, 8.0, 12.5, 20.0, 31.0])
+    simulator = ensonify.Simulator(scene(depth_m=40.0))
+    measured = []
+    for altitude_m in altitudes:
+        line = starboard(simulator, ensonify.Pose(0, 0, altitude_m - 40.0))
+        measured.append(line["range_m"][np.argmax(line["intensity_mean"] > 0)])
+    measured = np.array(measured)
+    return Law("first_return", "First return",
+               "The first echo of a level bed begins at the altitude; bins are 0.05 m wide.",
+               "m", 0.05, np.abs(measured - altitudes).max(),
+               compared(altitudes, [("first lit bin", altitudes, measured)], "altitude, m",
+                        "first return, m"))
+
+
+def target_scene(sonar, shape):
+    """A smooth object that reflects nine tenths, high above a deep bed, so that it is alone in its ranges."""
+    whole = scene(depth_m=400.0, extent_m=2.0,
+                  sonar={"bandwidth_hz": 30e3, "focused": True, "sector_low_deg": -20.0,
+                         "sector_high_deg": 20.0, "side_lobes": 0, **sonar},
+                  objects=[{"shape": shape[0], "material": "rigid", "height_m": 380.0, **shape[1]}])
+    whole["material"]["rigid"] = {"model": "solid", "like": "steel", "specular": 0.9, "diffuse_db": -100.0}
+    return whole
+
+
+def target_strength_db(line, near_m, far_m, source_level_db=210.0):
+    """The energy of an echo between two ranges, with its spreading and absorption undone."""
+    r = line["range_m"].astype(float)
+    keep = (r > near_m) & (r < far_m)
+    r, energy = r[keep], line["intensity_mean"][keep].astype(float)
+    bin_m, cell_m = r[1] - r[0], speed_mps / 2 / 30e3
+    undone = energy * r**4 * 10 ** (2 * absorption_db_per_m * r / 10)
+    return decibel(undone.sum() * bin_m / cell_m) - source_level_db
+
+
+@law
+def sphere():
+    radii = np.array([0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8])
+    # A spherical wave that has run d to the nearest point spreads from there on as if from the
+    # sphere's inside: a^2 / 4 holds with the range d out and d + a back.
+    nearest_m = 40.0 - radii
+    expected, measured = decibel(0.9 * radii**2 / 4 * (nearest_m / 40.0)**2), []
+    for a in radii:
+        # 40 m off, at the sphere's height; an array so short that the beam is wider than the sphere.
+        simulator = ensonify.Simulator(target_scene(
+            {"frequency_hz": 200e3, "array_length_m": 0.05, "range_m": 60.0, "bins": 2400},
+            ("sphere", {"diameter_m": 2 * a})))
+        line = starboard(simulator, ensonify.Pose(-40.0, 0, -20.0 + a))
+        measured.append(target_strength_db(line, 36.0, 42.0))
+    measured = np.array(measured)
+    return Law("sphere", "Target strength of a sphere",
+               "A smooth rigid sphere of radius a returns a²/4 of what arrives, far from it and at any frequency "
+               "(Urick, Principles of Underwater Sound); these reflect nine tenths of the energy. "
+               "So near, the wave's own curvature counts: a factor of ((r - a) / r)².",
+               "dB", 0.2, np.abs(measured - expected).max(),
+               compared(radii, [("sphere", expected, measured)], "radius, m", "target strength, dB"))
+
+
+@law
+def beam():
+    frequency_hz, length_m = 400e3, 0.3
+    simulator = ensonify.Simulator(target_scene(
+        {"frequency_hz": frequency_hz, "array_length_m": length_m, "range_m": 60.0, "bins": 1200,
+         "side_lobes": 3}, ("sphere", {"diameter_m": 0.1})))
+    angles = np.linspace(-2.0, 2.0, 81)
+    measured = []
+    for angle in angles:
+        line = starboard(simulator, ensonify.Pose(-40.0, 0, -19.95, heading_deg=angle))
+        r = line["range_m"]
+        measured.append(line["intensity_mean"][(r > 38) & (r < 42)].astype(float).sum())
+    measured = np.array(measured)
+    measured = decibel(measured / measured.max())
+    expected = 40 * np.log10(np.abs(np.sinc(length_m * frequency_hz / speed_mps * np.sin(np.radians(angles)))))
+    keep = expected > -50
+    return Law("beam", "Beam of a line array",
+               "A small sphere 40 m off, the sonar turned past it: the two-way power of a line array is "
+               "sinc⁴(L sin(angle) / λ). Levels below -50 dB are not compared.",
+               "dB", 0.1, np.abs(measured - expected)[keep].max(),
+               compared(angles[keep], [("0.3 m at 400 kHz", expected[keep], measured[keep])],
+                        "angle from broadside, degrees", "level, dB re axis"))
+
+
+@law
+def shadow():
+    altitude_m, series, worst = 10.0, [], 0.0
+    places = np.array([12.0, 16.0, 20.0, 26.0, 32.0])
+    for height_m in (0.5, 1.0, 2.0):
+        expected, measured = [], []
+        for east_m in places:
+            simulator = ensonify.Simulator(scene(
+                sonar={"array_length_m": 1.0, "range_m": 60.0, "bins": 2400, "pulse": "lfm", "bandwidth_hz": 60e3},
+                objects=[{"shape": "box", "length_m": 12.0, "width_m": 1.0, "tall_m": height_m,
+                          "east_m": east_m, "material": "concrete"}]))
+            line = starboard(simulator, ensonify.Pose(0, 0, -altitude_m))
+            behind = east_m + 0.5  # the upper far edge casts the end of the shadow
+            end_m = behind * altitude_m / (altitude_m - height_m)
+            expected.append(np.hypot(end_m, altitude_m))
+            r = line["range_m"]
+            dark = (line["region"] == 4) & (r < expected[-1] + 2)
+            measured.append(r[dark].max() + 0.0125 if dark.any() else np.nan)
+        series.append((f"{height_m} m tall", np.array(expected), np.array(measured)))
+        worst = max(worst, np.abs(np.array(measured) - expected).max())
+    return Law("shadow", "End of a shadow",
+               "A wall of height h whose far edge is at ground distance d shades the bed as far as "
+               "d H / (H - h), seen from the altitude H. The label `shadow` ends there, to two bins.",
+               "m", 0.05, worst, compared(places, series, "distance of the wall, m", "slant range, m"))
+
+
+@law
+def speckle():
+    whole = scene(sonar={"bins": 500, "array_length_m": 0.3})
+    whole["speckle"] = True
+    whole["track"] = {"pings": 400, "altitude_m": 10.0, "speed_mps": 2.0, "ping_interval_s": 0.5}
+    whole["seafloor"]["extent_north_m"] = 600.0
+    image = ensonify.images(whole)["s"]
+    r = image["range_m"]
+    keep = (r > 15) & (r < 45)
+    x = np.sort(image["intensity"].astype(float)[keep] / image["intensity_mean"][keep])
+    share_above = 1 - (np.arange(x.size) + 0.5) / x.size
+    at = np.linspace(0.1, 6, 60)
+    measured = np.interp(at, x, share_above)
+    expected = np.exp(-at)
+
+    def draw(axes, below):
+        compared(at, [("share", expected, measured)], "x = intensity / its mean", "share above x")(axes, below)
+        axes.set_yscale("log")
+    return Law("speckle", "Speckle",
+               "The intensity of many scatterers is exponentially distributed about its mean: a share of "
+               f"exp(-x) is more than x times as strong. {x.size:,} bins of a flat bed.",
+               "of the share", 0.01, np.abs(measured - expected).max(),
+               draw)
+
+
+@law
+def texture():
+    shapes, expected, measured = np.array([0.1, 0.2, 0.35, 0.6, 1.0, 2.0]), [], []
+    for shape in shapes:
+        whole = scene(sonar={"bins": 500, "array_length_m": 0.3, "bandwidth_hz": 15e3, "focused": True})
+        whole.update(speckle=True, texture=True)
+        # Patches far larger than a cell: its texture is that of one patch, the same at all angles.
+        whole["material"]["law"].update(texture_patch_m=2.0, texture_shape=shape, texture_exponent=0.0,
+                                        glint_share=0.0, variation_db=0.0)
+        whole["track"] = {"pings": 600, "altitude_m": 10.0, "speed_mps": 2.0, "ping_interval_s": 0.5}
+        whole["seafloor"]["extent_north_m"] = 800.0
+        image = ensonify.images(whole)["s"]
+        r = image["range_m"]
+        keep = (r > 12) & (r < 30)
+        x = image["intensity"].astype(float)[keep] / image["intensity_mean"][keep]
+        expected.append(2 * (1 + 1 / shape))
+        measured.append((x**2).mean() / x.mean() ** 2)
+    expected, measured = np.array(expected), np.array(measured)
+    return Law("texture", "Texture below the cell",
+               "Patches of gamma distributed strength with the shape n make K distributed echoes: "
+               "mean(I²) / mean(I)² = 2 (1 + 1/n) (Abraham and Lyons 2002).",
+               "of the law", 0.05, np.abs(measured / expected - 1).max(),
+               compared(shapes, [("second moment", expected, measured)], "shape n of a patch",
+                        "mean(I²) / mean(I)²"))
+
+
+# Applied Physics Laboratory, University of Washington, TR 9407 (1994), section IV, table 3: 30 kHz.
+handbook_deg = np.array([1, 2, 3, 5, 7, 10, 20, 40, 60, 70, 80, 85, 88, 89, 90])
+handbook_db = {
+    "medium sand": [-51.4, -48.1, -45.8, -42.1, -39.0, -35.4, -28.3, -23.5, -21.2, -17.7, -10.8, -5.5, -3.4,
+                    -3.1, -3.1],
+    "very fine sand": [-59.7, -54.7, -50.8, -44.6, -40.1, -35.2, -27.1, -24.9, -23.7, -23.1, -20.2, -13.1,
+                       -5.9, -4.3, -3.8],
+    "sandy mud": [-58.2, -51.1, -46.6, -41.3, -38.3, -35.7, -31.8, -28.8, -27.4, -27.0, -26.3, -23.9, -13.1,
+                  -6.8, -3.6]}
+
+
+def table_of(program, *arguments):
+    text = subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+@law
+def backscatter():
+    series, worst = [], 0.0
+    for name, published in handbook_db.items():
+        rows = table_of(program, "backscatter", "--sediment", name, "--frequency-hz", "30000",
+                        "--sound-speed-mps", "1528", "--model", "tr9407")
+        angle = np.array([float(row["grazing_deg"]) for row in rows])
+        strength = np.array([float(row["strength_db"]) for row in rows])
+        measured = np.interp(handbook_deg, angle, strength)
+        series.append((name, np.array(published), measured))
+        worst = max(worst, np.abs(measured - published).max())
+    return Law("backscatter", "Backscatter of the bottom",
+               "Strength over the grazing angle at 30 kHz, against table 3 of APL-UW TR 9407 (1994), which is "
+               "printed to 0.1 dB.",
+               "dB", 0.15, worst, compared(handbook_deg, series, "grazing angle, degrees", "S_b, dB"))
+
+
+@law
+def measured_beds():
+    # Olson, Lyons and Saebo, JASA 139, 1833 (2016): outcrops at 100 kHz and 20 degrees, abstract. Lyons and
+    # Pouliquen (1998): dense seagrass, about -23 dB at all angles.
+    published = {"rock": (20, -33.0, -26.0), "rough rock": (20, -30.0, -20.0), "seagrass": (23, -24.0, -22.0)}
+    curves, worst = {}, 0.0
+    for name in [*published, "medium sand", "clay"]:
+        rows = table_of(program, "backscatter", "--material", name, "--frequency-hz", "100000",
+                        "--sound-speed-mps", "1500")
+        curves[name] = np.array([[float(row["grazing_deg"]), float(row["strength_db"]),
+                                  float(row["bound_db"])] for row in rows]).T
+    for name, (at, low, high) in published.items():
+        level = np.interp(at, *curves[name][:2])
+        worst = max(worst, low - level, level - high)
+
+    def draw(axes, below):
+        for name, (angle, strength, bound) in curves.items():
+            line, = axes.plot(angle, strength, label=name)
+            if name in published:
+                at, low, high = published[name]
+                axes.plot([at, at], [low, high], linewidth=5, alpha=0.4, color=line.get_color())
+            below.plot(angle, strength - bound, color=line.get_color())
+        axes.set(ylabel="S_b, dB", ylim=(-45, 0))
+        below.set(xlabel="grazing angle, degrees", ylabel="over bound, dB", ylim=(-35, 12))
+        axes.legend(fontsize=7)
+    return Law("measured_beds", "Levels that were measured at 100 kHz",
+               "Bars: rock outcrops (Olson, Lyons and Sæbø, JASA 139, 1833, 2016) and dense seagrass (Lyons and "
+               "Pouliquen 1998), the published range. Lines: the program's materials. Below: how far each is from "
+               "what an opaque surface can scatter back diffusely; a lobe near vertical may be over it. No "
+               "calibrated levels of sand above 100 kHz were at hand: [levels](../scatter/levels.md).",
+               "dB outside of the range", 0, worst, draw)
+
+
+@law
+def refraction():
+    # A constant gradient g: rays are arcs of circles of radius c / (g cos(angle)).
+    gradient, surface_mps = 0.05, 1480.0
+    with tempfile.TemporaryDirectory() as folder:
+        cast = pathlib.Path(folder, "cast.csv")
+        cast.write_text(f"depth_m,soundspeed_mps\n0,{surface_mps}\n500,{surface_mps + 500 * gradient}\n")
+        series, worst = [], 0.0
+        at = np.linspace(10, 1500, 60)
+        for launch_deg in (-5.0, 0.0, 5.0):
+            rows = table_of(program, "ray", "--profile", str(cast), "--source-depth-m", "200",
+                            f"--launch-deg={launch_deg}", "--range-m", "1500")
+            x = np.array([float(row["range_m"]) for row in rows])
+            z = np.array([float(row["depth_m"]) for row in rows])
+            angle = np.radians(launch_deg)
+            radius = (surface_mps + 200 * gradient) / gradient / np.cos(angle)
+            expected = 200 - radius * np.cos(angle) + np.sqrt(radius**2 - (at - radius * np.sin(angle))**2)
+            # The program's rows are dense: straight lines between them stay within 0.1 mm.
+            measured = np.interp(at, x, z)
+            series.append((f"launched at {launch_deg:+.0f} degrees", expected, measured))
+            worst = max(worst, np.abs(measured - expected).max())
+
+    def draw(axes, below):
+        compared(at, series, "range, m", "depth, m")(axes, below)
+        axes.invert_yaxis()
+    return Law("refraction", "Bent rays",
+               "In water whose sound speed grows evenly with depth, rays are arcs of circles of radius "
+               "c / (g cos(angle)).", "m", 0.001, worst, draw)
+
+
+@law
+def water():
+    # UNESCO 44 (1983), check value of Chen and Millero; Francois and Garrison (1982), table IV.
+    rows = table_of(program, "water", "--temperature-c", "39.9904", "--salinity-psu", "40", "--pressure-dbar",
+                    "10000")
+    of = {row["formula"]: float(row["value"]) for row in rows if row["quantity"].startswith("sound_speed")}
+    name = next(name for name in of if "chen" in name.lower())
+    return Law("water", "Sound speed in sea water",
+               "Chen and Millero's formula at 40 degrees (IPTS-68), 40 psu and 10,000 dbar gives 1731.995 m/s "
+               f"(UNESCO 44, 1983); the program: {of[name]:.3f} m/s.",
+               "m/s", 0.002, abs(of[name] - 1731.995), None)
+
+
+@law
+def intersectors():
+    path = pathlib.Path(__file__).parent.parent / "scenes/ripples.toml"
+    run = subprocess.run([program, "check", str(path), "--rays", "5e4", "-D", "track.pings=20", "--quiet"],
+                         capture_output=True, text=True)
+    rays, unexplained = {}, {}
+    for row in csv.DictReader(io.StringIO(run.stdout)):
+        of = row["surface"], row["intersector"]
+        rays[of] = rays.get(of, 0) + int(row["rays"])
+        unexplained[of] = unexplained.get(of, 0) + int(row["unexplained"])
+    table = "".join(f"| {surface} | {name} | {rays[surface, name]:,} | {unexplained[surface, name]} |\n"
+                    for surface, name in rays)
+    return Law("intersectors", "Agreement of intersectors",
+               "`ensonify check` compares every surface and intersector with the exact reference, on rays of "
+               "`scenes/ripples.toml` and on rays aimed at vertices and edges.\n\n"
+               f"| surface | intersector | rays | unexplained differences |\n|---|---|---|---|\n{table}",
+               "unexplained", 0, float(sum(unexplained.values()) if run.returncode == 0 else np.inf), None)
+
+
+transfer_results = pathlib.Path(__file__).resolve().parent.parent / "bench/transfer/results.json"
+
+
+def transfer():
+    rows = json.loads(transfer_results.read_text())
+    table, errors = "", {}
+    for name, row in rows.items():
+        found = row["network"]["reporting"]
+        accuracy, auc = found["balanced_accuracy"], found["auc"]
+        table += (f"| {name} | {row['samples']} | {row['steps']} | {accuracy['mean']:.2f} "
+                  f"({accuracy['interval'][0]:.2f} to {accuracy['interval'][1]:.2f}) | {auc['mean']:.2f} "
+                  f"({auc['interval'][0]:.2f} to {auc['interval'][1]:.2f}) |\n")
+        errors[name] = 1.0 - accuracy["mean"]
+    pictures = next(iter(rows.values()))["network"]["reporting"]["pictures"]
+    return Law("transfer", "Networks for real pictures",
+               "A network that was trained on images of `scenes/transfer_targets.toml` alone tells wrecks from "
+               f"aircraft on real pictures, {pictures[1]} and {pictures[0]} of them. The bound is chance. The page "
+               "does not measure this again: [bench/transfer](../bench/transfer/README.md) tells how it was "
+               "measured.\n\n| trained on | samples | batches | balanced accuracy (95 %) | area under the curve "
+               f"(95 %) |\n|---|---|---|---|---|\n{table}",
+               "of pictures named wrongly, evenly over the classes", 0.5,
+               errors["long training"], None)
+
+
+if transfer_results.exists():
+    law(transfer)
+
+
+def main():
+    global program
+    program, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+    folder.mkdir(parents=True, exist_ok=True)
+    results = []
+    for function in laws:
+        print(function.__name__, file=sys.stderr)
+        results.append(function())
+    page = ["# Validation\n\nWhat the program gives, next to what a closed form or a publication says. The laws are "
+            "written out again for this page, in `doc/validation.py`, without the program's own code. "
+            f"`./dev docs` makes the page again; this is ensonify {ensonify.__version__}. The tests hold more laws: "
+            "`tests/physics`. The pages of the formulas also say what is left out: "
+            "[the sonar](../engine/sonar/README.md#the-expected-echo), [sound](../scatter/README.md).\n\n"
+            "| law | largest deviation | bound | |\n|---|---|---|---|\n"]
+    for one in results:
+        page.append(f"| [{one.title}](#{one.title.lower().replace(' ', '-')}) | {one.worst:.2g} {one.unit} | "
+                    f"{one.bound:g} | {'holds' if one.holds else '**does not hold**'} |\n")
+    for one in results:
+        page.append(f"\n## {one.title}\n\n{one.text}\n")
+        if one.draw:
+            figure, axes = plt.subplots(2, sharex=True, height_ratios=(3, 1))
+            one.draw(*axes)
+            figure.savefig(folder / f"{one.name}.svg", metadata={"Date": None})
+            plt.close(figure)
+            page.append(f"\n![{one.title}: law and program]({one.name}.svg)\n")
+    (folder / "validation.md").write_text("".join(page))
+    for one in results:
+        print(f"{one.title}: {one.worst:.3g} {one.unit}, bound {one.bound:g}", file=sys.stderr)
+    return 0 if all(one.holds for one in results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,145 @@
+#include <ensonify/engine/imitation/imitate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/output/staging.h>
+#include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/refine/atomic_file.h>
+
+#include "app.h"
+#include "progress.h"
+
+namespace ensonify::engine::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<fs::path> recordings;
+  fs::path folder;
+  std::size_t line = 0;
+  int threads = 0;
+  bool recipe = false, json = false, quiet = false;
+};
+
+RecordedLine chosen_line(const Arguments& arguments) {
+  std::vector<RecordedLine> lines = read_recordings(arguments.recordings);
+  const std::size_t number = arguments.line == 0 && lines.size() == 1 ? 1 : arguments.line;
+  if (number < 1 || number > lines.size())
+    throw UsageError(
+        fmt::format("{}: has {} lines, expected --line 1 to {} for one of them; see recording-info",
+                    arguments.recordings.front().string(), lines.size(), lines.size()));
+  return std::move(lines[number - 1]);
+}
+
+/// The share of known statistics that differ by no more than the spread of the recording's halves.
+std::pair<std::size_t, std::size_t> within_spread(const Imitation& made) {
+  std::size_t within = 0, known = 0;
+  for (const ComparedStatistic& one : made.statistics) {
+    const double ratio = one.ratio();
+    if (std::isnan(ratio)) continue;
+    ++known;
+    within += ratio <= 1.0;
+  }
+  return {within, known};
+}
+
+std::string summary(const Imitation& made) {
+  std::string text = "key,value,how,why\n";
+  for (const FoundKey& key : found_keys(made.model)) {
+    std::string why = key.evidence.why;
+    std::ranges::replace(why, ',', ';');
+    text += fmt::format("{},{},{},{}\n", key.name(), key.value, name_of(key.evidence.how), why);
+  }
+  return text;
+}
+
+nlohmann::ordered_json as_json(const Imitation& made, const fs::path& folder) {
+  nlohmann::ordered_json keys = nlohmann::ordered_json::object(),
+                         statistics = nlohmann::ordered_json::object();
+  for (const FoundKey& key : found_keys(made.model))
+    keys[key.name()] = {
+        {"value", key.value}, {"how", name_of(key.evidence.how)}, {"why", key.evidence.why}};
+  for (const ComparedStatistic& one : made.statistics)
+    statistics[one.name] = {
+        {"recording", one.a}, {"imitation", one.b}, {"spread", one.spread}, {"ratio", one.ratio()}};
+  return {{"folder", folder.string()},
+          {"keys", keys},
+          {"materials", made.materials},
+          {"unknown", made.unknown},
+          {"statistics", statistics}};
+}
+
+void make_imitation(const Arguments& arguments) {
+  if (fs::exists(arguments.folder))
+    throw UsageError(fmt::format("{}: exists already; choose another folder, or remove it",
+                                 arguments.folder.string()));
+  const RecordedLine line = chosen_line(arguments);
+  print_warnings(line.warnings);
+  fs::path folder = fs::absolute(arguments.folder);
+  if (folder.filename().empty()) folder = folder.parent_path();  // a slash at the end
+  fs::create_directories(folder.parent_path());
+  StagingFolder staging(folder);
+  Imitation made;
+  {
+    const SignalWatch signals;
+    Progress progress(arguments.quiet);
+    made = imitate(line, staging.path(),
+                   {.threads = arguments.threads,
+                    .progress = [&](std::string_view stage, std::size_t done, std::size_t of) {
+                      progress.report(stage, done, of);
+                      return SignalWatch::caught() == 0;
+                    }});
+  }
+  const std::string name = arguments.recordings.front().filename().string();
+  refine::write_file(staging.path() / "report.html", imitation_page(name, made));
+  if (arguments.recipe) refine::write_file(staging.path() / "recipe.toml", recipe_text(made.model));
+  staging.put_in_place();
+  if (arguments.json)
+    print_object(as_json(made, arguments.folder));
+  else
+    print(summary(made));
+  if (arguments.quiet) return;
+  for (const std::string& what : made.unknown) fmt::print(stderr, "cannot tell: {}\n", what);
+  const auto [within, known] = within_spread(made);
+  fmt::print(stderr,
+             "{} of {} statistics of pings that the fit did not see differ by no more than the "
+             "recording's halves; scene and report are in {}\n",
+             within, known, arguments.folder.string());
+}
+
+}  // namespace
+
+void add_imitate(CLI::App& app, Action& action) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "imitate",
+      "Make a scene that looks as a recorded line (XTF, JSF) does: scene.toml with the files it "
+      "needs, and report.html. Prints each key with what it rests on");
+  command.add_option("RECORDING", arguments->recordings, "The recording's files, in their order")
+      ->required();
+  command.add_option("-o,--output", arguments->folder, "The folder to make")
+      ->required()
+      ->type_name("DIR");
+  command
+      .add_option("--line", arguments->line,
+                  "Which line of a recording with several sonars, from 1")
+      ->type_name("N");
+  command.add_flag("--recipe", arguments->recipe,
+                   "Also write recipe.toml: a dataset with distributions about what was found");
+  add_threads(command, arguments->threads);
+  command.add_flag("--json", arguments->json, "Print one JSON object; unknown numbers are null");
+  command.add_flag("--quiet", arguments->quiet,
+                   "No progress and no summary; warnings and errors remain");
+  command.callback([&action, arguments] { action = [arguments] { make_imitation(*arguments); }; });
+}
+
+}  // namespace ensonify::engine::app

@@ -1,0 +1,306 @@
+#include <ensonify/engine/dataset/chips.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/random.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// Columns and rows [low, high) of the picture.
+struct Box {
+  std::array<std::size_t, 2> low{~std::size_t{0}, ~std::size_t{0}}, high{0, 0};
+
+  void extend(const Outline& part) {
+    if (part.area_px == 0) return;
+    for (std::size_t i = 0; i < 2; ++i) {
+      low[i] = std::min(low[i], static_cast<std::size_t>(part.low[i]));
+      high[i] = std::max(high[i], static_cast<std::size_t>(part.high[i]));
+    }
+  }
+  void extend(std::size_t column, std::size_t row) {
+    low = {std::min(low[0], column), std::min(low[1], row)};
+    high = {std::max(high[0], column + 1), std::max(high[1], row + 1)};
+  }
+  std::size_t columns() const { return high[0] - low[0]; }
+  std::size_t rows() const { return high[1] - low[1]; }
+  bool overlaps(const Rectangle& part) const {
+    return part.column < high[0] && low[0] < part.column + part.columns && part.row < high[1] &&
+           low[1] < part.row + part.rows;
+  }
+};
+
+/// What resembles a target: a target of another class, or connected pixels of the bed.
+struct Lookalike {
+  Box box;
+  std::size_t area_px = 0;
+  std::vector<std::size_t> pixels;  ///< row * columns + column of the picture; none for a target
+};
+
+/// Numbers that are added to a line's geometry (0 or 1), so that each use has its own streams.
+enum StreamUse : std::size_t { for_backgrounds = 0, for_margins = 2, for_hard_negatives = 4 };
+
+/// Each stream's numbers for a margin, or for the choice of a size, come after those for places.
+constexpr std::uint64_t margin_draw = 1000;
+
+constexpr std::size_t smallest_lookalike_px = 8;
+/// For each hard negative there are this many candidates: the largest lookalikes of each class.
+constexpr std::size_t lookalikes_per_chip = 4;
+
+/// The number of pixels of a length; the length and the pixel's size have the same unit.
+std::size_t pixels(double length, double pixel_size) {
+  return static_cast<std::size_t>(std::max(1.0, std::round(length / pixel_size)));
+}
+
+/// The index among `count` that a number in (0, 1] chooses.
+std::size_t index(double share, std::size_t count) {
+  return std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
+}
+
+class Chooser {
+ public:
+  Chooser(const LabelledImage& line, const std::map<std::uint32_t, TargetRecord>& targets,
+          const std::vector<std::string>& classes, const ChipOptions& options,
+          const ImageNumber& image)
+      : line_(line),
+        targets_(targets),
+        classes_(classes),
+        options_(options),
+        image_(image),
+        columns_(line.labels.columns()),
+        rows_(line.labels.rows()) {
+    if (!options.margin.empty()) return;
+    fixed_ = options.size_m > 0.0
+                 ? Rectangle{0, 0, pixels(options.size_m, line.across_m),
+                             pixels(options.size_m, line.along_m)}
+                 : Rectangle{0, 0, pixels(options.size_px, 1.0), pixels(options.size_px, 1.0)};
+    if (fixed_->columns > columns_ || fixed_->rows > rows_)
+      throw std::invalid_argument(
+          fmt::format("'dataset.chips' needs {} x {} pixels, but {} has {} x {}; make the tiles or "
+                      "chips smaller or the line longer",
+                      fixed_->columns, fixed_->rows, line.name, columns_, rows_));
+  }
+
+  std::vector<Chip> choose() {
+    for (const auto& [instance, record] : targets_) add_target(instance, record);
+    const std::size_t targets = chips_.size();
+    for (int n = 0; n < options_.backgrounds; ++n) add_background(targets, n);
+    add_hard_negatives();
+    return std::move(chips_);
+  }
+
+ private:
+  RandomStream stream(StreamUse use, std::uint64_t number) const {
+    return {image_.seed, Purpose::background_chip, {image_.sonar, image_.geometry + use, number}};
+  }
+
+  std::string class_name(std::uint32_t number) const { return classes_.at(number - 1); }
+
+  bool is_chosen(const TargetRecord& record) const {
+    return options_.classes.empty() || std::ranges::count(options_.classes, record.class_name) > 0;
+  }
+
+  Box box_of(const Target& target) const {
+    Box box;
+    box.extend(target.body);
+    if (options_.with_shadow || target.body.area_px == 0) box.extend(target.shadow);
+    return box;
+  }
+
+  /// The size of the chip about a box. A relative one is square on the ground, and not larger than
+  /// the line. `number` chooses its margin.
+  Rectangle size_about(const Box& box, StreamUse use, std::uint64_t number) const {
+    if (fixed_) return *fixed_;
+    std::array<double, 1> u{};
+    stream(use, number).uniform(u, margin_draw);
+    const double least = options_.margin.front(), most = options_.margin.back();
+    const double margin = least + (most - least) * u[0];
+    const double longer_m = std::max(static_cast<double>(box.columns()) * line_.across_m,
+                                     static_cast<double>(box.rows()) * line_.along_m);
+    const double edge_m =
+        std::min({(1.0 + 2.0 * margin) * longer_m, static_cast<double>(columns_) * line_.across_m,
+                  static_cast<double>(rows_) * line_.along_m});
+    return {0, 0, std::min(columns_, pixels(edge_m, line_.across_m)),
+            std::min(rows_, pixels(edge_m, line_.along_m))};
+  }
+
+  /// A chip of a size with its middle in the middle of a box, or as near as the line allows.
+  Rectangle about(const Box& box, Rectangle size) const {
+    const auto start = [](std::size_t begin, std::size_t end, std::size_t length,
+                          std::size_t whole) {
+      const std::size_t middle = (begin + end) / 2, half = length / 2;
+      return std::min(whole - length, middle > half ? middle - half : 0);
+    };
+    size.column = start(box.low[0], box.high[0], size.columns, columns_);
+    size.row = start(box.low[1], box.high[1], size.rows, rows_);
+    return size;
+  }
+
+  void add_target(std::uint32_t instance, const TargetRecord& record) {
+    if (!is_chosen(record) ||
+        record.target.body.area_px < static_cast<std::size_t>(options_.least_px))
+      return;
+    const Box box = box_of(record.target);
+    const Rectangle size = size_about(box, for_margins, instance);
+    // The middle of a large box may not lie on its feature, for example a long trawl mark.
+    if (!record.is_object() && (box.columns() > size.columns || box.rows() > size.rows)) return;
+    chips_.push_back({about(box, size), "chip", record.class_name});
+  }
+
+  /// Whether a chip shows nothing that chips without a target must not show.
+  bool is_free(const Rectangle& part) const {
+    return std::ranges::none_of(targets_, [&](const auto& entry) {
+      const TargetRecord& record = entry.second;
+      const bool matters = options_.classes.empty() ? record.is_object() : is_chosen(record);
+      Box box;
+      box.extend(record.target.body);
+      box.extend(record.target.shadow);
+      return matters && box.overlaps(part);
+    });
+  }
+
+  /// A chip at a random place, with the size of one of the first `targets` chips.
+  void add_background(std::size_t targets, int number) {
+    constexpr int tries = 200;
+    const RandomStream places = stream(for_backgrounds, static_cast<std::uint64_t>(number));
+    for (int t = 0; t < tries; ++t) {
+      std::array<double, 2> u{};
+      places.uniform(u, 2 * static_cast<std::uint64_t>(t));
+      Rectangle part;
+      if (fixed_) {
+        part = *fixed_;
+      } else {
+        if (targets == 0) return;
+        std::array<double, 1> which{};
+        places.uniform(which, margin_draw);
+        part = chips_[index(which[0], targets)].part;
+      }
+      part.column = index(u[0], columns_ - part.columns + 1);
+      part.row = index(u[1], rows_ - part.rows + 1);
+      if (!is_free(part)) continue;
+      chips_.push_back({part, "background", ""});
+      return;
+    }
+  }
+
+  void add_hard_negatives() {
+    const auto wanted = static_cast<std::size_t>(options_.hard_negatives);
+    if (wanted == 0) return;
+    std::map<std::string, std::vector<Lookalike>> kinds = lookalikes(lookalikes_per_chip * wanted);
+    std::size_t made = 0;
+    for (std::uint64_t draw = 0; made < wanted && !kinds.empty(); ++draw) {
+      std::array<double, 3> u{};
+      stream(for_hard_negatives, draw).uniform(u);
+      const auto kind = std::next(kinds.begin(), std::ptrdiff_t(index(u[0], kinds.size())));
+      auto& [of, alike] = *kind;
+      const auto chosen = alike.begin() + std::ptrdiff_t(index(u[1], alike.size()));
+      const Rectangle part = about_lookalike(*chosen, draw, u[2]);
+      if (is_free(part)) {
+        chips_.push_back({part, "hard_negative", of});
+        ++made;
+      }
+      alike.erase(chosen);
+      if (alike.empty()) kinds.erase(kind);
+    }
+  }
+
+  /// About its middle, or, if it is larger than chips of a fixed size, about one of its pixels.
+  Rectangle about_lookalike(const Lookalike& alike, std::uint64_t number, double share) const {
+    const Rectangle size = size_about(alike.box, for_hard_negatives, number);
+    const bool larger = alike.box.columns() > size.columns || alike.box.rows() > size.rows;
+    if (!fixed_ || !larger || alike.pixels.empty()) return about(alike.box, size);
+    const std::size_t pixel = alike.pixels[index(share, alike.pixels.size())];
+    Box there;
+    there.extend(pixel % columns_, pixel / columns_);
+    return about(there, size);
+  }
+
+  /// Of each class, or of shadows, the largest ones.
+  std::map<std::string, std::vector<Lookalike>> lookalikes(std::size_t most) const {
+    std::map<std::string, std::vector<Lookalike>> kinds;
+    const std::size_t least =
+        std::max(smallest_lookalike_px, static_cast<std::size_t>(options_.least_px));
+    for (const auto& [instance, record] : targets_) {
+      const std::size_t area = record.target.body.area_px;
+      if (!is_chosen(record) && area >= least)
+        kinds[record.class_name].push_back({box_of(record.target), area, {}});
+    }
+    for (auto& [of, group] : groups_of_bed())
+      if (group.area_px >= least) kinds[of].push_back(std::move(group));
+    for (auto& [of, alike] : kinds) {
+      std::ranges::stable_sort(alike, std::greater{}, &Lookalike::area_px);
+      alike.resize(std::min(alike.size(), most));
+    }
+    return kinds;
+  }
+
+  /// Connected pixels of the shadows of the relief, and of ground that is not plain seabed.
+  std::vector<std::pair<std::string, Lookalike>> groups_of_bed() const {
+    const BinLayers& layers = line_.labels.pixels;
+    constexpr std::uint32_t nothing = ~0u, shadow = ~0u - 1;
+    // Picture and layers count rows from opposite ends.
+    const auto what = [&](std::size_t pixel) {
+      const std::size_t i = (rows_ - 1 - pixel / columns_) * columns_ + pixel % columns_;
+      if (static_cast<Region>(layers.region[i]) == Region::shadow)
+        return layers.shadow_instance[i] == 0 ? shadow : nothing;
+      const bool is_bed =
+          static_cast<Region>(layers.region[i]) == Region::seabed && layers.instance[i] == 0;
+      return is_bed && class_name(layers.class_id[i]) != "seabed" ? layers.class_id[i] : nothing;
+    };
+    std::vector<std::pair<std::string, Lookalike>> groups;
+    std::vector<bool> done(rows_ * columns_);
+    for (std::size_t first = 0; first < done.size(); ++first) {
+      const std::uint32_t kind = done[first] ? nothing : what(first);
+      if (kind == nothing) continue;
+      Lookalike& group =
+          groups.emplace_back(kind == shadow ? "shadow" : class_name(kind), Lookalike{}).second;
+      std::vector<std::size_t> open{first};
+      done[first] = true;
+      while (!open.empty()) {
+        const std::size_t pixel = open.back(), column = pixel % columns_, row = pixel / columns_;
+        open.pop_back();
+        group.pixels.push_back(pixel);
+        ++group.area_px;
+        group.box.extend(column, row);
+        const auto visit = [&](std::size_t neighbour) {
+          if (done[neighbour] || what(neighbour) != kind) return;
+          done[neighbour] = true;
+          open.push_back(neighbour);
+        };
+        if (column > 0) visit(pixel - 1);
+        if (column + 1 < columns_) visit(pixel + 1);
+        if (row > 0) visit(pixel - columns_);
+        if (row + 1 < rows_) visit(pixel + columns_);
+      }
+    }
+    return groups;
+  }
+
+  const LabelledImage& line_;
+  const std::map<std::uint32_t, TargetRecord>& targets_;
+  const std::vector<std::string>& classes_;
+  const ChipOptions& options_;
+  const ImageNumber image_;
+  const std::size_t columns_, rows_;
+  std::optional<Rectangle> fixed_;  // the size of all chips; none: relative to the target
+  std::vector<Chip> chips_;
+};
+
+}  // namespace
+
+std::vector<Chip> choose_chips(const LabelledImage& line,
+                               const std::map<std::uint32_t, TargetRecord>& targets,
+                               const std::vector<std::string>& classes, const ChipOptions& options,
+                               const ImageNumber& image) {
+  return Chooser(line, targets, classes, options, image).choose();
+}
+
+}  // namespace ensonify::engine

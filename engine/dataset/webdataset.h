@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+
+#include <ensonify/engine/output/tar.h>
+
+namespace ensonify::engine {
+
+/// Tars for WebDataset, FOLDER/GROUP-000000.tar and so on, each with 1000 records of one group
+/// of pictures. The files of a record follow each other and have its key before the first dot.
+class WebDatasetWriter {
+ public:
+  static constexpr std::size_t records_per_tar = 1000;
+
+  explicit WebDatasetWriter(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  /// Adds KEY.EXTENSION; the files of a record one after another. Throws as TarFile.
+  void add(const std::string& group, const std::string& key, const std::string& extension,
+           std::span<const std::byte> content);
+  void finish();
+
+ private:
+  struct Group {
+    std::unique_ptr<TarFile> tar;
+    std::string key;
+    std::size_t records = 0;
+  };
+  std::filesystem::path folder_;
+  std::map<std::string, Group> groups_;
+};
+
+}  // namespace ensonify::engine

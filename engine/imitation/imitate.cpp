@@ -1,0 +1,192 @@
+#include <ensonify/engine/imitation/imitate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/imitation/line_fit.h>
+#include <ensonify/engine/imitation/pulse_signs.h>
+#include <ensonify/engine/imitation/quantile.h>
+#include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/scatter/sea_water.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t most_pings = 3000, fewest_pings = 64;
+constexpr std::size_t block = 32, most_fit_blocks = 7;
+constexpr int rounds = 10;
+
+/// The middle of the line, of pings of one range. Throws RecordingError.
+RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unknown) {
+  std::vector<double> ranges;
+  for (const RecordedPing& ping : line.pings)
+    if (ping.range_m > 0.0) ranges.push_back(ping.range_m);
+  if (2 * ranges.size() < line.pings.size() || ranges.empty())
+    throw RecordingError(
+        "the recording does not state the range of its pings, which an imitation "
+        "needs");
+  const double range_m = median(std::move(ranges));
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < line.pings.size(); ++i)
+    if (std::abs(line.pings[i].range_m / range_m - 1.0) < 0.005 &&
+        line.pings[i].samples == line.samples)
+      usable.push_back(i);
+  if (usable.size() < fewest_pings)
+    throw RecordingError(
+        fmt::format("the recording has {} pings of one range and length, and an "
+                    "imitation needs {}",
+                    usable.size(), fewest_pings));
+  if (usable.size() < line.pings.size())
+    unknown.push_back(
+        fmt::format("{} of {} pings have another range or length than most and are "
+                    "left out",
+                    line.pings.size() - usable.size(), line.pings.size()));
+  if (usable.size() > most_pings) {
+    unknown.push_back(fmt::format("the line has {} pings; the {} in its middle are imitated",
+                                  usable.size(), most_pings));
+    const std::size_t first = (usable.size() - most_pings) / 2;
+    usable = {usable.begin() + static_cast<std::ptrdiff_t>(first),
+              usable.begin() + static_cast<std::ptrdiff_t>(first + most_pings)};
+  }
+  return some_pings(line, usable);
+}
+
+/// The model before any simulation.
+LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknown) {
+  LineModel model;
+  model.path = vehicle_path(line);
+  model.recorder = recorder_signs(line);
+  const auto note = [&](const std::string& key, Confidence how, std::string why) {
+    model.evidence[key] = {how, std::move(why)};
+  };
+  if (model.path.attitude.how == Confidence::assumed)
+    unknown.push_back("how the vehicle rolls and pitches: the pings have no attitude");
+  model.samples = line.samples;
+  model.output_noise_db = std::clamp(model.recorder.column_db, -120.0, -6.0);
+  note("sonar.sidescan.output_noise_db", Confidence::measured, "level of the water column");
+  model.port = !line.port.empty();
+  model.starboard = !line.starboard.empty();
+  if (line.sound_speed_mps > 0.0) {
+    model.sound_speed_mps = line.sound_speed_mps;
+    note("sea.sound_speed_mps", Confidence::stated, "of the pings");
+  }
+  std::vector<double> ranges;
+  for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
+  model.range_m = median(std::move(ranges));
+  if (line.frequency_hz >= 1e3 && line.frequency_hz <= 10e6) {
+    model.frequency_hz = line.frequency_hz;
+    note("sonar.sidescan.frequency_hz", Confidence::stated, "of the channel");
+  } else {
+    note("sonar.sidescan.frequency_hz", Confidence::assumed, "the file does not state it");
+    unknown.push_back("the frequency: the file does not state it, and samples do not show it");
+  }
+  model.absorption_db_per_m = scatter::absorption_db_per_m(
+      scatter::SeaWater{}, 0.5 * model.path.bed_depth_m, model.frequency_hz);
+  const double bin_m = model.range_m / static_cast<double>(model.samples);
+  const double one_sample_hz = 0.5 * model.sound_speed_mps / bin_m;
+  model.pulse.bandwidth_hz = std::min(one_sample_hz, 0.5 * model.frequency_hz);
+  if (line.bandwidth_hz >= 10.0 && line.bandwidth_hz < line.frequency_hz) {
+    model.pulse.bandwidth_hz = line.bandwidth_hz;
+    note("sonar.sidescan.bandwidth_hz", Confidence::stated, "of the channel");
+    constexpr double least_sweep = 2.0;  // of bandwidth times length; a CW pulse has 1
+    const double longest_s = std::min(1.0, model.range_m / model.sound_speed_mps);
+    if (line.pulse_length_s * line.bandwidth_hz > least_sweep && line.pulse_length_s < longest_s &&
+        line.bandwidth_hz > least_bandwidth * one_sample_hz) {
+      model.pulse.kind = PulseKind::lfm;
+      model.pulse.length_s = line.pulse_length_s;
+      for (const char* key : {"pulse", "pulse_length_s"})
+        note(std::string("sonar.sidescan.") + key, Confidence::stated, "of the channel");
+    }
+  }
+  const double wavelength_m = model.sound_speed_mps / model.frequency_hz;
+  constexpr double usual_beamwidth_rad = 0.5 * std::numbers::pi / 180.0;
+  const bool width_stated = line.beamwidth_rad > 1e-3 && line.beamwidth_rad < 0.5;
+  // Of a uniform array 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
+  model.array_length_m =
+      0.886 * wavelength_m / (width_stated ? line.beamwidth_rad : usual_beamwidth_rad);
+  if (width_stated) note("sonar.sidescan.array_length_m", Confidence::stated, "the beam's width");
+  const VerticalPattern usual;
+  model.beamwidth_rad = usual.beamwidth_rad;
+  model.tilt_rad = usual.tilt_rad;
+  if (line.vertical_beamwidth_rad > 0.0 && line.tilt_rad) {
+    model.beamwidth_rad = line.vertical_beamwidth_rad;
+    model.tilt_rad = *line.tilt_rad;
+    for (const char* key : {"vertical_beamwidth_deg", "tilt_deg"})
+      note(std::string("sonar.sidescan.") + key, Confidence::stated, "of the channel");
+  }
+  if (std::isnan(range_slope_db(line, model.recorder)))
+    unknown.push_back(
+        "the gain over range apart from the vertical beam: the altitude is nearly "
+        "constant");
+  return model;
+}
+
+}  // namespace
+
+Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
+                  const ImitationControl& control) {
+  Imitation made;
+  made.line = usable_part(recording, made.unknown);
+  const std::size_t pings = made.line.pings.size();
+  std::vector<std::size_t> fit_blocks, fitted;
+  for (std::size_t first = 0; first + block / 2 <= pings; first += block)
+    if (first / block % 2 == 0)
+      fit_blocks.push_back(first);
+    else
+      for (std::size_t i = first; i < std::min(first + block, pings); ++i) made.judged.push_back(i);
+  // A few blocks of the fit's half, spread over the line.
+  const std::size_t step = (fit_blocks.size() + most_fit_blocks - 1) / most_fit_blocks;
+  for (std::size_t k = 0; k < fit_blocks.size(); k += step)
+    for (std::size_t i = fit_blocks[k]; i < std::min(fit_blocks[k] + block, pings); ++i)
+      fitted.push_back(i);
+
+  std::vector<std::size_t> half;
+  for (const std::size_t first : fit_blocks)
+    for (std::size_t i = first; i < std::min(first + block, pings); ++i) half.push_back(i);
+  LineModel& model = made.model;
+  model = first_model(some_pings(made.line, half), made.unknown);
+  // The path is that of all pings: where the vehicle is, is not fitted.
+  model.path = vehicle_path(made.line);
+  model.bed = bed_extent(model);
+  model.tones = tone_map(some_pings(made.line, half), some_pings(model.path, half), model.recorder,
+                         model.bed.east_m, model.bed.north_m);
+  const bool beam_is_stated = made.line.vertical_beamwidth_rad > 0.0 && made.line.tilt_rad;
+
+  const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
+    if (control.progress && !control.progress(stage, done, of))
+      throw Stopped("imitate was stopped; nothing was written");
+  };
+  const std::size_t total = rounds * fitted.size();
+  LineModel part = model;
+  part.path = some_pings(model.path, fitted);
+  std::vector<NearSediment> sediments;
+  fit_line(part, some_pings(made.line, fitted), folder, control.threads, rounds, beam_is_stated,
+           sediments, [&](int round) -> AfterPings {
+             return [&, round](std::size_t done, std::size_t) {
+               report("fit", static_cast<std::size_t>(round) * fitted.size() + done, total);
+             };
+           });
+  part.path = model.path;
+  model = std::move(part);
+  for (const NearSediment& sediment : sediments) made.materials.push_back(sediment.name);
+  made.imitated =
+      simulated_line(model, folder, control.threads,
+                     [&](std::size_t done, std::size_t of) { report("pings", done, of); });
+  made.statistics =
+      compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
+  made.unknown.push_back(
+      "objects and relief of their own: the bed has the recording's statistics, "
+      "not its things");
+  made.unknown.push_back("the source level and the bed's strength apart from the gain");
+  if (!beam_is_stated)
+    made.unknown.push_back(
+        "the vertical beam apart from the bed's material: both make the level "
+        "over the angle");
+  return made;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/imitation/line_model.h>
+#include <ensonify/engine/recording/recorded_line.h>
+
+namespace ensonify::engine {
+
+/// How an imitation is made.
+struct ImitationControl {
+  int threads = 0;  ///< 0: one per core of the machine
+  /// Called with the stage ("fit", "pings") and how much of it is done. Returning false stops the
+  /// work with Stopped.
+  std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
+};
+
+/// What an imitation came to.
+struct Imitation {
+  LineModel model;
+  RecordedLine line;                          ///< the part of the recording that is imitated
+  RecordedLine imitated;                      ///< the scene's pings of it
+  std::vector<std::size_t> judged;            ///< pings of both that the fit did not see
+  std::vector<ComparedStatistic> statistics;  ///< of these, the recording first
+  std::vector<std::string> materials;  ///< nearest first, by their level over the grazing angle
+  std::vector<std::string> unknown;    ///< what the recording cannot tell
+};
+
+/// Finds a scene that looks as a recorded line does. The recording's pings are divided into blocks
+/// of 32; numbers are fitted to every second block and judged on the others. At most 3000 pings,
+/// from the middle of a longer line. `folder` gets the scene's files scene.toml, navigation.csv and
+/// beam.csv. Throws RecordingError for a line that shows no bed or does not state its range,
+/// Stopped, and as Simulator.
+Imitation imitate(const RecordedLine& line, const std::filesystem::path& folder,
+                  const ImitationControl& control);
+
+/// A page with both waterfalls, level over angle and range, histograms, the statistics, and each
+/// key with what it rests on. It needs no other file.
+std::string imitation_page(const std::string& name, const Imitation& imitation);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,380 @@
+#include <ensonify/engine/imitation/line_fit.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/imitation/pulse_signs.h>
+#include <ensonify/engine/seafloor/material.h>
+#include <ensonify/scatter/backscatter.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr const char* bandwidth_key = "sonar.sidescan.bandwidth_hz";
+constexpr const char* low_contrast = "contrast_at_8_to_14_deg";
+constexpr std::array low_kurtoses{"kurtosis_at_8_to_14_deg", "kurtosis_at_14_to_20_deg"};
+
+/// The numbers that the fit compares.
+struct Figures {
+  std::map<std::string, double> statistics;
+  std::array<GrazingLevels, 2> levels;
+
+  Figures(const RecordedLine& line, const RecorderSigns& recorder) {
+    for (LineStatistic& one : line_statistics(line, 0, line.pings.size()))
+      statistics[one.name] = one.value;
+    for (const Side side : {Side::port, Side::starboard}) {
+      GrazingLevels& its = levels[static_cast<std::size_t>(side)];
+      its.fill(std::numeric_limits<double>::quiet_NaN());
+      if (!line.side(side).empty())
+        its = grazing_levels(line, side, recorder, 0, line.pings.size());
+    }
+  }
+  double operator[](const std::string& name) const { return statistics.at(name); }
+};
+
+/// How the correlation of neighbouring pings falls with their distance d: the intensity of a
+/// two-way line array of length L has the angular pattern sinc^4, whose transform is the cubic
+/// B-spline of 2 d / L; that of the amplitude is nearly its square.
+double array_correlation(double distance_over_length) {
+  const double x = 2.0 * distance_over_length;
+  const double spline = x < 1.0   ? 2.0 / 3.0 - x * x + 0.5 * x * x * x
+                        : x < 2.0 ? std::pow(2.0 - x, 3) / 6.0
+                                  : 0.0;
+  const double field = 1.5 * spline;
+  return field * field;
+}
+/// The inverse, between 0.02 and 0.98.
+double distance_over_length(double correlation) {
+  const double wanted = std::clamp(correlation, 0.02, 0.98);
+  double low = 0.0, high = 1.0;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (low + high);
+    (array_correlation(middle) > wanted ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Fills cells of NaN from their neighbours.
+void fill(std::vector<double>& cells) {
+  std::size_t known = cells.size();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (!std::isfinite(cells[i])) continue;
+    if (known == cells.size())
+      std::fill(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(i), cells[i]);
+    known = i;
+  }
+  if (known == cells.size()) std::ranges::fill(cells, 0.0);
+  double last = cells.front();
+  for (double& cell : cells) {
+    if (std::isfinite(cell)) last = cell;
+    cell = last;
+  }
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+class Fit {
+ public:
+  Fit(LineModel& model, const RecordedLine& line)
+      : model_(model),
+        real_(line, model.recorder),
+        range_slope_db_(range_slope_db(line, model.recorder)) {
+    begin_pulse();
+  }
+
+  /// After a simulation with pings that are not scaled: the altitude, from the first return, and
+  /// the gain over range.
+  void correct_geometry(const RecordedLine& ours) {
+    const Figures is(ours, model_.recorder);
+    RecorderSigns unscaled = model_.recorder;
+    unscaled.ping_mean = 0.0;
+    model_.range_law =
+        corrected_law(model_.range_law, range_slope_db_, range_slope_db(ours, unscaled),
+                      model_.absorption_db_per_m, model_.range_m);
+    const double off_m = real_["first_return_m"] - is["first_return_m"];
+    if (std::isfinite(off_m))
+      model_.altitude_shift_m =
+          std::clamp(model_.altitude_shift_m + off_m, -5.0 * bin_m(), 5.0 * bin_m());
+  }
+
+  /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam
+  /// where the file does not state it.
+  void begin(const RecordedLine& ours, double gain_db, bool beam_is_stated,
+             std::vector<NearSediment>& sediments) {
+    const Figures is(ours, model_.recorder);
+    GrazingLevels both;
+    for (std::size_t i = 0; i < grazing_cells; ++i) {
+      std::vector<double> sides;
+      for (const std::size_t side : {0u, 1u})
+        if (const double off = real_.levels[side][i] - is.levels[side][i]; std::isfinite(off))
+          sides.push_back(off);
+      both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
+    }
+    sediments = nearest_sediments(model_, both, beam_is_stated);
+    const LineModel before = model_;
+    if (!sediments.empty()) model_.material = sediments.front().name;
+    model_.evidence["seafloor.material"] = {
+        Confidence::fitted,
+        sediments.size() < 3
+            ? std::string("too few angles to tell")
+            : fmt::format("nearest in level over angle; then {} and {}{}", sediments[1].name,
+                          sediments[2].name,
+                          beam_is_stated ? "" : "; unsure, because the beam is not stated")};
+    constexpr double plain_enough_db = 1.5;
+    const bool plain =
+        beam_is_stated && !sediments.empty() && sediments.front().rms_db < plain_enough_db;
+    std::vector<double> offsets;
+    for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
+      if (std::isfinite(both[i])) offsets.push_back(both[i] + strength_change_db(before, i));
+    model_.gain_db = gain_db + mean_of(offsets);
+    if (plain) return;
+    const VerticalPattern beam{.beamwidth_rad = model_.beamwidth_rad, .tilt_rad = model_.tilt_rad};
+    for (const std::size_t side : {0u, 1u}) {
+      std::vector<double>& vertical = model_.vertical_db[side];
+      vertical.clear();
+      for (std::size_t i = 0; i < grazing_cells; ++i)
+        vertical.push_back(real_.levels[side][i] - is.levels[side][i] +
+                           strength_change_db(before, i) - mean_of(offsets));
+      fill(vertical);
+      for (std::size_t i = 0; i < grazing_cells; ++i)
+        vertical[i] += 20.0 * std::log10(beam.power(grazing_cell_rad(i), static_cast<Side>(side)));
+    }
+    complete_pattern();
+    model_.evidence["sonar.sidescan.vertical_pattern"] = {
+        Confidence::fitted, "level over the grazing angle of each side"};
+  }
+
+  /// After a simulation of the whole chain.
+  void correct(const RecordedLine& ours) {
+    const Figures is(ours, model_.recorder);
+    if (model_.has_pattern()) correct_range_law(is);
+    correct_levels(is);
+    correct_floor(is);
+    correct_relief(is);
+    correct_texture(is);
+    correct_bandwidth(is);
+    correct_array(is);
+  }
+
+ private:
+  /// How much stronger the first material is than the model's, at a cell's angle.
+  double strength_change_db(const LineModel& before, std::size_t cell) const {
+    const auto strength = [&](const std::string& name) {
+      return 10.0 * std::log10(backscatter_of(material_named(name, {}), model_.frequency_hz,
+                                              model_.sound_speed_mps, 0.0)
+                                   ->cross_section(grazing_cell_rad(cell)));
+    };
+    return strength(before.material) - strength(model_.material);
+  }
+
+  /// A pattern of both sides, its largest level 0 dB: what is taken off goes into the gain.
+  void complete_pattern() {
+    if (!model_.port) model_.vertical_db[0] = model_.vertical_db[1];
+    if (!model_.starboard) model_.vertical_db[1] = model_.vertical_db[0];
+    double loudest = -1e9;
+    for (const std::vector<double>& side : model_.vertical_db)
+      loudest = std::max(loudest, std::ranges::max(side));
+    constexpr double lowest_db = -80.0;
+    for (std::vector<double>& side : model_.vertical_db)
+      for (double& level : side) level = std::max(level - loudest, lowest_db);
+    model_.gain_db = *model_.gain_db + loudest;
+  }
+
+  void correct_levels(const Figures& is) {
+    std::vector<double> offsets;
+    for (const std::size_t side : {0u, 1u}) {
+      std::vector<double> off;
+      for (std::size_t i = 0; i < grazing_cells; ++i)
+        off.push_back(std::clamp(real_.levels[side][i] - is.levels[side][i], -10.0, 10.0));
+      for (std::size_t i = first_sediment_cell; i < end_sediment_cell; ++i)
+        if (std::isfinite(off[i])) offsets.push_back(off[i]);
+      if (!model_.has_pattern()) continue;
+      fill(off);
+      for (std::size_t i = 0; i < grazing_cells; ++i) {
+        const std::size_t before = i == 0 ? i : i - 1, next = std::min(i + 1, grazing_cells - 1);
+        model_.vertical_db[side][i] += 0.9 * (0.25 * off[before] + 0.5 * off[i] + 0.25 * off[next]);
+      }
+    }
+    if (model_.has_pattern())
+      complete_pattern();
+    else if (model_.recorder.ping_mean == 0.0)
+      model_.gain_db = *model_.gain_db + mean_of(offsets);
+    model_.evidence["sonar.sidescan.gain_db"] = {Confidence::fitted, "level of the bed"};
+  }
+
+  /// What the level over range leaves when that over the angle is right.
+  void correct_range_law(const Figures& is) {
+    if (model_.range_law.from.how == Confidence::assumed) return;
+    std::vector<double> x, y;
+    for (int tenth = 2; tenth < 10; ++tenth) {
+      const std::string name =
+          fmt::format("level_at_{}_to_{}_percent_of_range_db", 10 * tenth, 10 * tenth + 10);
+      if (const double off = real_[name] - is[name]; std::isfinite(off)) {
+        x.push_back(std::log10(model_.range_m * (0.1 * tenth + 0.05)));
+        y.push_back(off);
+      }
+    }
+    if (x.size() < 5) return;
+    const double mean_x = mean_of(x), mean_y = mean_of(y);
+    double xx = 0.0, xy = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      xx += (x[i] - mean_x) * (x[i] - mean_x);
+      xy += (x[i] - mean_x) * (y[i] - mean_y);
+    }
+    const double change = std::clamp(0.7 * xy / xx, -8.0, 8.0);
+    const double before = model_.range_law.spreading;
+    model_.range_law.spreading = std::clamp(before + change, 0.0, 80.0);
+    // The gain stays the same at half the range.
+    model_.gain_db =
+        *model_.gain_db - (model_.range_law.spreading - before) * std::log10(0.5 * model_.range_m);
+    model_.range_law.from = {Confidence::fitted, "level over range"};
+  }
+
+  void correct_floor(const Figures& is) {
+    double off = real_["column_over_bed_db"] - is["column_over_bed_db"];
+    if (!(is["column_over_bed"] > 0.0)) off = 3.0;  // lost between the digitiser's steps
+    if (!std::isfinite(off)) return;
+    model_.output_noise_db =
+        std::clamp(model_.output_noise_db + std::clamp(off, -20.0, 20.0), -150.0, -3.0);
+    model_.evidence["sonar.sidescan.output_noise_db"] = {Confidence::fitted,
+                                                         "level of the water column"};
+  }
+
+  /// Relief makes samples alike that are some apart; texture below the cell does not.
+  void correct_relief(const Figures& is) {
+    double off = 0.0;
+    for (const char* name : {"range_correlation_2", "range_correlation_4"})
+      off += 0.5 * (real_[name] - is[name]);
+    if (!std::isfinite(off)) return;
+    constexpr double alike = 0.02;
+    if (std::abs(off) < alike) return;
+    model_.height_at_1m_m =
+        std::clamp(model_.height_at_1m_m * std::clamp(1.0 + 4.0 * off, 0.6, 1.5), 5e-4, 0.08);
+    model_.evidence["seafloor.fractal.height_at_1m_m"] = {Confidence::fitted,
+                                                          "correlation over 2 and 4 samples"};
+  }
+
+  /// What is more uneven at low angles than the bed without texture is texture. The contrast shows
+  /// the shape of its patches: the variance that they add goes with 1 / shape
+  /// (scatter::GroundTexture). The kurtosis shows the share of single points, on which it depends
+  /// far more than on the shape. It hardly depends on the points' number per area, which stays the
+  /// sediment's.
+  void correct_texture(const Figures& is) {
+    const double has = real_[low_contrast], now = is[low_contrast];
+    double peaked = 1.0;  // how much more than now
+    for (const char* name : low_kurtoses) {
+      // One more than the kurtosis is nearly proportional to the share.
+      const auto raised = [&](const Figures& of) { return std::max(of[name] + 1.0, 0.1); };
+      peaked *= std::sqrt(raised(real_) / raised(is));
+    }
+    if (!std::isfinite(has + now + peaked)) return;
+    const bool first = model_.texture_shape == 0.0;
+    if (first) even_contrast_ = now;
+    const double even = even_contrast_ * even_contrast_;
+    constexpr double noticed = 0.05, noticed_peaks = 1.25, least = 0.01;
+    const auto excess = [&](double contrast) {
+      return std::max(contrast * contrast - even, least * even);
+    };
+    if (first) {
+      if (excess(has) < noticed * even && peaked < noticed_peaks) return;
+      model_.texture_shape = 0.5;
+      model_.glint_share = 0.3;
+      return;
+    }
+    const double uneven = excess(has) / excess(now);
+    constexpr double least_shape = 0.005, most_shape = 20.0, alike = 5.0;
+    model_.texture_shape =
+        std::clamp(model_.texture_shape / std::clamp(uneven, 0.2, 5.0), least_shape, most_shape);
+    // Where the patches are alike, the points make the contrast too.
+    const double change = model_.texture_shape < alike ? peaked : std::sqrt(peaked * uneven);
+    constexpr double least_share = 0.01, most_share = 0.8;
+    model_.glint_share =
+        std::clamp(model_.glint_share * std::clamp(change, 0.5, 2.0), least_share, most_share);
+  }
+
+  /// The pulse that the correlations of samples show, where the file does not state it.
+  void begin_pulse() {
+    const double over_one = real_["range_correlation_1"], over_two = real_["range_correlation_2"];
+    if (stated(bandwidth_key) || !std::isfinite(over_one + over_two)) return;
+    model_.pulse = likely_pulse(over_one, over_two);
+    model_.pulse.bandwidth_hz =
+        std::clamp(time_times_bandwidth(model_.pulse, over_one) * one_sample_hz(),
+                   least_bandwidth_hz(), most_bandwidth_hz());
+    for (const char* key : {"sonar.sidescan.pulse", "sonar.sidescan.window"})
+      model_.evidence[key] = {Confidence::fitted, "correlation over 1 and 2 samples"};
+  }
+
+  void correct_bandwidth(const Figures& is) {
+    if (stated(bandwidth_key)) return;
+    const double has = real_["range_correlation_1"], now = is["range_correlation_1"];
+    if (!std::isfinite(has) || !std::isfinite(now)) return;
+    const auto apart = [&](double correlation) {
+      return time_times_bandwidth(model_.pulse, std::clamp(correlation, 0.0, 0.9));
+    };
+    model_.pulse.bandwidth_hz =
+        std::clamp(model_.pulse.bandwidth_hz * std::clamp(apart(has) / apart(now), 0.6, 1.6),
+                   least_bandwidth_hz(), most_bandwidth_hz());
+    model_.evidence[bandwidth_key] = {Confidence::fitted, "correlation of neighbouring samples"};
+  }
+
+  void correct_array(const Figures& is) {
+    if (stated("sonar.sidescan.array_length_m")) return;
+    const double has = real_["track_correlation_1"], now = is["track_correlation_1"];
+    if (!std::isfinite(has) || !std::isfinite(now)) return;
+    const double factor = distance_over_length(now) / distance_over_length(has);
+    model_.array_length_m =
+        std::clamp(model_.array_length_m * std::clamp(factor, 0.7, 1.4), 0.05, 5.0);
+    model_.evidence["sonar.sidescan.array_length_m"] = {Confidence::fitted,
+                                                        "correlation of neighbouring pings"};
+  }
+
+  double one_sample_hz() const { return 0.5 * model_.sound_speed_mps / bin_m(); }
+  double most_bandwidth_hz() const { return std::min(one_sample_hz(), 0.5 * model_.frequency_hz); }
+  double least_bandwidth_hz() const {
+    return std::min(least_bandwidth * one_sample_hz(), most_bandwidth_hz());
+  }
+  double bin_m() const { return model_.range_m / static_cast<double>(model_.samples); }
+
+  bool stated(const std::string& key) const {
+    const auto found = model_.evidence.find(key);
+    return found != model_.evidence.end() && found->second.how == Confidence::stated;
+  }
+
+  LineModel& model_;
+  Figures real_;
+  double range_slope_db_;
+  double even_contrast_ = 0.0;  ///< of the last simulation without texture
+};
+
+}  // namespace
+
+void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem::path& folder,
+              int threads, int rounds, bool beam_is_stated, std::vector<NearSediment>& sediments,
+              const std::function<AfterPings(int round)>& begins) {
+  Fit fit(model, line);
+  constexpr int plain_rounds = 3;
+  for (int round = 0; round < rounds; ++round) {
+    LineModel tried = model;
+    if (round < plain_rounds) tried.recorder.ping_mean = 0.0;  // levels relative to the gain
+    double gain_db = 0.0;
+    const RecordedLine ours = simulated_line(tried, folder, threads, begins(round), &gain_db);
+    if (round < plain_rounds - 1)
+      fit.correct_geometry(ours);
+    else if (round == plain_rounds - 1)
+      fit.begin(ours, gain_db, beam_is_stated, sediments);
+    else
+      fit.correct(ours);
+  }
+}
+
+}  // namespace ensonify::engine

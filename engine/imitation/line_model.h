@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/imitation/evidence.h>
+#include <ensonify/engine/imitation/recorder_signs.h>
+#include <ensonify/engine/imitation/tone_map.h>
+#include <ensonify/engine/imitation/vehicle_path.h>
+#include <ensonify/engine/sonar/instrument/pulse.h>
+
+namespace ensonify::engine {
+
+/// A seabed about the middle of a path; it reaches beyond the range on all sides.
+struct BedExtent {
+  double east_m = 0.0, north_m = 0.0, cell_m = 0.0;
+};
+
+/// The numbers of an imitation: what its scene has besides defaults.
+struct LineModel {
+  VehiclePath path;
+  RecorderSigns recorder;
+  RangeLaw range_law;
+  double sound_speed_mps = 1500.0, absorption_db_per_m = 0.0;
+  double frequency_hz = 400e3, range_m = 50.0, array_length_m = 0.5;
+  Pulse pulse{.bandwidth_hz = 20e3};
+  std::size_t samples = 0;
+  bool port = true, starboard = true;
+  /// With the sediment's own strength; unset: the sonar's automatic gain.
+  std::optional<double> gain_db;
+  double output_noise_db = -60.0;
+  double beamwidth_rad = 0.0, tilt_rad = 0.0;  ///< of the vertical beam
+  /// By side and cell of grazing angle: two-way level of the vertical beam, dB; empty: the sonar's
+  /// beam is that of beamwidth_rad and tilt_rad.
+  std::array<std::vector<double>, 2> vertical_db;
+  /// Added to the altitudes of the path: the first return may differ from where the bottom line is.
+  double altitude_shift_m = 0.0;
+  std::string material = "medium sand";
+  double height_at_1m_m = 0.01;
+  double texture_shape = 0.0;  ///< of the bed's material, as Material::texture_shape; 0: none
+  double glint_share = 0.0;    ///< likewise
+  BedExtent bed;
+  ToneMap tones;                             ///< over that bed
+  std::map<std::string, Evidence> evidence;  ///< by key
+
+  bool has_pattern() const { return !vertical_db[0].empty(); }
+};
+
+/// The seabed for the model's path and range.
+BedExtent bed_extent(const LineModel& model);
+
+/// One key of the scene, with what it rests on.
+struct FoundKey {
+  std::string section, key;
+  std::string value;  ///< as in TOML
+  Evidence evidence;
+  std::string name() const { return section.empty() ? key : section + "." + key; }
+};
+/// Every key of the model's scene, by section; those of lists have a number at the end. Its files
+/// are navigation.csv and, where the model has a pattern or tones, beam.csv and tones.png.
+std::vector<FoundKey> found_keys(const LineModel& model);
+
+std::string scene_text(const LineModel& model);
+std::string navigation_csv(const LineModel& model);
+/// The picture of the tones: 0 where there is none, else most_steps + 1 + the step.
+std::vector<std::byte> tones_png(const LineModel& model);
+/// The vertical beam, one way.
+std::string beam_csv(const LineModel& model);
+/// A dataset recipe with distributions about the model's numbers. Its data folder has beam.csv.
+std::string recipe_text(const LineModel& model);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <ensonify/engine/sonar/instrument/pulse.h>
+
+namespace ensonify::engine {
+
+/// The least bandwidth of a model, over that of one sample: a sweep's side lobes would span more
+/// bins than a scene allows.
+constexpr double least_bandwidth = 0.07;
+
+/// Correlation of two Rayleigh amplitudes of one power whose fields have the correlation rho:
+/// (2F1(-1/2, -1/2; 1; rho^2) - 1) / (4 / pi - 1), from the mean of their product (Middleton, An
+/// Introduction to Statistical Communication Theory, 1960).
+double amplitude_correlation(double field_correlation);
+
+/// The time over 1 / bandwidth after which a pulse's speckle has an amplitude correlation, within
+/// the pulse's main lobe.
+double time_times_bandwidth(const Pulse& pulse, double correlation);
+
+/// The kind and window of the pulse whose speckle has these correlations over one and over two
+/// samples. CW unless another is nearer by more than relief and noise add; pulses shorter than a
+/// sample or so are all alike.
+Pulse likely_pulse(double over_one, double over_two);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,354 @@
+#include <ensonify/engine/imitation/recorder_signs.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/imitation/quantile.h>
+#include <ensonify/engine/imitation/vehicle_path.h>
+#include <ensonify/engine/sonar/reception/transmit_burst.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {
+  float largest = 0.0f;
+  std::size_t samples = 0;
+  for (const Side side : {Side::port, Side::starboard})
+    for (const float value : line.side(side)) largest = std::max(largest, value);
+  std::size_t at_largest = 0;
+  bool whole = true;
+  for (const Side side : {Side::port, Side::starboard})
+    for (const float value : line.side(side)) {
+      at_largest += value == largest;
+      whole = whole && value == std::floor(value);
+      ++samples;
+    }
+  signs.clips =
+      at_largest >= 20 && 1e5 * static_cast<double>(at_largest) > static_cast<double>(samples);
+  signs.full_scale = largest;
+  constexpr int most_bits = 16;
+  const int bits =
+      static_cast<int>(std::bit_width(static_cast<unsigned>(std::min(largest, 16777215.0f))));
+  if (whole && bits >= 1 && bits <= most_bits) {
+    signs.bits = bits;
+    if (!signs.clips) signs.full_scale = static_cast<double>((1u << bits) - 1u);
+    signs.bits_from = {Confidence::measured,
+                       fmt::format("the largest sample is {:.0f}{}", largest,
+                                   signs.clips ? ", and many are as large: it clips there" : "")};
+  } else {
+    signs.bits_from = {Confidence::assumed, "its samples are no whole numbers of up to 16 bits"};
+  }
+}
+
+/// Blocks of 8 pings x 16 samples of the bed, without clipped ones.
+struct Spread {
+  double mean, sd, skew, grazing_rad;
+};
+std::vector<Spread> spreads(const RecordedLine& line, double full_scale) {
+  constexpr std::size_t block_pings = 8, block_samples = 16;
+  std::vector<Spread> all;
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    const std::vector<std::size_t> bed = bed_edge(line, side);
+    for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
+      const std::size_t begin =
+          *std::max_element(bed.begin() + static_cast<std::ptrdiff_t>(ping),
+                            bed.begin() + static_cast<std::ptrdiff_t>(ping + block_pings));
+      for (std::size_t k = begin; k + block_samples <= line.samples; k += block_samples) {
+        double sum = 0.0, squares = 0.0, cubes = 0.0;
+        bool clipped = false;
+        for (std::size_t i = 0; i < block_pings; ++i)
+          for (const float value : line.row(side, ping + i).subspan(k, block_samples)) {
+            sum += value;
+            squares += double(value) * value;
+            cubes += double(value) * value * value;
+            clipped = clipped || value >= full_scale;
+          }
+        constexpr auto count = static_cast<double>(block_pings * block_samples);
+        const double mean = sum / count, variance = squares / count - mean * mean;
+        if (!clipped && mean > 0.0 && variance > 0.0)
+          all.push_back(
+              {mean, std::sqrt(variance),
+               (cubes / count - mean * (3.0 * variance + mean * mean)) / std::pow(variance, 1.5),
+               std::asin(static_cast<double>(begin) / static_cast<double>(k + block_samples / 2))});
+      }
+    }
+  }
+  return all;
+}
+
+/// Where the spread of the samples stays the same while their mean grows, and they are skewed to
+/// the low side, the curve is logarithmic; Rayleigh amplitudes are skewed to the high side. Relief,
+/// shadows and texture only add to the spread, so the quietest blocks tell.
+void set_curve(std::vector<Spread> blocks, RecorderSigns& signs) {
+  constexpr double quietest = 0.2;
+  signs.curve_from = {Confidence::assumed, "too few unclipped samples of the bed"};
+  if (blocks.size() < 100) return;
+  std::ranges::sort(blocks, {}, &Spread::mean);
+  // By fifths of the blocks' means.
+  const std::size_t fifth = blocks.size() / 5;
+  std::vector<double> at_low, at_high, skews;
+  for (std::size_t i = 0; i < fifth; ++i) {
+    at_low.push_back(blocks[i].sd);
+    const Spread& high = blocks[blocks.size() - 1 - i];
+    at_high.push_back(high.sd);
+    skews.push_back(high.skew);
+  }
+  const double mean_ratio =
+      std::log(blocks[blocks.size() - fifth / 2].mean / blocks[fifth / 2].mean);
+  const double growth =
+      std::log(quantile(std::move(at_high), quietest) / quantile(std::move(at_low), quietest)) /
+      mean_ratio;
+  const double skew = median(std::move(skews));
+  if (!(mean_ratio > 0.1)) {
+    signs.curve_from.why = "the level of the bed hardly changes: taken as linear";
+    return;
+  }
+  signs.curve_from = {
+      Confidence::measured,
+      fmt::format("over the bed the spread grows as mean^{:.1f}, with a skew of {:.1f}", growth,
+                  skew)};
+  if (growth > 0.4 || skew > 0.0) return;  // a square root cannot be told from more looks
+  signs.curve = TransferCurve::logarithmic;
+  // A Rayleigh amplitude in decibels has a standard deviation of 5.57 dB (Ulaby and others,
+  // Microwave Remote Sensing, vol. 2, ch. 7).
+  std::vector<double> sds;
+  for (const Spread& block : blocks) sds.push_back(block.sd);
+  signs.curve_range_db =
+      std::clamp(5.57 / (median(std::move(sds)) / signs.full_scale), 20.0, 200.0);
+}
+
+void set_looks(const RecordedLine& line, const std::vector<Spread>& blocks, RecorderSigns& signs) {
+  signs.detector = line.peak_detector ? Detector::peak : Detector::mean;
+  signs.looks_from = {Confidence::assumed, "too few unclipped samples of the bed"};
+  if (blocks.size() < 100 || signs.curve != TransferCurve::linear) return;
+  // Texture only adds to the spread, so the smoothest band of angles has the speckle alone.
+  double contrast = std::numeric_limits<double>::infinity();
+  for (const auto& [low, high] : {std::pair{14, 20}, {20, 40}, {40, 70}}) {
+    std::vector<double> contrasts;
+    for (const Spread& block : blocks)
+      if (block.grazing_rad >= low * degree && block.grazing_rad < high * degree)
+        contrasts.push_back(block.sd / block.mean);
+    constexpr std::size_t enough = 50;
+    if (contrasts.size() >= enough) contrast = std::min(contrast, median(std::move(contrasts)));
+  }
+  if (!std::isfinite(contrast)) return;
+  while (signs.looks < 16 &&
+         std::abs(speckle_contrast(signs.detector, signs.looks + 1) - contrast) <
+             std::abs(speckle_contrast(signs.detector, signs.looks) - contrast))
+    ++signs.looks;
+  signs.looks_from = {
+      Confidence::measured,
+      fmt::format("smooth bed scatters by {:.2f} of its mean{}", contrast,
+                  line.peak_detector ? ", and the file states that the largest is kept" : "")};
+}
+
+/// Share of full scale that the mean of each ping of a side has; 0 if it differs from ping to ping.
+/// Clipping lowers the mean of a ping that was scaled before, so the less clipped half counts.
+void set_ping_mean(const RecordedLine& line, RecorderSigns& signs) {
+  struct Row {
+    std::size_t clipped;
+    double mean;
+  };
+  std::vector<Row> rows;
+  const std::size_t begin = line.samples / 50;  // beyond the transmitted pulse
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
+      const std::span<const float> row = line.row(side, ping).subspan(begin);
+      Row& one = rows.emplace_back();
+      for (const float value : row) {
+        one.clipped += signs.clips && value >= signs.full_scale;
+        one.mean += value / signs.full_scale / static_cast<double>(row.size());
+      }
+    }
+  }
+  std::ranges::stable_sort(rows, {}, &Row::clipped);
+  rows.resize((rows.size() + 1) / 2);
+  std::vector<double> means, off;
+  for (const Row& row : rows) means.push_back(row.mean);
+  const double middle = median(means);
+  for (const double mean : means) off.push_back(std::abs(mean / middle - 1.0));
+  const double spread = 1.4826 * median(std::move(off));  // sd of a normal distribution
+  const bool even = middle > 0.0 && spread < 0.02;
+  if (even) signs.ping_mean = middle;
+  signs.ping_mean_from = {Confidence::measured,
+                          fmt::format("the pings' means differ by {:.1f} %", 100.0 * spread)};
+}
+
+double expanded(double share, const RecorderSigns& recorder) {
+  if (recorder.curve != TransferCurve::logarithmic) return share;
+  return share > 0.0 ? std::pow(10.0, (share - 1.0) * recorder.curve_range_db / 20.0) : 0.0;
+}
+
+/// The level of the water column; and the length of the transmitted pulse, from the range at which
+/// its leakage is no longer 4 times the column's amplitude.
+void set_column(const RecordedLine& line, RecorderSigns& signs) {
+  constexpr double over_column = 4.0;
+  std::vector<double> lengths_m, columns;
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    const std::vector<std::size_t> bed = bed_edge(line, side);
+    for (std::size_t ping = 0; ping < line.pings.size(); ++ping) {
+      if (bed[ping] < 24 || bed[ping] >= line.samples) continue;
+      const std::span<const float> row = line.row(side, ping);
+      std::vector<double> column;
+      for (std::size_t k = bed[ping] / 3; k < bed[ping] * 9 / 10; ++k) column.push_back(row[k]);
+      columns.push_back(median(std::move(column)));
+      const double threshold = over_column * columns.back();
+      std::size_t k = 0;
+      while (k < bed[ping] / 3 && row[k] > threshold) ++k;
+      lengths_m.push_back(static_cast<double>(k) * line.pings[ping].range_m /
+                          static_cast<double>(line.samples));
+    }
+  }
+  const double floor = median(std::move(columns)) / signs.full_scale;
+  signs.burst_m =
+      median(std::move(lengths_m)) /
+      burst_lengths(20.0 * std::log10(std::max(expanded(over_column * floor, signs), 1e-9)));
+  // A Rayleigh amplitude's median is sqrt(ln 2) of its rms.
+  if (floor > 0.0) signs.column_db = 20.0 * std::log10(floor / std::sqrt(std::log(2.0)));
+  signs.burst_from = {Confidence::measured, "bright samples before the water column"};
+}
+
+/// The mean power s of exponential intensities of which clipping at 1 leaves s (1 - exp(-1 / s)).
+double before_clipping(double power) {
+  constexpr double most = 0.98;
+  const double wanted = std::min(power, most);
+  double low = wanted, high = 100.0;
+  for (int i = 0; i < 40; ++i) {
+    const double s = std::sqrt(low * high);
+    (s * -std::expm1(-1.0 / s) < wanted ? low : high) = s;
+  }
+  return low;
+}
+
+}  // namespace
+
+double speckle_contrast(Detector detector, int looks) {
+  if (detector == Detector::mean)
+    return std::sqrt((4.0 / std::numbers::pi - 1.0) / static_cast<double>(looks));
+  // The largest of n exponential intensities has the distribution (1 - exp(-I))^n.
+  double mean = 0.0, squares = 0.0;
+  constexpr int steps = 20000;
+  for (int i = 0; i < steps; ++i) {
+    const double square = -std::log(1.0 - std::pow((i + 0.5) / steps, 1.0 / looks));
+    mean += std::sqrt(square) / steps;
+    squares += square / steps;
+  }
+  return std::sqrt(squares - mean * mean) / mean;
+}
+
+RecorderSigns recorder_signs(const RecordedLine& line) {
+  RecorderSigns signs;
+  set_full_scale(line, signs);
+  const std::vector<Spread> blocks = spreads(line, signs.clips ? signs.full_scale : 1e30);
+  set_curve(blocks, signs);
+  set_looks(line, blocks, signs);
+  set_ping_mean(line, signs);
+  set_column(line, signs);
+  return signs;
+}
+
+double grazing_cell_rad(std::size_t cell) {
+  return (static_cast<double>(cell) + 0.5) * grazing_cell_deg * degree;
+}
+
+GrazingLevels grazing_levels(const RecordedLine& line, Side side, const RecorderSigns& recorder,
+                             std::size_t first, std::size_t end, std::size_t enough) {
+  GrazingLevels sums{}, counts{};
+  const std::vector<std::size_t> bed = bed_edge(line, side);
+  for (std::size_t ping = first; ping < end; ++ping) {
+    const std::span<const float> row = line.row(side, ping);
+    if (bed[ping] == 0) continue;
+    for (std::size_t k = bed[ping]; k < line.samples; ++k) {
+      const double grazing = std::asin(static_cast<double>(bed[ping]) / static_cast<double>(k));
+      const auto cell = std::min(static_cast<std::size_t>(grazing / degree / grazing_cell_deg),
+                                 grazing_cells - 1);
+      const double amplitude = expanded(row[k] / recorder.full_scale, recorder);
+      sums[cell] += amplitude * amplitude;
+      counts[cell] += 1.0;
+    }
+  }
+  for (std::size_t i = 0; i < grazing_cells; ++i)
+    sums[i] = counts[i] >= static_cast<double>(enough) && sums[i] > 0.0
+                  ? 10.0 * std::log10(before_clipping(sums[i] / counts[i]))
+                  : unknown;
+  return sums;
+}
+
+double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
+  // Where each ping is scaled, its level is taken over the water column's, which was scaled with
+  // it.
+  constexpr std::size_t block = 24, low_cell = 5, high_cell = 36;  // 10 to 72 degrees
+  double covariance = 0.0, variance = 0.0;
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    const std::vector<std::size_t> bed = bed_edge(line, side);
+    std::array<std::vector<std::array<double, 2>>, grazing_cells> points;
+    for (std::size_t ping = 0; ping + block <= line.pings.size(); ping += block) {
+      const std::size_t middle = ping + block / 2;
+      if (bed[middle] < 24 || bed[middle] >= line.samples) continue;
+      std::vector<double> column;
+      for (std::size_t i = ping; i < ping + block; ++i)
+        for (std::size_t k = bed[i] / 3; bed[i] < line.samples && k < bed[i] * 9 / 10; ++k)
+          column.push_back(expanded(line.row(side, i)[k] / recorder.full_scale, recorder));
+      const double floor = median(std::move(column));
+      if (recorder.ping_mean > 0.0 && !(floor > 0.0)) continue;
+      const double scale_db = recorder.ping_mean > 0.0 ? 20.0 * std::log10(floor) : 0.0;
+      const GrazingLevels levels = grazing_levels(line, side, recorder, ping, ping + block, 8);
+      const double altitude_m = static_cast<double>(bed[middle]) * line.pings[middle].range_m /
+                                static_cast<double>(line.samples);
+      for (std::size_t cell = low_cell; cell < high_cell; ++cell) {
+        const double r =
+            altitude_m / std::sin((static_cast<double>(cell) + 0.5) * grazing_cell_deg * degree);
+        if (std::isfinite(levels[cell]))
+          points[cell].push_back({std::log10(r), levels[cell] - scale_db});
+      }
+    }
+    for (const auto& cell : points) {
+      if (cell.size() < 4) continue;
+      double mean_x = 0.0, mean_y = 0.0;
+      for (const auto& [x, y] : cell) {
+        mean_x += x / static_cast<double>(cell.size());
+        mean_y += y / static_cast<double>(cell.size());
+      }
+      for (const auto& [x, y] : cell) {
+        variance += (x - mean_x) * (x - mean_x);
+        covariance += (x - mean_x) * (y - mean_y);
+      }
+    }
+  }
+  // Some 10 blocks in each of 30 cells whose altitudes differ by a tenth or so.
+  constexpr double enough_variance = 0.3;
+  return variance > enough_variance ? covariance / variance : unknown;
+}
+
+RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
+                       double absorption_db_per_m, double range_m) {
+  if (!std::isfinite(slope_db) || !std::isfinite(ours_db)) return law;
+  RangeLaw better{law.spreading + slope_db - ours_db,
+                  law.absorption,
+                  {Confidence::fitted,
+                   fmt::format("at each angle the level changes by {:.0f} dB per factor of ten in "
+                               "range",
+                               slope_db)}};
+  constexpr double least_spreading = 10.0;
+  if (better.absorption && better.spreading < least_spreading) {
+    better.absorption = false;  // the slope of 2 a r over log10(r), at half the range
+    better.spreading += std::numbers::ln10 * absorption_db_per_m * range_m;
+  }
+  better.spreading = std::clamp(better.spreading, 0.0, 80.0);
+  return better;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <ensonify/engine/imitation/evidence.h>
+#include <ensonify/engine/recording/recorded_line.h>
+#include <ensonify/engine/sonar/instrument/receiver_options.h>
+
+namespace ensonify::engine {
+
+/// What the samples of a line show of its recorder, without any simulation.
+struct RecorderSigns {
+  double full_scale = 1.0;  ///< in the recording's numbers
+  int bits = 15;
+  bool clips = false;      ///< several samples are at full scale
+  double ping_mean = 0.0;  ///< as ReceiverOptions::ping_mean; 0: pings are not scaled
+  TransferCurve curve = TransferCurve::linear;
+  double curve_range_db = 90.0;
+  Detector detector = Detector::mean;
+  int looks = 1;
+  double burst_m = 0.0;      ///< as OtherPathsOptions::burst_m
+  double column_db = -60.0;  ///< rms of the water column, dB re full scale
+  Evidence bits_from, ping_mean_from, curve_from, looks_from, burst_from;
+};
+RecorderSigns recorder_signs(const RecordedLine& line);
+
+/// Standard deviation over mean of the amplitude that a detector makes of this number of looks with
+/// Rayleigh amplitudes.
+double speckle_contrast(Detector detector, int looks);
+
+/// Mean power over full scale, dB, by cells of grazing angle (2 degrees each) over a level bed, of
+/// one side; NaN where fewer than `enough` samples are. Samples that the transfer curve compressed
+/// are expanded first, and the power that clipping took is given back as that of Rayleigh
+/// amplitudes: a mean power s keeps s (1 - exp(-1 / s)) below full scale.
+constexpr double grazing_cell_deg = 2.0;
+constexpr std::size_t grazing_cells = 45;
+/// The angle in the middle of a cell.
+double grazing_cell_rad(std::size_t cell);
+using GrazingLevels = std::array<double, grazing_cells>;
+GrazingLevels grazing_levels(const RecordedLine& line, Side side, const RecorderSigns& recorder,
+                             std::size_t first, std::size_t end, std::size_t enough = 60);
+
+/// How the level of the bed at one grazing angle changes with range as the altitude changes, dB per
+/// factor of ten; NaN if the altitude changes too little.
+double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder);
+
+/// The recorder's gain over range.
+struct RangeLaw {
+  double spreading = 30.0;
+  bool absorption = true;
+  Evidence from{Confidence::assumed, "the altitude changes too little to tell"};
+};
+/// That of a line with this slope over a line of gain `law`, which has the slope `ours_db`. A gain
+/// of less than spreading alone is taken for one without a part for the absorption.
+RangeLaw corrected_law(const RangeLaw& law, double slope_db, double ours_db,
+                       double absorption_db_per_m, double range_m);
+
+}  // namespace ensonify::engine

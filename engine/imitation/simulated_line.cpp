@@ -1,0 +1,57 @@
+#include <ensonify/engine/imitation/simulated_line.h>
+
+#include <cmath>
+#include <iterator>
+#include <string>
+
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/refine/atomic_file.h>
+
+namespace ensonify::engine {
+
+RecordedLine simulated_line(const LineModel& model, const std::filesystem::path& folder,
+                            int threads, const AfterPings& after_pings, double* gain_db) {
+  const auto write = [&](const char* name, const std::string& text) {
+    refine::write_file(folder / name, text);
+  };
+  write("navigation.csv", navigation_csv(model));
+  if (model.has_pattern()) write("beam.csv", beam_csv(model));
+  if (!model.tones.steps.empty()) refine::write_file(folder / "tones.png", tones_png(model));
+  const std::string text = scene_text(model);
+  write("scene.toml", text);
+  const Scene scene =
+      parse_scene(text, (folder / "scene.toml").string(), {}, ScenePaths{folder, {}});
+  Simulator simulator(scene, {.threads = threads});
+  const ScenePings pings = ping_all(
+      scene, simulator, threads,
+      [&](std::span<const Waterfall>, std::size_t done, std::size_t of) { after_pings(done, of); });
+  const Waterfall& image = pings.images.front();
+  const Recorder& recorder = SimulatorInternals::recorder(simulator, 0);
+  if (gain_db) {
+    const double bin_m = image.sonar.bin_m();
+    *gain_db = 20.0 * std::log10(recorder.gain(0)) - model.range_law.spreading * std::log10(bin_m) -
+               (model.range_law.absorption ? 2.0 * model.absorption_db_per_m * bin_m : 0.0);
+  }
+  RecordedLine line{.format = "run",
+                    .sonar = image.sonar.name,
+                    .frequency_hz = image.sonar.frequency_hz,
+                    .samples = static_cast<std::size_t>(image.sonar.bins)};
+  const std::size_t bins = line.samples, columns = image.columns();
+  for (std::size_t row = 0; row < image.rows(); ++row) {
+    line.pings.push_back({.number = row, .range_m = image.sonar.range_m, .samples = bins});
+    const auto begin = image.pixels.sample.begin() + static_cast<std::ptrdiff_t>(row * columns);
+    const auto half = begin + static_cast<std::ptrdiff_t>(bins);
+    if (model.port)
+      line.port.insert(line.port.end(), std::make_reverse_iterator(half),
+                       std::make_reverse_iterator(begin));
+    if (model.starboard)
+      line.starboard.insert(line.starboard.end(), model.port ? half : begin,
+                            begin + static_cast<std::ptrdiff_t>(columns));
+  }
+  return line;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,139 @@
+#include <ensonify/engine/imitation/tone_map.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t block_pings = 8, block_samples = 16;
+constexpr double degree = std::numbers::pi / 180.0;
+
+/// A block of the bed: where it is, and its level.
+struct Spot {
+  Eigen::Vector2d place_m;
+  std::size_t cell;  // of grazing angle
+  double level_db;
+};
+
+/// The heading of a ping; without one, the course.
+double heading_rad(const VehiclePath& path, std::size_t ping) {
+  if (!path.heading_rad.empty()) return path.heading_rad[ping];
+  const std::size_t before = ping < 8 ? 0 : ping - 8,
+                    after = std::min(ping + 8, path.x_m.size() - 1);
+  return std::atan2(path.x_m[after] - path.x_m[before], path.y_m[after] - path.y_m[before]);
+}
+
+std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePath& path,
+                           double full_scale) {
+  std::vector<Spot> spots;
+  const std::vector<std::size_t> bed = bed_edge(line, side);
+  for (std::size_t ping = 0; ping + block_pings <= line.pings.size(); ping += block_pings) {
+    const std::size_t middle = ping + block_pings / 2;
+    const double sample_m = line.pings[middle].range_m / static_cast<double>(line.samples);
+    const double turned =
+        heading_rad(path, middle) + (side == Side::starboard ? 0.5 : -0.5) * std::numbers::pi;
+    for (std::size_t k = bed[middle]; k + block_samples <= line.samples; k += block_samples) {
+      double power = 0.0;
+      for (std::size_t i = ping; i < ping + block_pings; ++i)
+        for (const float value : line.row(side, i).subspan(k, block_samples))
+          power += double(value) * value / (full_scale * full_scale * block_pings * block_samples);
+      const double range_m = (static_cast<double>(k) + 0.5 * block_samples) * sample_m;
+      const double altitude_m = path.altitude_m[middle];
+      constexpr double steepest = 0.9;  // of the sine: below the sonar, a block spans many angles
+      if (!(power > 0.0) || altitude_m > steepest * range_m) continue;
+      const double ground_m = std::sqrt(range_m * range_m - altitude_m * altitude_m);
+      spots.push_back({Eigen::Vector2d(path.x_m[middle], path.y_m[middle]) +
+                           ground_m * Eigen::Vector2d(std::sin(turned), std::cos(turned)),
+                       std::min(static_cast<std::size_t>(std::asin(altitude_m / range_m) / degree /
+                                                         grazing_cell_deg),
+                                grazing_cells - 1),
+                       10.0 * std::log10(power)});
+    }
+  }
+  return spots;
+}
+
+/// The mean of the known ones among a tile and its eight neighbours.
+std::optional<double> mean_around(const ToneMap& map, const std::vector<double>& tones,
+                                  const std::vector<bool>& known, std::size_t tile) {
+  const std::size_t row = tile / map.columns, column = tile % map.columns;
+  double sum = 0.0, number = 0.0;
+  for (std::size_t r = row == 0 ? 0 : row - 1; r <= std::min(row + 1, map.rows - 1); ++r)
+    for (std::size_t c = column == 0 ? 0 : column - 1; c <= std::min(column + 1, map.columns - 1);
+         ++c)
+      if (known[r * map.columns + c]) {
+        sum += tones[r * map.columns + c];
+        number += 1.0;
+      }
+  return number > 0.0 ? std::optional(sum / number) : std::nullopt;
+}
+
+}  // namespace
+
+ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
+                 double extent_east_m, double extent_north_m) {
+  ToneMap map;
+  const double range_m = line.pings.front().range_m;
+  const double tile_m = std::max({1.0, range_m / 30.0, extent_east_m / 500.0});
+  map.columns = static_cast<std::size_t>(std::ceil(extent_east_m / tile_m));
+  const double side_m = extent_east_m / static_cast<double>(map.columns);
+  map.rows =
+      std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(extent_north_m / side_m)));
+  const double north_side_m = extent_north_m / static_cast<double>(map.rows);
+  std::vector<double> sums(map.columns * map.rows, 0.0), counts(sums.size(), 0.0);
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    const std::vector<Spot> spots = spots_of(line, side, path, recorder.full_scale);
+    std::array<double, grazing_cells> mean{}, number{};
+    for (const Spot& spot : spots) {
+      mean[spot.cell] += spot.level_db;
+      number[spot.cell] += 1.0;
+    }
+    for (const Spot& spot : spots) {
+      const double column = (spot.place_m.x() + 0.5 * extent_east_m) / side_m,
+                   row = (0.5 * extent_north_m - spot.place_m.y()) / north_side_m;
+      if (!(column >= 0.0 && row >= 0.0 && column < static_cast<double>(map.columns) &&
+            row < static_cast<double>(map.rows)))
+        continue;
+      const std::size_t tile =
+          static_cast<std::size_t>(row) * map.columns + static_cast<std::size_t>(column);
+      sums[tile] += spot.level_db - mean[spot.cell] / number[spot.cell];
+      counts[tile] += 1.0;
+    }
+  }
+  // Tiles between the pings take the mean of their neighbours, from the known ones outwards.
+  std::vector<double> tones(sums.size(), 0.0);
+  std::vector<bool> known(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if ((known[i] = counts[i] > 0.0)) tones[i] = sums[i] / counts[i];
+  constexpr int spread = 4;
+  for (int pass = 0; pass < spread; ++pass) {
+    const std::vector<bool> before = known;
+    const std::vector<double> from = tones;
+    for (std::size_t tile = 0; tile < tones.size(); ++tile)
+      if (const auto mean = mean_around(map, from, before, tile); !before[tile] && mean) {
+        tones[tile] = *mean;
+        known[tile] = true;
+      }
+  }
+  // Single tiles are speckle, not tone.
+  const std::vector<double> single = tones;
+  for (std::size_t tile = 0; tile < tones.size(); ++tile)
+    if (known[tile]) tones[tile] = *mean_around(map, single, known, tile);
+  std::size_t apart = 0, all = 0;
+  for (std::size_t i = 0; i < tones.size(); ++i) {
+    const double steps = known[i] ? std::round(tones[i] / ToneMap::step_db) : 0.0;
+    map.steps.push_back(static_cast<std::int8_t>(
+        std::clamp<double>(steps, -ToneMap::most_steps, ToneMap::most_steps)));
+    all += known[i];
+    apart += steps != 0.0;
+  }
+  if (20 * apart < all) map.steps.clear();
+  return map;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <ensonify/engine/imitation/recorder_signs.h>
+#include <ensonify/engine/imitation/vehicle_path.h>
+
+namespace ensonify::engine {
+
+/// Where the bed is brighter or darker than the line's mean at the same grazing angle and side, as
+/// tiles over a seabed about the middle of the path, north up.
+struct ToneMap {
+  static constexpr double step_db = 4.0;
+  static constexpr int most_steps = 3;  ///< either way
+  std::size_t columns = 0, rows = 0;
+  std::vector<std::int8_t> steps;  ///< by tile, from the north-west; empty: one tone all over
+};
+
+/// From some pings of a line and their path; tiles between them are filled from their neighbours.
+/// There is one tone all over if fewer than a twentieth of the tiles differ by a step.
+ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
+                 double extent_east_m, double extent_north_m);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,342 @@
+#include <ensonify/engine/imitation/vehicle_path.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <ensonify/engine/comparison/line_statistics.h>
+#include <ensonify/engine/imitation/quantile.h>
+#include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/sonar/vehicle/recorded_track.h>
+
+namespace ensonify::engine {
+namespace {
+
+using Values = std::vector<double>;
+constexpr double place_smoothing_s = 3.0;  // navigation is often rounded, or slower than the pings
+
+using MaybeValues = std::vector<std::optional<double>>;
+
+/// Gaps are filled between their neighbours. Empty if fewer than half of the values are known.
+Values filled(const MaybeValues& maybe) {
+  Values values(maybe.size());
+  std::vector<std::size_t> known;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (maybe[i]) {
+      values[i] = *maybe[i];
+      known.push_back(i);
+    }
+  if (2 * known.size() < values.size()) return {};
+  for (std::size_t i = 0; i < known.front(); ++i) values[i] = values[known.front()];
+  for (std::size_t i = known.back(); i < values.size(); ++i) values[i] = values[known.back()];
+  for (std::size_t k = 1; k < known.size(); ++k)
+    for (std::size_t i = known[k - 1] + 1; i < known[k]; ++i) {
+      const double share =
+          static_cast<double>(i - known[k - 1]) / static_cast<double>(known[k] - known[k - 1]);
+      values[i] = std::lerp(values[known[k - 1]], values[known[k]], share);
+    }
+  return values;
+}
+
+/// A number of each ping, filled.
+template <class F>
+Values column(const RecordedLine& line, F&& value_of) {
+  MaybeValues values;
+  for (const RecordedPing& ping : line.pings) values.push_back(value_of(ping));
+  return filled(values);
+}
+
+bool all_equal(const Values& values) {
+  return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) == values.end();
+}
+
+/// Means over the values within `reach` places.
+Values moving_mean(const Values& values, std::size_t reach) {
+  Values sums(values.size() + 1, 0.0), means(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) sums[i + 1] = sums[i] + values[i];
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t first = i < reach ? 0 : i - reach,
+                      end = std::min(i + reach + 1, values.size());
+    means[i] = (sums[end] - sums[first]) / static_cast<double>(end - first);
+  }
+  return means;
+}
+
+Values moving_median(const Values& values, std::size_t reach) {
+  Values medians(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t begin = i < reach ? 0 : i - reach,
+                      end = std::min(i + reach + 1, values.size());
+    medians[i] = median(Values(values.begin() + static_cast<std::ptrdiff_t>(begin),
+                               values.begin() + static_cast<std::ptrdiff_t>(end)));
+  }
+  return medians;
+}
+
+void set_times(const RecordedLine& line, VehiclePath& path) {
+  path.t_s = column(line, [](const RecordedPing& ping) { return ping.t_s; });
+  bool ascending = !path.t_s.empty();
+  for (std::size_t i = 1; ascending && i < path.t_s.size(); ++i)
+    ascending = path.t_s[i] > path.t_s[i - 1];
+  if (ascending && path.t_s.size() > 1) {
+    Values steps;
+    for (std::size_t i = 1; i < path.t_s.size(); ++i)
+      steps.push_back(path.t_s[i] - path.t_s[i - 1]);
+    path.ping_interval_s = median(std::move(steps));
+    path.time = {Confidence::stated, "times of the pings"};
+    return;
+  }
+  Values ranges;
+  for (const RecordedPing& ping : line.pings) ranges.push_back(ping.range_m);
+  const double speed_mps = line.sound_speed_mps > 0.0 ? line.sound_speed_mps : 1500.0;
+  const bool spans = path.t_s.size() > 1 && path.t_s.back() > path.t_s.front();
+  const auto steps = static_cast<double>(std::max<std::size_t>(line.pings.size(), 2) - 1);
+  path.ping_interval_s =
+      spans ? (path.t_s.back() - path.t_s.front()) / steps : 2.0 * median(ranges) / speed_mps;
+  const double begin_s = spans ? path.t_s.front() : 0.0;
+  path.t_s.resize(line.pings.size());
+  for (std::size_t i = 0; i < path.t_s.size(); ++i)
+    path.t_s[i] = begin_s + static_cast<double>(i) * path.ping_interval_s;
+  path.time = spans ? Evidence{Confidence::measured, "times that do not ascend, made even"}
+                    : Evidence{Confidence::assumed,
+                               "the pings have no times: two-way time of the "
+                               "range"};
+}
+
+/// Replaces places that lie far from those of the pings around.
+void leave_out_jumps(NavigationLog& log) {
+  constexpr std::size_t around = 20;
+  constexpr double far_m = 200.0;
+  const Values x = moving_median(log.x_m, around), y = moving_median(log.y_m, around);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (std::hypot(log.x_m[i] - x[i], log.y_m[i] - y[i]) > far_m) {
+      log.x_m[i] = x[i];
+      log.y_m[i] = y[i];
+    }
+}
+
+/// East and north on the file's map, or about the first place that is known.
+void set_places(const RecordedLine& line, VehiclePath& path) {
+  const auto first = std::ranges::find_if(
+      line.pings, [](const RecordedPing& ping) { return ping.place.has_value(); });
+  const bool geographic = first != line.pings.end();
+  const auto place_of = [&](const RecordedPing& ping) -> std::optional<Eigen::Vector2d> {
+    if (!geographic) return ping.place_m;
+    if (!ping.place) return std::nullopt;
+    return tangent_place(*ping.place, *first->place).place;
+  };
+  const auto part = [&](Eigen::Index which) {
+    return column(line, [&](const RecordedPing& ping) -> std::optional<double> {
+      const std::optional<Eigen::Vector2d> place = place_of(ping);
+      return place ? std::optional((*place)[which]) : std::nullopt;
+    });
+  };
+  NavigationLog log;
+  log.t_s = path.t_s;
+  log.x_m = part(0);
+  log.y_m = part(1);
+  const std::size_t pings = path.t_s.size();
+  if (!log.x_m.empty()) leave_out_jumps(log);
+  path.x_m.resize(pings);
+  path.y_m.resize(pings);
+  if (log.x_m.empty() || (all_equal(log.x_m) && all_equal(log.y_m))) {
+    const Values speeds = column(line, [](const RecordedPing& ping) { return ping.speed_mps; });
+    const double speed_mps = speeds.empty() ? 1.5 : median(speeds);
+    for (std::size_t i = 0; i < pings; ++i)
+      path.y_m[i] = speed_mps * (path.t_s[i] - path.t_s.front());
+    path.place = {Confidence::assumed,
+                  fmt::format("no positions: straight north at {:.2f} m/s{}", speed_mps,
+                              speeds.empty() ? "" : ", the stated speed")};
+  } else {
+    const RecordedTrack track(log, place_smoothing_s);
+    for (std::size_t i = 0; i < pings; ++i) {
+      const Eigen::Vector3d place = track.at(path.t_s[i]).position;
+      path.x_m[i] = place.x();
+      path.y_m[i] = place.y();
+    }
+    path.place = {Confidence::stated, "positions of the pings, smoothed over 3 s"};
+  }
+  const auto [west, east] = std::ranges::minmax(path.x_m);
+  const auto [south, north] = std::ranges::minmax(path.y_m);
+  constexpr double most_m = 10e3;
+  if (!(east - west < most_m && north - south < most_m))
+    throw RecordingError(fmt::format(
+        "the positions of the pings span {:.3g} x {:.3g} km, expected one line of at most {:.0f} "
+        "km; split the recording",
+        1e-3 * (east - west), 1e-3 * (north - south), 1e-3 * most_m));
+  const Eigen::Vector2d middle(0.5 * (west + east), 0.5 * (south + north));
+  if (geographic && path.place.how == Confidence::stated)
+    path.origin = place_of_tangent(middle, *first->place).where;
+  double length_m = 0.0;
+  for (std::size_t i = 0; i < pings; ++i) {
+    path.x_m[i] -= middle.x();
+    path.y_m[i] -= middle.y();
+    if (i > 0) length_m += std::hypot(path.x_m[i] - path.x_m[i - 1], path.y_m[i] - path.y_m[i - 1]);
+  }
+  const double time_s = path.t_s.back() - path.t_s.front();
+  path.speed_mps = time_s > 0.0 ? length_m / time_s : 0.0;
+}
+
+void set_attitude(const RecordedLine& line, VehiclePath& path) {
+  path.roll_rad = column(line, [](const RecordedPing& ping) { return ping.roll_rad; });
+  path.pitch_rad = column(line, [](const RecordedPing& ping) { return ping.pitch_rad; });
+  // Headings are unwrapped over the pings that have one, so that gaps do not turn about.
+  double last = 0.0;
+  path.heading_rad = column(line, [&](const RecordedPing& ping) -> std::optional<double> {
+    if (!ping.heading_rad) return std::nullopt;
+    last += std::remainder(*ping.heading_rad - last, 2.0 * std::numbers::pi);
+    return last;
+  });
+  std::string from;
+  for (const auto& [values, name] : {std::pair{&path.roll_rad, "roll"},
+                                     {&path.pitch_rad, "pitch"},
+                                     {&path.heading_rad, "heading"}}) {
+    if (values->empty() || all_equal(*values))
+      values->clear();  // a field that is not used
+    else
+      from += fmt::format("{}{}", from.empty() ? "" : ", ", name);
+  }
+  path.attitude = from.empty() ? Evidence{Confidence::assumed, "no attitude: level, on course"}
+                               : Evidence{Confidence::stated, from + " of the pings"};
+}
+
+/// By ping, the range of the first echo of the bed; empty if most pings have none. Where the sides
+/// differ much, the nearer one met something in the water; what strays far from the pings around is
+/// left out.
+Values nearest_ranges(const RecordedLine& line) {
+  const std::size_t pings = line.pings.size();
+  std::vector<Values> found(pings);
+  for (const Side side : {Side::port, Side::starboard}) {
+    if (line.side(side).empty()) continue;
+    const std::vector<std::size_t> bed = bed_edge(line, side);
+    for (std::size_t i = 0; i < pings; ++i)
+      if (bed[i] > 0 && bed[i] < line.samples)
+        found[i].push_back(static_cast<double>(bed[i]) * line.pings[i].range_m /
+                           static_cast<double>(line.samples));
+  }
+  constexpr double unlike_sides = 1.12, far_off = 0.25;
+  constexpr std::size_t around = 40;
+  MaybeValues nearest(pings);
+  for (std::size_t i = 0; i < pings; ++i) {
+    if (found[i].empty()) continue;
+    const auto [low, high] = std::ranges::minmax(found[i]);
+    nearest[i] = high > unlike_sides * low ? high : 0.5 * (low + high);
+  }
+  const Values whole = filled(nearest);
+  if (whole.empty()) return {};
+  const Values usual = moving_median(whole, around);
+  for (std::size_t i = 0; i < pings; ++i)
+    if (std::abs(whole[i] / usual[i] - 1.0) > far_off) nearest[i].reset();
+  const Values kept = filled(nearest);
+  return kept.empty() ? usual : moving_median(kept, 2);
+}
+
+/// The altitude of each ping. Throws RecordingError if the line shows no bed.
+void set_altitudes(const RecordedLine& line, VehiclePath& path) {
+  const std::size_t pings = line.pings.size();
+  const Values ranges = nearest_ranges(line);
+  if (ranges.empty())
+    throw RecordingError(
+        "the recording shows no bottom line in most of its pings; expected a water column before "
+        "the bed");
+  path.altitude_m.resize(pings);
+  for (std::size_t i = 0; i < pings; ++i)
+    path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
+  const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });
+  const double highest_m = std::ranges::max(path.altitude_m);
+  if (!depths.empty()) {
+    Values beds(pings);
+    for (std::size_t i = 0; i < pings; ++i) beds[i] = depths[i] + path.altitude_m[i];
+    path.bed_depth_m = median(std::move(beds));
+    path.depth = {Confidence::stated, "depths of the pings and the bottom line"};
+  } else {
+    path.bed_depth_m = highest_m + 2.0;
+    path.depth = {Confidence::assumed, "no depths: the sonar stays 2 m below the sea surface"};
+  }
+  path.bed_depth_m = std::max(path.bed_depth_m, highest_m + 0.5);
+}
+
+}  // namespace
+
+std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side) {
+  std::vector<std::size_t> bed = find_bed(line, side);
+  constexpr std::size_t early = 2;
+  for (std::size_t& first : bed)
+    if (first > 0 && first + early < line.samples) first += early;
+  return bed;
+}
+
+VehiclePath vehicle_path(const RecordedLine& line) {
+  VehiclePath path;
+  set_times(line, path);
+  set_places(line, path);
+  set_attitude(line, path);
+  set_altitudes(line, path);
+  return path;
+}
+
+Oscillation oscillation_of(const Values& t_s, const Values& values) {
+  if (values.size() < 20 || !(t_s.back() > t_s.front())) return {};
+  const double step_s = (t_s.back() - t_s.front()) / static_cast<double>(t_s.size() - 1);
+  constexpr double slow_s = 10.0;
+  const auto reach = static_cast<std::size_t>(std::max(1.0, 0.5 * slow_s / step_s));
+  const Values slow = moving_mean(values, reach);
+  // The straight line through the slow course, by least squares.
+  const auto count = static_cast<double>(values.size());
+  double mean_t = 0.0, mean_v = 0.0, tt = 0.0, tv = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    mean_t += t_s[i] / count;
+    mean_v += slow[i] / count;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    tt += (t_s[i] - mean_t) * (t_s[i] - mean_t);
+    tv += (t_s[i] - mean_t) * (slow[i] - mean_v);
+  }
+  double fast2 = 0.0, slow2 = 0.0, crossings = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double fast = values[i] - slow[i];
+    const double off = slow[i] - mean_v - tv / tt * (t_s[i] - mean_t);
+    fast2 += fast * fast / count;
+    slow2 += off * off / count;
+    if (i > 0 && fast > 0.0 && values[i - 1] - slow[i - 1] <= 0.0) crossings += 1.0;
+  }
+  Oscillation all;
+  all.rms = std::sqrt(fast2);
+  if (crossings > 1.0) all.period_s = (t_s.back() - t_s.front()) / crossings;
+  all.wander_rms = std::sqrt(slow2);
+  return all;
+}
+
+VehiclePath some_pings(const VehiclePath& path, const std::vector<std::size_t>& indices) {
+  VehiclePath some = path;
+  for (Values VehiclePath::*column :
+       {&VehiclePath::t_s, &VehiclePath::x_m, &VehiclePath::y_m, &VehiclePath::altitude_m,
+        &VehiclePath::roll_rad, &VehiclePath::pitch_rad, &VehiclePath::heading_rad}) {
+    const Values& all = path.*column;
+    (some.*column).clear();
+    if (!all.empty())
+      for (const std::size_t i : indices) (some.*column).push_back(all[i]);
+  }
+  return some;
+}
+
+RecordedLine some_pings(const RecordedLine& line, const std::vector<std::size_t>& indices) {
+  RecordedLine some = line;
+  some.pings.clear();
+  some.port.clear();
+  some.starboard.clear();
+  for (const std::size_t i : indices) {
+    some.pings.push_back(line.pings[i]);
+    for (const Side side : {Side::port, Side::starboard}) {
+      if (line.side(side).empty()) continue;
+      const std::span<const float> row = line.row(side, i);
+      std::vector<float>& rows = side == Side::port ? some.port : some.starboard;
+      rows.insert(rows.end(), row.begin(), row.end());
+    }
+  }
+  return some;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/imitation/evidence.h>
+#include <ensonify/engine/recording/recorded_line.h>
+#include <ensonify/engine/sonar/vehicle/motion_options.h>
+
+namespace ensonify::engine {
+
+/// Where a recorded sonar was at each ping, and how it moved. One value per ping; what is missing
+/// in some pings is interpolated.
+struct VehiclePath {
+  std::vector<double> t_s;         ///< ascending
+  std::vector<double> x_m, y_m;    ///< east and north of the middle of the track's box, smoothed
+  std::vector<double> altitude_m;  ///< from the bottom line
+  /// Empty: not recorded; the heading is then the course.
+  std::vector<double> roll_rad, pitch_rad, heading_rad;
+  std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0
+  double bed_depth_m = 0.0;               ///< below the sea surface, of a bed taken as level
+  double ping_interval_s = 0.0;           ///< median
+  double speed_mps = 0.0;                 ///< along the smoothed track
+  Evidence time, place, attitude, depth;
+};
+
+/// Finds the bottom line (find_bed() of both sides, smoothed) and takes the rest from the
+/// navigation. Throws RecordingError for a line without a bottom line. A sonar that is pitched by p
+/// meets a level bed at altitude / cos(p).
+VehiclePath vehicle_path(const RecordedLine& line);
+
+/// As find_bed(), which smooths over 5 samples and so finds the edge of the bed 2 samples before
+/// it.
+std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
+
+/// The fluctuations of a series about its slow course as an Oscillation: the slow course is the
+/// mean over 10 s, the period is that between upward crossings of zero, and the wander is what the
+/// slow course does about its straight line.
+Oscillation oscillation_of(const std::vector<double>& t_s, const std::vector<double>& values);
+
+/// The pings `indices` of a path or of a line, as one.
+VehiclePath some_pings(const VehiclePath& path, const std::vector<std::size_t>& indices);
+RecordedLine some_pings(const RecordedLine& line, const std::vector<std::size_t>& indices);
+
+}  // namespace ensonify::engine

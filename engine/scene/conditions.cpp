@@ -1,0 +1,47 @@
+#include <ensonify/engine/scene/conditions.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+// A towed or an autonomous vehicle in a slight sea: rms movements with the period of the waves, and
+// slow ones by steering and depth keeping. Typical values.
+MotionOptions survey_motion() {
+  MotionOptions motion;
+  motion.roll = {.rms = 0.8 * degree, .period_s = 5.0};
+  motion.pitch = {.rms = 0.4 * degree, .period_s = 5.0};
+  motion.heading = {
+      .rms = 0.15 * degree, .period_s = 5.0, .wander_rms = 0.6 * degree, .wander_s = 30.0};
+  motion.heave = {.rms = 0.05, .period_s = 5.0, .wander_rms = 0.25, .wander_s = 15.0};
+  return motion;
+}
+
+// What recordings show: noise after the gain, 25 to 35 dB below the bed (automatic gain: -16 dB) at
+// all ranges, and a contrast near that of the largest of three looks.
+void use_survey_recorder(ReceiverOptions& receiver) {
+  receiver.output_noise_db = -46.0;
+  receiver.looks = 3;
+  receiver.detector = Detector::peak;
+}
+
+}  // namespace
+
+void use_conditions(Scene& scene) {
+  const bool has_preset =
+      std::ranges::any_of(scene.sonars, [](const Sonar& sonar) { return !sonar.preset.empty(); });
+  if (scene.conditions == Conditions::survey ||
+      (scene.conditions == Conditions::by_preset && has_preset)) {
+    if (scene.track.kind != TrackKind::file) scene.motion = survey_motion();  // else it has its own
+    scene.arrivals.surface = true;
+    scene.arrivals.burst_m = 0.3;
+    for (Sonar& sonar : scene.sonars) use_survey_recorder(sonar.receiver);
+  } else if (scene.conditions == Conditions::ideal) {
+    scene.texture = false;
+  }
+}
+
+}  // namespace ensonify::engine

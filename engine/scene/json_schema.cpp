@@ -1,0 +1,149 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/scene/keys/dataset_options.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/scene/reader.h>
+
+namespace ensonify::engine {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+json number(const char* type, const Range& range) {
+  return {{"type", type}, {"minimum", range.low}, {"maximum", range.high}};
+}
+
+/// Words as they are, and with - and _ exchanged, since the reader takes both.
+json words(const std::vector<std::string_view>& choices) {
+  json list = json::array();
+  for (const std::string_view choice : choices) {
+    list.push_back(choice);
+    for (const auto& [from, to] : {std::pair('-', '_'), std::pair('_', '-')}) {
+      std::string other(choice);
+      std::ranges::replace(other, from, to);
+      if (other != choice) list.push_back(other);
+    }
+  }
+  return {{"type", "string"}, {"enum", list}};
+}
+
+/// What the option of a key takes, as expectation() says it in words.
+json value_schema(const ConstOption& option, const Range& range,
+                  const std::vector<std::string_view>& choices) {
+  return std::visit(
+      [&](const auto* value) -> json {
+        using T = std::remove_cvref_t<decltype(*value)>;
+        if constexpr (std::is_same_v<T, bool>)
+          return {{"type", "boolean"}};
+        else if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::uint64_t> ||
+                           std::is_same_v<T, std::optional<std::uint64_t>>)
+          return number("integer", range);
+        else if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::optional<double>>)
+          return number("number", range);
+        else if constexpr (std::is_same_v<T, std::vector<double>>)
+          return {{"type", "array"}, {"items", number("number", range)}};
+        else if constexpr (std::is_same_v<T, std::vector<Eigen::Vector2d>>)
+          return {{"type", "array"},
+                  {"items",
+                   {{"type", "array"},
+                    {"items", number("number", range)},
+                    {"minItems", 2},
+                    {"maxItems", 2}}}};
+        else if constexpr (std::is_same_v<T, std::vector<std::string>>)
+          return {{"type", "array"},
+                  {"items", choices.empty() ? json{{"type", "string"}} : words(choices)}};
+        else
+          return choices.empty() ? json{{"type", "string"}} : words(choices);
+      },
+      option);
+}
+
+/// The schema of a scene, or of a recipe: there a table may stand for any value, its distribution.
+class SchemaWriter {
+ public:
+  explicit SchemaWriter(bool recipe) : recipe_(recipe) {}
+
+  json whole() {
+    json schema = {{"$schema", "http://json-schema.org/draft-07/schema#"},
+                   {"title", recipe_ ? "ensonify dataset recipe" : "ensonify scene"},
+                   {"type", "object"},
+                   {"required", json::array({"version"})},
+                   {"additionalProperties", false}};
+    schema["properties"]["version"] = {{"const", 1}};
+    if (recipe_) {
+      schema["required"].push_back("dataset");
+      for (const auto& section : dataset_sections())
+        add_keys(table(schema, section.name, section.help), section, DatasetOptions{}, false);
+      schema["properties"]["draw"] = {
+          {"type", "object"},
+          {"description", "Keys that you define for distributions to refer to."}};
+    }
+    const Scene scene;
+    for (const auto& section : scene_sections())
+      add_keys(table(schema, section.name, section.help), section, scene, recipe_);
+    add_named(schema, "material", material_section());
+    add_named(schema, "sonar", sonar_section());
+    for_each_list(scene, [&]<class Item>(const Section<Item>& section, const std::vector<Item>&) {
+      const std::size_t dot = section.name.rfind('.');
+      const bool inside = dot != std::string_view::npos;
+      json& owner = inside ? table(schema, section.name.substr(0, dot), "") : schema;
+      json& list = owner["properties"][inside ? section.name.substr(dot + 1) : section.name];
+      list = {{"type", "array"}, {"description", section.help}, {"items", item(section)}};
+      if (recipe_) list["items"]["properties"]["present"] = true;
+    });
+    return schema;
+  }
+
+ private:
+  /// The schema of the table of a dotted name, made where it is missing.
+  static json& table(json& schema, std::string_view name, std::string_view help) {
+    json* at = &schema;
+    while (!name.empty()) {
+      const std::size_t dot = name.find('.');
+      json& next = (*at)["properties"][name.substr(0, dot)];
+      next["type"] = "object";
+      next["additionalProperties"] = false;
+      at = &next;
+      name = dot == std::string_view::npos ? "" : name.substr(dot + 1);
+    }
+    if (at != &schema && !help.empty()) (*at)["description"] = help;
+    return *at;
+  }
+
+  template <class Owner>
+  static void add_keys(json& to, const Section<Owner>& section, const Owner& owner, bool drawn) {
+    for (const Key<Owner>& key : section.keys) {
+      json value = value_schema(key.option(owner), key.range, key.choices);
+      if (drawn) value = {{"anyOf", json::array({value, {{"type", "object"}}})}};
+      value["description"] = fmt::format("{} ({})", key.help, expectation(key));
+      to["properties"][key.name] = std::move(value);
+    }
+  }
+
+  template <class Owner>
+  json item(const Section<Owner>& section) const {
+    json schema = {{"type", "object"}, {"additionalProperties", false}};
+    add_keys(schema, section, Owner{}, recipe_);
+    return schema;
+  }
+
+  /// Tables [kind.NAME].
+  template <class Owner>
+  void add_named(json& schema, std::string_view kind, const Section<Owner>& section) const {
+    schema["properties"][kind] = {{"type", "object"},
+                                  {"description", section.help},
+                                  {"patternProperties", {{"^[A-Za-z0-9_-]+$", item(section)}}},
+                                  {"additionalProperties", false}};
+  }
+
+  bool recipe_;
+};
+
+}  // namespace
+
+std::string json_schema(bool recipe) { return SchemaWriter(recipe).whole().dump(2) + "\n"; }
+
+}  // namespace ensonify::engine

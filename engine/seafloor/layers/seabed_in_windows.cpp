@@ -1,0 +1,176 @@
+#include <ensonify/engine/seafloor/layers/seabed_in_windows.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr int most_margin = 1024;  // points
+
+/// Whether a layer at a place depends on its neighbourhood alone. Roughness, and that of outcrops,
+/// is one transform over the whole grid.
+template <class Relief>
+constexpr bool fits_a_window =
+    !std::is_same_v<Relief, FractalRelief> && !std::is_same_v<Relief, OutcropRelief>;
+
+/// Calls f(the layer's key, its area, how far its features reach, whether it fits windows) for each
+/// patch and layer of relief.
+template <class F>
+void for_each_layer(const SeabedOptions& options, F&& f) {
+  for (std::size_t i = 0; i < options.patches.size(); ++i)
+    f(fmt::format("seafloor.patches.{}", i), options.patches[i].area, 0.0, true);
+  for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      double its_reach_m = 0.0;
+      if constexpr (requires { reach_m(list[i].relief); }) its_reach_m = reach_m(list[i].relief);
+      f(fmt::format("seafloor.{}.{}", kind_of(Relief{}).list, i), list[i].area, its_reach_m,
+        fits_a_window<Relief>);
+    }
+  });
+}
+
+/// Points beyond a window on which a layer in it depends.
+double margin_of(const Area& area, double reach_m, const Heightfield& grid) {
+  const double cell_m = std::min(grid.cell_east_m, grid.cell_north_m);
+  // Three means over a sixth of a width, with rounding.
+  const auto of_means = [&](double width_m) { return 0.5 * width_m / cell_m + 3.0; };
+  double margin = std::max(of_means(area.border_m), reach_m / cell_m + 1.0);
+  if (area.gentlest_rad || area.steepest_rad)
+    margin += of_means(std::max(area.border_m, 6.0 * grid.cell_east_m)) + 1.0;
+  return margin;
+}
+
+int margin_of(const SeabedOptions& options, const Heightfield& grid) {
+  double most = 0.0, sum = 0.0;
+  bool on_others = false;
+  for_each_layer(options, [&](const std::string&, const Area& area, double reach_m, bool) {
+    const double margin = margin_of(area, reach_m, grid);
+    most = std::max(most, margin);
+    sum += margin;
+    on_others = on_others || !area.on.empty();
+  });
+  return static_cast<int>(std::ceil(std::min(on_others ? sum : most, most_margin + 1.0)));
+}
+
+/// A grid of the same size and origin, without heights.
+Heightfield bare(const Heightfield& grid) {
+  Heightfield size = grid;
+  size.z_m.clear();
+  return size;
+}
+
+/// A window of a grid, with level heights.
+Heightfield window_of(const Heightfield& grid, int first_column, int first_row, int end_column,
+                      int end_row) {
+  Heightfield window = grid;
+  window.whole_columns = grid.columns;
+  window.whole_rows = grid.rows;
+  window.first_column = std::max(0, first_column);
+  window.first_row = std::max(0, first_row);
+  window.columns = std::min(grid.columns, end_column) - window.first_column;
+  window.rows = std::min(grid.rows, end_row) - window.first_row;
+  window.z_m.assign(
+      static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows), 0.0);
+  return window;
+}
+
+}  // namespace
+
+std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& options) {
+  std::string obstacle;
+  for_each_layer(options, [&](const std::string& key, const Area& area, double reach_m, bool fits) {
+    if (!obstacle.empty()) return;
+    if (!fits)
+      obstacle = fmt::format(
+          "{}: a bed that is made in tiles cannot have this layer, which is made for all of the bed "
+          "at once; remove it, or make the bed smaller",
+          key);
+    else if (!area.image.path.empty())
+      obstacle = fmt::format(
+          "{}: a bed that is made in tiles takes areas as polygons; make an outline of the image "
+          "with gdal_polygonize.py, in GeoJSON",
+          key);
+    else if (margin_of(area, reach_m, grid) > most_margin)
+      obstacle = fmt::format(
+          "{}: its forms or its border reach {:.0f} m; where a bed with such cells is made in tiles, "
+          "they may reach about {:.0f} m: make them smaller, or the cells larger",
+          key, std::max(reach_m, 0.5 * area.border_m),
+          most_margin * std::min(grid.cell_east_m, grid.cell_north_m));
+  });
+  if (obstacle.empty() && margin_of(options, grid) > most_margin)
+    obstacle =
+        "seafloor: the layers of a bed that is made in tiles depend on too much of what lies around "
+        "(an area's key 'on' makes them depend on one another); use smaller forms, or leave 'on' out";
+  return obstacle;
+}
+
+void require_windows(const Heightfield& grid, const SeabedOptions& options) {
+  if (const std::string obstacle = obstacle_to_windows(grid, options); !obstacle.empty())
+    throw std::invalid_argument(obstacle);
+  // What lay_seabed() refuses, it refuses in a corner too.
+  Heightfield corner = window_of(bare(grid), 0, 0, 4, 4);
+  lay_seabed(corner, options, {}, 0);
+}
+
+std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,
+                                            const std::string& material) {
+  std::vector<SeabedMap::Kind> kinds{{material, "seabed"}};
+  const auto paint = [&](const std::string& with, const std::string& class_name) {
+    if (with.empty() && class_name.empty()) return;
+    const std::size_t before = kinds.size();
+    for (std::size_t i = 0; i < before; ++i) {
+      SeabedMap::Kind kind = kinds[i];
+      if (!with.empty()) kind.material = with;
+      if (!class_name.empty()) kind.class_name = class_name;
+      if (std::ranges::find(kinds, kind) == kinds.end()) kinds.push_back(kind);
+    }
+    if (kinds.size() > 256)
+      throw std::invalid_argument(
+          "seafloor: a bed that is made in tiles can have 256 pairs of a material and a class, and "
+          "these patches and layers make more; use fewer classes or materials");
+  };
+  for (const Patch& patch : options.patches) paint(patch.material, patch.class_name);
+  for_each_relief_list(options, [&](const auto& list) {
+    for (const auto& layer : list) paint(layer.material, layer.class_name);
+  });
+  return kinds;
+}
+
+refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::HeightTiles::Heights bed,
+                                         const SeabedOptions& options, const std::string& material,
+                                         std::uint64_t seed) {
+  return [whole = bare(grid), margin = margin_of(options, grid), bed = std::move(bed), options,
+          material, seed, kinds_of_bed = possible_kinds(options, material)](
+             int first_column, int first_row, int columns, int rows, std::span<double> z_m,
+             std::span<std::uint8_t> kinds) {
+    Heightfield window = window_of(whole, first_column - margin, first_row - margin,
+                                   first_column + columns + margin, first_row + rows + margin);
+    bed(window.first_column, window.first_row, window.columns, window.rows, window.z_m, {});
+    const SeabedMap map = lay_seabed(window, options, material, seed);
+
+    std::vector<std::uint8_t> number;
+    for (const SeabedMap::Kind& kind : map.kinds)
+      number.push_back(
+          static_cast<std::uint8_t>(std::ranges::find(kinds_of_bed, kind) - kinds_of_bed.begin()));
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column) {
+        const std::size_t from = window.index(first_column - window.first_column + column,
+                                              first_row - window.first_row + row);
+        const std::size_t to = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                               static_cast<std::size_t>(column);
+        z_m[to] = window.z_m[from];
+        if (!kinds.empty()) kinds[to] = number[map.point_kind[from]];
+      }
+  };
+}
+
+}  // namespace ensonify::engine

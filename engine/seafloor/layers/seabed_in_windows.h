@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/layers/seabed.h>
+#include <ensonify/refine/height_tiles.h>
+
+namespace ensonify::engine {
+
+/// Why the layers cannot be laid on windows of a grid, beginning with the scene's key of the layer
+/// at fault; empty if they can.
+std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& options);
+
+/// Throws std::invalid_argument for such an obstacle, and what lay_seabed() throws for the options.
+void require_windows(const Heightfield& grid, const SeabedOptions& options);
+
+/// All kinds that lay_seabed() can make of any bed: the seafloor's own first. Throws
+/// std::invalid_argument for more than 256.
+std::vector<SeabedMap::Kind> possible_kinds(const SeabedOptions& options,
+                                            const std::string& material);
+
+/// A bed with its layers, made in windows: heights and kinds are those that lay_seabed() gives the
+/// whole bed, except that a share of an area is right on average only, and that features have no
+/// numbers. Kinds are indices into possible_kinds(). Only the size of the grid and its origin are
+/// used. The heights throw as lay_seabed() does.
+refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::HeightTiles::Heights bed,
+                                         const SeabedOptions& options, const std::string& material,
+                                         std::uint64_t seed);
+
+}  // namespace ensonify::engine

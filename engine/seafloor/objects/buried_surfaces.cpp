@@ -1,0 +1,88 @@
+#include <ensonify/engine/seafloor/objects/buried_surfaces.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double longest_m = 2.0;       // of a part
+constexpr double tallest_m = 0.05;      // between its ends
+constexpr double least_slope_m = 0.05;  // over which the bed's slope is taken, to either side
+constexpr std::size_t parts_per_group = 64;
+
+/// How many parts a side of a patch is cut into.
+int cuts(const Eigen::Vector3f& axis, float length_m) {
+  const double tall_m = std::abs(double(axis.z())) * double(length_m);
+  return static_cast<int>(
+      std::ceil(std::max({double(length_m) / longest_m, tall_m / tallest_m, 1.0})));
+}
+
+/// The plane of the bed above a part; false if there is none, or the part lies above it.
+bool find_bed(const BedAt& bed, BuriedPart& part) {
+  const Eigen::Vector3d& at = part.flat.middle;
+  const std::optional<BedPoint> top = bed(at.x(), at.y());
+  if (!top || !(top->height_m > at.z())) return false;
+  const double reach_m = std::max(top->height_m - at.z(), least_slope_m);
+  const auto slope = [&](double east, double north) {
+    const auto one = bed(at.x() + reach_m * east, at.y() + reach_m * north);
+    const auto other = bed(at.x() - reach_m * east, at.y() - reach_m * north);
+    return one && other ? (one->height_m - other->height_m) / (2.0 * reach_m) : 0.0;
+  };
+  part.bed_normal = Eigen::Vector3d(-slope(1.0, 0.0), -slope(0.0, 1.0), 1.0).normalized();
+  part.depth_m = (top->height_m - at.z()) * part.bed_normal.z();
+  part.bed_face = top->face;
+  return true;
+}
+
+void enclose(BuriedGroup& group) {
+  Eigen::Vector3d lowest = group.parts.front().flat.middle, highest = lowest;
+  for (const BuriedPart& part : group.parts) {
+    lowest = lowest.cwiseMin(part.flat.middle);
+    highest = highest.cwiseMax(part.flat.middle);
+  }
+  group.middle = 0.5 * (lowest + highest);
+  for (const BuriedPart& part : group.parts)
+    group.radius_m = std::max(group.radius_m, (part.flat.middle - group.middle).norm() +
+                                                  0.5 * double(part.flat.length_m) +
+                                                  0.5 * double(part.flat.width_m));
+}
+
+}  // namespace
+
+std::vector<BuriedGroup> buried_surfaces(const std::vector<PatchedObject>& objects,
+                                         const BedAt& bed, double thickness_m) {
+  std::vector<BuriedGroup> groups;
+  if (!(thickness_m > 0.0)) return groups;
+  for (const PatchedObject& object : objects) {
+    BuriedGroup group{.label = object.label};
+    const auto finish = [&] {
+      if (group.parts.empty()) return;
+      enclose(group);
+      groups.push_back(std::move(group));
+      group = {.label = object.label};
+    };
+    for (const FlatPart& patch : object.patches) {
+      const int along = cuts(patch.along, patch.length_m),
+                across = cuts(patch.across, patch.width_m);
+      for (int i = 0; i < along * across; ++i) {
+        BuriedPart part{.flat = patch, .patch = &patch};
+        part.flat.length_m /= static_cast<float>(along);
+        part.flat.width_m /= static_cast<float>(across);
+        const auto off_m = [](int number, int count, float length_m) {
+          return (number + 0.5 - 0.5 * count) * double(length_m);
+        };
+        part.flat.middle +=
+            off_m(i % along, along, part.flat.length_m) * patch.along.cast<double>() +
+            off_m(i / along, across, part.flat.width_m) * patch.across.cast<double>();
+        if (!find_bed(bed, part) || part.depth_m > thickness_m) continue;
+        group.parts.push_back(std::move(part));
+      }
+      if (group.parts.size() >= parts_per_group) finish();
+    }
+    finish();
+  }
+  return groups;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/engine/seafloor/bed_height.h>
+#include <ensonify/engine/seafloor/objects/patches.h>
+
+namespace ensonify::engine {
+
+/// A part of an object's surface that lies in the bed.
+struct BuriedPart {
+  FlatPart flat;
+  const FlatPart* patch;       ///< that it was cut from
+  double depth_m;              ///< from its middle to the bed's plane
+  Eigen::Vector3d bed_normal;  ///< of that plane, unit, upwards
+  std::uint32_t bed_face;      ///< the topmost one above its middle
+};
+
+/// Some neighbouring buried parts of one object, all of each patch.
+struct BuriedGroup {
+  std::uint16_t label = 0;  ///< of the object, as in FaceLabels
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double radius_m = 0.0;  ///< of a ball about the middle that contains the parts
+  std::vector<BuriedPart> parts;
+};
+
+/// The topmost face of the bed at a place; none over a hole and outside.
+using BedAt = std::function<std::optional<BedPoint>(double x_m, double y_m)>;
+
+/// What of the objects lies at most `thickness_m` under the bed. The patches are cut into parts
+/// that are short enough for the bed above each to be a plane: the plane that its heights have at
+/// the part's depth around its middle. The objects must outlive the result.
+std::vector<BuriedGroup> buried_surfaces(const std::vector<PatchedObject>& objects,
+                                         const BedAt& bed, double thickness_m);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include <ensonify/engine/seafloor/objects/draws.h>
+#include <ensonify/engine/seafloor/objects/solids.h>
+
+namespace ensonify::engine {
+
+/// What a member of a family of shapes is made of: its main size, its variant, the numbers to draw,
+/// and where its surfaces go. The family makes it in metres, near that size, with the bed at z = 0:
+/// what it makes below is sunk into the bed.
+struct FamilyForm {
+  double size_m;  ///< of the first dimension of its kind
+  std::string_view variant;
+  std::optional<double> facet_rad;  ///< as ShapeSize::facet_rad
+  Draws draws;
+  Solids solids;
+
+  /// The number of sides of a round part.
+  int sides(int usual = 16) const {
+    return facet_rad
+               ? std::max(usual, static_cast<int>(std::ceil(2.0 * std::numbers::pi / *facet_rad)))
+               : usual;
+  }
+};
+
+// The families; the numbers of their parts are those in shape_kinds().
+void make_wreck(FamilyForm& form);
+void make_aircraft(FamilyForm& form);
+void make_boat(FamilyForm& form);
+void make_car(FamilyForm& form);
+void make_container(FamilyForm& form);
+void make_cable_drum(FamilyForm& form);
+void make_ladder(FamilyForm& form);
+void make_mooring(FamilyForm& form);
+void make_mannequin(FamilyForm& form);
+void make_ordnance(FamilyForm& form);
+void make_mine(FamilyForm& form);
+
+// Parts that several families have.
+
+inline double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+
+/// A motion: turned about x, then y, then z, then shifted.
+Eigen::Isometry3d motion(const Eigen::Vector3d& shift_m, double about_x_rad, double about_y_rad,
+                         double about_z_rad);
+/// Lifts or lowers what was added from a mark on, until this share of its height is below z = 0.
+void rest(Solids& solids, std::size_t mark, double sunk_share);
+/// A straight bar between two points.
+void bar(Solids& solids, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double width_m,
+         double thick_m);
+/// A body of revolution about y, from a profile of (radius, y) with y rising.
+void turned(Solids& solids, std::span<const Eigen::Vector2d> profile, int sides);
+/// A bent and twisted plate about the origin, wider than 0, in the xy plane.
+void bent_plate(Solids& solids, double width_m, double length_m, double thick_m, double bend_m,
+                double twist_m, bool torn, Draws& draws);
+/// `count` torn plates, beams and pipes up to `longest_m`, lying on z = 0 in an ellipse with these
+/// half axes, more of them near its middle.
+void scatter_debris(Solids& solids, int count, double longest_m, const Eigen::Vector2d& half_axes_m,
+                    Draws& draws);
+
+/// A tapered lifting surface: a wing, tailplane, fin or blade.
+struct Wing {
+  Eigen::Vector3d root;  ///< the middle of its root chord
+  Eigen::Vector3d out;   ///< unit, from root to tip; not along y
+  double span_m, root_chord_m, tip_chord_m;
+  double sweep = 0.0;  ///< tangent of the angle by which its middle line falls back
+  double thickness = 0.12;
+  double from = 0.0, to = 1.0;  ///< the part of the span that is there
+  bool torn = false;            ///< at `to`
+};
+void add_wing(Solids& solids, const Wing& wing, Draws& draws);
+
+}  // namespace ensonify::engine

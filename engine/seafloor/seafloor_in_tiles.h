@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/seafloor/objects/object_options.h>
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/seafloor/seafloor_options.h>
+
+namespace ensonify::engine {
+
+// A bed that is too large to be made at once is a grid whose tiles are made when they are needed
+// (refine/height_tiles.h).
+
+/// Where the tiles are kept.
+struct TileFile {
+  std::filesystem::path file;  ///< empty: in memory
+  std::string key;             ///< what the bed is made from
+};
+
+/// Whether a bed has to be made in tiles: a generated one that is too large for one transform, or a
+/// survey of more than 2^26 points (unless it has what a survey in tiles cannot have). Throws what
+/// reading the survey's header throws.
+bool needs_tiles(const SeafloorOptions& options);
+
+/// The seafloor, with the bed in tiles and the objects set down on it. A bed of any size can be
+/// made so; a generated one has other heights then than make_seafloor() gives it, of the same
+/// statistics. Its mean height is that of the options, or of a sample of the survey. Throws what
+/// make_seafloor() and refine::HeightTiles throw, and std::invalid_argument for detail of a survey
+/// and for layers of the seabed that a bed in tiles cannot have (layers/seabed_in_windows.h).
+Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
+                                std::span<const ObjectOptions> objects,
+                                std::span<const Material> materials, const TileFile& tiles);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,185 @@
+#include <ensonify/engine/sonar/reception/textured_ground.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/sonar/reception/signal_kernel.h>
+
+namespace ensonify::engine {
+namespace {
+
+using scatter::GammaTable, scatter::GroundTexture;
+
+constexpr double units_per_patch = 1 << patch_bits;
+constexpr std::size_t angles = 90;  // of the tables, one per degree
+constexpr double shortest_m = 1.0;  // scale of the slow variation
+
+// Strengths of mean 1 that vary less than a gamma distribution of the shape 2^6 count as even; that
+// changes <I^2> by less than one part in 64.
+constexpr int even_log2 = 6;
+constexpr float even_patch_row =
+    (even_log2 - GammaTable::lowest_log2) * GammaTable::rows_per_octave;
+
+/// As a row of GammaTable, without rounding.
+float row_of(double shape) {
+  const double log2_shape = std::clamp(std::log2(shape), -1e3, 1e3);
+  return static_cast<float>((log2_shape - GammaTable::lowest_log2) * GammaTable::rows_per_octave);
+}
+std::uint32_t beginning_of(float row) {
+  return static_cast<std::uint32_t>(std::max(row + 0.5f, 0.0f)) * GammaTable::columns;
+}
+
+/// Amplitudes of ln intensity by octave: the variance of a scale goes with the scale, so that the
+/// spectrum along a line falls with the squared wavenumber.
+std::vector<float> octaves_of(const GroundTexture& texture) {
+  std::vector<float> amplitudes;
+  double variance = 0.0;
+  for (double scale_m = texture.variation_m; scale_m > shortest_m; scale_m *= 0.5) {
+    variance += scale_m;
+    amplitudes.push_back(static_cast<float>(std::sqrt(scale_m)));
+  }
+  // Smooth interpolation leaves the share (26 / 35)^2 of the corners' variance: the mean over both
+  // axes of u^2 + (1 - u)^2, with u = 3 t^2 - 2 t^3.
+  const double rms = texture.variation_db * std::numbers::ln10 / 10.0 * 35.0 / 26.0;
+  for (float& amplitude : amplitudes) amplitude *= static_cast<float>(rms / std::sqrt(variance));
+  return amplitudes;
+}
+
+std::uint32_t hashed(std::uint32_t h) {  // the finaliser of Appleby's MurmurHash3
+  h = (h ^ (h >> 16)) * 0x85ebca6bu;
+  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+  return h ^ (h >> 16);
+}
+
+/// A sum of four even numbers, of variance 1: nearly normal.
+float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
+  const std::uint32_t h = hashed(static_cast<std::uint32_t>(x) * 0xcc9e2d51u +
+                                 hashed(static_cast<std::uint32_t>(y) * 0x1b873593u + key));
+  const std::uint32_t sum = (h & 255u) + ((h >> 8) & 255u) + ((h >> 16) & 255u) + (h >> 24);
+  return (static_cast<float>(sum) - 510.0f) * 0.0067658f;  // 1 / sqrt(4 (256^2 - 1) / 12)
+}
+
+}  // namespace
+
+const GammaTable& TexturedGround::quantiles() {
+  static const GammaTable table;
+  return table;
+}
+
+float TexturedGround::rows_of(double length_m) {
+  return static_cast<float>(GammaTable::rows_per_octave * std::log2(length_m));
+}
+
+TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double bin_m,
+                               std::uint64_t seed) {
+  std::array<double, 1> random;
+  RandomStream(seed, Purpose::ground_texture).uniform(random);
+  key_ = static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0);
+  for (const GroundTexture& texture : by_material) {
+    Kind kind{.texture = texture,
+              .units_per_m = units_per_patch / texture.patch_m,
+              .patch_rows = rows_of(texture.patch_m),
+              .glint_row = row_of(texture.glint_shape()),
+              .bin_rows = std::max(rows_of(bin_m) - rows_of(texture.patch_m), 0.0f),
+              .of_angle = {},
+              .octaves = octaves_of(texture)};
+    for (std::size_t degree = 0; degree < angles; ++degree) {
+      const double grazing_rad = (static_cast<double>(degree) + 0.5) * std::numbers::pi / 180.0;
+      const double share = texture.glint_share_at(grazing_rad);
+      kind.of_angle.push_back({row_of(texture.shape_at(grazing_rad)), static_cast<float>(share),
+                               row_of(share * share * (1 << even_log2))});
+    }
+    patchy_ |= texture.shape > 0.0 || texture.glint_share > 0.0;
+    varies_ |= texture.variation_db > 0.0;
+    kinds_.push_back(std::move(kind));
+  }
+}
+
+void TexturedGround::leave_even(std::size_t n, Places& places) {
+  places.x[n] = places.y[n] = places.step_x[n] = places.step_y[n] = 0;
+  places.row[n] = places.glint_row[n] = GammaTable::even;
+  places.glint_share[n] = 0.0f;
+}
+
+void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_rad,
+                           const Scatterer& first, Places& places) const {
+  const Kind* kind = kind_of(material);
+  if (!kind || (kind->texture.shape == 0.0 && kind->texture.glint_share == 0.0))
+    return leave_even(n, places);
+  const auto units = [&](double at_m) {
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(at_m * kind->units_per_m));
+  };
+  places.x[n] = units(first.x_m);
+  places.y[n] = units(first.y_m);
+  places.step_x[n] = units(first.step_x_m);
+  places.step_y[n] = units(first.step_y_m);
+  const float degrees = grazing_rad * (180.0f / std::numbers::pi_v<float>);
+  const OfAngle& of_angle =
+      kind->of_angle[std::min(static_cast<std::size_t>(std::max(degrees, 0.0f)), angles - 1)];
+  const float more = kind->bin_rows + std::max(first.step_rows - kind->patch_rows, 0.0f);
+  const float row = of_angle.row + more, glint_row = kind->glint_row + more;
+  const bool glints = glint_row < of_angle.even_glint_row;
+  places.row[n] = row < even_patch_row ? beginning_of(row) : GammaTable::even;
+  places.glint_row[n] = glints ? beginning_of(glint_row) : GammaTable::even;
+  places.glint_share[n] = glints ? of_angle.glint_share : 0.0f;
+}
+
+/// Octaves of lattice noise: nearly normal numbers at the corners, interpolated smoothly. Between
+/// corners the sum of each octave has the variance of its squared weights; the mean of its
+/// exponential is taken out with the cumulants of the corners' numbers, so that the factor's mean
+/// is 1 everywhere.
+float TexturedGround::variation(const Kind& kind, double x_m, double y_m) const {
+  constexpr float fourth_cumulant = -0.3f;  // of a sum of four even numbers of variance 1
+  double per_m = 1.0 / kind.texture.variation_m;
+  float sum = 0.0f;
+  for (std::size_t octave = 0; octave < kind.octaves.size(); ++octave, per_m *= 2.0) {
+    const double x = x_m * per_m, y = y_m * per_m;
+    const double floor_x = std::floor(x), floor_y = std::floor(y);
+    const auto smooth = [](double t) { return static_cast<float>(t * t * (3.0 - 2.0 * t)); };
+    const float u = smooth(x - floor_x), v = smooth(y - floor_y);
+    const auto cell_x = static_cast<std::int32_t>(floor_x);
+    const auto cell_y = static_cast<std::int32_t>(floor_y);
+    const std::uint32_t key = key_ + static_cast<std::uint32_t>(octave + 1) * 0x9e3779b9u;
+    for (std::int32_t corner = 0; corner < 4; ++corner) {
+      const std::int32_t right = corner & 1, up = corner >> 1;
+      const float weight = kind.octaves[octave] * (right ? u : 1.0f - u) * (up ? v : 1.0f - v);
+      const float square = weight * weight;
+      sum += weight * number_at(cell_x + right, cell_y + up, key) - 0.5f * square -
+             fourth_cumulant / 24.0f * square * square;
+    }
+  }
+  return std::exp(sum);
+}
+
+void TexturedGround::vary(const BinLayers& bins, std::span<float> direct) const {
+  if (!varies_) return;
+  const auto varying = [&](std::size_t n) -> const Kind* {
+    const Kind* kind = kind_of(bins.sediment[n]);
+    return kind && kind->texture.variation_db > 0.0 && direct[n] > 0.0f ? kind : nullptr;
+  };
+  float before = 0.0f;  // of the group before; 0: it has none
+  std::size_t before_bin = 0;
+  for (std::size_t begin = 0; begin < direct.size(); begin += signal_group) {
+    const std::size_t end = std::min(begin + signal_group, direct.size());
+    std::size_t last = end;  // the group's factor is that of its last bin that varies
+    while (last > begin && !varying(last - 1)) --last;
+    if (last == begin) {
+      before = 0.0f;
+      continue;
+    }
+    --last;
+    const float here = variation(*varying(last), bins.x_m[last], bins.y_m[last]);
+    const float slope =
+        before > 0.0f ? (here - before) / static_cast<float>(last - before_bin) : 0.0f;
+    for (std::size_t n = begin; n <= last; ++n)
+      if (varying(n)) direct[n] *= here - slope * static_cast<float>(last - n);
+    before = here;
+    before_bin = last;
+  }
+}
+
+}  // namespace ensonify::engine

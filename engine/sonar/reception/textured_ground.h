@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/scatter/ground_texture.h>
+
+namespace ensonify::engine {
+
+/// Where the ground scatters more and where less than its mean, as fixed to it (GroundTexture).
+///
+/// The patches of a material are the squares of a grid in local coordinates. A patch's share of the
+/// cross-section depends only on the seed and the patch; the grazing angle changes the
+/// distribution, not the order. Scatterers (scatterers.h) are as strong as the patch that they lie
+/// on. Where they lie farther apart than patches, along the array or over range, each stands for
+/// several patches: the sum of those is gamma of the sum of their shapes.
+class TexturedGround {
+ public:
+  /// By material; empty: the ground is even. `bin_m`: the distance of scatterers over range.
+  TexturedGround(std::vector<scatter::GroundTexture> by_material, double bin_m, std::uint64_t seed);
+
+  /// Whether no material has patches or glints.
+  bool without_patches() const { return !patchy_; }
+  /// For hashing a patch's number.
+  std::uint32_t key() const { return key_; }
+  /// The values of all rows (scatter::GammaTable).
+  static const scatter::GammaTable& quantiles();
+
+  /// The patches under the scatterers of each bin, in whole groups (signal_kernel.h).
+  struct Places {
+    // Of the bin's first scatterer, and from each to the next, in 4096ths of a patch:
+    std::vector<std::uint32_t> x, y, step_x, step_y;
+    std::vector<std::uint32_t> row, glint_row;  ///< where rows begin in quantiles()
+    std::vector<float> glint_share;
+  };
+  /// A bin's first scatterer, local metres; the way from each to the next; and rows_of() its
+  /// length.
+  struct Scatterer {
+    double x_m, y_m, step_x_m, step_y_m;
+    float step_rows;
+  };
+  /// A length as rows of quantiles(): 8 log2 of its metres.
+  static float rows_of(double length_m);
+  /// Finds the patches of bin n, whose echo comes from `material` at that grazing angle.
+  void place(std::size_t n, std::uint32_t material, float grazing_rad, const Scatterer& first,
+             Places& places) const;
+  /// Those of a bin that has none.
+  static void leave_even(std::size_t n, Places& places);
+
+  /// Multiplies the expected echo of each bin by the slow variation of its material's strength
+  /// there, a lognormal factor of mean 1. It is found once per group of bins.
+  void vary(const BinLayers& bins, std::span<float> direct) const;
+
+ private:
+  struct OfAngle {
+    float row, glint_share;
+    float even_glint_row;  // from here on, glints of that share change nothing that can be seen
+  };
+  struct Kind {
+    scatter::GroundTexture texture;
+    double units_per_m;  // 4096ths of a patch
+    float patch_rows;    // rows_of() a patch
+    float glint_row;
+    float bin_rows;  // by which patches shorter than a bin raise the row
+    std::vector<OfAngle> of_angle;
+    std::vector<float> octaves;  // amplitudes of ln intensity, from the longest scale on
+  };
+  float variation(const Kind& kind, double x_m, double y_m) const;
+  const Kind* kind_of(std::uint32_t material) const {
+    return material < kinds_.size() ? &kinds_[material] : nullptr;
+  }
+
+  std::vector<Kind> kinds_;
+  bool patchy_ = false, varies_ = false;
+  std::uint32_t key_;
+};
+
+}  // namespace ensonify::engine

@@ -1,0 +1,61 @@
+#include <ensonify/refine/ball_tree.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+
+namespace ensonify::refine {
+namespace {
+
+constexpr std::uint32_t most_in_leaf = 8;
+
+}  // namespace
+
+BallTree::BallTree(Triangles triangles) : triangles_(triangles), order_(triangles.faces.size()) {
+  std::iota(order_.begin(), order_.end(), 0u);
+  if (!order_.empty()) grow(0, static_cast<std::uint32_t>(order_.size()));
+}
+
+std::size_t BallTree::bytes() const {
+  return nodes_.size() * sizeof(Node) + order_.size() * sizeof(std::uint32_t);
+}
+
+/// Adds the node over order_[first] to order_[end - 1], and those below it.
+void BallTree::grow(std::uint32_t first, std::uint32_t end) {
+  Bounds box, middles;
+  const auto middle = [&](std::uint32_t face) -> Eigen::Vector3f {
+    const Face& corners = triangles_.faces[face];
+    return triangles_.positions[corners[0]] + triangles_.positions[corners[1]] +
+           triangles_.positions[corners[2]];
+  };
+  box.lowest = box.highest = triangles_.positions[triangles_.faces[order_[first]][0]];
+  middles.lowest = middles.highest = middle(order_[first]);
+  for (std::uint32_t i = first; i < end; ++i) {
+    for (const std::uint32_t corner : triangles_.faces[order_[i]]) {
+      box.lowest = box.lowest.cwiseMin(triangles_.positions[corner]);
+      box.highest = box.highest.cwiseMax(triangles_.positions[corner]);
+    }
+    middles.lowest = middles.lowest.cwiseMin(middle(order_[i]));
+    middles.highest = middles.highest.cwiseMax(middle(order_[i]));
+  }
+  const std::size_t number = nodes_.size();
+  nodes_.push_back({.ball = ball_around(box)});
+  if (end - first <= most_in_leaf) {
+    nodes_[number].first = first;
+    nodes_[number].count = end - first;
+  } else {
+    Eigen::Index axis = 0;
+    (middles.highest - middles.lowest).maxCoeff(&axis);
+    const std::uint32_t half = first + (end - first) / 2;
+    const auto at = [&](std::uint32_t i) { return order_.begin() + std::ptrdiff_t{i}; };
+    std::nth_element(at(first), at(half), at(end), [&](std::uint32_t a, std::uint32_t b) {
+      const float ma = middle(a)[axis], mb = middle(b)[axis];
+      return ma < mb || (ma == mb && a < b);
+    });
+    grow(first, half);
+    grow(half, end);
+  }
+  nodes_[number].next = static_cast<std::uint32_t>(nodes_.size());
+}
+
+}  // namespace ensonify::refine

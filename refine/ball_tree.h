@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <ensonify/refine/fan_volume.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::refine {
+
+/// A ball around a box; the rounding of its middle and radius is included.
+inline Sphere ball_around(const Bounds& box) {
+  const Eigen::Vector3f middle = 0.5f * box.lowest + 0.5f * box.highest;
+  const Eigen::Vector3f half = (box.highest - middle).cwiseMax(middle - box.lowest);
+  return {middle, half.norm() * (1.0f + 1e-6f)};
+}
+
+/// Balls around ever smaller groups of triangles: finds those that view volumes can touch. It is
+/// immutable.
+class BallTree {
+ public:
+  BallTree() = default;
+  /// The triangles must outlive this.
+  explicit BallTree(Triangles triangles);
+
+  const Triangles& triangles() const { return triangles_; }
+  std::size_t bytes() const;
+
+  /// Calls take(face) for every triangle that the volumes can touch, and for some others.
+  template <class Take>
+  void walk(const ViewTest& view, Take&& take) const {
+    for (std::size_t i = 0; i < nodes_.size();) {
+      const Node& node = nodes_[i];
+      if (!view.touches(node.ball)) {
+        i = node.next;
+        continue;
+      }
+      for (std::uint32_t k = 0; k < node.count; ++k) take(order_[node.first + k]);
+      ++i;
+    }
+  }
+
+ private:
+  /// In preorder. A leaf has `count` triangles, from order_[first] on; a node above others has
+  /// none.
+  struct Node {
+    Sphere ball;
+    std::uint32_t next = 0;  // the node after all below this one
+    std::uint32_t first = 0, count = 0;
+  };
+  void grow(std::uint32_t first, std::uint32_t end);
+
+  Triangles triangles_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_;
+};
+
+}  // namespace ensonify::refine

@@ -1,0 +1,150 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <ensonify/refine/height_grid.h>
+
+namespace ensonify::refine {
+
+/// The tiles of a HeightGrid in a file, mapped into memory. Tiles are made when they are first
+/// needed, 16 x 16 at a time, from the heights of their points. A tile depends on its place alone,
+/// so it does not matter which process makes it, when, and in which order: the file of a killed
+/// process is continued, several processes may use one file, and a tile whose checksum does not fit
+/// is made again. Thread-safe.
+class HeightTiles {
+ public:
+  static constexpr int chunk_tiles = 16;  ///< that are made together, in both directions
+  static constexpr int chunk_cells = chunk_tiles * HeightGrid::tile_cells;
+
+  /// The heights (m, local; NaN for a hole) of the grid's points from (first_column, first_row) on,
+  /// row by row from the south, and their kinds: numbers that mean something to who makes them;
+  /// none are wanted of a grid without kinds. The same for a point on each call, whatever the
+  /// window. It is called by several threads at once.
+  using Heights = std::function<void(int first_column, int first_row, int columns, int rows,
+                                     std::span<double> z_m, std::span<std::uint8_t> kinds)>;
+
+  /// Kinds of a tile's points, row by row.
+  using Kinds = std::array<std::uint8_t, HeightGrid::tile_points * HeightGrid::tile_points>;
+
+  /// What there is to know of the grid before its tiles are made.
+  struct Shape {
+    std::vector<float> x_m, y_m;  ///< of columns and rows
+    Eigen::Vector3d world_origin = Eigen::Vector3d::Zero();
+    double mean_height_m = 0.0;
+    float lowest_m = 0.0f, highest_m = 0.0f;  ///< about; tiles may go beyond
+  };
+  /// Fills in the heights of a shape that has its places.
+  using Describe = std::function<void(Shape&)>;
+
+  /// Opens the file, or makes it if there is none; only then is `describe` called. `key`, of at
+  /// most 64 bytes, says what the heights are made from. Without a file name, the tiles are in
+  /// memory. Throws MeshError for another file or key, std::system_error if the file cannot be
+  /// made.
+  HeightTiles(std::vector<float> x_m, std::vector<float> y_m, const Eigen::Vector3d& world_origin,
+              const Describe& describe, Heights heights, const std::filesystem::path& file,
+              const std::string& key, bool with_kinds = false);
+  /// Opens a file to look at what it has. Its tiles must not be required.
+  explicit HeightTiles(const std::filesystem::path& file);
+  ~HeightTiles();
+  HeightTiles(const HeightTiles&) = delete;
+  HeightTiles& operator=(const HeightTiles&) = delete;
+
+  /// Whether a file begins like one with tiles.
+  static bool is_one(const std::filesystem::path& file);
+
+  const Shape& shape() const { return shape_; }
+  const std::string& key() const { return key_; }
+  std::size_t tiles() const { return count_; }
+  /// That are in the file, as far as this process knows.
+  std::size_t tiles_made() const { return made_.load(std::memory_order_relaxed); }
+  /// Chunks are the tiles that are made together.
+  std::size_t chunks() const { return chunk_locks_.size(); }
+  /// Bytes of the file when all tiles are made.
+  std::uint64_t file_bytes() const;
+
+  /// All tiles. One that require() was not called for may be anything.
+  std::span<const HeightGrid::Tile> mapped() const { return {tiles_, count_}; }
+  /// Of a tile's points, if the grid has kinds; as for mapped().
+  const Kinds& kinds(std::size_t tile) const { return kinds_[tile]; }
+  bool has_kinds() const { return with_kinds_; }
+  /// Makes sure that a tile is there and whole. Throws what the heights throw, MeshError for
+  /// heights that do not fit a float, and std::system_error if the file cannot be written.
+  void require(std::size_t tile) {
+    if (states_[tile].load(std::memory_order_acquire) != State::checked) check_or_make(tile);
+  }
+  /// The same for all tiles of a chunk.
+  void require_chunk(std::size_t chunk);
+  /// Of a tile, if it was made.
+  HeightGrid::Range range(std::size_t tile) const {
+    return states_[tile].load(std::memory_order_acquire) == State::absent
+               ? HeightGrid::Range::not_known()
+               : entries_[tile].range;
+  }
+  std::vector<HeightGrid::Range> ranges() const;  ///< of all tiles
+
+ private:
+  enum class State : std::uint8_t {
+    absent,
+    there,   // in the file; not looked at yet
+    checked  // its checksum fits
+  };
+  /// What the file's table has of a tile; zeros: it was not made.
+  struct Entry {
+    std::uint64_t checksum = 0;  // of the tile and its kinds
+    HeightGrid::Range range;
+    std::uint64_t check = 0;  // of all this and the tile's number
+  };
+  struct Header;
+  struct Layout;
+  Layout layout() const;
+
+  void open(const std::filesystem::path& file, const Describe& describe);
+  void create(const std::filesystem::path& file) const;
+  void read_header();
+  void map();
+  void read_table();
+  std::uint64_t check_of(const Entry& entry, std::size_t tile) const;
+  bool find(std::size_t tile);
+  void put(std::size_t tile, const Entry& entry);
+  void check_or_make(std::size_t tile);
+  void make(std::size_t chunk);
+  void make_tile(HeightGrid::Tile& tile, int tile_column, int tile_row, int first_column,
+                 int first_row, int columns, std::span<const double> z_m) const;
+  static std::uint64_t checksum_of_tile(const HeightGrid::Tile& tile, const Kinds* kinds);
+  void write(std::uint64_t offset, std::span<const std::byte> bytes) const;
+  bool read(std::uint64_t offset, std::span<std::byte> bytes) const;
+  int tile_columns() const;
+  int tile_rows() const;
+  void count_tiles();
+  int chunk_columns() const { return (tile_columns() - 1) / chunk_tiles + 1; }
+  template <class F>
+  void for_each_tile(std::size_t chunk, F&& f) const;
+
+  Shape shape_;
+  Heights heights_;
+  std::string name_, key_;
+  int descriptor_ = -1;
+  std::size_t count_ = 0;
+  bool with_kinds_ = false;
+  const HeightGrid::Tile* tiles_ = nullptr;
+  const Kinds* kinds_ = nullptr;
+  void* mapping_ = nullptr;
+  std::vector<Entry> entries_;
+  std::unique_ptr<std::atomic<State>[]> states_;
+  std::vector<std::mutex> chunk_locks_;
+  std::atomic<std::size_t> made_ = 0;
+};
+
+}  // namespace ensonify::refine

@@ -1,0 +1,139 @@
+#include <set>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/dataset/chips.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+/// A line of 60 pings and 2 x 100 bins: pixels of 0.1 m across and 0.2 m along the track.
+LabelledImage sample_line() {
+  Sonar sonar;
+  sonar.bins = 100;
+  sonar.range_m = 10.0;
+  Waterfall line(sonar, 60);
+  for (std::size_t i = 0; i < line.rows(); ++i) {
+    line.pings[i].pose.position = {0.0, 0.2 * double(i), -5.0};
+    line.pings[i].altitude_m = 3.0;
+  }
+  std::ranges::fill(line.pixels.region, std::uint32_t(Region::seabed));
+  std::ranges::fill(line.pixels.class_id, 3u);
+  return slant_view(line, {});
+}
+
+/// The names of the numbers 1, 2, 3, 4.
+const std::vector<std::string> classes{"mine", "stone", "seabed", "outcrop"};
+
+void paint(LabelledImage& line, const Rectangle& part, Region region, std::uint32_t class_id,
+           std::uint32_t instance = 0, std::uint32_t shadow_of = 0) {
+  for (std::size_t row = part.row; row < part.row + part.rows; ++row)
+    for (std::size_t column = part.column; column < part.column + part.columns; ++column) {
+      const std::size_t i = (line.labels.rows() - 1 - row) * line.labels.columns() + column;
+      line.labels.pixels.region[i] = std::uint32_t(region);
+      line.labels.pixels.class_id[i] = class_id;
+      line.labels.pixels.instance[i] = instance;
+      line.labels.pixels.shadow_instance[i] = shadow_of;
+    }
+}
+
+std::map<std::uint32_t, TargetRecord> records_of(const LabelledImage& line) {
+  std::map<std::uint32_t, TargetRecord> records;
+  for (Target& target : find_targets(line.labels)) {
+    TargetRecord record;
+    record.class_name = target.instance == 1 ? "mine" : "stone";
+    record.object = TargetRecord::Object{};
+    const std::uint32_t instance = target.instance;
+    record.target = std::move(target);
+    records.emplace(instance, std::move(record));
+  }
+  return records;
+}
+
+std::vector<Chip> chips_of(const LabelledImage& line, const ChipOptions& options,
+                           std::uint64_t seed = 1) {
+  return choose_chips(line, records_of(line), classes, options, {seed, 0, 0});
+}
+
+std::array<std::size_t, 4> corners(const Rectangle& part) {
+  return {part.column, part.row, part.columns, part.rows};
+}
+
+/// A mine of 8 x 4 pixels with a shadow beyond it, and a stone of 3 x 3 pixels.
+LabelledImage line_with_targets() {
+  LabelledImage line = sample_line();
+  paint(line, {120, 20, 8, 4}, Region::object, 1, 1);
+  paint(line, {128, 20, 12, 4}, Region::shadow, 3, 0, 1);
+  paint(line, {40, 40, 3, 3}, Region::object, 2, 2);
+  return line;
+}
+
+}  // namespace
+
+TEST_CASE("chips of a relative size are square on the ground, about the body or with its shadow") {
+  const LabelledImage line = line_with_targets();
+  // Body and shadow are 20 x 4 pixels, 2 m x 0.8 m: with half of the longer side around, 4 m.
+  std::vector<Chip> chips = chips_of(line, {.margin = {0.5}, .classes = {"mine"}});
+  REQUIRE(chips.size() == 1);
+  CHECK(chips[0].kind == "chip");
+  CHECK(chips[0].of == "mine");
+  CHECK(corners(chips[0].part) == std::array<std::size_t, 4>{110, 12, 40, 20});
+  // The body alone is 0.8 m x 0.8 m.
+  chips = chips_of(line, {.margin = {0.5}, .with_shadow = false, .classes = {"mine"}});
+  REQUIRE(chips.size() == 1);
+  CHECK(corners(chips[0].part) == std::array<std::size_t, 4>{116, 18, 16, 8});
+  // Margins are drawn between two numbers.
+  std::set<std::size_t> columns;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Chip chip = chips_of(line, {.margin = {0.25, 1.0}, .classes = {"mine"}}, seed).front();
+    CHECK(chip.part.columns >= 30);
+    CHECK(chip.part.columns <= 60);
+    CHECK(std::abs(double(chip.part.columns) - 2.0 * double(chip.part.rows)) <= 1.0);
+    columns.insert(chip.part.columns);
+  }
+  CHECK(*columns.begin() < 36);
+  CHECK(*columns.rbegin() > 54);
+  // Never larger than the line, which is 12 m long.
+  chips = chips_of(line, {.margin = {50.0}});
+  REQUIRE(chips.size() == 2);
+  for (const Chip& chip : chips) CHECK(corners(chip.part)[3] == 60);
+}
+
+TEST_CASE("chips are of the chosen classes and of bodies with enough pixels") {
+  const LabelledImage line = line_with_targets();
+  const auto number = [&](const ChipOptions& options) { return chips_of(line, options).size(); };
+  CHECK(number({.size_px = 10}) == 2);
+  CHECK(number({.size_px = 10, .classes = {"stone"}}) == 1);
+  CHECK(number({.size_px = 10, .least_px = 9}) == 2);
+  CHECK(number({.size_px = 10, .least_px = 10}) == 1);
+  CHECK(number({.size_px = 10, .least_px = 33}) == 0);
+  CHECK_THROWS_WITH(chips_of(line, {.size_px = 61}), Catch::Contains("'dataset.chips' needs"));
+}
+
+TEST_CASE("hard negatives show other targets, relief shadows and outcrops, never a chosen target") {
+  LabelledImage line = line_with_targets();
+  paint(line, {160, 45, 6, 5}, Region::shadow, 3);
+  paint(line, {10, 5, 20, 10}, Region::seabed, 4);
+  paint(line, {133, 26, 4, 4}, Region::shadow, 3);  // too near the mine
+  std::set<std::string> of;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed)
+    for (const Chip& chip :
+         chips_of(line, {.size_px = 12, .classes = {"mine"}, .backgrounds = 2, .hard_negatives = 2},
+                  seed)) {
+      if (chip.kind == "chip") continue;
+      const Rectangle& part = chip.part;
+      const bool apart = part.column >= 140 || part.column + part.columns <= 120 ||
+                         part.row >= 24 || part.row + part.rows <= 20;
+      CHECK(apart);
+      if (chip.kind != "hard_negative") continue;
+      of.insert(chip.of);
+      // Its middle is on what it is about, or on the pixel before.
+      const std::size_t column = part.column + 5, row = part.row + 5;
+      if (chip.of == "shadow") CHECK((column >= 159 && column < 166 && row >= 44 && row < 50));
+      if (chip.of == "stone") CHECK((column >= 39 && column < 43 && row >= 39 && row < 43));
+    }
+  CHECK(of == std::set<std::string>{"outcrop", "shadow", "stone"});
+  // There are three of them.
+  CHECK(chips_of(line, {.size_px = 12, .classes = {"mine"}, .hard_negatives = 9}).size() == 4);
+}

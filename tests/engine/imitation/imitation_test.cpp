@@ -1,0 +1,444 @@
+// What an imitation reads off a line without simulating, on lines whose numbers are known.
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <filesystem>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "support/catch.h"
+#include "support/small_recording.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/dataset/recipe.h>
+#include <ensonify/engine/imitation/imitate.h>
+#include <ensonify/engine/imitation/line_fit.h>
+#include <ensonify/engine/imitation/pulse_signs.h>
+#include <ensonify/engine/output/jsf.h>
+#include <ensonify/engine/output/xtf.h>
+#include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/material.h>
+#include <ensonify/refine/atomic_file.h>
+#include <ensonify/scatter/backscatter.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::size_t samples = 500;
+constexpr double range_m = 50.0, sample_m = range_m / samples;
+
+/// How a line for a test is made.
+struct MadeLine {
+  std::size_t pings = 320;
+  std::function<double(std::size_t ping)> altitude_m = [](std::size_t) { return 8.0; };
+  int looks = 1;
+  bool peak = false;
+  double spreading = 30.0;  ///< of the gain; 30 makes a bed of this kind even
+  double level = 0.1;       ///< rms amplitude over full scale of the bed at 10 m with that gain
+  double column = 1e-3;
+  double ping_mean = 0.0;
+  bool logarithmic = false;  ///< over 80 dB
+  bool ripples = false;      ///< beyond 15 m, each with a shadow that is longer with range
+};
+
+/// A level bed whose echo falls as r^-3, with Rayleigh amplitudes; 15 bits.
+RecordedLine made_line(const MadeLine& how) {
+  std::mt19937 random(3);
+  std::exponential_distribution<double> power;
+  RecordedLine line{.format = "XTF",
+                    .frequency_hz = 400e3,
+                    .sound_speed_mps = 1500.0,
+                    .peak_detector = how.peak,
+                    .samples = samples};
+  for (std::size_t ping = 0; ping < how.pings; ++ping) {
+    line.pings.push_back(
+        {.number = ping,
+         .t_s = 1e9 + 0.1 * static_cast<double>(ping),
+         .place = GeographicPlace{55.0 * degree + 3e-8 * static_cast<double>(ping), 10.0 * degree},
+         .depth_m = 20.0 - how.altitude_m(ping),
+         .range_m = range_m,
+         .samples = samples});
+    for (std::vector<float>* side : {&line.port, &line.starboard}) {
+      std::vector<double> row(samples);
+      double mean = 0.0;
+      for (std::size_t k = 0; k < samples; ++k) {
+        const double r = (static_cast<double>(k) + 0.5) * sample_m;
+        const bool water = r < how.altitude_m(ping);
+        double rms =
+            water ? how.column : how.level * std::pow(r / 10.0, (how.spreading - 30.0) / 20.0);
+        constexpr double first_m = 15.0, period_m = 1.5;
+        const double shadow = std::min(0.7, (r - first_m) / 50.0);  // as a share of the period
+        if (how.ripples && r > first_m && std::fmod(r, period_m) < shadow * period_m)
+          rms = how.column;
+        double amplitude = 0.0;
+        for (int look = 0; look < how.looks; ++look) {
+          const double one = rms * std::sqrt(power(random));
+          amplitude = how.peak ? std::max(amplitude, one) : amplitude + one / how.looks;
+        }
+        row[k] = amplitude;
+        mean += amplitude / samples;
+      }
+      for (double amplitude : row) {
+        if (how.ping_mean > 0.0) amplitude *= how.ping_mean / mean;
+        if (how.logarithmic) amplitude = 1.0 + 20.0 * std::log10(std::max(amplitude, 1e-4)) / 80.0;
+        side->push_back(static_cast<float>(std::lround(32767.0 * std::clamp(amplitude, 0.0, 1.0))));
+      }
+    }
+  }
+  return line;
+}
+
+/// 4 to 12 m and back.
+double varied_m(std::size_t ping) {
+  return 8.0 + 4.0 * std::sin(2.0 * std::numbers::pi * static_cast<double>(ping) / 320.0);
+}
+
+}  // namespace
+
+TEST_CASE("the bottom line and the navigation give the vehicle's path") {
+  RecordedLine line = made_line({.altitude_m = &varied_m});
+  // Something hangs in the water on one side, and some pings have no place.
+  for (std::size_t ping = 100; ping < 130; ++ping) {
+    line.pings[ping].place.reset();
+    for (std::size_t k = 20; k < 40; ++k) line.port[ping * samples + k] = 20000.0f;
+  }
+  const VehiclePath path = vehicle_path(line);
+  REQUIRE(path.altitude_m.size() == 320);
+  for (std::size_t ping = 0; ping < 320; ++ping) {
+    CAPTURE(ping);
+    CHECK(std::abs(path.altitude_m[ping] - varied_m(ping)) < 0.5);
+  }
+  CHECK(path.bed_depth_m == Approx(20.0).margin(0.1));
+  CHECK(path.depth.how == Confidence::stated);
+  CHECK(path.ping_interval_s == Approx(0.1).epsilon(1e-3));
+  // 3e-8 rad of latitude at 55 degrees: the meridian's radius of curvature is 6378 km (WGS 84).
+  CHECK(path.speed_mps == Approx(10.0 * 3e-8 * 6378.2e3).epsilon(2e-3));
+  CHECK(path.origin.value().latitude_rad ==
+        Approx(55.0 * degree + 3e-8 * 159.5).epsilon(0).margin(1e-9));
+  CHECK(path.roll_rad.empty());
+  CHECK(path.attitude.how == Confidence::assumed);
+
+  for (RecordedPing& ping : line.pings) {
+    ping.place.reset();
+    ping.t_s.reset();
+    ping.depth_m.reset();
+    ping.pitch_rad = 20.0 * degree * (ping.number % 2 == 0 ? 1.0 : 0.9999);
+  }
+  const VehiclePath bare = vehicle_path(line);
+  CHECK(bare.place.how == Confidence::assumed);
+  CHECK(bare.time.how == Confidence::assumed);
+  CHECK(bare.depth.how == Confidence::assumed);
+  CHECK(bare.ping_interval_s == Approx(2.0 * range_m / 1500.0));
+  CHECK_FALSE(bare.origin);
+  // A pitched sonar's first return comes from ahead.
+  CHECK(bare.altitude_m[10] == Approx(path.altitude_m[10] * std::cos(20.0 * degree)).epsilon(1e-3));
+}
+
+TEST_CASE("a line without a bottom line is refused") {
+  RecordedLine line = made_line({});
+  std::ranges::fill(line.port, 100.0f);
+  std::ranges::fill(line.starboard, 100.0f);
+  CHECK_THROWS_AS(vehicle_path(line), RecordingError);
+}
+
+TEST_CASE("an oscillation has the rms, the period and the wander that were put in") {
+  std::vector<double> t_s, values;
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 0.1 * i;
+    t_s.push_back(t);
+    values.push_back(3.0 + 0.01 * t + 0.5 * std::sin(2.0 * std::numbers::pi * t / 4.0) +
+                     2.0 * std::sin(2.0 * std::numbers::pi * t / 100.0));
+  }
+  const Oscillation found = oscillation_of(t_s, values);
+  CHECK(found.rms == Approx(0.5 / std::numbers::sqrt2).epsilon(0.15));
+  CHECK(found.period_s == Approx(4.0).epsilon(0.05));
+  CHECK(found.wander_rms == Approx(2.0 / std::numbers::sqrt2).epsilon(0.15));
+}
+
+TEST_CASE("the contrast of speckle is that of Rayleigh amplitudes") {
+  CHECK(speckle_contrast(Detector::mean, 1) == Approx(0.52272).epsilon(1e-4));
+  CHECK(speckle_contrast(Detector::mean, 4) == Approx(0.26136).epsilon(1e-4));
+  CHECK(speckle_contrast(Detector::peak, 1) == Approx(0.52272).epsilon(1e-3));
+  // By chance: the largest of three, from many draws.
+  std::mt19937 random(1);
+  std::exponential_distribution<double> power;
+  double sum = 0.0, squares = 0.0;
+  constexpr int draws = 200000;
+  for (int i = 0; i < draws; ++i) {
+    const double largest = std::max({power(random), power(random), power(random)});
+    sum += std::sqrt(largest) / draws;
+    squares += largest / draws;
+  }
+  CHECK(speckle_contrast(Detector::peak, 3) ==
+        Approx(std::sqrt(squares - sum * sum) / sum).epsilon(0.01));
+}
+
+TEST_CASE("the samples show looks, detector, scaled pings, curve, floor and clipping") {
+  for (const int looks : {1, 4}) {
+    const RecorderSigns signs = recorder_signs(made_line({.looks = looks}));
+    CHECK(signs.looks == looks);
+    CHECK(signs.detector == Detector::mean);
+    CHECK(signs.curve == TransferCurve::linear);
+    CHECK(signs.bits <= 15);
+    CHECK_FALSE(signs.clips);
+    if (looks == 1)
+      CHECK(signs.column_db ==
+            Approx(-60.0 + 20.0 * std::log10(32767.0 / signs.full_scale)).margin(1.0));
+  }
+  const RecorderSigns peak = recorder_signs(made_line({.looks = 3, .peak = true}));
+  CHECK(peak.detector == Detector::peak);
+  CHECK(peak.looks == 3);
+  // The altitude changes the share of water, and with it the mean, unless each ping is scaled.
+  const RecorderSigns scaled =
+      recorder_signs(made_line({.altitude_m = &varied_m, .ping_mean = 0.25}));
+  CHECK(scaled.ping_mean == Approx(0.25).epsilon(0.03));  // without the first 2 % of the samples
+  CHECK(scaled.clips);
+  CHECK(scaled.bits == 15);
+  CHECK(recorder_signs(made_line({.altitude_m = &varied_m})).ping_mean == 0.0);
+  // A recorder without a logarithm, whose spread hardly grows with the mean.
+  const RecorderSigns rippled = recorder_signs(made_line({.looks = 4, .ripples = true}));
+  CHECK(rippled.curve == TransferCurve::linear);
+  CHECK(rippled.looks == 4);
+  const RecorderSigns logarithmic =
+      recorder_signs(made_line({.spreading = 15.0, .logarithmic = true}));
+  CHECK(logarithmic.curve == TransferCurve::logarithmic);
+  CHECK(logarithmic.curve_range_db == Approx(80.0).epsilon(0.15));
+}
+
+TEST_CASE("a varied altitude shows the gain over range, a constant one does not") {
+  const auto slope_db = [](double spreading) {
+    const RecordedLine line =
+        made_line({.altitude_m = &varied_m, .spreading = spreading, .level = 0.02});
+    return range_slope_db(line, recorder_signs(line));
+  };
+  for (const double spreading : {20.0, 40.0})
+    CHECK(slope_db(spreading) == Approx(spreading - 30.0).margin(1.5));
+  const RangeLaw law = corrected_law({}, slope_db(43.0), slope_db(30.0), 0.1, range_m);
+  CHECK(law.spreading == Approx(43.0).margin(2.0));
+  CHECK(law.absorption);
+  CHECK(law.from.how == Confidence::fitted);
+  // 25 dB less: a recorder without a gain, of which spreading and absorption leave their own slope.
+  const RangeLaw none = corrected_law({}, -25.0, 0.0, 0.01, range_m);
+  CHECK_FALSE(none.absorption);
+  CHECK(none.spreading == Approx(5.0 + std::numbers::ln10 * 0.01 * range_m));
+  const RecordedLine level = made_line({});
+  CHECK(std::isnan(range_slope_db(level, recorder_signs(level))));
+  CHECK(corrected_law({}, std::nan(""), 0.0, 0.1, range_m).from.how == Confidence::assumed);
+}
+
+TEST_CASE("the level that clipping took from Rayleigh amplitudes is given back") {
+  const RecordedLine line = made_line({.level = 0.6});
+  const GrazingLevels levels =
+      grazing_levels(line, Side::port, recorder_signs(line), 0, line.pings.size());
+  CHECK(levels[6] == Approx(20.0 * std::log10(0.6)).margin(0.3));
+  CHECK(levels[15] == Approx(20.0 * std::log10(0.6)).margin(0.3));
+}
+
+TEST_CASE("the correlation of amplitudes is that of simulated Rayleigh amplitudes") {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (const double rho : {0.3, 0.7, 0.95}) {
+    double sum_a = 0.0, sum_b = 0.0, sum_aa = 0.0, sum_bb = 0.0, sum_ab = 0.0;
+    constexpr int pairs = 200000;
+    for (int i = 0; i < pairs; ++i) {
+      const std::complex<double> one(normal(random), normal(random));
+      const std::complex<double> other(normal(random), normal(random));
+      const double a = std::abs(one), b = std::abs(rho * one + std::sqrt(1.0 - rho * rho) * other);
+      sum_a += a;
+      sum_b += b;
+      sum_aa += a * a;
+      sum_bb += b * b;
+      sum_ab += a * b;
+    }
+    const auto covariance = [&](double ab, double a, double b) {
+      return ab / pairs - a * b / pairs / pairs;
+    };
+    const double simulated =
+        covariance(sum_ab, sum_a, sum_b) /
+        std::sqrt(covariance(sum_aa, sum_a, sum_a) * covariance(sum_bb, sum_b, sum_b));
+    CHECK(amplitude_correlation(rho) == Approx(simulated).margin(0.01));
+  }
+  CHECK(amplitude_correlation(0.0) == 0.0);
+  CHECK(amplitude_correlation(1.0) == Approx(1.0).margin(1e-3));
+}
+
+TEST_CASE("the correlations over one and two samples show the pulse and its bandwidth") {
+  const Pulse cw{.bandwidth_hz = 1.0};
+  const Pulse sweep{.kind = PulseKind::lfm, .bandwidth_hz = 1.0};
+  const Pulse hann{.kind = PulseKind::lfm, .bandwidth_hz = 1.0, .window = PulseWindow::hann};
+  for (const auto& of : {std::pair{cw, 0.3}, {sweep, 0.4}, {hann, 0.8}}) {
+    const Pulse& pulse = of.first;
+    const double apart = of.second;
+    const auto correlation = [&](double times) {
+      return amplitude_correlation(pulse.correlation(times * apart));
+    };
+    CAPTURE(apart);
+    CHECK(time_times_bandwidth(pulse, correlation(1.0)) == Approx(apart));
+    const Pulse found = likely_pulse(correlation(1.0), correlation(2.0));
+    CHECK(found.kind == pulse.kind);
+    CHECK(found.window == pulse.window);
+  }
+  // Short pulses cannot be told apart.
+  CHECK(likely_pulse(0.05, 0.01).kind == PulseKind::cw);
+}
+
+TEST_CASE("the sediment whose backscatter explains the level over the angle is the nearest") {
+  LineModel model;
+  model.material = "medium sand";
+  const auto strength_db = [&](const char* name, double grazing_rad) {
+    return 10.0 * std::log10(backscatter_of(material_named(name, {}), model.frequency_hz,
+                                            model.sound_speed_mps, 0.0)
+                                 ->cross_section(grazing_rad));
+  };
+  for (const char* name : {"rough rock", "sandy gravel", "clay"}) {
+    GrazingLevels excess_db;
+    for (std::size_t i = 0; i < grazing_cells; ++i) {
+      const double angle = (static_cast<double>(i) + 0.5) * grazing_cell_deg * degree;
+      excess_db[i] = strength_db(name, angle) - strength_db("medium sand", angle) + 7.0;
+    }
+    const std::vector<NearSediment> sediments = nearest_sediments(model, excess_db, true);
+    CAPTURE(name, sediments.front().name);
+    CHECK(sediments.front().rms_db < 1e-6);
+    CHECK(std::ranges::any_of(
+        sediments, [&](const NearSediment& one) { return one.name == name && one.rms_db < 1e-6; }));
+    // It would return more energy than arrives.
+    CHECK(std::ranges::none_of(
+        sediments, [](const NearSediment& one) { return one.name == "handbook rough rock"; }));
+  }
+  GrazingLevels none;
+  none.fill(std::nan(""));
+  CHECK(nearest_sediments(model, none, true).empty());
+}
+
+TEST_CASE("a darker part of the bed is on the map of tones where it is") {
+  RecordedLine line = made_line({.pings = 800});
+  VehiclePath path = vehicle_path(line);
+  for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
+  CHECK(tone_map(line, path, recorder_signs(line), 104.0, 184.0).steps.empty());
+  // 12 dB darker to starboard in the northern half: the line goes north.
+  for (std::size_t ping = 400; ping < 800; ++ping)
+    for (std::size_t k = 90; k < samples; ++k) line.starboard[ping * samples + k] *= 0.25f;
+  const ToneMap map = tone_map(line, path, recorder_signs(line), 104.0, 184.0);
+  REQUIRE(map.steps.size() == map.columns * map.rows);
+  const auto step_at = [&](double east_m, double north_m) {
+    const auto column = static_cast<std::size_t>((east_m / 104.0 + 0.5) * double(map.columns));
+    const auto row = static_cast<std::size_t>((0.5 - north_m / 184.0) * double(map.rows));
+    return int{map.steps[row * map.columns + column]};
+  };
+  // The mean of both halves lies between them, by 6 dB each.
+  CHECK(step_at(30.0, 20.0) <= -1);
+  CHECK(step_at(30.0, -20.0) >= 1);
+  CHECK(step_at(-30.0, 20.0) == 0);
+  CHECK(step_at(-30.0, -20.0) == 0);
+}
+
+TEST_CASE(
+    "a model's scene and recipe are read without a fault, and each key says what it rests on") {
+  const tests::TemporaryFolder folder;
+  const RecordedLine line = made_line({.altitude_m = &varied_m});
+  LineModel model;
+  model.path = vehicle_path(line);
+  model.recorder = recorder_signs(line);
+  model.range_m = range_m;
+  model.samples = samples;
+  model.bed = bed_extent(model);
+  model.tones = {105, 166, std::vector<std::int8_t>(std::size_t{105} * 166, 0)};
+  model.tones.steps[3] = -2;
+  model.tones.steps[7000] = 1;
+  model.gain_db = -100.0;
+  refine::write_file(folder / "tones.png", tones_png(model));
+  for (std::vector<double>& side : model.vertical_db)
+    for (std::size_t i = 0; i < grazing_cells; ++i) side.push_back(-0.5 * static_cast<double>(i));
+  tests::write_text(folder / "navigation.csv", navigation_csv(model));
+  tests::write_text(folder / "beam.csv", beam_csv(model));
+  const Scene scene =
+      parse_scene(scene_text(model), "scene.toml", {}, ScenePaths{folder.path(), {}});
+  CHECK(scene.sonars.front().bins == 500);
+  CHECK(scene.sonars.front().range_m == range_m);
+  // One way, and 0 dB at its peak.
+  CHECK(beam_csv(model).find("\n1,0.000,0.000\n") != std::string::npos);
+  CHECK(beam_csv(model).find("\n9,-1.000,-1.000\n") != std::string::npos);
+  CHECK(scene.track.kind == TrackKind::file);
+  REQUIRE(scene.seafloor.seabed.patches.size() == 2);
+  // The brightest has the sediment's strength, and the bed less; the gain makes up for it.
+  CHECK(scene.sonars.front().receiver.gain_db == -96.0);
+  REQUIRE(scene.materials.size() == 3);
+  CHECK(scene.materials[0].strength_offset_db == -4.0);
+  CHECK(scene.materials[1].strength_offset_db == -12.0);
+  CHECK(scene.materials[2].strength_offset_db == 0.0);
+  for (const FoundKey& key : found_keys(model)) CHECK_FALSE(key.name().empty());
+  CHECK(scene_text(model).find("depth_m = 19.") != std::string::npos);
+
+  tests::write_text(folder / "recipe.toml", recipe_text(model));
+  const Recipe recipe(folder / "recipe.toml", folder.path());  // as --data
+  for (const std::size_t i : {0u, 1u, 63u}) {
+    const Scene sample = recipe.sample(i).scene;
+    CHECK(sample.track.altitude_m >= 4.0);
+    CHECK(sample.track.altitude_m <= 12.5);
+    CHECK(sample.seafloor.depth_m > sample.track.altitude_m);
+  }
+}
+
+TEST_CASE("sixty damaged recordings are refused, or read with what is whole in them") {
+  Recording written = tests::small_recording(64);
+  const NavPing first = written.pings.front();
+  written.pings.clear();
+  written.samples.clear();
+  for (std::size_t row = 0; row < 80; ++row) {
+    NavPing& ping = written.pings.emplace_back(first);
+    ping.row = row;
+    ping.number = row;
+    ping.unix_ms += static_cast<std::int64_t>(250 * row);
+    for (std::size_t i = 0; i < 128; ++i)
+      written.samples.push_back(static_cast<std::uint16_t>((i > 44 && i < 84 ? 3 : 3000) +
+                                                           (7919 * (row * 128 + i)) % 1000));
+  }
+  std::mt19937 random(11);
+  std::size_t refused = 0, accepted = 0;
+  for (int i = 0; i < 60; ++i) {
+    std::string bytes =
+        tests::as_text(i % 2 == 0 ? encode_xtf({&written, 1}) : encode_jsf({&written, 1}));
+    const auto place = [&](std::size_t end) { return random() % end; };
+    switch (i / 2 % 6) {
+      case 0: bytes.resize(place(bytes.size())); break;
+      case 1:
+        for (int k = 0; k < 40; ++k) bytes[place(bytes.size())] ^= static_cast<char>(random());
+        break;
+      case 2: bytes.erase(place(bytes.size()), 1 + place(5000)); break;
+      case 3: bytes.insert(place(bytes.size()), std::string(1 + place(5000), '\xfa')); break;
+      case 4:
+        for (int k = 0; k < 30; ++k)
+          bytes[place(std::min<std::size_t>(bytes.size(), 1600))] = '\xff';
+        break;
+      default: {  // all ranges, altitudes or samples
+        const std::size_t from = place(bytes.size());
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(from),
+                    std::min(bytes.size() - from, place(60000)), static_cast<char>(i));
+      }
+    }
+    CAPTURE(i);
+    const tests::TemporaryFolder folder;
+    try {
+      for (const RecordedLine& line :
+           parse_recording(std::as_bytes(std::span(bytes)), "damaged.xtf"))
+        imitate(line, folder.path(),
+                {.threads = 1, .progress = [](auto, auto, auto) { return false; }});
+    } catch (const RecordingError& error) {
+      ++refused;
+      CHECK(std::string(error.what()).size() > 20);
+    } catch (const SceneError&) {
+      ++refused;
+    } catch (const Stopped&) {
+      ++accepted;
+    }
+  }
+  CHECK(refused > 5);
+  CHECK(refused + accepted == 60);
+}

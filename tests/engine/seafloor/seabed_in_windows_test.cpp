@@ -1,0 +1,204 @@
+// Layers on windows of a bed against the same layers on all of it.
+
+#include <ensonify/engine/seafloor/layers/seabed_in_windows.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/fractal.h>
+#include <ensonify/refine/height_tiles.h>
+
+#include "engine/seafloor/spectrum.h"
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+using ensonify::refine::HeightTiles;
+
+namespace {
+
+/// Heights as tiles have them: floats.
+Heightfield rough_bed(int columns, int rows, double cell_m) {
+  Heightfield field = flat(columns, rows, cell_m, cell_m);
+  add_fractal(field, {.height_at_1m_m = 0.15, .hurst = 0.7}, 3);
+  for (double& z : field.z_m) z = static_cast<float>(z - 20.0);
+  return field;
+}
+
+HeightTiles::Heights windows_of(const Heightfield& field) {
+  return [&field](int first_column, int first_row, int columns, int rows, std::span<double> z_m,
+                  std::span<std::uint8_t>) {
+    for (int row = 0; row < rows; ++row)
+      std::copy_n(field.z_m.begin() +
+                      static_cast<std::ptrdiff_t>(field.index(first_column, first_row + row)),
+                  columns, z_m.begin() + std::ptrdiff_t{row} * columns);
+  };
+}
+
+/// Layers of each kind that fits windows, and areas with each limit but a share.
+SeabedOptions many_layers() {
+  SeabedOptions seabed;
+  seabed.patches.resize(4);
+  seabed.patches[0] = {
+      .area = {.polygon_m = {{-30, -25}, {12, -20}, {5, 28}, {-20, 20}}, .ragged_m = 0.6},
+      .material = "sandy mud"};
+  seabed.patches[1] = {.area = {.radius_m = 9.0, .middle_east_m = 14.0, .border_m = 4.0},
+                       .material = "seagrass",
+                       .class_name = "seagrass",
+                       .rise_m = 0.3};
+  seabed.patches[2] = {.area = {.gentlest_rad = 0.08}, .material = "gravel"};
+  seabed.patches[3] = {.area = {.shallowest_m = 20.2, .on = "gravel"}, .material = "cobble"};
+  seabed.crests.resize(2);
+  seabed.crests[0].relief.wavelength_m = 1.1;
+  seabed.crests[0].area.on = "sandy mud";
+  seabed.crests[1].relief.wavelength_m = 14.0;
+  seabed.crests[1].relief.height_m = 0.4;
+  seabed.trawl_marks.resize(1);
+  seabed.trawl_marks[0].relief.door_spacing_m = 12.0;
+  seabed.pits.resize(2);
+  seabed.pits[0].relief.per_hectare = 400.0;
+  seabed.pits[0].relief.diameter_m = 3.0;
+  seabed.pits[1].relief = {
+      .per_hectare = 40.0, .diameter_m = 4.0, .rim_ratio = 0.1, .elongation = 3.0};
+  seabed.pits[1].area.on = "sandy mud";
+  seabed.boulders.resize(1);
+  seabed.boulders[0].relief.per_hectare = 300.0;
+  seabed.boulders[0].area.on = "medium sand";
+  return seabed;
+}
+
+std::string content_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+TEST_CASE("Windows of a seabed have the heights and the kinds of the whole, to the bit") {
+  constexpr int columns = 331, rows = 290;
+  const Heightfield base = rough_bed(columns, rows, 0.2);
+  const SeabedOptions seabed = many_layers();
+  Heightfield whole = base;
+  const SeabedMap map = lay_seabed(whole, seabed, "medium sand", 6);
+  const std::vector<SeabedMap::Kind> kinds_of_bed = possible_kinds(seabed, "medium sand");
+  CHECK(kinds_of_bed.front() == SeabedMap::Kind{"medium sand", "seabed"});
+  CHECK(map.kinds.size() > 8);
+  const HeightTiles::Heights in_windows =
+      with_seabed(base, windows_of(base), seabed, "medium sand", 6);
+  struct Part {
+    int column, row, columns, rows;
+  };
+  for (const Part& part : {Part{0, 0, columns, rows},
+                           {0, 0, 60, 50},
+                           {100, 120, 90, 70},
+                           {columns - 75, 30, 75, 41},
+                           {150, rows - 33, 64, 33},
+                           {200, 200, 1, 1}}) {
+    CAPTURE(part.column, part.row, part.columns, part.rows);
+    const auto points =
+        static_cast<std::size_t>(part.columns) * static_cast<std::size_t>(part.rows);
+    std::vector<double> z_m(points);
+    std::vector<std::uint8_t> kinds(points);
+    in_windows(part.column, part.row, part.columns, part.rows, z_m, kinds);
+    int heights_differ = 0, kinds_differ = 0;
+    for (int row = 0; row < part.rows; ++row)
+      for (int column = 0; column < part.columns; ++column) {
+        const std::size_t i =
+            static_cast<std::size_t>(row) * static_cast<std::size_t>(part.columns) +
+            static_cast<std::size_t>(column);
+        const std::size_t point = whole.index(part.column + column, part.row + row);
+        heights_differ += z_m[i] != whole.z_m[point];
+        kinds_differ += !(kinds_of_bed[kinds[i]] == map.kinds[map.point_kind[point]]);
+      }
+    CHECK(heights_differ == 0);
+    CHECK(kinds_differ == 0);
+  }
+}
+
+TEST_CASE("A share of an area is the same share of many windows, and goes on over their borders") {
+  const Heightfield base = flat(1201, 1001, 0.5, 0.5);
+  SeabedOptions seabed;
+  seabed.patches.resize(1);
+  seabed.patches[0].area.patch_m = 12.0;
+  for (const double wanted : {0.1, 0.35, 0.8}) {
+    CAPTURE(wanted);
+    seabed.patches[0].area.share = wanted;
+    const auto in_windows = with_seabed(base, windows_of(base), seabed, "medium sand", 2);
+    std::vector<double> z_m(base.z_m.size());
+    std::vector<std::uint8_t> all(z_m.size()), part(101 * 101);
+    in_windows(0, 0, base.columns, base.rows, z_m, all);
+    const auto taken = static_cast<double>(std::ranges::count(all, 1));
+    CHECK(taken / static_cast<double>(all.size()) == Approx(wanted).margin(0.03));
+    in_windows(500, 400, 101, 101, std::span(z_m).first(part.size()), part);
+    int differ = 0;
+    for (int row = 0; row < 101; ++row)
+      for (int column = 0; column < 101; ++column)
+        differ += part[static_cast<std::size_t>(row * 101 + column)] !=
+                  all[base.index(500 + column, 400 + row)];
+    CHECK(differ == 0);
+  }
+}
+
+TEST_CASE("Tiles with layers have the same bytes, whichever is made first") {
+  const TemporaryFolder folder;
+  const Heightfield base = rough_bed(1100, 60, 0.2);
+  const SeabedOptions seabed = many_layers();
+  std::vector<float> x_m, y_m;
+  for (int column = 0; column < base.columns; ++column)
+    x_m.push_back(static_cast<float>(base.x_m(column)));
+  for (int row = 0; row < base.rows; ++row) y_m.push_back(static_cast<float>(base.y_m(row)));
+  const auto make = [&](const char* name, const std::array<std::size_t, 2>& order) {
+    HeightTiles tiles(
+        x_m, y_m, Eigen::Vector3d::Zero(), [](HeightTiles::Shape&) {},
+        with_seabed(base, windows_of(base), seabed, "medium sand", 8), folder.path() / name, "k",
+        true);
+    REQUIRE(tiles.chunks() == order.size());
+    for (const std::size_t chunk : order) tiles.require_chunk(chunk);
+    return content_of(folder.path() / name);
+  };
+  CHECK(make("a.tiles", {0, 1}) == make("b.tiles", {1, 0}));
+}
+
+TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with what to do") {
+  const Heightfield grid = flat(200, 200, 0.25, 0.25);
+  SeabedOptions seabed;
+  seabed.outcrops.resize(1);
+  CHECK_FALSE(obstacle_to_windows(grid, seabed).empty());
+  CHECK_THROWS_WITH(
+      require_windows(grid, seabed),
+      Catch::Matchers::Contains("seafloor.outcrops.0") && Catch::Matchers::Contains("remove it"));
+  seabed = {};
+  seabed.patches.resize(1);
+  seabed.patches[0].area.image.path = "map.png";
+  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Matchers::Contains("gdal_polygonize"));
+  seabed = {};
+  seabed.pits.resize(2);
+  seabed.pits[1].relief.diameter_m = 500.0;
+  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Matchers::Contains("seafloor.pits.1"));
+  seabed.pits.resize(1);
+  CHECK(obstacle_to_windows(grid, seabed).empty());
+  seabed.crests.resize(1);
+  seabed.crests[0].relief.wavelength_m = 0.5;  // two cells
+  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Matchers::Contains("seafloor.crests.0"));
+  seabed = {};
+  seabed.pits.resize(20);
+  for (std::size_t i = 0; i < seabed.pits.size(); ++i) {
+    seabed.pits[i].class_name = "class " + std::to_string(i);
+    seabed.pits[i].material = "material " + std::to_string(i);
+  }
+  CHECK(possible_kinds(seabed, "medium sand").size() == 21);
+  for (auto& pits : seabed.pits) pits.material.clear();
+  seabed.patches.resize(13);
+  for (std::size_t i = 0; i < seabed.patches.size(); ++i)
+    seabed.patches[i].material = "patch " + std::to_string(i);
+  CHECK_THROWS_WITH(possible_kinds(seabed, "medium sand"), Catch::Matchers::Contains("256"));
+}

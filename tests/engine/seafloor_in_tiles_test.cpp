@@ -1,0 +1,201 @@
+// A bed in tiles against the same bed in memory, and what such a bed refuses.
+
+#include <ensonify/engine/seafloor/seafloor_in_tiles.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/refine/height_tiles.h>
+
+#include "support/catch.h"
+#include "support/grids.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+/// A bed with waves of all kinds, and holes of some points, some of them on borders of chunks.
+Tiff survey(std::uint32_t cells, bool holes) {
+  Tiff tiff;
+  tiff.columns = tiff.rows = cells + 1;
+  tiff.transform = {500000, 0.25, 0, 4000000, 0, -0.25};
+  tiff.nodata = "-9999";
+  std::uint32_t noise = 1;
+  for (std::uint32_t row = 0; row <= cells; ++row)
+    for (std::uint32_t column = 0; column <= cells; ++column) {
+      noise = noise * 1664525u + 1013904223u;
+      const double x = column, y = row;
+      const bool hole = holes && (column % 512 < 3) && (row % 300 < 5);
+      tiff.heights.push_back(hole ? -9999.0f
+                                  : static_cast<float>(-20.0 + 0.8 * std::sin(0.011 * x) +
+                                                       0.5 * std::cos(0.017 * y + 0.003 * x) +
+                                                       2e-11 * noise));
+    }
+  return tiff;
+}
+
+/// The mean height would follow from other points: sound speed and absorption are given.
+std::string scene_text(std::string_view intersector) {
+  return std::string(R"(version = 1
+[seafloor]
+kind = "survey"
+survey = "bed.tif"
+[sea]
+sound_speed_mps = 1500
+absorption_db_per_km = 30
+[sonar.left-right]
+range_m = 40
+bins = 300
+elevations = 512
+[[objects]]
+shape = "cylinder"
+east_m = 3.5
+north_m = 2
+[run]
+intersector = ")") +
+         std::string(intersector) + "\"\n";
+}
+
+std::vector<float> pings(const Scene& scene, Seafloor seafloor, const std::vector<Pose>& poses) {
+  auto prepared = std::make_shared<PreparedSeafloor>();
+  prepared->seafloor = std::move(seafloor);
+  prepared->surface = "footprint";
+  Simulator simulator(scene, {.seafloor = prepared});
+  std::vector<float> all;
+  std::uint64_t number = 0;
+  for (const Pose& pose : poses)
+    for (const EchoLine& line : simulator.ping_numbered(pose, number++)) {
+      const auto& mean = line.bins.intensity_mean;
+      all.insert(all.end(), mean.begin(), mean.end());
+    }
+  return all;
+}
+
+bool same_bytes(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+}  // namespace
+
+TEST_CASE("A survey in tiles has the echoes of the survey in memory, over borders and corners") {
+  const TemporaryFolder folder;
+  const std::uint32_t cells = GENERATE(1500u, 2300u);  // chunks of 1024
+  const bool holes = GENERATE(false, true);
+  CAPTURE(cells, holes);
+  write_text(folder / "bed.tif", survey(cells, holes).bytes());
+  // The border between two chunks.
+  const double border_m = 0.25 * (1024 - 0.5 * cells);
+  std::vector<Pose> poses;
+  for (int i = 0; i < 6; ++i) {
+    // Along a border, and across the corner, where the object stands for the smaller bed.
+    poses.push_back({.position = {border_m + 0.01 * i, 20.0 + 0.3 * i, -8.0}});
+    poses.push_back({.position = {border_m - 1.0 + 0.4 * i, border_m - 1.0 + 0.4 * i, -8.0}});
+    poses.push_back({.position = {2.0 + 0.3 * i, 1.0, -8.0}});
+  }
+  for (const char* intersector : {"fan_scan", "embree"}) {
+    CAPTURE(intersector);
+    const Scene scene =
+        parse_scene(scene_text(intersector), "scene", {}, {.scene_folder = folder.path()});
+    const auto in_tiles = [&](const std::string& file) {
+      return make_seafloor_in_tiles(scene.seafloor, scene.bed_seed(), scene.objects,
+                                    scene.materials,
+                                    {file.empty() ? std::string() : (folder / file).string(), "k"});
+    };
+    const std::vector<float> expected =
+        pings(scene,
+              make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, {},
+                            BedForm::grid),
+              poses);
+    CHECK(same_bytes(pings(scene, in_tiles(""), poses), expected));
+    CHECK(same_bytes(pings(scene, in_tiles("bed.tiles"), poses), expected));
+    CHECK(same_bytes(pings(scene, in_tiles("bed.tiles"), poses), expected));  // from the file
+  }
+}
+
+TEST_CASE("Layers on a survey in tiles have the echoes and the labels that they have in memory") {
+  const TemporaryFolder folder;
+  const bool holes = GENERATE(false, true);
+  CAPTURE(holes);
+  constexpr std::uint32_t cells = 1300;
+  write_text(folder / "bed.tif", survey(cells, holes).bytes());
+  const double border_m = 0.25 * (1024 - 0.5 * cells);
+  std::vector<Pose> poses;
+  for (int i = 0; i < 6; ++i)
+    poses.push_back({.position = {border_m - 1.0 + 0.4 * i, border_m - 1.0 + 0.4 * i, -8.0}});
+  const Scene scene = parse_scene(scene_text("fan_scan") + R"(
+[[seafloor.patches]]
+material = "sandy gravel"
+polygon_m = [[60, 60], [110, 80], [100, 120], [70, 110]]
+[[seafloor.crests]]
+on = "sandy gravel"
+wavelength_m = 1.5
+[[seafloor.pits]]
+class = ""
+per_hectare = 80
+diameter_m = 3
+[[seafloor.boulders]]
+class = ""
+per_hectare = 150
+)",
+                                  "scene", {}, {.scene_folder = folder.path()});
+  const Seafloor whole = make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects,
+                                       scene.materials, {}, BedForm::grid);
+  const Seafloor tiled = make_seafloor_in_tiles(scene.seafloor, scene.bed_seed(), scene.objects,
+                                                scene.materials, {folder / "bed.tiles", "k"});
+  CHECK(tiled.warnings.empty());
+  CHECK(same_bytes(pings(scene, tiled, poses), pings(scene, whole, poses)));
+  if (holes) return;  // which leave gaps in the numbers of the faces in tiles
+  REQUIRE(tiled.faces == whole.faces);
+  std::size_t differ = 0, painted = 0;
+  for (std::uint32_t face = 0; face < whole.faces; ++face) {
+    const Label& a = whole.labels[whole.label_of(face)];
+    const Label& b = tiled.labels[tiled.label_of(face)];
+    differ += whole.materials[a.sediment] != tiled.materials[b.sediment] ||
+              whole.classes[a.class_id] != tiled.classes[b.class_id];
+    painted += b.class_id != tiled.labels[0].class_id || b.sediment != tiled.labels[0].sediment;
+  }
+  CHECK(differ == 0);
+  CHECK(painted > 20000);
+}
+
+TEST_CASE("A bed needs tiles where it cannot be made at once") {
+  SeafloorOptions options;
+  options.cell_m = 0.1;
+  options.extent_east_m = options.extent_north_m = 1100.0;
+  CHECK_FALSE(needs_tiles(options));
+  options.extent_east_m = 1300.0;
+  CHECK(needs_tiles(options));
+  options.extent_east_m = 700.0;
+  options.extent_north_m = 600.0;
+  options.fractal.hurst = 0.8;  // its period is twice as long
+  CHECK(needs_tiles(options));
+  CHECK_THROWS_WITH(make_seafloor(options, 1), Catch::Matchers::Contains("--surface footprint"));
+}
+
+TEST_CASE("What a bed in tiles cannot have is refused with what to do") {
+  SeafloorOptions options;
+  const auto make = [&] { return make_seafloor_in_tiles(options, 1, {}, {}, {}); };
+  options.seabed.outcrops.emplace_back();
+  CHECK_THROWS_WITH(make(), Catch::Matchers::Contains("seafloor.outcrops.0"));
+  options = {};
+  options.extent_east_m = options.extent_north_m = 1300.0;
+  options.cell_m = 0.1;
+  Scene scene;
+  scene.seafloor = options;
+  scene.run.surface = "static";
+  CHECK_THROWS_WITH(prepare_seafloor(scene, {}), Catch::Matchers::Contains("footprint"));
+  scene.run.surface = "auto";
+  scene.sea.refraction = RefractionMode::full;
+  CHECK_THROWS_WITH(prepare_seafloor(scene, {}), Catch::Matchers::Contains("time-only"));
+}

@@ -1,0 +1,258 @@
+// Several parallel beams that a side receives from one ping.
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "support/beds.h"
+#include "support/catch.h"
+
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/simulate.h>
+#include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/scatter/decibel.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+
+namespace {
+
+constexpr double wavelength_m = 0.00375;
+
+/// One-way power at a place, summed over an array's elements with their exact distances. The
+/// elements are delayed by delay_m(x) of their place x.
+template <class F>
+double one_way(double length_m, double along_m, double abeam_m, F&& delay_m) {
+  constexpr int elements = 600;
+  std::complex<double> sum = 0.0;
+  for (int i = 0; i < elements; ++i) {
+    const double x_m = length_m * ((i + 0.5) / elements - 0.5);
+    sum += std::polar(1.0 / elements, 2.0 * std::numbers::pi / wavelength_m *
+                                          (std::hypot(along_m - x_m, abeam_m) - delay_m(x_m)));
+  }
+  return std::norm(sum);
+}
+
+Sonar five_beams() {
+  Sonar sonar = plain_sonar();
+  sonar.beams = 5;
+  sonar.array_length_m = 0.05;
+  sonar.receive_array_length_m = 0.8;
+  return sonar;
+}
+
+/// Energy of the echo of a small plate, 3 m down for every 4 m abeam, in one beam.
+class PassingPlate {
+ public:
+  PassingPlate(const Sonar& sonar, double range_m, double side_m, int beam)
+      : sonar_(sonar),
+        beam_(beam),
+        bed_(level_bed(0.6 * range_m, 0.5 * side_m)),
+        altitude_m_(0.6 * range_m) {
+    for (Eigen::Vector3f& p : bed_.mesh.positions) p.x() += static_cast<float>(0.8 * range_m);
+    pinger_ = std::make_unique<PingTracer>(sonar_, Medium{}, bed_, lambert_, Refraction{}, nullptr,
+                                           ObjectSurfaces{}, beam);
+    tracer_ = make_intersector("embree", bed_.mesh);
+    line_.bins.assign(static_cast<std::size_t>(sonar.bins));
+  }
+  /// With the array's middle at a place along the track.
+  double energy(double array_m) {
+    pinger_->aim({.position = {0.0, array_m + sonar_.beam_offset_m(beam_), 0.0}}, altitude_m_);
+    pinger_->trace(*tracer_, bed_.mesh, 0, Side::starboard);
+    pinger_->echo(bed_.mesh, Side::starboard, line_);
+    CHECK(line_.beam == beam_);
+    double sum = 0.0;
+    for (const float i : line_.bins.intensity_mean) sum += i;
+    return sum;
+  }
+
+ private:
+  const std::vector<scatter::BackscatterTable> lambert_{
+      2, scatter::BackscatterTable(scatter::Lambert(-27.0))};
+  Sonar sonar_;
+  int beam_;
+  Seafloor bed_;
+  std::unique_ptr<PingTracer> pinger_;
+  std::unique_ptr<Intersector> tracer_;
+  double altitude_m_;
+  EchoLine line_;
+};
+
+Scene flat_scene() {
+  Scene scene;
+  scene.texture = false;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 120.0;
+  scene.seafloor.cell_m = 2.0;
+  scene.seafloor.depth_m = 20.0;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  scene.sonars[0].range_m = 50.0;
+  scene.sonars[0].bins = 1000;
+  scene.sonars[0].array_length_m = 0.05;
+  scene.sonars[0].receive_array_length_m = 0.5;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a beam is that of the array's elements, steered and focused to a line parallel to the track") {
+  for (const bool zones : {false, true})
+    for (const double range_m : {8.0, 14.0, 60.0}) {
+      Sonar sonar = five_beams();
+      const double zone_m = range_m < 20.0 ? 10.0 : 40.0;
+      if (zones) {
+        sonar.focused = false;
+        sonar.focus_zones_m = {10.0, 40.0};
+      }
+      sonar.range_m = 1.2 * range_m;
+      sonar.bins = 60;
+      sonar.sector_low_rad = 0.62;
+      sonar.sector_high_rad = 0.667;
+      sonar.planes = 1024;
+      sonar.elevations = 128;
+      const double width_m = std::max(wavelength_m * range_m / 0.8,
+                                      zones ? std::abs(1.0 - range_m / zone_m) * 0.8 : 0.0);
+      const double side_m = width_m / 6.0;
+      // The plate's middle lies `along_m` ahead of the array's.
+      const auto expected = [&](int beam, double along_m) {
+        const double line_m = sonar.beam_offset_m(beam);
+        double sum = 0.0;
+        for (int i = 0; i < 8; ++i) {
+          const double at_m = along_m + side_m * ((i + 0.5) / 8.0 - 0.5);
+          const double sent = one_way(0.05, at_m, range_m, [](double) { return 0.0; });
+          sum += sent * one_way(0.8, at_m, range_m, [&](double x_m) {
+                   return zones ? std::hypot(zone_m, x_m) - zone_m - x_m * line_m / range_m
+                                : std::hypot(range_m, x_m - line_m) - std::hypot(range_m, line_m);
+                 });
+        }
+        return sum;
+      };
+      const double peak = PassingPlate(sonar, range_m, side_m, 2).energy(0.0) / expected(2, 0.0);
+      for (const int beam : {0, 1, 4}) {
+        PassingPlate passing(sonar, range_m, side_m, beam);
+        for (const double off : {-0.6, -0.3, 0.0, 0.3, 0.6}) {
+          const double along_m = sonar.beam_offset_m(beam) + off * width_m;
+          CAPTURE(zones, range_m, beam, off);
+          // Near, the approximation of Fresnel is coarser where the array is out of focus.
+          const double margin = zones && range_m < 10.0 ? 0.05 : 0.02;
+          CHECK(passing.energy(-along_m) / peak ==
+                Approx(expected(beam, along_m))
+                    .margin(margin * expected(beam, sonar.beam_offset_m(beam))));
+        }
+      }
+    }
+}
+
+TEST_CASE("each beam shows the ground abeam of its own part of the array, at all ranges") {
+  Scene scene = flat_scene();
+  scene.sonars[0].focused = true;
+  scene.sonars[0].beams = 5;
+  scene.sonars[0].beam_spacing_m = 0.15;
+  Simulator simulator(scene);
+  const std::span<const EchoLine> lines =
+      simulator.ping({.position = {1.0, 2.0, -12.0}, .heading_rad = 0.5});
+  REQUIRE(lines.size() == 10);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const EchoLine& line = lines[i];
+    CHECK(line.beam == static_cast<int>(i / 2));
+    CHECK(line.side == (i % 2 == 0 ? Side::port : Side::starboard));
+    for (std::size_t bin = 200; bin < 1000; bin += 100) {
+      const double along_m = (double(line.bins.x_m[bin]) - 1.0) * std::sin(0.5) +
+                             (double(line.bins.y_m[bin]) - 2.0) * std::cos(0.5);
+      CAPTURE(i, bin);
+      CHECK(along_m == Approx(0.15 * (line.beam - 2)).margin(0.01));
+    }
+  }
+}
+
+TEST_CASE("the middle beam is the beam of a sonar without others, and each has noise of its own") {
+  Scene scene = flat_scene();
+  Simulator single(scene);
+  scene.sonars[0].beams = 3;
+  Simulator several(scene);
+  const Pose pose{.position = {0.0, 0.0, -12.0}};
+  const EchoLine alone = single.ping(pose)[1];
+  const std::vector<EchoLine> lines = [&] {
+    several.ping(pose);
+    return several.take_lines();
+  }();
+  REQUIRE(lines.size() == 6);
+  CHECK(lines[3].bins.intensity_mean == alone.bins.intensity_mean);
+  CHECK(lines[3].bins.x_m == alone.bins.x_m);
+  // In the water column there is noise alone.
+  double product = 0.0, one = 0.0, other = 0.0;
+  constexpr std::size_t column = 150;
+  for (std::size_t bin = 0; bin < column; ++bin) {
+    const double a = lines[1].bins.intensity[bin], b = lines[5].bins.intensity[bin];
+    REQUIRE(lines[1].bins.intensity_mean[bin] == 0.0f);
+    product += a * b;
+    one += a;
+    other += b;
+  }
+  CHECK(one > 0.0);
+  CHECK(product * column / (one * other) == Approx(1.0).margin(0.3));  // 2 of equal noise
+}
+
+TEST_CASE("at as many times the speed, the rows of several beams lie as those of one") {
+  Scene scene = flat_scene();
+  scene.track.pings = 6;
+  scene.track.ping_interval_s = 0.1;
+  scene.track.speed_mps = 10.0;
+  scene.sonars[0].beams = 5;
+  scene.sonars[0].beam_spacing_m = 0.2;
+  scene.sonars.push_back(scene.sonars[0]);
+  scene.sonars[1].name = "other";
+  scene.sonars[1].beams = 1;
+  Simulator simulator(scene);
+  CHECK(simulator.warnings().empty());
+  const ScenePings pings = ping_all(scene, simulator, 2);
+  REQUIRE(pings.images.size() == 2);
+  const Waterfall& image = pings.images[0];
+  REQUIRE(image.rows() == 30);
+  CHECK(image.pixels.sample.size() == 30 * image.columns());
+  CHECK(pings.images[1].rows() == 6);
+  for (std::size_t row = 1; row < image.rows(); ++row) {
+    const Eigen::Vector3d step =
+        image.pings[row].pose.position - image.pings[row - 1].pose.position;
+    CHECK((step - Eigen::Vector3d(0.0, 0.2, 0.0)).norm() < 1e-9);
+  }
+  const std::size_t far = image.columns() - 1;
+  for (std::size_t row = 0; row < image.rows(); ++row) {
+    const double y_m = double(image.pixels.y_m[row * image.columns() + far]);
+    // The receiver looks abeam of where it is when the echo is back.
+    const double drift_m = 2.0 * 10.0 * 50.0 / simulator.sound_speed_mps();
+    CHECK(y_m == Approx(image.pings[row].pose.position.y() + drift_m).margin(0.05));
+  }
+  // It hears the whole beam there, as far as the transmitter sounds it.
+  const double sound_speed_mps = simulator.sound_speed_mps();
+  const LineArray transmitter{0.05, sound_speed_mps / scene.sonars[0].frequency_hz};
+  constexpr std::size_t ping = 3, middle = 2;
+  Pose still = image.pings[5 * ping + middle].pose;
+  still.velocity_mps.setZero();
+  const EchoLine& at_rest = simulator.ping_numbered(still, ping)[2 * middle + 1];
+  double moving = 0.0, resting = 0.0;
+  for (std::size_t bin = 800; bin < 1000; ++bin) {
+    moving +=
+        double(image.pixels.intensity_mean[(5 * ping + middle) * image.columns() + 1000 + bin]);
+    resting += double(at_rest.bins.intensity_mean[bin]);
+  }
+  CHECK(moving / resting == Approx(transmitter.power(2.0 * 10.0 / sound_speed_mps)).epsilon(0.02));
+
+  // Warnings: the speed, and a transmitter that does not sound the outer beams.
+  scene.track.speed_mps = 12.0;
+  scene.sonars[0].array_length_m = 0.5;
+  scene.sonars[0].beam_spacing_m = 1.0;
+  const Simulator uneven(scene);
+  REQUIRE(uneven.warnings().size() == 2);
+  CHECK(uneven.warnings()[0] ==
+        "sonar sidescan: the outermost of its 5 beams gets -31 dB of the middle's sound at 25 m: "
+        "shorten sonar.sidescan.array_length_m, which transmits");
+  CHECK(uneven.warnings()[1] ==
+        "sonar sidescan: its 5 beams cover 5 m along the track, and the vehicle goes 1.2 m from "
+        "ping to ping: the rows overlap; they are even at track.speed_mps = 50");
+}

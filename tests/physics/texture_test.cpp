@@ -1,0 +1,271 @@
+// The texture of the ground below the sonar's cell: K distributed echoes, fixed to the ground.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/lines.h"
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using namespace ensonify::tests;
+using scatter::GroundTexture;
+
+namespace {
+
+constexpr double altitude_m = 10.0;
+
+/// A chain over a ground of one material, number 1.
+struct Receiver {
+  Receiver(const Sonar& its_sonar, const GroundTexture& texture)
+      : sonar(its_sonar), chain(its_sonar, {.textures = {{}, texture}}) {}
+
+  EchoLine line_at(const Eigen::Vector3d& array) const {
+    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    std::ranges::fill(line.bins.sediment, 1u);
+    std::ranges::fill(line.bins.grazing_rad, 0.2f);
+    return line;
+  }
+  void receive(EchoLine& line, const Eigen::Vector3d& array, const Eigen::Vector3d& axis) {
+    chain.receive({.array = {array, axis}, .altitude_m = altitude_m}, std::span(&line, 1), memory);
+  }
+
+  Sonar sonar;
+  SignalChain chain;
+  SignalChain::Memory memory;
+};
+
+struct Moments {
+  double mean;
+  double excess;  ///< <I^2> / (2 <I>^2) - 1, which is 1 / shape of the cell
+  double third;   ///< <I^3> / (6 <I>^3)
+};
+
+/// Of the intensities beyond 30 m of pings far from one another.
+Moments moments(const Sonar& sonar, const GroundTexture& texture, int pings) {
+  Receiver receiver(sonar, texture);
+  double sum = 0.0, squares = 0.0, cubes = 0.0, count = 0.0;
+  for (int ping = 0; ping < pings; ++ping) {
+    const Eigen::Vector3d array{0.0, 11.3 * ping, -10.0};
+    EchoLine line = receiver.line_at(array);
+    receiver.receive(line, array, {0, 1, 0});
+    for (std::size_t n = 0; n + 40 < line.bins.intensity.size(); ++n) {
+      if (line.bins.range_m[n] < 30.0f) continue;
+      const double intensity = line.bins.intensity[n];
+      sum += intensity;
+      squares += intensity * intensity;
+      cubes += intensity * intensity * intensity;
+      count += 1.0;
+    }
+  }
+  const double mean = sum / count;
+  return {mean, squares / count / (2.0 * mean * mean) - 1.0,
+          cubes / count / (6.0 * mean * mean * mean)};
+}
+
+GroundTexture patches(double patch_m, double shape) {
+  return {.patch_m = patch_m, .shape = shape, .exponent = 0.0};
+}
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+  double mean_a = 0.0, mean_b = 0.0, ab = 0.0, aa = 0.0, bb = 0.0;
+  const auto count = static_cast<double>(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) mean_a += a[i] / count, mean_b += b[i] / count;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ab += (a[i] - mean_a) * (b[i] - mean_b);
+    aa += (a[i] - mean_a) * (a[i] - mean_a);
+    bb += (b[i] - mean_b) * (b[i] - mean_b);
+  }
+  return ab / std::sqrt(aa * bb);
+}
+
+}  // namespace
+
+TEST_CASE("patches larger than the cell give K distributed echoes of the patches' shape") {
+  for (const double shape : {1.0, 2.5}) {
+    const Moments its = moments(quiet_sonar(), patches(3.0, shape), 600);
+    CAPTURE(shape);
+    CHECK(its.mean == Approx(1.0).epsilon(0.03));
+    CHECK(its.excess == Approx(1.0 / shape).epsilon(0.12));
+    // Of Y X with Y exponential and X gamma: <Y^3> = 6, <X^3> = (1 + 1 / n) (1 + 2 / n).
+    CHECK(its.third == Approx((1.0 + 1.0 / shape) * (1.0 + 2.0 / shape)).epsilon(0.2));
+  }
+}
+
+TEST_CASE("the shape of a cell grows with its length, as Abraham and Lyons (2002) derive") {
+  // The range cell is 0.5 m, then 1 m: many patches of 0.1 m.
+  std::vector<double> excess;
+  for (const double cell_m : {0.5, 1.0}) {
+    Sonar sonar = quiet_sonar();
+    sonar.pulse.bandwidth_hz = 750.0 / cell_m;
+    const Moments its = moments(sonar, patches(0.1, 0.02), 400);
+    CAPTURE(cell_m);
+    CHECK(its.mean == Approx(1.0).epsilon(0.05));
+    excess.push_back(its.excess);
+  }
+  CAPTURE(excess[0], excess[1]);
+  CHECK(excess[0] / excess[1] == Approx(2.0).epsilon(0.2));
+}
+
+TEST_CASE("the shape of a cell grows with the width of the beam") {
+  // Far away an array half as long has a beam twice as wide.
+  std::vector<double> excess;
+  for (const double array_m : {0.2, 0.1}) {
+    Sonar sonar = quiet_sonar();
+    sonar.array_length_m = array_m;
+    excess.push_back(moments(sonar, patches(0.1, 0.02), 400).excess);
+  }
+  CAPTURE(excess[0], excess[1]);
+  CHECK(excess[0] / excess[1] == Approx(2.0).epsilon(0.2));
+}
+
+TEST_CASE("the excess of the texture over speckle is flat from 0.1 to 6 cycles per metre") {
+  // As that of point-like patches is. A pulse of 5 cm passes up to 10 cycles per metre.
+  Sonar sonar = quiet_sonar();
+  sonar.range_m = 80.0;
+  sonar.bins = 3200;
+  sonar.pulse.bandwidth_hz = 30e3;
+  constexpr std::size_t bins = 1024;  // 25.6 m
+  const std::vector<double> edges{0.1, 0.8, 2.0, 4.0, 6.0};
+  const auto powers = [&](const GroundTexture& texture) {
+    Receiver receiver(sonar, texture);
+    std::vector<double> sums(edges.size() - 1, 0.0);
+    for (int ping = 0; ping < 150; ++ping) {
+      const Eigen::Vector3d array{0.0, 11.3 * ping, -10.0};
+      EchoLine line = receiver.line_at(array);
+      receiver.receive(line, array, {0, 1, 0});
+      const float* intensity = &line.bins.intensity[1600];
+      for (std::size_t band = 0; band + 1 < edges.size(); ++band)
+        for (int i = 0; i < 12; ++i) {  // some wavenumbers of the band
+          const double per_m = edges[band] + (i + 0.5) / 12.0 * (edges[band + 1] - edges[band]);
+          const double whole = std::round(per_m * 25.6);  // whole periods, so the mean is no part
+          double re = 0.0, im = 0.0;
+          for (std::size_t n = 0; n < bins; ++n) {
+            const double turn = 2.0 * std::numbers::pi * whole * static_cast<double>(n) / bins;
+            re += intensity[n] * std::cos(turn);
+            im += intensity[n] * std::sin(turn);
+          }
+          sums[band] += re * re + im * im;
+        }
+    }
+    return sums;
+  };
+  const std::vector<double> even = powers({}), uneven = powers(patches(0.05, 0.05));
+  std::vector<double> excess;
+  for (std::size_t band = 0; band < even.size(); ++band)
+    excess.push_back(uneven[band] / even[band]);
+  CAPTURE(excess);
+  for (const double band : excess) CHECK(band == Approx(excess[1]).epsilon(0.25));
+  CHECK(excess[1] > 1.4);
+}
+
+TEST_CASE("glints keep the mean and make the echo spiky") {
+  const GroundTexture stones{.patch_m = 0.1, .glint_share = 0.3, .glints_per_m2 = 2.0};
+  const Moments its = moments(quiet_sonar(), stones, 400);
+  CHECK(its.mean == Approx(1.0).epsilon(0.03));
+  CHECK(its.excess > 0.3);
+}
+
+TEST_CASE("the same ground has the same texture from a pass that crosses the first") {
+  Sonar sonar = quiet_sonar();
+  sonar.receiver.looks = 64;  // the speckle is different in each, the ground is not
+  Receiver receiver(sonar, patches(2.0, 1.0));  // the beam is about 0.4 m wide
+  // Along the middle of a row of patches.
+  EchoLine first = receiver.line_at({0.0, 1.0, -10.0});
+  receiver.receive(first, {0.0, 1.0, -10.0}, {0, 1, 0});
+  std::vector<double> seen, again;
+  for (std::size_t n = 600; n < 1450; n += 10) {
+    // Heading east, 24 m north of the place, which is then at the same range on every ping.
+    const Eigen::Vector3d array{first.bins.x_m[n], 25.0, -10.0};
+    EchoLine line = receiver.line_at(array);
+    for (std::size_t i = 0; i < line.bins.x_m.size(); ++i) {
+      line.bins.y_m[i] = static_cast<float>(25.0 - (line.bins.x_m[i] - array.x()));
+      line.bins.x_m[i] = static_cast<float>(array.x());
+    }
+    receiver.receive(line, array, {1, 0, 0});
+    const auto crossing = static_cast<std::size_t>(std::hypot(24.0, altitude_m) / sonar.bin_m());
+    seen.push_back(first.bins.intensity[n]);
+    again.push_back(line.bins.intensity[crossing]);
+  }
+  CHECK(correlation(seen, again) > 0.8);
+}
+
+TEST_CASE("medium sand has the shapes of a recording at 600 kHz, by grazing angle") {
+  // Of scotsman-iver2.xtf: 0.8 to 1.6 at 8 to 14 degrees, 3 at 14 to 20, near Rayleigh above.
+  Sonar sonar = quiet_sonar();
+  sonar.frequency_hz = 600e3;
+  sonar.array_length_m = 0.32;
+  sonar.range_m = 30.0;
+  sonar.bins = 1024;
+  sonar.pulse.bandwidth_hz = 20e3;
+  constexpr double height_m = 4.2;
+  Receiver receiver(sonar, scatter::ground_texture_of(scatter::sediment_named("medium sand")));
+  const auto shape = [&](double low_deg, double high_deg) {
+    double sum = 0.0, squares = 0.0, count = 0.0;
+    for (int ping = 0; ping < 400; ++ping) {
+      const Eigen::Vector3d array{0.0, 3.7 * ping, -10.0};
+      EchoLine line = level_line(sonar, Side::starboard, array, height_m);
+      std::ranges::fill(line.bins.sediment, 1u);
+      for (std::size_t n = 0; n < line.bins.range_m.size(); ++n)
+        line.bins.grazing_rad[n] =
+            static_cast<float>(std::asin(std::min(height_m / line.bins.range_m[n], 1.0)));
+      receiver.receive(line, array, {0, 1, 0});
+      for (std::size_t n = 0; n < line.bins.range_m.size(); ++n) {
+        const double grazing_deg = 57.29578 * line.bins.grazing_rad[n];
+        if (grazing_deg < low_deg || grazing_deg >= high_deg) continue;
+        const double intensity = line.bins.intensity[n];
+        sum += intensity;
+        squares += intensity * intensity;
+        count += 1.0;
+      }
+    }
+    const double mean = sum / count;
+    return 1.0 / (squares / count / (2.0 * mean * mean) - 1.0);
+  };
+  const double low = shape(8.0, 14.0), middle = shape(14.0, 20.0);
+  CAPTURE(low, middle);
+  CHECK((low > 0.8 && low < 1.6));
+  CHECK((middle > 2.4 && middle < 4.2));
+  CHECK(shape(20.0, 40.0) > 8.0);
+}
+
+TEST_CASE("ground without texture has the same bytes in a scene with texture") {
+  const auto intensity = [](const GroundTexture& texture, std::uint32_t material) {
+    Receiver receiver(quiet_sonar(), texture);
+    EchoLine line = receiver.line_at({0.0, 0.0, -10.0});
+    std::ranges::fill(line.bins.sediment, material);
+    receiver.receive(line, {0.0, 0.0, -10.0}, {0, 1, 0});
+    return line.bins.intensity;
+  };
+  CHECK(intensity({}, 1) == intensity(patches(0.1, 0.5), 0));
+  CHECK(intensity({}, 1) != intensity(patches(0.1, 0.5), 1));
+}
+
+TEST_CASE("the slow variation has the mean 1 and the rms of its key") {
+  const GroundTexture texture{.variation_db = 2.0, .variation_m = 16.0};
+  const TexturedGround ground({{}, texture}, 0.05, 1);
+  double sum = 0.0, db = 0.0, squares = 0.0, count = 0.0;
+  BinLayers bins;
+  bins.assign(16 * 500);
+  std::ranges::fill(bins.sediment, 1u);
+  for (int row = 0; row < 200; ++row) {
+    for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
+      bins.x_m[n] = static_cast<float>(7.3 * static_cast<double>(n / 16));
+      bins.y_m[n] = static_cast<float>(9.1 * row);
+    }
+    std::vector<float> direct(bins.x_m.size(), 1.0f);
+    ground.vary(bins, direct);
+    for (std::size_t n = 15; n < direct.size(); n += 16) {
+      const double factor = direct[n], factor_db = 10.0 * std::log10(factor);
+      sum += factor;
+      db += factor_db;
+      squares += factor_db * factor_db;
+      count += 1.0;
+    }
+  }
+  CHECK(sum / count == Approx(1.0).epsilon(0.01));
+  CHECK(std::sqrt(squares / count - db * db / (count * count)) == Approx(2.0).epsilon(0.05));
+}

@@ -1,0 +1,91 @@
+// The JSON Schema of scenes and recipes, by Python's jsonschema: what it accepts and refuses is
+// what the reader accepts and refuses.
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <ensonify/engine/scene/reader.h>
+
+#include "support/catch.h"
+#include "support/paths.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
+
+using namespace ensonify;
+using namespace ensonify::tests;
+
+TEST_CASE(
+    "Editors' JSON Schema takes the shipped scenes and recipes, and refuses what run refuses") {
+  const TemporaryFolder folder;
+  for (const bool recipe : {false, true}) {
+    std::vector<std::string> arguments{"schema", "--json-schema"};
+    if (recipe) arguments.emplace_back("--recipe");
+    const Outcome outcome = run_program(folder.path(), arguments);
+    REQUIRE(outcome.code == 0);
+    CHECK(outcome.out == engine::json_schema(recipe));
+    write_text(folder / (recipe ? "recipe.json" : "scene.json"), outcome.out);
+  }
+  write_text(folder / "every_key.toml", engine::dump_scene({}));
+  const std::vector<std::pair<std::string, std::string>> faults{
+      {"unknown key", "sede = 1"},
+      {"unknown table", "[see]\ntemperature_c = 4"},
+      {"number too large", "[sea]\ntemperature_c = 41"},
+      {"number too small", "[sonar.a]\nvertical_beamwidth_deg = -1"},
+      {"text for a number", "[track]\nspeed_mps = \"2\""},
+      {"fraction for a whole number", "[track]\npings = 2.5"},
+      {"unknown word", "[seafloor]\nkind = \"fractals\""},
+      {"three coordinates", "[[objects]]\nshape = \"cable\"\npath = [[0, 0, 0], [1, 1, 1]]"},
+      {"a sonar's name", "[sonar.\"a b\"]\nrange_m = 30"},
+      {"a table for a value", "[sea]\ntemperature_c = { uniform = [1, 2] }"}};
+  const std::vector<std::string> right{"[sea]\ntemperature_c = 40",
+                                       "[sonar.a]\nsides = \"port\"\n[sonar.b]\nrange_m = 20",
+                                       "[run]\nintersector = \"fan-scan\""};
+  std::size_t number = 0;
+  for (const auto& [why, text] : faults) {
+    CAPTURE(why);
+    const std::string scene = "version = 1\n" + text + "\n";
+    CHECK_THROWS_AS(engine::parse_scene(scene, "s.toml"), engine::SceneError);
+    write_text(folder / ("fault" + std::to_string(number++) + ".toml"), scene);
+  }
+  for (const std::string& text : right) {
+    CAPTURE(text);
+    const std::string scene = "version = 1\n" + text + "\n";
+    CHECK_NOTHROW(engine::parse_scene(scene, "s.toml"));
+    write_text(folder / ("right" + std::to_string(number++) + ".toml"), scene);
+  }
+  write_text(folder / "check.py", R"py(
+import glob, json, sys
+try:
+    import jsonschema, tomllib
+except ImportError:
+    sys.exit(77)
+
+schemas = {name: json.load(open(name + ".json")) for name in ("scene", "recipe")}
+for schema in schemas.values():
+    jsonschema.Draft7Validator.check_schema(schema)
+
+def faults(path):
+    with open(path, "rb") as file:
+        document = tomllib.load(file)
+    schema = schemas["recipe" if "dataset" in document else "scene"]
+    return [error.message for error in jsonschema.Draft7Validator(schema).iter_errors(document)]
+
+shipped = sorted(glob.glob(sys.argv[1] + "/**/*.toml", recursive=True))
+assert len(shipped) > 10
+assert any("dataset" in open(path).read() for path in shipped)
+for path in shipped + glob.glob("right*.toml") + ["every_key.toml"]:
+    assert not faults(path), (path, faults(path))
+for path in glob.glob("fault*.toml"):
+    assert faults(path), path + " passes: " + open(path).read()
+)py");
+  const int status =
+      std::system(("cd '" + folder.path().string() + "' && /usr/bin/python3 check.py '" +
+                   (source_folder() / "scenes").string() + "' 2> log")
+                      .c_str());
+  INFO(read_text(folder / "log"));
+  if (status == 77 << 8)
+    WARN("skipped: no jsonschema here");
+  else
+    CHECK(status == 0);
+}

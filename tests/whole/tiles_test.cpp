@@ -1,0 +1,215 @@
+// A bed in tiles, by the program: killed, shared by two processes, damaged on the disk, and long.
+
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/little_memory.h"
+#include "support/program.h"
+#include "support/tree.h"
+
+using namespace ensonify::tests;
+namespace fs = std::filesystem;
+
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A strip of 12,000 x 60 cells, which no single transform holds, with layers.
+std::string strip_scene() {
+  return R"(version = 1
+[seafloor]
+extent_east_m = 1200
+extent_north_m = 6
+cell_m = 0.1
+[seafloor.fractal]
+height_at_1m_m = 0.03
+[[seafloor.patches]]
+material = "sandy gravel"
+share = 0.4
+patch_m = 8
+[[seafloor.pits]]
+per_hectare = 100
+diameter_m = 1.5
+[track]
+heading_deg = 90
+pings = 300
+speed_mps = 2
+ping_interval_s = 1
+[sonar.left-right]
+range_m = 15
+bins = 100
+elevations = 256
+[output]
+exr = false
+)";
+}
+
+/// The program with the cache `cache` of the folder.
+class Strip {
+ public:
+  Strip() { write_text(folder_ / "scene.toml", strip_scene()); }
+
+  Outcome run(const std::string& cache, const std::string& output,
+              const std::function<void(pid_t)>& meanwhile = {}) const {
+    return call({"run", "scene.toml", "-o", output, "--quiet"}, cache, meanwhile);
+  }
+  Outcome analyse(const std::string& cache,
+                  const std::function<void(pid_t)>& meanwhile = {}) const {
+    return call({"analyse", "scene.toml", "--quiet"}, cache, meanwhile);
+  }
+  fs::path tiles(const std::string& cache) const {
+    for (const auto& entry : fs::directory_iterator(folder_ / cache))
+      if (entry.path().extension() == ".tiles") return entry.path();
+    return {};
+  }
+  std::string content(const std::string& cache) const { return read_text(tiles(cache)); }
+  fs::path operator/(const std::string& name) const { return folder_ / name; }
+
+ private:
+  Outcome call(std::vector<std::string> arguments, const std::string& cache,
+               const std::function<void(pid_t)>& meanwhile) const {
+    arguments.insert(arguments.end(), {"--threads", "2", "--cache", (folder_ / cache).string()});
+    return run_program(folder_.path(), arguments, {}, meanwhile);
+  }
+  TemporaryFolder folder_;
+};
+
+bool has_ended(pid_t process) {
+  siginfo_t info{};
+  return waitid(P_PID, static_cast<id_t>(process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         info.si_pid == process;
+}
+
+/// Kills a command until that has happened so often: every second time once it has a file of tiles.
+void kill_often(int kills, const Strip& strip, const std::string& cache,
+                const std::function<Outcome(const std::function<void(pid_t)>&)>& command) {
+  std::mt19937 random(3);
+  const auto has_tiles = [&] { return fs::exists(strip / cache) && !strip.tiles(cache).empty(); };
+  int killed = 0;
+  for (int round = 0; killed < kills; ++round) {
+    REQUIRE(round < 20 * kills);
+    const Outcome outcome = command([&](pid_t id) {
+      while (round % 2 == 1 && !has_tiles() && !has_ended(id)) std::this_thread::sleep_for(2ms);
+      std::this_thread::sleep_for(random() % 800 * 1ms);
+      kill(id, SIGKILL);
+    });
+    if (outcome.code == -SIGKILL) {
+      ++killed;
+    } else {  // finished: begin again
+      REQUIRE(outcome.code == 0);
+      fs::remove_all(strip / cache);
+    }
+  }
+}
+
+void check_tiles(int kills) {
+  const Strip strip;
+  REQUIRE(strip.run("expected", "expected-run").code == 0);
+  const auto expected = tree_of(strip / "expected-run");
+  const std::string of_run = strip.content("expected");
+  REQUIRE(strip.analyse("expected").code == 0);
+  const std::string whole = strip.content("expected");
+  REQUIRE(whole != of_run);  // the track is shorter than the bed
+
+  const auto run = [&](const auto& meanwhile) { return strip.run("lazy", "lazy-run", meanwhile); };
+  kill_often(kills, strip, "lazy", run);
+  REQUIRE(run(std::function<void(pid_t)>()).code == 0);
+  CHECK(difference(tree_of(strip / "lazy-run"), expected) == "");
+  CHECK(strip.content("lazy") == of_run);
+
+  kill_often(kills, strip, "all",
+             [&](const auto& meanwhile) { return strip.analyse("all", meanwhile); });
+  REQUIRE(strip.analyse("all").code == 0);
+  CHECK(strip.content("all") == whole);
+
+  // Two at once, from nothing.
+  Outcome other;
+  std::thread second([&] { other = strip.run("shared", "second-run"); });
+  const Outcome first = strip.run("shared", "first-run");
+  second.join();
+  CHECK(first.code == 0);
+  CHECK(other.code == 0);
+  for (const char* output : {"first-run", "second-run"})
+    CHECK(difference(tree_of(strip / output), expected) == "");
+  CHECK(strip.content("shared") == of_run);
+
+  // A byte in every tile and its kinds, and two of the table, which begins after 12 + 1 pages.
+  std::string damaged = whole;
+  for (std::size_t place = 53300; place < damaged.size(); place += 4099) damaged[place] ^= 8;
+  write_text(strip.tiles("all"), damaged);
+  REQUIRE(strip.run("all", "damaged-run").code == 0);
+  CHECK(difference(tree_of(strip / "damaged-run"), expected) == "");
+  REQUIRE(strip.analyse("all").code == 0);
+  CHECK(strip.content("all") == whole);
+}
+
+}  // namespace
+
+TEST_CASE("Tiles survive kills and damage on the disk and are shared by two runs") {
+  check_tiles(3);
+}
+
+TEST_CASE("Tiles survive 40 kills of a run and of an analysis", "[.soak]") { check_tiles(40); }
+
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY  // not under sanitizers, whose own memory would count
+TEST_CASE("A track of 10 km over a bed in tiles needs no more memory at its end", "[.soak]") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", R"(version = 1
+[seafloor]
+extent_east_m = 10000
+extent_north_m = 200
+cell_m = 0.25
+[seafloor.fractal]
+height_at_1m_m = 0.03
+[track]
+heading_deg = 90
+pings = 5000
+speed_mps = 2
+ping_interval_s = 1
+[sonar.left-right]
+range_m = 40
+bins = 100
+elevations = 128
+[output]
+exr = false
+pings_per_file = 500
+)");
+  std::vector<double> resident_mb;
+  const Outcome outcome =
+      run_program(folder.path(), {"run", "scene.toml", "-o", "out", "--quiet", "--threads", "2"},
+                  {}, [&](pid_t process) {
+                    const fs::path status = fs::path("/proc") / std::to_string(process) / "status";
+                    while (true) {
+                      const std::string text = read_text(status);
+                      const std::size_t at = text.find("RssAnon:");  // without the mapped file
+                      if (at == std::string::npos) return;           // it has ended
+                      resident_mb.push_back(std::stod(text.substr(at + 8)) / 1024.0);
+                      std::this_thread::sleep_for(50ms);
+                    }
+                  });
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  REQUIRE(resident_mb.size() > 40);
+  const auto most = [&](std::size_t begin, std::size_t end) {
+    return *std::max_element(resident_mb.begin() + std::ptrdiff_t(begin),
+                             resident_mb.begin() + std::ptrdiff_t(end));
+  };
+  const std::size_t quarter = resident_mb.size() / 4;
+  const double in_third = most(2 * quarter, 3 * quarter);
+  const double in_last = most(3 * quarter, resident_mb.size());
+  CAPTURE(in_third, in_last);
+  CHECK(in_last < in_third + 16.0);  // measured: 170 and 175
+  CHECK(in_last < 300.0);
+}
+#endif
