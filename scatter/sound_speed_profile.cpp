@@ -140,7 +140,7 @@ std::vector<std::string> SoundSpeedProfile::remarks(double upper_m, double lower
           "the cast ends at {:.1f} m, and {:.1f} m is reached; its last speed is taken below",
           deepest_m(), lower_m));
   }
-  if (!sorted_) said.push_back("the cast's samples are not in order of depth; they were sorted");
+  if (!sorted_) said.emplace_back("the cast's samples are not in order of depth; they were sorted");
   return said;
 }
 

@@ -4,15 +4,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <span>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/units.h>
+
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t block_pings = 8, block_samples = 16;
 constexpr std::size_t fewest = 20;  // blocks or samples that give a value

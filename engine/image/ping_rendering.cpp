@@ -15,6 +15,7 @@
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
@@ -24,7 +25,6 @@ using Eigen::Array3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr int samples = 3;  // a pixel has samples x samples rays
 
 double to_linear(double byte) { return std::pow(byte / 255.0, 2.2); }
@@ -176,23 +176,23 @@ void add_line(Model& model, const Camera& camera, const std::vector<Vector3d>& p
 }
 
 /// The rays of a fan's middle plane, and their ends: at the bed, or in the water at full range.
-struct Outline {
+struct FanOutline {
   Vector3d origin;
   std::vector<Vector3d> ends;
   std::vector<Hit> hits;
 };
 
-Outline trace_outline(const Intersector& tracer, const RayFan& fan) {
+FanOutline trace_outline(const Intersector& tracer, const RayFan& fan) {
   std::vector<Ray> rays;
   for (std::size_t e = 0; e < fan.elevations(); ++e)
     rays.push_back({fan.origin, fan.direction(fan.middle, e), 0.0, fan.range_m});
-  Outline out{fan.origin, {}, trace(tracer, rays)};
+  FanOutline out{fan.origin, {}, trace(tracer, rays)};
   for (std::size_t e = 0; e < rays.size(); ++e)
     out.ends.push_back(fan.origin + std::min(out.hits[e].t, fan.range_m) * rays[e].direction);
   return out;
 }
 
-void add_sheet(Model& model, const Camera& camera, const Outline& outline, double range_m) {
+void add_sheet(Model& model, const Camera& camera, const FanOutline& outline, double range_m) {
   const std::uint32_t origin = model.add(outline.origin);
   for (std::size_t i = 0; i < outline.ends.size(); ++i) {
     const std::uint32_t end = model.add(outline.ends[i]);
@@ -218,10 +218,10 @@ void add_sheet(Model& model, const Camera& camera, const Outline& outline, doubl
 /// A camera behind the sonar and to starboard: the lowest one above the bed that sees the sonar and
 /// most of the bed under the fans.
 Camera choose_camera(const Intersector& tracer, const ViewSubject& subject,
-                     const std::vector<Outline>& outlines, const Vector2d& size_px) {
+                     const std::vector<FanOutline>& outlines, const Vector2d& size_px) {
   const Pose& pose = subject.track[subject.ping];
   std::vector<Vector3d> points{pose.position}, beds;
-  for (const Outline& outline : outlines)
+  for (const FanOutline& outline : outlines)
     for (std::size_t i = 0; i < outline.ends.size(); i += 1 + outline.ends.size() / 200) {
       points.push_back(outline.ends[i]);
       if (outline.hits[i]) beds.push_back(outline.ends[i]);
@@ -291,12 +291,12 @@ Painter::Painter(const ViewSubject& subject, const Vector2d& size_px) : size_px_
 
   add_mesh(solid_, subject);
   solid_tracer_ = make_intersector("embree", solid_);
-  std::vector<Outline> outlines;
+  std::vector<FanOutline> outlines;
   for (const RayFan& fan : subject.fans) outlines.push_back(trace_outline(*solid_tracer_, fan));
   camera_ = choose_camera(*solid_tracer_, subject, outlines, size_px);
   const Hit below = trace(*solid_tracer_, {{sonar_, -Vector3d::UnitZ()}}).front();
 
-  for (const Outline& outline : outlines) add_sheet(clear_, camera_, outline, range_m_);
+  for (const FanOutline& outline : outlines) add_sheet(clear_, camera_, outline, range_m_);
   std::vector<Vector3d> places;
   for (const Pose& at : subject.track) places.push_back(at.position);
   const auto here = places.begin() + static_cast<std::ptrdiff_t>(subject.ping);

@@ -36,10 +36,10 @@ struct Paint {
   friend auto operator<=>(const Paint&, const Paint&) = default;
 };
 
-class Painter {
+class TruthPainter {
  public:
-  Painter(const Waterfall& waterfall, std::span<const std::string> classes,
-          std::span<const std::string> materials)
+  TruthPainter(const Waterfall& waterfall, std::span<const std::string> classes,
+               std::span<const std::string> materials)
       : layers_(waterfall.pixels), classes_(classes), materials_(materials) {
     std::uint32_t first = 0;
     for (std::size_t i = 0; i < layers_.region.size(); ++i) {
@@ -115,7 +115,7 @@ TruthPicture lay_truth(const Waterfall& waterfall, const Picture& picture,
   const std::size_t columns = waterfall.columns(), rows = waterfall.rows();
   if (picture.width != columns || picture.height != rows)
     throw std::invalid_argument("lay_truth: the picture's size is not the waterfall's");
-  const Painter painter(waterfall, classes, materials);
+  const TruthPainter painter(waterfall, classes, materials);
   const auto channels = static_cast<std::size_t>(picture.channels);
   TruthPicture truth{{columns, rows, 3, std::vector<std::uint8_t>(3 * columns * rows)}, {}};
   std::map<Paint, LegendEntry> legend;

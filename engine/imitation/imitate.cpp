@@ -64,7 +64,7 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
     model.evidence[key] = {how, std::move(why)};
   };
   if (model.path.attitude.how == Confidence::assumed)
-    unknown.push_back("how the vehicle rolls and pitches: the pings have no attitude");
+    unknown.emplace_back("how the vehicle rolls and pitches: the pings have no attitude");
   model.samples = line.samples;
   model.output_noise_db = std::clamp(model.recorder.column_db, -120.0, -6.0);
   note("sonar.sidescan.output_noise_db", Confidence::measured, "level of the water column");
@@ -82,7 +82,7 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
     note("sonar.sidescan.frequency_hz", Confidence::stated, "of the channel");
   } else {
     note("sonar.sidescan.frequency_hz", Confidence::assumed, "the file does not state it");
-    unknown.push_back("the frequency: the file does not state it, and samples do not show it");
+    unknown.emplace_back("the frequency: the file does not state it, and samples do not show it");
   }
   model.absorption_db_per_m = scatter::absorption_db_per_m(
       scatter::SeaWater{}, 0.5 * model.path.bed_depth_m, model.frequency_hz);
@@ -119,7 +119,7 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
       note(std::string("sonar.sidescan.") + key, Confidence::stated, "of the channel");
   }
   if (std::isnan(range_slope_db(line, model.recorder)))
-    unknown.push_back(
+    unknown.emplace_back(
         "the gain over range apart from the vertical beam: the altitude is nearly "
         "constant");
   return model;
@@ -178,10 +178,10 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
                      [&](std::size_t done, std::size_t of) { report("pings", done, of); });
   made.statistics =
       compare_lines(some_pings(made.line, made.judged), some_pings(made.imitated, made.judged));
-  made.unknown.push_back(
+  made.unknown.emplace_back(
       "objects and relief of their own: the bed has the recording's statistics, "
       "not its things");
-  made.unknown.push_back("the source level and the bed's strength apart from the gain");
+  made.unknown.emplace_back("the source level and the bed's strength apart from the gain");
   if (!beam_is_stated)
     made.unknown.push_back(
         "the vertical beam apart from the bed's material: both make the level "

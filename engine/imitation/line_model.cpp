@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double most_vertices = 1.5e6;  // of the generated bed
 constexpr std::string_view sonar_section_name = "sonar.sidescan";
 

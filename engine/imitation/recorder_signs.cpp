@@ -12,11 +12,11 @@
 #include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/sonar/reception/transmit_burst.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 void set_full_scale(const RecordedLine& line, RecorderSigns& signs) {

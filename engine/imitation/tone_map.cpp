@@ -6,11 +6,12 @@
 #include <numbers>
 #include <optional>
 
+#include <ensonify/engine/units.h>
+
 namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t block_pings = 8, block_samples = 16;
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// A block of the bed: where it is, and its level.
 struct Spot {

@@ -14,13 +14,12 @@
 #include <ensonify/engine/mosaic/image_reader.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 // In the order of `columns`.
 enum Column { t, pose, reported = pose + 6, altitude = reported + 6, first_port, first_starboard };
@@ -43,7 +42,7 @@ constexpr std::array columns{
     CsvColumn{.name = "first_return_starboard", .may_be_empty = true},
 };
 
-[[noreturn]] void fail(const fs::path& file, std::string_view what) {
+[[noreturn]] void fail_run(const fs::path& file, std::string_view what) {
   throw SceneError(fmt::format("{}: {}", file.string(), what));
 }
 
@@ -61,48 +60,49 @@ ManifestContent read_manifest(const fs::path& folder) {
   const fs::path file = folder / "manifest.json";
   std::error_code unknown;
   if (!fs::is_regular_file(file, unknown))
-    fail(folder, "there is no manifest.json; give the folder of a finished `ensonify run`");
+    fail_run(folder, "there is no manifest.json; give the folder of a finished `ensonify run`");
   std::ifstream stream(file, std::ios::binary);
   const auto manifest = nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
   const char* const damaged = "this is not the manifest of a run; make the run again";
   if (!manifest.is_object() || !manifest.contains("scene") || !manifest["scene"].is_string() ||
       !manifest.contains("files") || !manifest["files"].is_array())
-    fail(file, damaged);
+    fail_run(file, damaged);
   ManifestContent content{.scene = manifest["scene"], .reference = {}, .images = {}};
   if (manifest.contains("reference")) {
-    if (!manifest["reference"].is_string()) fail(file, damaged);
+    if (!manifest["reference"].is_string()) fail_run(file, damaged);
     content.reference = manifest["reference"];
   }
   for (const nlohmann::json& record : manifest["files"]) {
     if (!record.is_object() || !record.contains("name") || !record["name"].is_string() ||
         !record.contains("size_bytes") || !record["size_bytes"].is_number_unsigned())
-      fail(file, damaged);
+      fail_run(file, damaged);
     const fs::path name = record["name"].get<std::string>();
     if (name.extension() != ".exr") continue;
     if (!stays_inside(name))
-      fail(file, fmt::format("the file '{}' is not in the run's folder", name.string()));
+      fail_run(file, fmt::format("the file '{}' is not in the run's folder", name.string()));
     if (const auto bytes = fs::file_size(folder / name, unknown); unknown)
-      fail(folder / name, "the file is missing; copy the whole folder, or make the run again");
+      fail_run(folder / name, "the file is missing; copy the whole folder, or make the run again");
     else if (bytes != record["size_bytes"].get<std::uintmax_t>())
-      fail(folder / name,
-           fmt::format("the file has {} bytes, its manifest gives {}; copy the file again, or make "
-                       "the run again",
-                       bytes, record["size_bytes"].get<std::uintmax_t>()));
+      fail_run(
+          folder / name,
+          fmt::format("the file has {} bytes, its manifest gives {}; copy the file again, or make "
+                      "the run again",
+                      bytes, record["size_bytes"].get<std::uintmax_t>()));
     content.images.push_back(folder / name);
   }
   if (content.images.empty())
-    fail(folder, "the run has no OpenEXR images; run its scene again with output.exr = true");
+    fail_run(folder, "the run has no OpenEXR images; run its scene again with output.exr = true");
   return content;
 }
 
 std::string choose(const fs::path& folder, const std::string& wanted,
                    const std::vector<std::string>& sonars) {
   if (wanted.empty() && sonars.size() > 1)
-    fail(folder, fmt::format("the run has the sonars {}; choose one with --sonar NAME",
-                             fmt::join(sonars, ", ")));
+    fail_run(folder, fmt::format("the run has the sonars {}; choose one with --sonar NAME",
+                                 fmt::join(sonars, ", ")));
   if (!wanted.empty() && std::ranges::find(sonars, wanted) == sonars.end())
-    fail(folder, fmt::format("there is no sonar '{}', expected one of: {}", wanted,
-                             fmt::join(sonars, ", ")));
+    fail_run(folder, fmt::format("there is no sonar '{}', expected one of: {}", wanted,
+                                 fmt::join(sonars, ", ")));
   return wanted.empty() ? sonars.front() : wanted;
 }
 
@@ -114,9 +114,10 @@ class PingReader {
   void read(const fs::path& table_file, std::size_t rows) {
     const CsvTable table = CsvTable::read(table_file, "ping", columns);
     if (table.rows() != rows)
-      fail(table_file, fmt::format("there are {} pings, but the image has {} rows; copy both files "
-                                   "again, or make the run again",
-                                   table.rows(), rows));
+      fail_run(table_file,
+               fmt::format("there are {} pings, but the image has {} rows; copy both files "
+                           "again, or make the run again",
+                           table.rows(), rows));
     for (std::size_t row = 0; row < rows; ++row) {
       const Pose vehicle = pose_at(table, row, Column::pose);
       const Pose sonar = mounted(vehicle, run_.sonar.mounting);
@@ -204,8 +205,8 @@ RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar,
   RecordedRun run;
   const auto settings = std::ranges::find(scene.sonars, name, &Sonar::name);
   if (settings == scene.sonars.end())
-    fail(folder / "manifest.json",
-         fmt::format("its scene has no sonar '{}'; make the run again", name));
+    fail_run(folder / "manifest.json",
+             fmt::format("its scene has no sonar '{}'; make the run again", name));
   run.sonar = *settings;
   PingReader pings(run, positions);
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -222,9 +223,9 @@ RecordedRun read_recorded_run(const fs::path& folder, const std::string& sonar,
     if (run.sonar.bins < 1 || run.sonar.bins != bins || !(range_m > 0.0 && range_m < 1e6) ||
         run.sonar.range_m != range_m || run.world_origin != origin || !origin.allFinite() ||
         image.columns() != sides_of(run.sonar).size() * static_cast<std::size_t>(run.sonar.bins))
-      fail(manifest.images[i],
-           "bins, range or origin do not fit the scene or the run's other images; make the run "
-           "again");
+      fail_run(manifest.images[i],
+               "bins, range or origin do not fit the scene or the run's other images; make the run "
+               "again");
     run.images.push_back(manifest.images[i]);
     fs::path table = manifest.images[i];
     table.replace_filename(table.stem().string() + "_pings.csv");

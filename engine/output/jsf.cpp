@@ -2,18 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/output/packed_bytes.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t message_header = 16, sonar_header = 240;
 
 template <class T>
@@ -61,7 +60,6 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   bytes.put<std::int16_t>(h + 196, static_cast<std::int16_t>(time.day_of_year));
   bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
   // Speed: tenths of a knot in one field, the hundredths in another.
-  constexpr double knot_mps = 1852.0 / 3600.0;
   const int hundredths_kn = rounded<int>(ping.speed_mps / knot_mps * 100.0);
   bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));
   bytes.put<std::uint16_t>(h + 20, static_cast<std::uint16_t>(hundredths_kn % 10));

@@ -2,9 +2,10 @@
 
 #include <cmath>
 #include <iterator>
-#include <numbers>
 
 #include <fmt/format.h>
+
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -12,7 +13,6 @@ std::string pings_csv(const Waterfall& waterfall) {
   const auto bin = [](int first_return) {
     return first_return < 0 ? std::string() : fmt::format("{}", first_return);
   };
-  constexpr double degree = std::numbers::pi / 180.0;
   const auto where = [](const Pose& pose) {
     return fmt::format("{},{},{},{},{},{}", pose.position.x(), pose.position.y(), pose.position.z(),
                        pose.roll_rad / degree, pose.pitch_rad / degree, pose.heading_rad / degree);

@@ -13,7 +13,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 // In the open North Sea, away from real surveys.
 constexpr GeographicPlace usual_origin{54.5 * pi / 180.0, 3.5 * pi / 180.0};
 constexpr std::int64_t usual_start_s = 946684800;  // 2000-01-01

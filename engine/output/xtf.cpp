@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -11,12 +10,11 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/packed_bytes.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
-constexpr double knot_mps = 1852.0 / 3600.0;
 constexpr std::size_t file_header = 1024, channel_info = 128, ping_header = 256,
                       channel_header = 64, packet_multiple = 64;
 

@@ -10,6 +10,7 @@
 #include <ensonify/engine/session_keys.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/units.h>
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -193,7 +193,6 @@ py::dict attributes_of(const Image& image) {
   return all;
 }
 
-constexpr double degree = std::numbers::pi / 180.0;
 using Triple = std::array<double, 3>;
 
 Triple triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }

@@ -1,18 +1,16 @@
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/recording_bytes.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
-constexpr double knot_mps = 1852.0 / 3600.0;
 constexpr std::size_t message_header = 16, sonar_header = 240;
-constexpr std::uint16_t magic = 0x1601;
+constexpr std::uint16_t jsf_magic = 0x1601;
 
 /// Bits of the field that states which others are valid.
 enum Valid : unsigned {
@@ -123,7 +121,7 @@ void read_message(const RecordingBytes& message, LineBuilder& lines) {
 }  // namespace
 
 bool is_jsf(std::span<const std::byte> begin) {
-  return RecordingBytes(begin).at<std::uint16_t>(0) == magic;
+  return RecordingBytes(begin).at<std::uint16_t>(0) == jsf_magic;
 }
 
 std::vector<RecordedLine> parse_jsf(std::span<const std::byte> bytes, std::string_view name) {
@@ -131,7 +129,7 @@ std::vector<RecordedLine> parse_jsf(std::span<const std::byte> bytes, std::strin
   LineBuilder lines("JSF");
   for (std::size_t place = 0; file.has(place, 1);) {
     const RecordingBytes rest = file.part(place);
-    if (rest.at<std::uint16_t>(0) != magic || rest.at<std::int32_t>(12) < 0) {
+    if (rest.at<std::uint16_t>(0) != jsf_magic || rest.at<std::int32_t>(12) < 0) {
       lines.skipped(1);
       ++place;
       continue;

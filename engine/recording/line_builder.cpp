@@ -61,7 +61,7 @@ std::vector<RecordedLine> LineBuilder::finish(std::string_view name) {
     if (skipped_bytes_ > 0)
       line.warnings.push_back(
           fmt::format("{} bytes between its packets are no packet; skipped", skipped_bytes_));
-    if (cut_off_) line.warnings.push_back("its last packet is cut off; left out");
+    if (cut_off_) line.warnings.emplace_back("its last packet is cut off; left out");
     lines.push_back(std::move(line));
   }
   if (lines.empty())

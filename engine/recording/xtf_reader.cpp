@@ -2,20 +2,18 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 
 #include <ensonify/engine/recording/formats.h>
 #include <ensonify/engine/recording/line_builder.h>
 #include <ensonify/engine/recording/recording_bytes.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
-constexpr double knot_mps = 1852.0 / 3600.0;
 constexpr std::size_t file_header = 1024, first_channel_info = 256, channel_info = 128,
                       ping_header = 256, channel_header = 64;
-constexpr std::uint16_t magic = 0xFACE;
+constexpr std::uint16_t xtf_magic = 0xFACE;
 
 enum class SampleFormat { u8, u16, i16, i32, f32, unknown };
 
@@ -156,7 +154,7 @@ class XtfReader {
     for (std::size_t place = file_header; file_.has(place, 1);) {
       const RecordingBytes rest = file_.part(place);
       const std::size_t size = rest.at<std::uint32_t>(10);
-      if (rest.at<std::uint16_t>(0) != magic || size < 14) {
+      if (rest.at<std::uint16_t>(0) != xtf_magic || size < 14) {
         lines_.skipped(1);
         ++place;
         continue;

@@ -1,12 +1,11 @@
 #include <ensonify/engine/scene/conditions.h>
 
 #include <algorithm>
-#include <numbers>
+
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 // A towed or an autonomous vehicle in a slight sea: rms movements with the period of the waves, and
 // slow ones by steering and depth keeping. Typical values.

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
@@ -22,8 +23,6 @@ namespace {
 using scatter::Sediment, scatter::Solid;
 
 constexpr std::string_view solid = "solid", lambert = "lambert", gsab = "gsab", table = "table";
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// What covers a bed, by Lambert's law. Dense Posidonia has -23 dB, nearly the same at all angles
 /// and frequencies (Lyons and Pouliquen 1998); this value gives -23 dB at 23 degrees. Shells: a

@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr std::array<CsvColumn, 2> columns = {
+constexpr std::array<CsvColumn, 2> profile_columns = {
     {{.name = "depth_m", .alias = "Depth (Meter)"},
      {.name = "soundspeed_mps", .alias = "Sound velocity (Meters per Second)"}}};  // a CastAway's
 
@@ -28,11 +28,11 @@ scatter::SoundSpeedProfile profile_of(const CsvTable& table) {
 }  // namespace
 
 scatter::SoundSpeedProfile parse_profile(std::string_view text, std::string_view name) {
-  return profile_of(CsvTable::parse(text, name, "sample", columns));
+  return profile_of(CsvTable::parse(text, name, "sample", profile_columns));
 }
 
 scatter::SoundSpeedProfile read_profile(const std::filesystem::path& file) {
-  return profile_of(CsvTable::read(file, "sample", columns));
+  return profile_of(CsvTable::read(file, "sample", profile_columns));
 }
 
 }  // namespace ensonify::engine

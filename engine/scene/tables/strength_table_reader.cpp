@@ -14,16 +14,17 @@ namespace {
 
 using scatter::StrengthCurve, scatter::StrengthTable;
 
-enum Column : std::size_t { grazing, strength, frequency };
-constexpr std::array<CsvColumn, 3> columns = {
+enum StrengthColumn : std::size_t { grazing, strength, frequency };
+constexpr std::array<CsvColumn, 3> strength_columns = {
     {{"grazing_deg"}, {"strength_db"}, {"frequency_hz", false}}};
 
 /// The value in a column, if it is in its range.
-double value(const CsvTable& table, std::size_t row, Column column, double low, double high) {
+double value(const CsvTable& table, std::size_t row, StrengthColumn column, double low,
+             double high) {
   const double value = table.at(row, column);
   if (!(value >= low && value <= high))
-    throw table.fault(
-        row, fmt::format("{} is {}, expected {} to {}", columns[column].name, value, low, high));
+    throw table.fault(row, fmt::format("{} is {}, expected {} to {}", strength_columns[column].name,
+                                       value, low, high));
   return value;
 }
 
@@ -58,11 +59,11 @@ std::shared_ptr<const StrengthTable> strengths_of(const CsvTable& table) {
 
 std::shared_ptr<const StrengthTable> parse_strength_table(std::string_view text,
                                                           std::string_view name) {
-  return strengths_of(CsvTable::parse(text, name, "strength", columns));
+  return strengths_of(CsvTable::parse(text, name, "strength", strength_columns));
 }
 
 std::shared_ptr<const StrengthTable> read_strength_table(const std::filesystem::path& file) {
-  return strengths_of(CsvTable::read(file, "strength", columns));
+  return strengths_of(CsvTable::read(file, "strength", strength_columns));
 }
 
 }  // namespace ensonify::engine

@@ -16,7 +16,7 @@
 namespace ensonify::engine {
 namespace {
 
-enum Column : std::size_t {
+enum TrackColumn : std::size_t {
   t_s,
   time_s,
   utc_s,
@@ -33,21 +33,21 @@ enum Column : std::size_t {
   pitch_deg,
   heading_deg
 };
-constexpr std::array<CsvColumn, 15> columns{{{"t_s", false},
-                                             {"time_s", false},
-                                             {"utc_s", false},
-                                             {"x_m", false},
-                                             {"y_m", false},
-                                             {"easting_m", false},
-                                             {"northing_m", false},
-                                             {"lat_deg", false},
-                                             {"lon_deg", false},
-                                             {"z_m", false},
-                                             {"depth_m", false},
-                                             {"altitude_m", false},
-                                             {"roll_deg", false},
-                                             {"pitch_deg", false},
-                                             {"heading_deg", false}}};
+constexpr std::array<CsvColumn, 15> track_columns{{{"t_s", false},
+                                                   {"time_s", false},
+                                                   {"utc_s", false},
+                                                   {"x_m", false},
+                                                   {"y_m", false},
+                                                   {"easting_m", false},
+                                                   {"northing_m", false},
+                                                   {"lat_deg", false},
+                                                   {"lon_deg", false},
+                                                   {"z_m", false},
+                                                   {"depth_m", false},
+                                                   {"altitude_m", false},
+                                                   {"roll_deg", false},
+                                                   {"pitch_deg", false},
+                                                   {"heading_deg", false}}};
 constexpr double farthest_m = 1e9, longest_s = 1e12;  // beyond, nothing is meant
 
 /// The column of recordings with that name; null if they have none.
@@ -79,14 +79,14 @@ CsvTable navigation_table(const std::filesystem::path& file) {
         "{}: none of its {} pings has a time and a position, so it is no track; give a CSV file",
         file.string(), line.pings.size()));
   std::vector<bool> has;
-  std::vector<double> values(pings.size() * columns.size(), 0.0);
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const PingColumn* column = recorded_column(columns[i].name);
+  std::vector<double> values(pings.size() * track_columns.size(), 0.0);
+  for (std::size_t i = 0; i < track_columns.size(); ++i) {
+    const PingColumn* column = recorded_column(track_columns[i].name);
     bool all = column != nullptr;
     for (std::size_t row = 0; all && row < pings.size(); ++row) {
       const std::optional<double> value = column->value(*pings[row]);
       all = value.has_value();
-      values[row * columns.size() + i] = value.value_or(0.0);
+      values[row * track_columns.size() + i] = value.value_or(0.0);
     }
     has.push_back(all);
   }
@@ -122,45 +122,46 @@ class TrackReader {
     throw SceneError(fmt::format("{}: {}", name_, what));
   }
 
-  std::vector<double> column(Column number, double largest) const {
+  std::vector<double> column(TrackColumn number, double largest) const {
     std::vector<double> values;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
       values.push_back(table_.at(row, number));
       if (!(std::abs(values.back()) <= largest))
-        throw table_.fault(row, fmt::format("{} is {}, expected {:g} at most", columns[number].name,
-                                            values.back(), largest));
+        throw table_.fault(row, fmt::format("{} is {}, expected {:g} at most",
+                                            track_columns[number].name, values.back(), largest));
     }
     return values;
   }
 
-  std::vector<double> angles(Column number) const {
+  std::vector<double> angles(TrackColumn number) const {
     if (!table_.has(number)) return {};
     std::vector<double> values = column(number, 36000.0);
     for (double& value : values) value *= radians_per_degree;
     return values;
   }
 
-  bool has_both(Column one, Column other) const {
+  bool has_both(TrackColumn one, TrackColumn other) const {
     if (table_.has(one) && table_.has(other)) return true;
     if (!table_.has(one) && !table_.has(other)) return false;
     const bool first = table_.has(one);
     fail(fmt::format("there is a column {} and no {}, expected both",
-                     columns[first ? one : other].name, columns[first ? other : one].name));
+                     track_columns[first ? one : other].name,
+                     track_columns[first ? other : one].name));
   }
 
   void read_times() {
     const std::array times{t_s, time_s, utc_s};
     const auto found =
-        std::ranges::find_if(times, [&](Column number) { return table_.has(number); });
+        std::ranges::find_if(times, [&](TrackColumn number) { return table_.has(number); });
     if (found == times.end())
       fail("no column of times in the header row, expected t_s (or time_s, or utc_s)");
     log_.t_s = column(*found, longest_s);
     for (std::size_t row = 1; row < log_.t_s.size(); ++row)
       if (!(log_.t_s[row] > log_.t_s[row - 1]))
-        throw table_.fault(row,
-                           fmt::format("{} is {}, not after {} of the row before, expected times "
-                                       "that ascend",
-                                       columns[*found].name, log_.t_s[row], log_.t_s[row - 1]));
+        throw table_.fault(
+            row, fmt::format("{} is {}, not after {} of the row before, expected times "
+                             "that ascend",
+                             track_columns[*found].name, log_.t_s[row], log_.t_s[row - 1]));
   }
 
   void read_places() {
@@ -242,13 +243,13 @@ class TrackReader {
 
 NavigationLog parse_track(std::string_view text, std::string_view name, const TrackOptions& track,
                           const LocalFrame& frame) {
-  return TrackReader(CsvTable::parse(text, name, "pose", columns), name, track, frame).read();
+  return TrackReader(CsvTable::parse(text, name, "pose", track_columns), name, track, frame).read();
 }
 
 NavigationLog read_track(const TrackOptions& track, const LocalFrame& frame) {
   const std::filesystem::path& file = track.file.path;
   const CsvTable table =
-      is_recording(file) ? navigation_table(file) : CsvTable::read(file, "pose", columns);
+      is_recording(file) ? navigation_table(file) : CsvTable::read(file, "pose", track_columns);
   return TrackReader(table, file.string(), track, frame).read();
 }
 

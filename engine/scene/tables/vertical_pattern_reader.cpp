@@ -11,12 +11,12 @@
 namespace ensonify::engine {
 namespace {
 
-enum Column : std::size_t { depression, both, port, starboard };
-constexpr std::array<CsvColumn, 4> columns = {
+enum PatternColumn : std::size_t { depression, both, port, starboard };
+constexpr std::array<CsvColumn, 4> pattern_columns = {
     {{"depression_deg"}, {"level_db", false}, {"port_db", false}, {"starboard_db", false}}};
 constexpr double lowest_db = -200.0;
 
-std::vector<VerticalLevel> side_of(const CsvTable& table, Column column) {
+std::vector<VerticalLevel> side_of(const CsvTable& table, PatternColumn column) {
   std::vector<std::size_t> order(table.rows());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t row) { return table.at(row, depression); });
@@ -28,7 +28,7 @@ std::vector<VerticalLevel> side_of(const CsvTable& table, Column column) {
           row, fmt::format("depression_deg is {}, expected -90 (straight up) to 180", angle_deg));
     if (!(level_db >= lowest_db && level_db <= 0.0))
       throw table.fault(row, fmt::format("{} is {}, expected {} to 0, which is the pattern's peak",
-                                         columns[column].name, level_db, lowest_db));
+                                         pattern_columns[column].name, level_db, lowest_db));
     const double depression_rad = angle_deg * radians_per_degree;
     if (!levels.empty() && levels.back().depression_rad == depression_rad)
       throw table.fault(
@@ -51,11 +51,11 @@ std::array<std::vector<VerticalLevel>, 2> pattern_of(const CsvTable& table) {
 
 std::array<std::vector<VerticalLevel>, 2> parse_vertical_pattern(std::string_view text,
                                                                  std::string_view name) {
-  return pattern_of(CsvTable::parse(text, name, "level", columns));
+  return pattern_of(CsvTable::parse(text, name, "level", pattern_columns));
 }
 
 std::array<std::vector<VerticalLevel>, 2> read_vertical_pattern(const std::filesystem::path& file) {
-  return pattern_of(CsvTable::read(file, "level", columns));
+  return pattern_of(CsvTable::read(file, "level", pattern_columns));
 }
 
 }  // namespace ensonify::engine

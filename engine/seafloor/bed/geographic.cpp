@@ -1,11 +1,12 @@
 #include <ensonify/engine/seafloor/bed/geographic.h>
 
-#include <numbers>
 #include <stdexcept>
 
 #ifdef ENSONIFY_GEOGRAPHICLIB
 #include <GeographicLib/LocalCartesian.hpp>
 #include <GeographicLib/UTMUPS.hpp>
+
+#include <ensonify/engine/units.h>
 #endif
 
 namespace ensonify::engine {
@@ -13,8 +14,6 @@ namespace ensonify::engine {
 #ifdef ENSONIFY_GEOGRAPHICLIB
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 void check(const GeographicPlace& where) {
   if (!(where.latitude_rad >= -90.0 * degree && where.latitude_rad <= 90.0 * degree &&

@@ -10,7 +10,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +26,7 @@
 #include <hdf5.h>
 #include <ogr_spatialref.h>
 
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -509,7 +509,6 @@ std::string survey_reference(const std::filesystem::path& file) {
 }
 
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin) {
-  constexpr double degree = std::numbers::pi / 180.0;
   OGRSpatialReference system;
   system.SetProjCS("metres about the seabed's middle");
   system.SetWellKnownGeogCS("WGS84");

@@ -17,7 +17,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double max_points = 268435456.0;  // 2^28
 
 /// Interpolates between the middle two of four heights; a missing outer one is extrapolated

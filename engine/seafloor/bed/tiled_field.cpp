@@ -14,7 +14,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 constexpr int ratio = 4;  // from lattice to lattice
 constexpr int taps = 12;  // of the interpolation from one to the next

@@ -101,9 +101,9 @@ double normal_exceeded_by(double probability) {
 }
 
 /// A mask under construction: each limit strikes points out.
-class Mask {
+class MaskMaker {
  public:
-  Mask(const Area& area, const AreaGround& ground, const LayerDraws& draws)
+  MaskMaker(const Area& area, const AreaGround& ground, const LayerDraws& draws)
       : area_(area), ground_(ground), grid_(ground.base), draws_(draws) {
     values_.assign(grid_.z_m.size(), 1.0);
   }
@@ -224,7 +224,7 @@ class Mask {
 }  // namespace
 
 std::vector<double> area_mask(const Area& area, const AreaGround& ground, const LayerDraws& draws) {
-  return Mask(area, ground, draws).make();
+  return MaskMaker(area, ground, draws).make();
 }
 
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {

@@ -13,7 +13,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 void check(const Bedforms& relief, double cell_m) {
   check_relief(relief);

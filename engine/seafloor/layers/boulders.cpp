@@ -8,8 +8,8 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double largest_of_median = 5.0;
+using std::numbers::pi;
+constexpr double largest_boulder_of_median = 5.0;
 constexpr double tail_diameters = 6.0;
 
 /// One stone: a rounded block with a leaning top, longer one way than the other.
@@ -17,8 +17,8 @@ class Boulder {
  public:
   Boulder(const BoulderField& field, const auto& u) {
     const double normal = std::sqrt(-2.0 * std::log(u[2])) * std::cos(2.0 * pi * u[3]);
-    diameter_m_ =
-        field.diameter_m * std::min(largest_of_median, std::exp(field.diameter_spread * normal));
+    diameter_m_ = field.diameter_m *
+                  std::min(largest_boulder_of_median, std::exp(field.diameter_spread * normal));
     height_m_ = field.height_ratio * diameter_m_ * (0.5 + u[4]);
     heading_ = 2.0 * pi * u[5];
     stretch_ = std::sqrt(1.0 + 0.7 * u[6]);
@@ -49,7 +49,7 @@ class Boulder {
 }  // namespace
 
 double reach_m(const BoulderField& boulders) {
-  return tail_diameters * largest_of_median * boulders.diameter_m;
+  return tail_diameters * largest_boulder_of_median * boulders.diameter_m;
 }
 
 void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerDraws& draws,

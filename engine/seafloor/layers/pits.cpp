@@ -8,13 +8,13 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr double largest_of_median = 3.5;
+using std::numbers::pi;
+constexpr double largest_pit_of_median = 3.5;
 
 }  // namespace
 
 double reach_m(const PitRelief& relief) {
-  return 0.75 * std::sqrt(relief.elongation) * largest_of_median * relief.diameter_m;
+  return 0.75 * std::sqrt(relief.elongation) * largest_pit_of_median * relief.diameter_m;
 }
 
 void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& draws,
@@ -29,7 +29,8 @@ void add_pits(Heightfield& field, const PitRelief& relief, const LayerDraws& dra
     ++number;
     const double normal = std::sqrt(-2.0 * std::log(u[2])) * std::cos(2.0 * pi * u[3]);
     const double diameter_m =
-        relief.diameter_m * std::min(largest_of_median, std::exp(relief.diameter_spread * normal));
+        relief.diameter_m *
+        std::min(largest_pit_of_median, std::exp(relief.diameter_spread * normal));
     const double depth_m = relief.depth_ratio * diameter_m * (0.7 + 0.6 * u[4]);
     // Round ones have a random axis.
     const double heading =

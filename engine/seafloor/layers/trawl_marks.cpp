@@ -8,7 +8,7 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A sum of waves over a way; of rms 1.
 struct Wander {

@@ -8,7 +8,7 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
-enum Part { fuselage, wing, tail, engine, canopy, gear, debris };
+enum AircraftPart { fuselage, wing, tail, engine, canopy, gear, aircraft_debris };
 
 /// Makes one aircraft, nose towards y; while its parts are made it stands upright with the axis of
 /// its fuselage at z = 0.
@@ -306,7 +306,7 @@ class Aircraft {
   }
 
   void field() {
-    solids_.begin_part(debris);
+    solids_.begin_part(aircraft_debris);
     scatter_debris(solids_, 2 + draws_.one_of(12), 0.1 * length_m_,
                    {0.8 * half_span_m_, 0.48 * length_m_}, draws_);
   }

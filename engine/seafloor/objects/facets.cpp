@@ -10,13 +10,6 @@
 #include <Eigen/Geometry>
 
 namespace ensonify::engine {
-namespace {
-
-constexpr double sharpest_rad = 40.0 * std::numbers::pi / 180.0;
-constexpr double flattest_rad = 0.05 * std::numbers::pi / 180.0;  // rounding bends a plane by less
-
-}  // namespace
-
 double facet_angle_rad(refine::Triangles triangles) {
   struct Edge {
     std::uint32_t from, to, face;

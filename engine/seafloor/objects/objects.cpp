@@ -20,6 +20,7 @@
 #include <ensonify/engine/seafloor/objects/set_down.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
 
 namespace ensonify::engine {
@@ -449,7 +450,6 @@ class CoarseFacets {
     ++count_;
     if (facet_rad / *lobe_rad <= worst_) return;
     worst_ = facet_rad / *lobe_rad;
-    constexpr double degree = std::numbers::pi / 180.0;
     const bool is_mesh = table.shape.empty();
     what_ = fmt::format(
         "objects.{} ({}): neighbouring facets differ by {:.2g} degrees, too much for the lobe of "

@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
+
+#include <ensonify/engine/seafloor/objects/facets.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
 using Eigen::Matrix3d, Eigen::Vector3d;
-
-constexpr double degree = std::numbers::pi / 180.0;
-constexpr double sharpest_rad = 40.0 * degree;  // as in facet_angle_rad()
-constexpr double flattest_rad = 0.05 * degree;
 
 /// Sets that grow together; each is named by its lowest member.
 class Sets {

@@ -18,23 +18,23 @@ using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
 /// Makes one body.
-class Body {
+class BodyMaker {
  public:
-  Body(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random)
+  BodyMaker(const ShapeKind& kind, const ShapeSize& size, const RandomStream& random)
       : kind_(kind), given_(size), draws_(random) {}
 
   ShapeBody make() {
     struct Maker {
       std::string_view name;
-      void (Body::*make)();
+      void (BodyMaker::*make)();
     };
     static constexpr std::array makers{
-        Maker{"cylinder", &Body::cylinder}, Maker{"cone", &Body::cone},
-        Maker{"wedge", &Body::wedge},       Maker{"sphere", &Body::sphere},
-        Maker{"box", &Body::box},           Maker{"barrel", &Body::barrel},
-        Maker{"tyre", &Body::tyre},         Maker{"anchor", &Body::anchor},
-        Maker{"pot", &Body::pot},           Maker{"net", &Body::net},
-        Maker{"boulder", &Body::boulder},   Maker{"debris", &Body::debris}};
+        Maker{"cylinder", &BodyMaker::cylinder}, Maker{"cone", &BodyMaker::cone},
+        Maker{"wedge", &BodyMaker::wedge},       Maker{"sphere", &BodyMaker::sphere},
+        Maker{"box", &BodyMaker::box},           Maker{"barrel", &BodyMaker::barrel},
+        Maker{"tyre", &BodyMaker::tyre},         Maker{"anchor", &BodyMaker::anchor},
+        Maker{"pot", &BodyMaker::pot},           Maker{"net", &BodyMaker::net},
+        Maker{"boulder", &BodyMaker::boulder},   Maker{"debris", &BodyMaker::debris}};
     const auto maker = std::ranges::find(makers, kind_.name, &Maker::name);
     if (maker == makers.end())
       throw std::invalid_argument(fmt::format("a {} is laid along a path", kind_.name));
@@ -352,7 +352,8 @@ ShapeBody make_body(const ShapeKind& kind, const ShapeSize& size, const RandomSt
   if (!variant.empty() && std::ranges::find(kind.variants, variant) == kind.variants.end())
     throw std::invalid_argument(fmt::format("a {} has no variant '{}', expected one of: {}",
                                             kind.name, variant, fmt::join(kind.variants, ", ")));
-  return kind.family ? make_member(kind, size, random, variant) : Body(kind, size, random).make();
+  return kind.family ? make_member(kind, size, random, variant)
+                     : BodyMaker(kind, size, random).make();
 }
 
 }  // namespace ensonify::engine

@@ -9,7 +9,7 @@ namespace {
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::numbers::pi;
 
-enum Part { hull, deck, superstructure, mast, frame, cargo, machinery, debris };
+enum WreckPart { hull, deck, superstructure, mast, frame, cargo, machinery, wreck_debris };
 
 /// Makes one wreck. While its parts are made, the ship stands upright with its keel at z = 0.
 class Wreck {
@@ -654,7 +654,7 @@ class Wreck {
   }
 
   void field(int count, double reach) {
-    solids_.begin_part(debris);
+    solids_.begin_part(wreck_debris);
     scatter_debris(solids_, count, std::min(0.35 * lines_.beam_m, 5.0),
                    {reach * lines_.beam_m, 0.48 * length_m_}, draws_);
   }

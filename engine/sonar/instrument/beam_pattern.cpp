@@ -4,19 +4,15 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/engine/sonar/instrument/sinc.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double half_power_sinc = 0.442946;  // where sinc^2 has fallen to one half
 constexpr double lowest_formula_db = -20.0;
-
-double sinc(double x) {
-  const double a = pi * x;
-  return std::abs(a) < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
-}
 
 double interpolated_db(const std::vector<VerticalLevel>& levels, double depression_rad) {
   const auto above =

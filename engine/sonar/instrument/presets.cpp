@@ -2,15 +2,14 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/kind_named.h>
 
 namespace ensonify::engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double sound_speed_mps = 1500.0;
 
 struct PresetRow {

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <ensonify/engine/sonar/instrument/sinc.h>
+
 namespace ensonify::engine {
 namespace {
 
@@ -62,10 +64,6 @@ double Pulse::intensity(double time_s) const {
 double Pulse::correlation(double time_s) const {
   const double t = std::abs(time_s);
   if (kind == PulseKind::cw) return std::max(0.0, 1.0 - t / effective_length_s());
-  const auto sinc = [](double x) {
-    const double a = std::numbers::pi * x;
-    return std::abs(a) < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
-  };
   const double x = bandwidth_hz * t;
   if (window == PulseWindow::none) return sinc(x);
   // The spectrum is cos^4 a = 3/8 + cos(2 a) / 2 + cos(4 a) / 8.
@@ -112,7 +110,7 @@ namespace {
 /// Power spectrum of the samples of speckle as a function of the phase step per sample; a sweep's
 /// spectrum is folded (aliased) at the sampling rate.
 double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
-  constexpr double pi = std::numbers::pi;
+  using std::numbers::pi;
   if (pulse.kind == PulseKind::cw) {
     double sum = 1.0;
     for (int m = 1; m * bin_s < pulse.effective_length_s(); ++m)

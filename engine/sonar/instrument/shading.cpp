@@ -8,17 +8,14 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/sonar/instrument/sinc.h>
+
 namespace ensonify::engine {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::size_t known_nulls = 32;  // more than a sonar's side lobes
 constexpr double farthest_x = 512.0;     // where a search for a null ends
-
-double sinc(double x) {
-  const double a = pi * x;
-  return std::abs(a) < 1e-4 ? 1.0 - a * a / 6.0 : std::sin(a) / a;
-}
 
 /// Level of the main lobe over that of the side lobes, as amplitudes.
 double lobe_ratio(double side_lobe_db) { return std::pow(10.0, -side_lobe_db / 20.0); }

@@ -62,7 +62,7 @@ void GroundPath::add(double length_m, double curvature_1pm, bool turning) {
 }
 
 void GroundPath::add_turn(double spacing_m, double radius_m, double side) {
-  constexpr double pi = std::numbers::pi;
+  using std::numbers::pi;
   if (2.0 * radius_m <= spacing_m) {
     add(0.5 * pi * radius_m, side / radius_m, true);
     add(spacing_m - 2.0 * radius_m, 0.0, true);

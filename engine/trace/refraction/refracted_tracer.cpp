@@ -15,8 +15,7 @@ using scatter::SoundRay;
 using scatter::SoundSpeedLayer;
 using scatter::SoundSpeedProfile;
 
-constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t no_chord = std::numeric_limits<std::uint32_t>::max();
 constexpr double fine_sagitta_m = 1e-6;  // below what a tracer in float keeps of a kilometre
 constexpr double overlap_m = 1e-4;       // of chords, so that no face lies between two
 constexpr std::size_t batch = 256;       // rays followed at a time: they fit the cache
@@ -83,7 +82,7 @@ void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
   version_ = version;
   courses_.clear();
   by_chords_.clear();
-  chord_place_.assign(hits.size(), none);
+  chord_place_.assign(hits.size(), no_chord);
   const bool straightened = straightened_space_.trace(fan, triangles, version, hits, undecided_);
   if (!straightened) {
     std::ranges::fill(hits, Hit{});
@@ -108,7 +107,7 @@ void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
 
 RayIncidence RefractedTracer::incidence_of(std::size_t number, Hit& hit) {
   const std::uint32_t place = chord_place_[number];
-  return place == none ? straightened_space_.incidence_of(number, hit) : by_chords_[place];
+  return place == no_chord ? straightened_space_.incidence_of(number, hit) : by_chords_[place];
 }
 
 const Intersector& RefractedTracer::own_tree() {
@@ -185,7 +184,7 @@ bool RefractedTracer::reach_faces(SoundRay& ray, double range_m) const {
     const scatter::SoundRayPoint& p = ray.point();
     if (reference_mps_ * p.time_s >= range_m) return false;
     if (p.depth_m > top_m_ || (p.depth_m == top_m_ && p.down >= 0.0)) return true;
-    if (ray.path_to_edge_m() == inf) return false;
+    if (ray.path_to_edge_m() == std::numeric_limits<double>::infinity()) return false;
     ray.advance(ray.path_to_edge_m());
   }
 }
