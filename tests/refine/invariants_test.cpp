@@ -112,7 +112,7 @@ TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed")
     Refined r;
     r.spoil([&](auto& mesh) {
       Face& face = mesh.faces[r.slot(true)];
-      std::ranges::rotate(face, face.begin() + 1);
+      std::rotate(face.begin(), face.begin() + 1, face.end());
     });
     CHECK(r.says("a face joins its corners' active ancestors"));
   }

@@ -71,9 +71,10 @@ StarFit star_fit(const ProgressiveMesh& mesh) {
 }  // namespace
 
 TEST_CASE("inner nodes are numbered in preorder over nested ranges of leaves") {
-  for (const auto& [name, source, mesh] : built()) {
-    INFO(name);
-    CHECK(mesh.leaves() == source.positions.size());
+  for (const Built& bed : built()) {
+    INFO(bed.name);
+    const ProgressiveMesh& mesh = bed.mesh;
+    CHECK(mesh.leaves() == bed.source.positions.size());
     CHECK(mesh.mid.size() == mesh.leaves() - mesh.roots.size());
     CHECK(mesh.spheres.size() == mesh.mid.size());
     CHECK(mesh.order.size() == mesh.mid.size());
@@ -116,8 +117,9 @@ TEST_CASE("every source face is there once, with its corners in the source's ord
 }
 
 TEST_CASE("an inner node's faces have the corners left, right, cut and right, left, cut") {
-  for (const auto& [name, source, mesh] : built()) {
-    INFO(name);
+  for (const Built& bed : built()) {
+    INFO(bed.name);
+    const ProgressiveMesh& mesh = bed.mesh;
     std::size_t wrong = 0, empty = 0;
     for_each_node(mesh, [&](std::uint32_t node, auto lo, auto mid, auto hi, auto) {
       for (const std::size_t slot : {2 * std::size_t{node}, 2 * std::size_t{node} + 1}) {
@@ -132,7 +134,7 @@ TEST_CASE("an inner node's faces have the corners left, right, cut and right, le
           ++wrong;
           continue;
         }
-        std::ranges::rotate(face, std::next(cut));  // cut last
+        std::rotate(face.begin(), std::next(cut), face.end());  // cut last
         const bool left_first = face[0] < mid, right_second = face[1] >= mid;
         wrong += left_first != right_second || left_first != (slot % 2 == 0);
         wrong += face[1] < lo || face[1] >= hi;

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <ensonify/engine/units.h>
+#include <numbers>
+
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -13,7 +14,8 @@ inline constexpr double facet_over_lobe = 1.9;
 
 /// Faces that meet at less than the sharpest of these angles approximate a round surface; at less
 /// than the flattest, which rounding may cause, they are one plane.
-inline constexpr double sharpest_rad = 40.0 * degree, flattest_rad = 0.05 * degree;
+inline constexpr double sharpest_rad = 40.0 * std::numbers::pi / 180.0,
+                        flattest_rad = 0.05 * std::numbers::pi / 180.0;
 
 /// The angle between the normals of neighbouring facets where a mesh approximates a round surface:
 /// the mean over its edges, weighted by length and angle, of the angles up to the sharpest. Larger

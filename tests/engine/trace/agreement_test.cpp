@@ -641,7 +641,8 @@ TEST_CASE("a fault planted in a hierarchy is found by 2e5 rays, and face by face
       {"a few faces' corners rotated",
        [](refine::ProgressiveMeshArrays& arrays) {
          for (std::size_t slot = 1000; slot < 1020; ++slot)
-           std::ranges::rotate(arrays.faces[slot], arrays.faces[slot].begin() + 1);
+           std::rotate(arrays.faces[slot].begin(), arrays.faces[slot].begin() + 1,
+                       arrays.faces[slot].end());
        }},
       {"two faces' numbers swapped",
        [](refine::ProgressiveMeshArrays& arrays) {
