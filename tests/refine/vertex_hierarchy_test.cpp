@@ -141,7 +141,7 @@ TEST_CASE("an inner node's faces have the corners left, right, cut and right, le
       }
     });
     CHECK(wrong == 0);
-    const bool closed = name == "torus" || name == "ball";
+    const bool closed = bed.name == "torus" || bed.name == "ball";
     CHECK((empty == 0) == closed);
   }
 }
