@@ -42,7 +42,8 @@ TEST_CASE("The facet angle of a round shape is the angle that it was made with")
   CHECK(facet_angle_rad(body("wedge", {})) == 0.0);
 }
 
-TEST_CASE("Facets of round shapes are as small as their material's lobe needs, within a limit") {
+TEST_CASE("Facets of round shapes are as small as their material's lobe needs, within a limit",
+          "[slow]") {
   SeafloorOptions bed;
   bed.extent_east_m = bed.extent_north_m = 60.0;
   bed.cell_m = 2.0;

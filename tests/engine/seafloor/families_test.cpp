@@ -105,7 +105,7 @@ std::vector<std::pair<double, bool>> crossings(const refine::TriangleMesh& mesh,
 
 }  // namespace
 
-TEST_CASE("Members of families are closed and manifold, with normals outwards") {
+TEST_CASE("Members of families are closed and manifold, with normals outwards", "[slow]") {
   for_each_member(seeds,
                   [](const ShapeKind&, std::string_view, std::uint64_t, const ShapeBody& body) {
                     const refine::TriangleMesh& mesh = body.mesh;
@@ -127,7 +127,7 @@ TEST_CASE("Members of families are closed and manifold, with normals outwards") 
                   });
 }
 
-TEST_CASE("No surface of a family's member meets itself") {
+TEST_CASE("No surface of a family's member meets itself", "[slow]") {
   // Along a line that crosses a closed surface without self-intersections, ways in and ways out
   // alternate.
   for_each_member(
@@ -214,7 +214,7 @@ TEST_CASE("Another seed makes another member, and the same seed the same bytes")
   }
 }
 
-TEST_CASE("Variants are drawn, or chosen, and others are refused") {
+TEST_CASE("Variants are drawn, or chosen, and others are refused", "[slow]") {
   const ShapeKind& wreck = shape_named("wreck");
   CHECK(member(wreck, 3, "broken").mesh.positions != member(wreck, 3, "frames").mesh.positions);
   std::set<std::size_t> found;
