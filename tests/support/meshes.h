@@ -224,7 +224,8 @@ inline refine::FanVolume random_volume(Random& random, double size_m) {
   constexpr double degree = std::numbers::pi / 180.0;
   const Eigen::Matrix3d axes = frame(random);
   const double half_sector = uniform(random, 5.0, 80.0) * degree;
-  return {.apex = 0.6 * size_m * uniform(random) * direction(random),
+  const Eigen::Vector3d towards_apex = direction(random);  // drawn alike by every compiler
+  return {.apex = 0.6 * size_m * uniform(random) * towards_apex,
           .array_axis = axes.col(0),
           .middle = axes.col(1),
           .pole = axes.col(2),
