@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::array rooms{"clock",
                            "memory",
                            "random",
+                           "units",
                            "input_file",
                            "simd",
                            "trace",
