@@ -230,7 +230,8 @@ TEST_CASE("Rock forms ledges: blocks along the dip, each ending with a bed, and 
       weight[laid.field.index(column, row)] = 0.5 + 0.5 * std::sin(column * 0.01);
   add_outcrops(laid.field, relief, draws(1), weight, laid.marked);
   // On blocks the slope to the east is the dip of the beds, downwards, and their own lean, which is
-  // at most 0.06. From block to block the height changes by whole beds, but for leans and cracks.
+  // at most 0.06. The height changes from block to block by the thickness of whole beds; blocks
+  // that lean and cracks change it in other steps.
   int treads = 0, flat_enough = 0, edges = 0, whole_beds = 0;
   for (int row = 0; row < 300; row += 10)
     for (int column = 0; column + 1 < 400; ++column) {
