@@ -8,9 +8,7 @@
 
 namespace ensonify::tests {
 
-// The sanitizers need more address space than any limit allows.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define ENSONIFY_CAN_LIMIT_MEMORY
+#ifdef ENSONIFY_CAN_LIMIT_MEMORY
 
 /// Limits the process's additional address space during its lifetime.
 class LittleMemory {
