@@ -174,9 +174,10 @@ class Aircraft {
       const double middle = length_m_ * (0.5 * broken_at - 0.5);
       solids_.move(aft, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
       lie(aft, draws_.chance(0.2));
-      solids_.move(aft, motion({draws_.between(-0.12, 0.12) * length_m_,
-                                middle + draws_.between(-0.03, 0.02) * length_m_, 0.0},
-                               0.0, 0.0, radians(draws_.between(-50.0, 50.0))));
+      const double turn = radians(draws_.between(-50.0, 50.0));
+      const double aside_m = draws_.between(-0.12, 0.12) * length_m_;
+      const double ahead_m = draws_.between(-0.03, 0.02) * length_m_;
+      solids_.move(aft, motion({aside_m, middle + ahead_m, 0.0}, 0.0, 0.0, turn));
     }
     torn_off(left);
     field();
@@ -267,8 +268,9 @@ class Aircraft {
       add_wing(solids_, outer, draws_);
       const Vector3d middle = solids_.box(mark).center();
       solids_.move(mark, motion(-middle, 0.0, 0.0, 0.0));
-      solids_.move(mark, motion({side * away * half_span_m_, ahead * length_m_, 0.0},
-                                draws_.between(-0.1, 0.1), draws_.between(-0.15, 0.15), turn));
+      const double roll = draws_.between(-0.15, 0.15), pitch = draws_.between(-0.1, 0.1);
+      solids_.move(mark,
+                   motion({side * away * half_span_m_, ahead * length_m_, 0.0}, pitch, roll, turn));
       rest(solids_, mark, draws_.between(0.1, 0.4));
     }
   }

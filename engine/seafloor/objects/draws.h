@@ -11,7 +11,8 @@
 
 namespace ensonify::engine {
 
-/// Draws the numbers of a stream one after another.
+/// Draws the numbers of a stream one after another. Draw at most one in the arguments of a call:
+/// their order is the compiler's choice.
 class Draws {
  public:
   explicit Draws(const RandomStream& stream) : stream_(stream) {}

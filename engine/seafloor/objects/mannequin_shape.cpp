@@ -73,10 +73,8 @@ void make_mannequin(FamilyForm& form) {
                                   : Vector3d(side * 0.01, -0.09, 0.02);  // stretched
     bar(solids, foot, foot + toes * l, 0.04 * l, 0.05 * l);
   }
-  const double roll = (on_back   ? 0.0
-                       : on_side ? draws.side() * pi / 2
-                                 : pi) +
-                      draws.between(-0.1, 0.1) * (on_side ? 3.0 : 1.0);
+  const double posture = on_back ? 0.0 : on_side ? draws.side() * pi / 2 : pi;
+  const double roll = posture + draws.between(-0.1, 0.1) * (on_side ? 3.0 : 1.0);
   solids.move(0, motion(Vector3d::Zero(), 0.0, roll, 0.0));
   rest(solids, 0, draws.between(0.0, 0.25));
 }

@@ -30,6 +30,14 @@ void lie(FamilyForm& form, double least_sunk, double most_sunk, double tilt_deg)
   rest(form.solids, 0, draws.between(least_sunk, most_sunk));
 }
 
+/// Tilted about both horizontal axes and sunk in.
+void tilt_and_sink(FamilyForm& form, double tilt_deg, double most_sunk) {
+  const double about_y = radians(form.draws.between(-tilt_deg, tilt_deg));
+  const double about_x = radians(form.draws.between(-tilt_deg, tilt_deg));
+  form.solids.move(0, motion(Vector3d::Zero(), about_x, about_y, 0.0));
+  rest(form.solids, 0, form.draws.between(0.0, most_sunk));
+}
+
 enum OrdnancePart { ordnance_body, ordnance_tail };
 
 void fins(FamilyForm& form, int count, double y, double chord, double r, double reach) {
@@ -167,9 +175,7 @@ void conical_mine(FamilyForm& form) {
     solids.block({at * std::cos(angle), at * std::sin(angle), 0.45 * high},
                  {0.06 * d, 0.06 * d, 0.14 * high});
   }
-  solids.move(0, motion(Vector3d::Zero(), radians(draws.between(-9.0, 9.0)),
-                        radians(draws.between(-9.0, 9.0)), 0.0));
-  rest(solids, 0, draws.between(0.0, 0.4));
+  tilt_and_sink(form, 9.0, 0.4);
 }
 
 void wedge_mine(FamilyForm& form) {
@@ -201,9 +207,7 @@ void wedge_mine(FamilyForm& form) {
   }
   solids.taper({0.0, -0.15 * l, 0.9 * high}, {0.0, -0.15 * l, 1.08 * high}, 0.12 * l, 0.1 * l,
                form.sides());
-  solids.move(0, motion(Vector3d::Zero(), radians(draws.between(-6.0, 6.0)),
-                        radians(draws.between(-6.0, 6.0)), 0.0));
-  rest(solids, 0, draws.between(0.0, 0.35));
+  tilt_and_sink(form, 6.0, 0.35);
 }
 
 /// A contact mine with horns, above its sinker or on the bed next to it.

@@ -236,7 +236,8 @@ class BodyMaker {
   void boulder() {
     solids_.ball(Vector3d::Zero(), 1.0, ball_level(0.5 * diameter_m(), 2));
     // An ellipsoid with waves on its surface, cut by planes.
-    const Vector3d axes(draws_.between(0.65, 0.9), 1.0, draws_.between(0.5, 0.8));
+    const double height = draws_.between(0.5, 0.8), width = draws_.between(0.65, 0.9);
+    const Vector3d axes(width, 1.0, height);
     struct Plane {
       Vector3d normal;
       double distance, wave, phase;

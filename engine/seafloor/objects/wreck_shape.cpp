@@ -243,8 +243,9 @@ class Wreck {
       solids_.block(Vector3d::Zero(), {size, draws_.between(0.6, 1.5) * size, 0.7 * size});
       const double y = length_m_ * (draws_.between(hold.x(), hold.y()) - 0.5);
       const double x = draws_.between(-half, half), up = draws_.between(0.2, 1.0) * full * deep;
-      solids_.move(mark, motion({x, y, floor + up}, draws_.between(-0.3, 0.3),
-                                draws_.between(-0.3, 0.3), draws_.between(0.0, pi)));
+      const double turn = draws_.between(0.0, pi);
+      const double about_y = draws_.between(-0.3, 0.3), about_x = draws_.between(-0.3, 0.3);
+      solids_.move(mark, motion({x, y, floor + up}, about_x, about_y, turn));
     }
   }
 
@@ -512,8 +513,9 @@ class Wreck {
       const double middle = length_m_ * (0.5 * (bow ? at + 1.0 : at) - 0.5);
       solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
       const bool upright = draws_.chance(0.6);
-      const double list = draws_.side() * radians(upright ? draws_.between(0.0, 25.0)
-                                                          : draws_.between(50.0, 100.0));
+      const double side = draws_.side();
+      const double list =
+          side * radians(upright ? draws_.between(0.0, 25.0) : draws_.between(50.0, 100.0));
       const double heading = radians(draws_.between(-35.0, 35.0));
       const double aside = draws_.between(-0.5, 0.5) * lines_.beam_m;
       const double trim = radians(draws_.between(-5.0, 5.0));
@@ -558,8 +560,8 @@ class Wreck {
         4.0 * plate_m_, 5.0 * plate_m_);
     solids_.begin_part(cargo);
     if (draws_.chance(0.6)) heap({0.35, 0.6});  // ballast
-    lie(mark, radians(draws_.between(-25.0, 25.0)), 0.0, 0.0,
-        draws_.between(0.0, 0.25) * lines_.depth_m, {0.0, 0.0});
+    const double sunk_m = draws_.between(0.0, 0.25) * lines_.depth_m;
+    lie(mark, radians(draws_.between(-25.0, 25.0)), 0.0, 0.0, sunk_m, {0.0, 0.0});
     field(6 + draws_.one_of(14), 1.0);
   }
 
@@ -598,9 +600,10 @@ class Wreck {
       stretch(end.x(), end.y());
       const double middle = length_m_ * (0.5 * (end.x() + end.y()) - 0.5);
       solids_.move(mark, motion({0.0, -middle, 0.0}, 0.0, 0.0, 0.0));
-      lie(mark, draws_.side() * radians(draws_.between(20.0, 95.0)), 0.0,
-          radians(draws_.between(-20.0, 20.0)), draws_.between(0.15, 0.4) * lines_.depth_m,
-          {0.0, middle});
+      const double sunk_m = draws_.between(0.15, 0.4) * lines_.depth_m;
+      const double heading = radians(draws_.between(-20.0, 20.0));
+      const double side = draws_.side(), list = side * radians(draws_.between(20.0, 95.0));
+      lie(mark, list, 0.0, heading, sunk_m, {0.0, middle});
     }
     field(20 + draws_.one_of(25), 0.9);
   }
@@ -613,8 +616,9 @@ class Wreck {
       const double s = draws_.between(0.15, 0.85), side = draws_.side();
       const double wide = draws_.between(0.5, 1.0) * lines_.depth_m;
       const double long_m = draws_.between(0.06, 0.16) * length_m_;
-      bent_plate(solids_, wide, long_m, plate_m_, draws_.between(-0.05, 0.1) * wide,
-                 draws_.between(-0.1, 0.1) * wide, true, draws_);
+      const double twist_m = draws_.between(-0.1, 0.1) * wide;
+      const double bend_m = draws_.between(-0.05, 0.1) * wide;
+      bent_plate(solids_, wide, long_m, plate_m_, bend_m, twist_m, true, draws_);
       const double away = lines_.half_breadth_m(s) * draws_.between(0.2, 1.15);
       const double tilt = side * draws_.between(-0.15, 0.7), heading = draws_.between(-0.3, 0.3);
       solids_.move(mark, motion({side * away, length_m_ * (s - 0.5), 0.0}, 0.0, tilt, heading));
@@ -638,8 +642,8 @@ class Wreck {
                                Vector2d(r, 0.45 * long_m), Vector2d(0.9 * r, 0.5 * long_m)};
       turned(solids_, profile, sides_);
       const double x = (i - 0.5 * (boilers - 1)) * 2.15 * r + draws_.between(-0.2, 0.2) * r;
-      solids_.move(mark, motion({x, at + draws_.between(0.0, 0.5) * r, 0.0}, 0.0, 0.0,
-                                draws_.between(-0.2, 0.2)));
+      const double turn = draws_.between(-0.2, 0.2), y = at + draws_.between(0.0, 0.5) * r;
+      solids_.move(mark, motion({x, y, 0.0}, 0.0, 0.0, turn));
       rest(solids_, mark, draws_.between(0.05, 0.25));
     }
     const double y = at - 1.4 * long_m, high = draws_.between(1.8, 2.8) * r;

@@ -248,8 +248,9 @@ TEST_CASE("the correlation of amplitudes is that of simulated Rayleigh amplitude
     double sum_a = 0.0, sum_b = 0.0, sum_aa = 0.0, sum_bb = 0.0, sum_ab = 0.0;
     constexpr int pairs = 200000;
     for (int i = 0; i < pairs; ++i) {
-      const std::complex<double> one(normal(random), normal(random));
-      const std::complex<double> other(normal(random), normal(random));
+      // Braces: the real part is drawn first.
+      const std::complex<double> one{normal(random), normal(random)};
+      const std::complex<double> other{normal(random), normal(random)};
       const double a = std::abs(one), b = std::abs(rho * one + std::sqrt(1.0 - rho * rho) * other);
       sum_a += a;
       sum_b += b;
