@@ -134,7 +134,7 @@ class GuardedServer final : public httplib::Server {
   bool process_and_close_socket(socket_t socket) override {
     GuardedStream stream(socket, stopping_);
     bool closed = false;
-    const bool done = process_request(stream, true, closed, nullptr);
+    const bool done = answer(stream, closed);
     ::shutdown(socket, SHUT_WR);
     // Unread data would make the kernel drop the answer, so it is read first.
     std::array<char, 4096> rest;
@@ -146,6 +146,15 @@ class GuardedServer final : public httplib::Server {
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
     return done;
+  }
+
+  /// Later versions of the library also want the addresses of both ends.
+  template <class AnyStream>
+  bool answer(AnyStream& stream, bool& closed) {
+    if constexpr (requires { this->process_request(stream, true, closed, nullptr); })
+      return this->process_request(stream, true, closed, nullptr);
+    else
+      return this->process_request(stream, "", 0, "", 0, true, closed, nullptr);
   }
 
   const std::atomic<bool>& stopping_;

@@ -11,6 +11,7 @@
 #include "support/damaged_meshes.h"
 #include "support/grids.h"
 #include "support/small_recording.h"
+#include "support/tiny_recipe.h"
 #include "support/tricky_meshes.h"
 
 using namespace ensonify;
@@ -95,6 +96,9 @@ int main(int argc, char** argv) {
   seeds.add(
       "strength_table",
       "grazing_deg,strength_db,frequency_hz\n10,-30,1e5\n80,-20,1e5\n5,-33,4e5\n90,-10,4e5\n");
+  seeds.add("vertical_pattern", "depression_deg,level_db\n-90,-20\n30,0\n40,-3\n");
+  seeds.add("vertical_pattern", "depression_deg,port_db,starboard_db\n0,-1,-2\n10,-3,-4\n");
+  seeds.add("recipe", tests::tiny_recipe);
   seeds.add("profile",
             tests::byte_order_mark +
                 "# a cast\r\ntime,\"soundspeed_mps\",depth_m\r\n\r\n3,1500,2e1\r\n,1.49e3,0\r\n");
