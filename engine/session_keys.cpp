@@ -1,6 +1,7 @@
 #include <ensonify/engine/session_keys.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <utility>
 
@@ -30,7 +31,14 @@ Scene SessionScene::with(std::span<const KeyValue> changes) const {
   for (const auto& some : {std::span<const KeyValue>(changes_), changes})
     for (const KeyValue& change : some)
       all.push_back(fmt::format("{}={}", change.key, change.value));
-  return parse_scene(*text_, name_, all, paths_);
+  try {
+    return parse_scene(*text_, name_, all, paths_);
+  } catch (const SceneError& error) {
+    // The user of a session gave a key, not an option of the command line.
+    const std::string_view message = error.what();
+    if (changes.empty() || !message.starts_with("-D ")) throw;
+    throw SceneError(std::string(message.substr(3)));
+  }
 }
 
 void SessionScene::keep(std::span<const KeyValue> changes) {
@@ -75,8 +83,19 @@ void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyVa
 
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
                        const ScenePaths& paths) {
+  // What the pose says instead, and what only the seabed's objects have.
+  static constexpr std::array of_place{
+      "east_m",    "north_m",       "height_m", "burial",    "follow_slope",       "heading_deg",
+      "pitch_deg", "roll_deg",      "path",     "path_file", "sag_radius_m",       "count",
+      "area",      "area_radius_m", "margin_m", "gap_m",     "heading_spread_deg", "assembly"};
   std::string text = "version = 1\n[[objects]]\n";
-  for (const auto& [key, value] : keys) text += fmt::format("{} = {}\n", toml_string(key), value);
+  for (const auto& [key, value] : keys) {
+    if (std::ranges::find(of_place, std::string_view(key)) != of_place.end())
+      throw SceneError(fmt::format(
+          "{}: '{}' places an object on the seabed; an added object lies where its pose says", name,
+          key));
+    text += fmt::format("{} = {}\n", toml_string(key), value);
+  }
   const Scene scene = parse_scene(text, name, {}, paths);
   const ObjectOptions& table = scene.objects.front();
   return {.mesh = mesh_of(table, scene.seed, scene.materials),

@@ -61,8 +61,9 @@ std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyV
 /// that is not a sonar's, SceneError for a value that a scene refuses; then nothing is kept.
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
-/// The object that keys of a scene's [[objects]] describe; `name` stands for the scene's file in
-/// messages. Throws SceneError, and as mesh_of().
+/// The object that keys of a scene's [[objects]] describe: its form, material and class. `name`
+/// stands for the scene's file in messages. Throws SceneError, also for keys of its place, angles
+/// and number, and as mesh_of().
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
                        const ScenePaths& paths);
 

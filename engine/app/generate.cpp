@@ -1,7 +1,9 @@
+#include <ensonify/engine/dataset/dataset_json.h>
 #include <ensonify/engine/dataset/generate.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/parallel_for.h>
 
+#include <algorithm>
 #include <memory>
 
 #include <fmt/format.h>
@@ -64,11 +66,24 @@ void print_json(const GenerateReport& report, const fs::path& folder, int thread
 void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
+  bool unnamed = false;
   for (std::size_t i = 0; i < recipe.samples(); ++i) try {
-      ++splits[recipe.sample(i).split];
+      const SampleScene sample = recipe.sample(i);
+      ++splits[sample.split];
+      unnamed |= std::ranges::count(sample.scene.objects, ObjectOptions{}.class_name,
+                                    &ObjectOptions::class_name) > 1;
     } catch (const SceneError& error) {
       if (++failed <= 10) fmt::print(stderr, "ensonify: {}\n", error.what());
     }
+  for (const std::string& split : splits_of(recipe.options().split))
+    if (failed == 0 && !splits.contains(split))
+      print_warnings(std::vector<std::string>{fmt::format(
+          "the split {} is empty: the split of each seafloor is drawn; use more samples, "
+          "another seed, or other shares in [dataset.split]",
+          split)});
+  if (unnamed)
+    print_warnings(std::vector<std::string>{
+        "several objects have the class 'object': name them with objects.N.class"});
   const ShardState state = shard_state(recipe, arguments.folder, shard);
   const nlohmann::ordered_json json = {
       {"samples", recipe.samples()},

@@ -34,6 +34,11 @@ int failed(int code, std::string_view message) {
   return code;
 }
 
+int out_of_memory() {
+  return failed(run_failed,
+                "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
+}
+
 int perform(const app::Action& action) {
   try {
     action();
@@ -57,8 +62,7 @@ int perform(const app::Action& action) {
   } catch (const std::invalid_argument& error) {
     return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
-    return failed(run_failed,
-                  "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
+    return out_of_memory();
   } catch (const std::exception& error) {
     return failed(run_failed, error.what());
   }
@@ -120,11 +124,7 @@ std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
                      help);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  // A write beyond the file size limit then fails with an error message.
-  std::signal(SIGXFSZ, SIG_IGN);
+int run_command_line(int argc, char** argv) {
   CLI::App program("ensonify: sidescan sonar simulated by ray tracing", "ensonify");
   program.formatter(std::make_shared<BrokenLines>());
   program.set_version_flag("--version", versions);
@@ -167,4 +167,16 @@ int main(int argc, char** argv) {
   }
   if (!action) return failed(wrong_input, "a subcommand is required (see ensonify --help)");
   return perform(action);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // A write beyond the file size limit then fails with an error message.
+  std::signal(SIGXFSZ, SIG_IGN);
+  try {
+    return run_command_line(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  }
 }

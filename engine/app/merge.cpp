@@ -42,18 +42,24 @@ auto watched(const Arguments& arguments, std::string_view pieces, const Merge& m
   });
 }
 
-/// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage.
-void require_whole(const Arguments& arguments, std::string_view pieces,
-                   const std::vector<std::size_t>& missing, const std::vector<std::string>& damaged,
-                   std::string_view cure) {
+/// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage. The same
+/// command makes what is missing, but not what is damaged.
+void require_whole(const Arguments& arguments, std::string_view pieces, std::string_view command,
+                   const std::vector<std::size_t>& missing,
+                   const std::vector<std::string>& damaged) {
   if (missing.empty() && damaged.empty()) return;
   for (std::size_t i = 0; i < std::min(max_lines, damaged.size()); ++i)
     fmt::print(stderr, "ensonify: {}\n", damaged[i]);
   std::string found;
-  if (!missing.empty()) found += fmt::format("{} {} are missing; ", pieces, intervals(missing));
+  if (missing.size() == 1)
+    found += fmt::format("{} {} is missing; ", pieces.substr(0, pieces.size() - 1), missing[0]);
+  else if (!missing.empty())
+    found += fmt::format("{} {} are missing; ", pieces, intervals(missing));
   if (!damaged.empty()) found += fmt::format("{} faults in {}; ", damaged.size(), pieces);
-  throw std::runtime_error(
-      fmt::format("{}: {}nothing was written; {}", arguments.folder.string(), found, cure));
+  throw std::runtime_error(fmt::format(
+      "{}: {}nothing was written; {}run `{}` again", arguments.folder.string(), found,
+      damaged.empty() ? "" : fmt::format("remove the folders of damaged {} and ", pieces),
+      command));
 }
 
 void merge_parts(const Arguments& arguments) {
@@ -63,8 +69,7 @@ void merge_parts(const Arguments& arguments) {
                   {"missing", report.missing},
                   {"damaged", report.damaged},
                   {"warnings", report.warnings}});
-  require_whole(arguments, "parts", report.missing, report.damaged,
-                "remove the folders of damaged parts and run `ensonify run` again");
+  require_whole(arguments, "parts", "ensonify run", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (!arguments.quiet)
     fmt::print(stderr, "{}: {} parts are complete\n", arguments.folder.string(), report.parts);
@@ -82,8 +87,7 @@ void merge_dataset(const Arguments& arguments) {
                   {"warnings", report.warnings},
                   {"splits", report.samples_by_split},
                   {"images", report.images}});
-  require_whole(arguments, "samples", report.missing, report.damaged,
-                "remove damaged samples and run `ensonify generate` again");
+  require_whole(arguments, "samples", "ensonify generate", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (arguments.quiet) return;
   fmt::print(stderr, "{}: {} samples are complete\n", arguments.folder.string(), report.samples);

@@ -126,7 +126,7 @@ class PoseSession {
     try {
       request = Json::parse(line);
     } catch (const Json::exception&) {
-      throw UsageError("is not JSON, expected one object per line");
+      throw UsageError("is not JSON (which has no NaN or infinity), expected one object per line");
     }
     Fields fields(std::move(request));
     if (const auto keys = fields.take("set")) {

@@ -1,11 +1,15 @@
 #include <ensonify/engine/dataset/dataset_json.h>
 
 #include <algorithm>
+#include <sstream>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/output/masks.h>
+#include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
 namespace {
@@ -17,13 +21,28 @@ std::string text_of(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-/// Those that samples can be in.
-std::vector<std::string> splits_of(const SplitOptions& split) {
-  std::vector<std::string> splits;
-  if (split.train > 0.0) splits.push_back("train");
-  if (split.val > 0.0 || !split.held_out_val.empty()) splits.push_back("val");
-  if (split.test > 0.0 || !split.held_out_test.empty()) splits.push_back("test");
-  return splits;
+/// Of two texts, the first line that differs.
+std::string first_difference(const std::string& written, const std::string& wanted) {
+  std::istringstream old_lines(written), new_lines(wanted);
+  std::string old_line, new_line;
+  for (int number = 1;; ++number) {
+    const bool had = bool(std::getline(old_lines, old_line));
+    const bool has = bool(std::getline(new_lines, new_line));
+    if (!had || !has || old_line != new_line)
+      return fmt::format("line {} of its recipe is {}", number,
+                         had ? "'" + old_line + "'" : "missing");
+  }
+}
+
+/// What sets the dataset of a folder apart from the one that is asked for.
+std::string what_differs(const Json& written, const Json& wanted) {
+  const std::string old_recipe = written.value("recipe", ""), recipe = wanted.value("recipe", "");
+  if (old_recipe != recipe) return first_difference(old_recipe, recipe);
+  const auto overrides = written.value("overrides", std::vector<std::string>());
+  if (overrides != wanted.value("overrides", std::vector<std::string>()))
+    return overrides.empty() ? "it was made without -D"
+                             : fmt::format("it was made with -D {}", fmt::join(overrides, " -D "));
+  return "other data files or another version were used";
 }
 
 }  // namespace
@@ -57,6 +76,23 @@ std::string dataset_json(const Recipe& recipe) {
                   {"recipe", recipe.text()},
                   {"overrides", recipe.overrides()},
                   {"recipe_hash", xxh128(recipe.text())}});
+}
+
+void require_same_dataset(const fs::path& file, const std::string& content) {
+  const std::string written = refine::read_file(file);
+  if (written == content) return;
+  const Json old = Json::parse(written, nullptr, /* exceptions: */ false);
+  throw SceneError(fmt::format(
+      "{}: the folder holds another dataset: {}; choose another folder with -o", file.string(),
+      old.is_object() ? what_differs(old, Json::parse(content)) : "the file is damaged"));
+}
+
+std::vector<std::string> splits_of(const SplitOptions& split) {
+  std::vector<std::string> splits;
+  if (split.train > 0.0) splits.push_back("train");
+  if (split.val > 0.0 || !split.held_out_val.empty()) splits.push_back("val");
+  if (split.test > 0.0 || !split.held_out_test.empty()) splits.push_back("test");
+  return splits;
 }
 
 std::string sample_json(std::size_t number, const SampleScene& sample, const fs::path& folder) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,13 @@ namespace ensonify::engine {
 /// The content of dataset.json: the recipe's text, versions, names of the labels, assets with their
 /// hashes.
 std::string dataset_json(const Recipe& recipe);
+
+/// Throws SceneError, with the first difference, if the file dataset.json of a folder does not have
+/// the content that the recipe gives.
+void require_same_dataset(const std::filesystem::path& file, const std::string& content);
+
+/// The splits that samples can be in.
+std::vector<std::string> splits_of(const SplitOptions& split);
 
 /// The content of sample.json, the last file written to a sample's folder: the drawn values, and
 /// each file of the folder with its hash.

@@ -188,12 +188,7 @@ class Generator {
       const Claim claim = wait_for(file);
       if (!fs::exists(file)) refine::write_file(file, text);
     }
-    if (refine::read_file(file) != text) {
-      throw SceneError(
-          fmt::format("{}: the folder holds a dataset made from another recipe, from other data "
-                      "files or by another version; choose another folder with -o",
-                      file.string()));
-    }
+    require_same_dataset(file, text);
     report_.samples = samples_.end - samples_.begin;
     for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
       if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
@@ -414,6 +409,8 @@ ShardState shard_state(const Recipe& recipe, const fs::path& folder, const Shard
   const SampleFolders folders(folder, static_cast<std::size_t>(recipe.options().samples_per_tar));
   const Interval samples = samples_of(recipe, units_of(recipe, shard));
   ShardState state{.samples = samples.end - samples.begin};
+  const fs::path file = folder / "dataset.json";
+  if (fs::exists(file)) require_same_dataset(file, dataset_json(recipe));
   for (std::size_t sample = samples.begin; sample < samples.end; ++sample)
     state.finished += folders.finished(sample);
   return state;

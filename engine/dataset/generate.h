@@ -51,7 +51,8 @@ struct GenerateReport {
 GenerateReport generate(const Recipe& recipe, const std::filesystem::path& folder,
                         const GenerateControl& control);
 
-/// The number of samples in a shard, and of those finished in a folder.
+/// The number of samples in a shard, and of those finished in a folder. Throws SceneError if the
+/// folder holds another dataset.
 struct ShardState {
   std::size_t samples = 0, finished = 0;
 };

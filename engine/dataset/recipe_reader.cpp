@@ -79,6 +79,14 @@ class RecipeReader {
           std::ranges::any_of(*table, [](const auto& entry) { return is_word(entry.first.str()); });
       if (drawn && path == "seed")
         throw fault(node, "'seed' is that of all draws, expected a whole number");
+      if (!drawn && table->size() == 1 && table->begin()->second.is_array()) {
+        const std::string_view word = table->begin()->first.str();
+        const std::string near =
+            suggestion(word, std::vector<std::string>(words.begin(), words.end()));
+        if (!near.empty())
+          throw fault(
+              node, fmt::format("'{}': unknown distribution {}{}", path, toml_string(word), near));
+      }
       if (drawn)
         draw(path, distribution(*table, path));
       else
@@ -252,6 +260,9 @@ class RecipeReader {
     const std::vector<double> both = numbers(node, path, word);
     const bool fit = both.size() == 2 &&
                      (kind == Distribution::Kind::normal ? both[1] >= 0.0 : both[0] <= both[1]);
+    if (both.size() == 2 && !fit && kind != Distribution::Kind::normal)
+      throw fault(node, fmt::format("'{}': {} begins at {}, above its end at {}", path, word,
+                                    both[0], both[1]));
     if (!fit)
       throw fault(node, fmt::format("'{}': expected {} = [{}]", path, word,
                                     kind == Distribution::Kind::normal ? "mean, deviation"

@@ -367,8 +367,7 @@ void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> k
                                .class_id = number_in(seafloor.classes, kind.class_name)});
   seafloor.labels_in_grid = kinds.size() > 1;
   for_each_relief_list(seabed, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
-    const Relief relief{};
-    const ReliefKind<Relief>& kind = kind_of(relief);
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
     for (std::size_t i = 0; kind.has_instances() && i < list.size(); ++i)
       if (!list[i].class_name.empty())
         seafloor.warnings.push_back(fmt::format(

@@ -180,22 +180,22 @@ TEST_CASE("A bed needs tiles where it cannot be made at once") {
   options.extent_north_m = 600.0;
   options.fractal.hurst = 0.8;  // its period is twice as long
   CHECK(needs_tiles(options));
-  CHECK_THROWS_WITH(make_seafloor(options, 1), Catch::Matchers::Contains("--surface footprint"));
+  CHECK_THROWS_WITH(make_seafloor(options, 1), Catch::Contains("--surface footprint"));
 }
 
 TEST_CASE("What a bed in tiles cannot have is refused with what to do") {
   SeafloorOptions options;
   const auto make = [&] { return make_seafloor_in_tiles(options, 1, {}, {}, {}); };
   options.seabed.outcrops.emplace_back();
-  CHECK_THROWS_WITH(make(), Catch::Matchers::Contains("seafloor.outcrops.0"));
+  CHECK_THROWS_WITH(make(), Catch::Contains("seafloor.outcrops.0"));
   options = {};
   options.extent_east_m = options.extent_north_m = 1300.0;
   options.cell_m = 0.1;
   Scene scene;
   scene.seafloor = options;
   scene.run.surface = "static";
-  CHECK_THROWS_WITH(prepare_seafloor(scene, {}), Catch::Matchers::Contains("footprint"));
+  CHECK_THROWS_WITH(prepare_seafloor(scene, {}), Catch::Contains("footprint"));
   scene.run.surface = "auto";
   scene.sea.refraction = RefractionMode::full;
-  CHECK_THROWS_WITH(prepare_seafloor(scene, {}), Catch::Matchers::Contains("time-only"));
+  CHECK_THROWS_WITH(prepare_seafloor(scene, {}), Catch::Contains("time-only"));
 }

@@ -22,7 +22,7 @@
 #include "support/topology.h"
 
 using namespace ensonify::refine;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using ensonify::tests::for_each_node;
 using ensonify::tests::Topology;
 using ensonify::tests::topology;

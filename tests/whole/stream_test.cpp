@@ -136,7 +136,7 @@ const std::vector<std::pair<std::string, std::string>> wrong_lines = {
     {R"({"x_m": 1, "y_m": 2, "z_m": -3, "yaw_deg": 4})", "unknown key 'yaw_deg'"},
     {R"({"x_m": 1e999, "y_m": 2, "z_m": -3})", "is not JSON"},
     {R"({"x_m": 1, "y_m": 2, "z_m": 3})", "sonar left-right 3.0 m above the sea surface"},
-    {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "0.0 m above the sea surface"},
+    {R"({"x_m": 1, "y_m": 2, "z_m": 0})", "sonar left-right at the sea surface"},
     {R"({"x_m": 1, "y_m": 2, "z_m": -60})", " m below the bed"},
     {R"({"set": {"track.pings": 4}})", "cannot be set"},
     {R"({"set": {"sonar.left-right.range_m": -4}})", "expected a number from"},

@@ -112,8 +112,7 @@ void append_keys(std::vector<Key<Owner>>& keys, const std::vector<Key<Part>>& pa
 /// The keys of each layer of one kind of relief, from its ReliefKind.
 template <class Layer>
 const Section<Layer>& relief_section() {
-  static const Layer layer{};
-  static const auto& kind = kind_of(layer.relief);
+  static const auto& kind = kind_of(Layer{}.relief);
   static const std::string name = "seafloor." + std::string(kind.list);
   static const Section<Layer> section = [] {
     Section<Layer> made{name, kind.help, {}};

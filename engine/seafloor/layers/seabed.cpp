@@ -198,8 +198,7 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
                 layers.lay_patch(patch, mask);
               });
   for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
-    const Relief relief{};
-    const ReliefKind<Relief>& kind = kind_of(relief);
+    const ReliefKind<Relief>& kind = kind_of(Relief{});
     layers.each(list, kind.list, kind.purpose,
                 [&](const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws) {
                   layers.lay_relief(layer, mask, draws);

@@ -387,7 +387,9 @@ TEST_CASE("an error in a recipe names its place") {
   check_refused("[dataset]\nsample = 3\n", "did you mean 'dataset.samples'?");
   check_refused("[dataset]\nsamples = 0\n", "r.toml:3:11: 'dataset.samples' is 0");
   check_refused("[dataset]\n[track]\naltitude_m = { unifrom = [3, 12] }\n",
-                "or a distribution of it");
+                "r.toml:4:14: 'track.altitude_m': unknown distribution \"unifrom\"; did you mean "
+                "'uniform'?");
+  check_refused("[dataset]\n[track]\naltitude_m = { about = 3 }\n", "or a distribution of it");
   check_refused("[dataset]\n[track]\naltitude_m = { uniform = [3, 12], wieghts = [1] }\n",
                 "unknown word \"wieghts\" in the distribution of 'track.altitude_m'; did you mean "
                 "'weights'?");
@@ -396,6 +398,8 @@ TEST_CASE("an error in a recipe names its place") {
   check_refused("[dataset]\n[track]\naltitude_m = { uniform = [3, 12], normal = [3, 4] }\n",
                 "more than one distribution");
   check_refused("[dataset]\n[track]\naltitude_m = { uniform = [12, 3] }\n",
+                "uniform begins at 12, above its end at 3");
+  check_refused("[dataset]\n[track]\naltitude_m = { uniform = [3] }\n",
                 "expected uniform = [least, most]");
   check_refused("[dataset]\n[track]\naltitude_m = { log_uniform = [0, 3] }\n",
                 "expected more than 0");

@@ -173,22 +173,21 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   SeabedOptions seabed;
   seabed.outcrops.resize(1);
   CHECK_FALSE(obstacle_to_windows(grid, seabed).empty());
-  CHECK_THROWS_WITH(
-      require_windows(grid, seabed),
-      Catch::Matchers::Contains("seafloor.outcrops.0") && Catch::Matchers::Contains("remove it"));
+  CHECK_THROWS_WITH(require_windows(grid, seabed),
+                    Catch::Contains("seafloor.outcrops.0") && Catch::Contains("remove it"));
   seabed = {};
   seabed.patches.resize(1);
   seabed.patches[0].area.image.path = "map.png";
-  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Matchers::Contains("gdal_polygonize"));
+  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("gdal_polygonize"));
   seabed = {};
   seabed.pits.resize(2);
   seabed.pits[1].relief.diameter_m = 500.0;
-  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Matchers::Contains("seafloor.pits.1"));
+  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.pits.1"));
   seabed.pits.resize(1);
   CHECK(obstacle_to_windows(grid, seabed).empty());
   seabed.crests.resize(1);
   seabed.crests[0].relief.wavelength_m = 0.5;  // two cells
-  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Matchers::Contains("seafloor.crests.0"));
+  CHECK_THROWS_WITH(require_windows(grid, seabed), Catch::Contains("seafloor.crests.0"));
   seabed = {};
   seabed.pits.resize(20);
   for (std::size_t i = 0; i < seabed.pits.size(); ++i) {
@@ -200,5 +199,5 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   seabed.patches.resize(13);
   for (std::size_t i = 0; i < seabed.patches.size(); ++i)
     seabed.patches[i].material = "patch " + std::to_string(i);
-  CHECK_THROWS_WITH(possible_kinds(seabed, "medium sand"), Catch::Matchers::Contains("256"));
+  CHECK_THROWS_WITH(possible_kinds(seabed, "medium sand"), Catch::Contains("256"));
 }
