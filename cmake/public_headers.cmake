@@ -1,4 +1,4 @@
-# The headers that are installed: what simulate.h, run.h, reader.h, recording_reader.h, ray_by_ray.h
+# The headers that are installed: what simulate.h, session_keys.h, run.h, reader.h, recording_reader.h, ray_by_ray.h
 # (for a back-end), display.h and seafloor.h include, directly or not. All others are private. A test
 # compiles a program over the installed ones alone, so one that is missing here is noticed.
 set(public_headers
@@ -37,6 +37,7 @@ set(public_headers
   engine/seafloor/objects/shape_size.h
   engine/seafloor/seafloor.h
   engine/seafloor/seafloor_options.h
+  engine/session_keys.h
   engine/simd/cache_lines.h
   engine/simulate.h
   engine/sonar/echo/echo.h

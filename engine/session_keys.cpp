@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -35,9 +34,10 @@ Scene SessionScene::with(std::span<const KeyValue> changes) const {
     return parse_scene(*text_, name_, all, paths_);
   } catch (const SceneError& error) {
     // The user of a session gave a key, not an option of the command line.
-    const std::string_view message = error.what();
-    if (changes.empty() || !message.starts_with("-D ")) throw;
-    throw SceneError(std::string(message.substr(3)));
+    if (changes.empty()) throw;
+    std::string message = fmt::format(" {}", error.what());
+    for (std::size_t at = 0; (at = message.find(" -D ", at)) != message.npos;) message.erase(at, 3);
+    throw SceneError(message.substr(1));
   }
 }
 
@@ -71,7 +71,7 @@ std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyV
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes) {
   for (const KeyValue& change : changes)
     if (!change.key.starts_with("sonar."))
-      throw std::invalid_argument(
+      throw SceneError(
           fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
                       "sonar.NAME.range_m",
                       change.key));

@@ -57,13 +57,13 @@ class SessionScene {
 /// The numbers of the scene's sonars that any of these keys (`sonar.NAME.key`) changes.
 std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes);
 
-/// Changes keys of a simulator's sonars, and keeps them. Throws std::invalid_argument for a key
-/// that is not a sonar's, SceneError for a value that a scene refuses; then nothing is kept.
+/// Changes keys of a simulator's sonars, and keeps them. Throws SceneError for a key that is not a
+/// sonar's and for a value that a scene refuses; then nothing is kept.
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
-/// The object that keys of a scene's [[objects]] describe: its form, material and class. `name`
-/// stands for the scene's file in messages. Throws SceneError, also for keys of its place, angles
-/// and number, and as mesh_of().
+/// The object that keys of a scene's [[objects]] describe: its form, material and class. Its
+/// origin, which a pose places, is the middle of its bounds. `name` stands for the scene's file in
+/// messages. Throws SceneError, also for keys of its place, angles and number, and as mesh_of().
 MovingObject object_of(std::span<const KeyValue> keys, std::string_view name,
                        const ScenePaths& paths);
 

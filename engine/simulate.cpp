@@ -1,5 +1,6 @@
 #include <ensonify/engine/simulate.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -52,8 +53,29 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
   return worker_->fans;
 }
 
+/// A pose in the wrong units or axes gives lines without an echo, which look like a fault.
+void Simulator::warn_of_distance(const Pose& pose) {
+  const Eigen::Vector2d low = ready_->bounds.lowest.head<2>().cast<double>(),
+                        high = ready_->bounds.highest.head<2>().cast<double>(),
+                        place = pose.position.head<2>();
+  const double outside_m = (place - place.cwiseMax(low).cwiseMin(high)).norm();
+  const bool in_reach = std::ranges::any_of(
+      worker_->sonars, [&](const Sonar& sonar) { return outside_m <= sonar.range_m; });
+  if (in_reach || std::exchange(worker_->warned_of_distance, true)) return;
+  worker_->warnings.push_back(fmt::format(
+      "the pose at {:.1f} m east, {:.1f} m north is {:.1f} m off the seafloor, out of every sonar's "
+      "range: its lines have no bed (the seafloor spans {:.1f} to {:.1f} m east, {:.1f} to {:.1f} "
+      "m north)",
+      place.x(), place.y(), outside_m, low.x(), high.x(), low.y(), high.y()));
+}
+
 std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64_t number) {
   Worker& worker = *worker_;
+  if (!(pose.velocity_mps.norm() < sound_speed_mps()))
+    throw std::invalid_argument(
+        fmt::format("Simulator: the pose's velocity is {:.4g} m/s, expected less than the speed of "
+                    "sound, {:.4g} m/s",
+                    pose.velocity_mps.norm(), sound_speed_mps()));
   StopWatch watch;
   refine::SpareThreads* spare = std::exchange(worker.spare, nullptr);
   const Intersector& intersector = worker.face_source.prepare(aim(pose));
@@ -62,6 +84,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     look_ahead(*spare);
     aim(pose);
   }
+  warn_of_distance(pose);
   watch.lap(worker.times.surface_s);
   if (worker.lines.empty()) worker.make_lines();
   std::size_t first_line = 0;

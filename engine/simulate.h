@@ -54,8 +54,9 @@ class Simulator {
   /// those of each of its beams in turn, from the rear), then of the next. `number` selects the
   /// random numbers: the same number and pose give the same ping again. The lines are good until
   /// the next call. Throws std::invalid_argument for a pose that is not finite, or puts a sonar
-  /// above the sea surface or below the bed (over a hole, or off the seafloor, it pings);
-  /// refine::DamagedFile for a damaged seafloor's file.
+  /// above the sea surface or below the bed, or is as fast as sound; refine::DamagedFile for a
+  /// damaged seafloor's file. Over a hole, or off the seafloor, it pings; out of reach of the
+  /// seafloor that adds to warnings(), once.
   std::span<const EchoLine> ping_numbered(const Pose& pose, std::uint64_t number);
 
   /// The lines of the last ping, to keep; the next ping makes new ones. Empty before the first ping
@@ -92,7 +93,8 @@ class Simulator {
   /// those that add() brought.
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
-  /// Repairs of meshes, odd parameters, a short cast. What lies outside a model's range is in
+  /// Repairs of meshes, odd parameters, a short cast, a ping out of reach of the seafloor; good
+  /// until the next call. What lies outside a model's range is in
   /// Extrapolation (extrapolation.h).
   std::span<const std::string> warnings() const;
   double sound_speed_mps() const;  ///< that converts time to range
@@ -105,6 +107,7 @@ class Simulator {
   struct Worker;  // what one thread owns
   explicit Simulator(std::shared_ptr<const Ready> ready);
   std::span<const RayFan> aim(const Pose& pose);
+  void warn_of_distance(const Pose& pose);
   void look_ahead(refine::SpareThreads& spare);
   double bed_height_m(double x_m, double y_m) const;
   std::shared_ptr<const Ready> ready_;

@@ -30,6 +30,14 @@ bool contains_words(std::string_view name, std::string_view words) {
   return false;
 }
 
+/// Whether the word has some of the name's letters, in order, and begins as it does.
+bool abbreviates(std::string_view word, std::string_view name) {
+  if (word.empty() || name.empty() || word.front() != name.front()) return false;
+  for (const char letter : name)
+    if (!word.empty() && word.front() == letter) word.remove_prefix(1);
+  return word.empty();
+}
+
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});
@@ -54,18 +62,20 @@ std::vector<std::string_view> nearest_names(std::string_view word,
   if (word.size() > longest_word) return {};
   const std::string wanted = normalised(word);
   std::vector<std::string_view> containing, beginning;
-  std::vector<std::pair<std::size_t, std::string_view>> near;
+  std::vector<std::pair<std::size_t, std::string_view>> near, longer;
   for (const std::string_view name : names) {
     const std::string whole = normalised(name);
     const std::string_view last = std::string_view(whole).substr(whole.rfind('.') + 1);
     if (wanted.size() >= shortest_part) {
       if (contains_words(whole, wanted)) containing.push_back(name);
       if (last.starts_with(wanted)) beginning.push_back(name);
+      if (abbreviates(wanted, last)) longer.emplace_back(last.size(), name);
     }
     if (const std::size_t apart = std::min(edits(wanted, whole), edits(wanted, last));
         apart <= letters)
       near.emplace_back(apart, name);
   }
+  if (near.empty()) near = std::move(longer);
   std::ranges::stable_sort(near, {}, [](const auto& one) { return one.first; });
   const bool misspelt = !near.empty() && near.front().first <= 1;
   std::vector<std::string_view>& parts = containing.empty() ? beginning : containing;

@@ -55,7 +55,12 @@ struct Arguments {
 Sediment sediment_of(const Arguments& arguments) {
   Sediment sediment;
   if (arguments.sediment) {
-    sediment = scatter::sediment_named(*arguments.sediment);
+    try {
+      sediment = scatter::sediment_named(*arguments.sediment);
+    } catch (const std::invalid_argument& unknown) {
+      throw UsageError(
+          fmt::format("{}; covers and solids are materials: --material NAME", unknown.what()));
+    }
   } else if (arguments.mean_grain_size_phi) {
     sediment = scatter::sediment_of_grain_size(*arguments.mean_grain_size_phi);
   } else {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/clock.h>
@@ -39,6 +40,7 @@ constexpr std::uint64_t enough_bent = 20000;
 struct Arguments {
   SceneArguments scene;
   std::filesystem::path cache;
+  std::vector<std::string> intersectors;  // empty: all
   std::uint64_t rays = 1000000;
   int threads = 0;
   MemoryLimit memory;
@@ -53,6 +55,15 @@ std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces, std::u
   const auto every = static_cast<std::uint64_t>(
       std::ceil(static_cast<double>(rays) * static_cast<double>(faces) / slow_tests));
   return every > slowest_every ? 0 : every;
+}
+
+/// The intersectors of these names; of all, if there are none. Throws std::invalid_argument.
+std::vector<IntersectorKind> kinds_of(const std::vector<std::string>& names) {
+  const std::span<const IntersectorKind> all = intersector_kinds();
+  if (names.empty()) return {all.begin(), all.end()};
+  std::vector<IntersectorKind> kinds;
+  for (const std::string& name : names) kinds.push_back(intersector_kind(name));
+  return kinds;
 }
 
 /// One intersector with every face source; `reference` is built over the whole mesh, and
@@ -130,18 +141,13 @@ std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& 
 }
 
 void check(const Arguments& arguments) {
+  std::vector<IntersectorKind> kinds = kinds_of(arguments.intersectors);
   Scene scene = arguments.scene.read();
   const int threads = refine::thread_count(arguments.threads);
-  const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const Preparation how{.cache = arguments.cache,
                         .threads = threads,
-                        .progress =
-                            [&](std::string_view stage) {
-                              progress->report(stage, 0, 1);
-                              if (SignalWatch::caught() != 0)
-                                throw Stopped("stopped on request, before a ray was compared");
-                            },
+                        .progress = [&](std::string_view stage) { progress->report(stage, 0, 1); },
                         .memory = arguments.memory};
 
   Clock::time_point start = Clock::now();
@@ -171,9 +177,12 @@ void check(const Arguments& arguments) {
   const double prepare_s = seconds_since(start);
 
   start = Clock::now();
+  // Before, nothing is worth keeping, and a stage cannot be stopped: a signal ends the program.
+  const SignalWatch signals;
   AgreementProgress reached;
   std::string_view reached_what;
   bool stopped = false;
+  std::size_t finished = 0;
   std::vector<AgreementRow> rows;
   const auto compare_some = [&](std::string_view what, const std::vector<Candidate>& some,
                                 AgreementOptions options) {
@@ -189,16 +198,29 @@ void check(const Arguments& arguments) {
       stopped = SignalWatch::caught() != 0;
       return !stopped;
     };
+    if (SignalWatch::caught() != 0) {  // while trees were built
+      stopped = true;
+      reached.rays = reached.of = 0;
+      return;
+    }
     const std::vector<AgreementRow> more =
         compare(mesh, *reference, some,
                 some.empty() ? std::span<const PingBlock>() : std::span(blocks), options);
     rows.insert(rows.end(), more.begin(), more.end());
+    if (!stopped) ++finished;
+  };
+  const auto every_of = [&](const IntersectorKind& kind) {
+    return asked_every(kind, mesh.faces.size(), scene_rays + arguments.rays / 2);
   };
   // One intersector after another, so that its trees are freed before the next one's are built.
-  for (const IntersectorKind& kind : intersector_kinds()) {
-    const std::uint64_t every =
-        asked_every(kind, mesh.faces.size(), scene_rays + arguments.rays / 2);
-    if (every == 0 || stopped) continue;
+  std::erase_if(kinds, [&](const IntersectorKind& kind) { return every_of(kind) == 0; });
+  if (kinds.empty())
+    throw UsageError(fmt::format("{} would take too long: use fewer --rays, or fewer faces",
+                                 fmt::join(arguments.intersectors, ", ")));
+  const bool all = arguments.intersectors.empty();
+  const std::size_t comparisons = kinds.size() + (all ? 2 : 0);
+  for (const IntersectorKind& kind : kinds) {
+    const std::uint64_t every = every_of(kind);
     compare_some(kind.name,
                  candidates(kind, mesh, reference, analysed->seafloor.progressive,
                             of_heights ? &of_heights->seafloor() : nullptr, scene, every,
@@ -208,13 +230,14 @@ void check(const Arguments& arguments) {
                   .bodies = true,
                   .water = every == 1 ? water : BentWater{},
                   .bent_every = bent_every});
+    if (stopped) break;
   }
-  if (!stopped)
+  if (all && !stopped)
     compare_some("altitudes", {},
                  {.heights = heights(simulator, of_analysis, of_heights ? &*of_heights : nullptr),
                   .plumb_lines = arguments.rays / 50,
                   .bed_faces = simulator.seafloor().bed_faces});
-  if (!stopped) {
+  if (all && !stopped) {
     progress->report("faces", 0, 1);
     rows.push_back({compare_faces(mesh, *analysed->seafloor.progressive, threads), "refined",
                     "progressive_mesh", RaySource::faces, Precision::exact});
@@ -225,6 +248,11 @@ void check(const Arguments& arguments) {
 
   print_warnings(analysed->warnings);
   for (const AgreementRow& row : rows) print_unexplained(row, mesh.world_origin);
+  if (!arguments.quiet)
+    fmt::print(stderr,
+               "source scene: {} rays of {} pings, which are cast whole; half of --rays {} is the "
+               "least\n",
+               scene_rays, pings_of(blocks), arguments.rays);
   if (water.profile && !arguments.quiet)
     fmt::print(stderr, "source bent: one in {} of the scene's rays, as the water bends them\n",
                bent_every);
@@ -235,6 +263,7 @@ void check(const Arguments& arguments) {
         {"scene", arguments.scene.file.string()},
         {"seed", scene.seed},
         {"faces", simulator.seafloor().faces},
+        {"pings", pings_of(blocks)},
         {"reference", reference_name},
         {"bent_every", water.profile ? nlohmann::ordered_json(bent_every) : nullptr},
         {"stopped", stopped},
@@ -249,8 +278,11 @@ void check(const Arguments& arguments) {
   }
   if (stopped)
     throw Stopped(fmt::format(
-        "stopped on request after {} of {} rays of {}; the table holds the comparison so far",
-        reached.rays, reached.of, reached_what));
+        "stopped on request after {} of {} comparisons{}; the table holds what was compared",
+        finished, comparisons,
+        reached.rays < reached.of  // for aimed rays the latter is an estimate
+            ? fmt::format(" and {} of {} rays of {}", reached.rays, reached.of, reached_what)
+            : ""));
   const std::string over = report_limits(rows);
   fmt::print(stderr, "{}", over);
   if (reached.unexplained > 0)
@@ -285,15 +317,23 @@ void add_check(CLI::App& app, Action& action) {
       "of a scene and on rays aimed at vertices and edges. Exit code 1 if a difference is "
       "unexplained. If sea.refraction = \"full\", a share of the scene's rays is also compared as the "
       "water bends them (source bent): about 20,000, or one in 10 if that is more; brute_force has "
-      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far");
+      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far; while the seafloor is prepared it "
+      "ends the program");
   arguments->scene.add_to(command);
   command
       .add_option(
           "--rays", arguments->rays,
-          "Approximate number of rays per surface and intersector (default: a million; brute_force "
+          "Least number of rays per surface and intersector, about half of them the scene's: its "
+          "pings are cast whole, so that there may be many more (default: a million; brute_force "
           "gets as many as it can trace in half a minute)")
       ->type_name("N")
       ->transform(CLI::Validator(count_of_rays, "in [1 - 1e12]"));
+  command
+      .add_option("--intersector", arguments->intersectors,
+                  "Compare only these intersectors (default: all, and altitudes and faces)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAME,NAME");
   add_cache(command, arguments->cache);
   add_threads(command, arguments->threads);
   add_memory(command, arguments->memory);

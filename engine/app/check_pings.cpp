@@ -43,6 +43,12 @@ std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, st
   return blocks;
 }
 
+std::size_t pings_of(const std::vector<PingBlock>& blocks) {
+  std::size_t pings = 0;
+  for (const PingBlock& block : blocks) pings += block.size();
+  return pings;
+}
+
 std::uint64_t rays_of(const std::vector<PingBlock>& blocks) {
   std::uint64_t rays = 0;
   for (const PingBlock& block : blocks)

@@ -14,6 +14,7 @@ namespace ensonify::engine::app {
 /// too few pings, it is repeated with slightly turned sonars.
 std::vector<PingBlock> scene_blocks(const Scene& scene, Simulator& simulator, std::uint64_t rays);
 
+std::size_t pings_of(const std::vector<PingBlock>& blocks);
 /// How many rays they have within their beams.
 std::uint64_t rays_of(const std::vector<PingBlock>& blocks);
 

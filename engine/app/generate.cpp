@@ -62,16 +62,25 @@ void print_json(const GenerateReport& report, const fs::path& folder, int thread
   print_object(json);
 }
 
+/// Whether the vehicle is above the sea surface over a bed at its mean depth. The bed itself is
+/// known only when it is made, which would take as long as the samples.
+bool above_water(const Scene& scene) {
+  return scene.seafloor.kind == SeafloorKind::fractal && scene.track.kind != TrackKind::file &&
+         scene.track.altitude_m >= scene.seafloor.depth_m;
+}
+
 /// --dry-run: draws all samples without making any.
 void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
   bool unnamed = false;
+  std::vector<std::size_t> shallow;  // samples
   for (std::size_t i = 0; i < recipe.samples(); ++i) try {
       const SampleScene sample = recipe.sample(i);
       ++splits[sample.split];
       unnamed |= std::ranges::count(sample.scene.objects, ObjectOptions{}.class_name,
                                     &ObjectOptions::class_name) > 1;
+      if (above_water(sample.scene)) shallow.push_back(i);
     } catch (const SceneError& error) {
       if (++failed <= 10) fmt::print(stderr, "ensonify: {}\n", error.what());
     }
@@ -84,6 +93,12 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
   if (unnamed)
     print_warnings(std::vector<std::string>{
         "several objects have the class 'object': name them with objects.N.class"});
+  if (!shallow.empty())
+    print_warnings(std::vector<std::string>{fmt::format(
+        "in {} of {} samples (the first is {}) the vehicle would leave the water, because "
+        "track.altitude_m is not less than seafloor.depth_m; generate refuses a sample whose "
+        "vehicle does so over its bed",
+        shallow.size(), recipe.samples(), shallow.front())});
   const ShardState state = shard_state(recipe, arguments.folder, shard);
   const nlohmann::ordered_json json = {
       {"samples", recipe.samples()},
@@ -92,6 +107,7 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
       {"classes", recipe.class_names()},
       {"sediments", recipe.material_names()},
       {"refused", failed},
+      {"above_water", shallow},
       {"shard", {{"samples", state.samples}, {"finished", state.finished}}}};
   print_object(json);
   if (failed > 0)
@@ -160,7 +176,8 @@ void add_generate(CLI::App& app, Action& action) {
   add_cache(command, arguments->cache);
   command.add_flag("--dry-run", arguments->dry_run,
                    "Draw all samples and print what would be made and what is finished; make "
-                   "nothing");
+                   "nothing. Without the seabeds it finds what a scene refuses, and vehicles above "
+                   "the water at the mean depth");
   command.add_flag("--json", arguments->json, "Print what was made, and the times, on stdout");
   command.add_flag("--quiet", arguments->quiet,
                    "No progress and no summary; warnings and errors remain");

@@ -3,7 +3,10 @@
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
+#include <algorithm>
 #include <memory>
+
+#include <fmt/format.h>
 
 #include "app.h"
 #include "progress.h"
@@ -38,11 +41,13 @@ struct Scratch {
 void make_preview(const Arguments& arguments) {
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   const Scratch scratch(arguments.file);
-  Picture sheet;
+  const std::size_t wanted =
+      std::min(static_cast<std::size_t>(arguments.samples), recipe.samples());
+  ContactSheet sheet;
   {
     const SignalWatch signals;
     Progress progress(arguments.quiet);
-    sheet = preview(recipe, static_cast<std::size_t>(arguments.samples),
+    sheet = preview(recipe, wanted,
                     {.threads = arguments.threads,
                      .cache = arguments.cache,
                      .scratch = scratch.folder,
@@ -51,20 +56,27 @@ void make_preview(const Arguments& arguments) {
                        return SignalWatch::caught() == 0;
                      }});
   }
-  refine::write_file(arguments.file, encode_png(sheet));
+  refine::write_file(arguments.file, encode_png(sheet.picture));
+  if (sheet.samples < wanted)
+    throw Stopped(fmt::format("stopped after {} of {} samples, which are in {}", sheet.samples,
+                              wanted, arguments.file.string()));
 }
 
 }  // namespace
 
 void add_preview(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("preview", "Draw a contact sheet of a recipe's samples and their labels");
+  CLI::App& command = *app.add_subcommand(
+      "preview",
+      "Draw a contact sheet of a recipe's samples and their labels. Ctrl-C ends "
+      "it and keeps the samples that are finished");
   command.add_option("DATASET", arguments->recipe, "A recipe, as for generate")->required();
   command.add_option("-o,--output", arguments->file, "The picture")
       ->required()
       ->type_name("FILE.png");
-  command.add_option("-n", arguments->samples, "Number of samples (default: 16)")
+  command
+      .add_option("-n", arguments->samples,
+                  "Number of samples (default: 16; at most those of the recipe)")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   add_overrides(command, arguments->overrides);

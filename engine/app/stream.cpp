@@ -205,6 +205,7 @@ class PoseSession {
 
   void ping(const Pose& pose) {
     std::span<const EchoLine> lines = simulator_.ping(pose);
+    report_warnings();
     const double altitude_m = simulator_.altitude_m(pose.position);
     for (const Sonar& sonar : simulator_.sonars()) {
       const std::size_t count = sides_of(sonar).size() * static_cast<std::size_t>(sonar.beams);
@@ -256,6 +257,10 @@ class PoseSession {
                 {"sonars", sonars},
                 {"classes", strings(simulator_.classes())},
                 {"materials", strings(simulator_.materials())}});
+    report_warnings();
+  }
+
+  void report_warnings() {
     print_warnings(simulator_.warnings().subspan(warned_));
     warned_ = simulator_.warnings().size();
   }

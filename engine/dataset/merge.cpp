@@ -136,6 +136,11 @@ class Merge {
     if (report_.missing.empty() && report_.damaged.empty()) {
       write();
       warn_of_splits();
+      if (small_boxes_ > 0)
+        report_.warnings.push_back(fmt::format(
+            "{} of {} labels of objects cover fewer than {} pixels: to leave such objects out of "
+            "all labels and masks, set dataset.least_px = {} in the recipe and generate again",
+            small_boxes_, boxes_, small_px, small_px));
     }
     return std::move(report_);
   }
@@ -282,6 +287,10 @@ class Merge {
     for (const Json& target : image.at("targets")) {
       if (target.at("ignored").get<bool>()) continue;
       if (!target.at("body").is_null()) {
+        if (target.contains("table")) {  // features of the bed are never ignored
+          ++boxes_;
+          small_boxes_ += target.at("body").at("area_px").get<std::size_t>() < small_px;
+        }
         add_annotation(index, id, target);
         picture.segments += segment(target.at("category_id"), target.at("body"), image);
       }
@@ -605,6 +614,8 @@ class Merge {
   fs::path folder_;
   const std::function<bool(std::size_t, std::size_t)>& progress_;
   const MergeOptions options_;
+  static constexpr std::size_t small_px = 4;
+  std::size_t boxes_ = 0, small_boxes_ = 0;
   Json dataset_;
   std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
   std::size_t shadow_class_ = 0;  // number of the class of shadows; 0: none

@@ -211,13 +211,13 @@ Picture legend(const Recipe& recipe, std::size_t width) {
 
 }  // namespace
 
-Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control) {
+ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control) {
   samples = std::min(samples, recipe.samples());
   std::vector<Picture> cells(samples);
   std::mutex mutex;
   std::size_t done = 0;
   const int threads = refine::thread_count(control.threads);
-  refine::parallel_for(samples, threads, [&](std::size_t k, int) {
+  const auto draw = [&](std::size_t k) {
     // Evenly chosen, but not in step with stratified keys.
     const std::size_t step = recipe.samples() / samples, number = k * step + k % step;
     SampleScene sample = recipe.sample(number);
@@ -239,7 +239,14 @@ Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl&
     std::filesystem::remove_all(folder);
     const std::lock_guard lock(mutex);
     ++done;
-  });
+  };
+  try {
+    refine::parallel_for(samples, threads, [&](std::size_t k, int) { draw(k); });
+  } catch (const Stopped&) {
+    std::erase_if(cells, [](const Picture& one) { return one.pixels.empty(); });
+    if (cells.empty()) throw Stopped("stopped before a sample was finished; nothing was written");
+    samples = cells.size();
+  }
   const std::size_t cell_width = cells.front().width;
   const std::size_t width = columns * cell_width + (columns + 1) * border;
   std::size_t height = border;
@@ -262,7 +269,7 @@ Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl&
     }
     row += tallest + border;
   }
-  return sheet;
+  return {std::move(sheet), samples};
 }
 
 }  // namespace ensonify::engine

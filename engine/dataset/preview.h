@@ -19,9 +19,16 @@ struct PreviewControl {
   std::function<bool(std::size_t done, std::size_t of)> progress = {};  ///< as in GenerateControl
 };
 
+/// A contact sheet, and how many samples it shows.
+struct ContactSheet {
+  Picture picture;
+  std::size_t samples = 0;
+};
+
 /// A contact sheet of `samples` of a recipe's samples, evenly chosen. For each: the line of its
 /// first sonar next to the line's labels, to scale, with boxes around the targets and their
-/// classes, and the drawn values below. Throws as Recipe::sample() and run(), and Stopped.
-Picture preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control);
+/// classes, and the drawn values below. Stopped by `progress`, it has the samples that were
+/// finished; Stopped is thrown if none is. Throws as Recipe::sample() and run().
+ContactSheet preview(const Recipe& recipe, std::size_t samples, const PreviewControl& control);
 
 }  // namespace ensonify::engine

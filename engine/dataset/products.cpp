@@ -247,7 +247,9 @@ class Products {
                                      : static_cast<double>(shown_part(target).area_px) /
                                            static_cast<double>(shown_part(whole.target).area_px);
     // A feature of the bed is never ignored.
-    label.ignored = whole.is_object() && label.shown_fraction < options_.min_visible;
+    label.ignored =
+        whole.is_object() && (label.shown_fraction < options_.min_visible ||
+                              target.body.area_px < static_cast<std::size_t>(options_.least_px));
     return label;
   }
 

@@ -92,9 +92,14 @@ class Draws {
     const std::string& text = value(key, d.place);
     double number = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || end != text.data() + text.size())
-      throw SceneError(fmt::format("{}: '{}' is {}, expected a number here", d.place, key,
+    if (error != std::errc() || end != text.data() + text.size()) {
+      const auto its = text_.distributions.find(key);
+      const bool overridden =
+          its != text_.distributions.end() && its->second.place.starts_with("-D ");
+      throw SceneError(fmt::format("{}: '{}' is {}, expected a number here",
+                                   overridden ? its->second.place : d.place, key,
                                    text.empty() ? "left out" : text));
+    }
     return number;
   }
 
@@ -230,8 +235,9 @@ void check_slant_range(const RecipeText& text, const auto& places) {
         place, key));
 }
 
-/// Sets a key that the recipe's text may not have.
-void add_override(const std::string& key, const std::string& value, DrawnValues& values) {
+/// Sets a key in place of the recipe's text, which may not have it.
+void add_override(const std::string& key, std::string value, DrawnValues& values) {
+  values.values[key].clear();  // else a wrong value would be reported at a line of the text
   if (!value.empty()) values.overrides.push_back(key + "=" + value);
 }
 
@@ -311,7 +317,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   Distributions& d = *distributions_;
   static_cast<RecipeText&>(d) = parse_recipe_text(text_, name_, data_folder_, overrides_);
   const auto refuse = [&](std::string_view message) {
-    return SceneError(fmt::format("{}: {}", name_, message));
+    return SceneError(fmt::format("{}: {}{}", name_, message, with_overrides(overrides_)));
   };
   if (options_.seafloors > options_.samples)
     throw refuse(

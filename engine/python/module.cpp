@@ -291,11 +291,14 @@ class Session {
   }
 
   std::vector<Line> ping(const Pose& pose, std::optional<std::uint64_t> number) {
-    return alone([&](Simulator& simulator) {
+    std::string warning;
+    std::vector<Line> lines = alone([&](Simulator& simulator) {
+      const std::size_t warnings = simulator.warnings().size();
       if (number)
         simulator.ping_numbered(pose, *number);
       else
         simulator.ping(pose);
+      if (simulator.warnings().size() > warnings) warning = simulator.warnings().back();
       std::vector<EchoLine> lines = simulator.take_lines();
       std::vector<Line> owned;
       auto next = lines.begin();
@@ -304,6 +307,9 @@ class Session {
           owned.push_back({sonar.name, std::move(*next++)});
       return owned;
     });
+    if (!warning.empty() && PyErr_WarnEx(PyExc_UserWarning, warning.c_str(), 1) != 0)
+      throw py::error_already_set();
+    return lines;
   }
 
   void set(const py::object& keys) {
@@ -628,21 +634,22 @@ One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
 then of the next. `number` selects the random numbers: the same number and pose give the same ping
 again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
-finite, or that puts a sonar above the sea surface (z_m >= 0) or below the bed.)")
+finite, that puts a sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as
+sound. Warns, once, of a pose out of reach of the seafloor.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
 
 Changes sonars' keys from the next ping on, as {"sonar.sidescan.range_m": 40}.
 
-Raises ValueError for another key, and SceneError for a value that a scene refuses; then nothing is
+Raises SceneError (a ValueError) for another key, or a value that a scene refuses; then nothing is
 changed.)")
       .def("add", &Session::add, py::arg("object"), py::arg("pose"), R"(add(self, object, pose)
 --
 
 Puts an object into the scene, and returns its instance number.
 
-object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places its
-origin: z up, y where the heading points. Raises SceneError for wrong keys.)")
+object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places the
+middle of its bounds: z up, y where the heading points. Raises SceneError for wrong keys.)")
       .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),
            py::kw_only(), py::arg("material") = "fouled steel", py::arg("class_name") = "object",
            R"(add_mesh(self, vertices, faces, pose, *, material='fouled steel', class_name='object')
@@ -661,7 +668,8 @@ for a vertex that is not there or not finite.)")
           py::arg("instance"), py::arg("pose"), R"(move(self, instance, pose)
 --
 
-Moves an object that was added. Raises ValueError for an instance that is not there.)")
+Moves an object that was added; the scene's own are fixed. Raises ValueError for an instance that is
+not there.)")
       .def(
           "remove",
           [](Session& self, std::uint32_t instance) {

@@ -100,6 +100,7 @@ class Reader {
   }
 
   void apply(const std::string& override_text) {
+    overrides_.push_back(override_text);
     source_ = "-D " + override_text;
     in_file_ = false;
     read_table(parse(toml_override(override_text)), "");
@@ -147,9 +148,16 @@ class Reader {
       if (!material.table.path.empty())
         material.measured = read_strength_table(material.table.path);
     }
-    check_scene(scene_, place);
-    for_each_file(scene_, find_file);
-    check_seabed_files(scene_, place);
+    try {
+      check_scene(scene_, place);
+      for_each_file(scene_, find_file);
+      check_seabed_files(scene_, place);
+    } catch (const SceneError& error) {
+      // The key at this place of the file may be right, and not fit that of an override.
+      const std::string_view message = error.what();
+      if (message.starts_with("-D ")) throw;
+      throw SceneError(fmt::format("{}{}", message, with_overrides(overrides_)));
+    }
     return taken();
   }
 
@@ -406,6 +414,9 @@ class Reader {
       });
       for (const auto& k : material_section().keys)
         all.push_back(joined(material_section().name, k.name));
+      if (drawn_)
+        for (const auto& section : dataset_sections())
+          for (const auto& k : section.keys) all.push_back(joined(section.name, k.name));
       hint = suggestion(key.str(), all);
     }
     if (hint.empty()) hint = fmt::format("; expected one of {}", fmt::join(here, ", "));
@@ -543,6 +554,7 @@ class Reader {
   std::map<std::string, std::string, std::less<>> places_;  // of keys that were given
   std::string source_;                                      // what is being read
   const std::string name_;                                  // the file
+  std::vector<std::string> overrides_;                      // that were applied
   const DrawnValues* drawn_;                                // of a recipe
   bool in_file_ = true;
 };
@@ -588,6 +600,13 @@ std::string toml_override(const std::string& override_text) {
   };
   if (is_toml(override_text)) return override_text;
   return override_text.substr(0, equals + 1) + toml_string(override_text.substr(equals + 1));
+}
+
+std::string with_overrides(std::span<const std::string> overrides) {
+  std::string text;
+  for (const std::string& one : overrides)
+    text += fmt::format("{} -D {}", text.empty() ? "; with" : "", one);
+  return text;
 }
 
 std::string suggestion(std::string_view word, std::span<const std::string> known) {

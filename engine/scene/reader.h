@@ -38,6 +38,10 @@ Scene parse_scene(std::string_view text, std::string_view name,
 /// An override key=value as TOML: a bare word becomes a string. Throws SceneError if it is none.
 std::string toml_override(const std::string& override_text);
 
+/// "; with -D key=value -D ...", for a message about keys that overrides may have changed; empty
+/// without overrides.
+std::string with_overrides(std::span<const std::string> overrides);
+
 /// What was drawn for one scene of a dataset's recipe.
 struct DrawnValues {
   /// By the key's whole name: a value as in TOML; an empty one leaves the key out.

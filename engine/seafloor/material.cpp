@@ -13,6 +13,7 @@
 #include <ensonify/scatter/energy_bound.h>
 #include <ensonify/scatter/ground_texture.h>
 #include <ensonify/scatter/gsab.h>
+#include <ensonify/scatter/nearest_names.h>
 #include <ensonify/scatter/solid_target.h>
 #include <ensonify/scatter/strength_table.h>
 #include <ensonify/scatter/validity.h>
@@ -48,13 +49,69 @@ bool is_solid(std::string_view name) {
   return std::ranges::find(solids, name, &scatter::NamedSolid::name) != solids.end();
 }
 
+std::string solid_names() {
+  std::string names;
+  for (const scatter::NamedSolid& known : scatter::named_solids())
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", known.name);
+  return names;
+}
+
+/// "; the nearest names are 'steel' (a solid) and 'silt' (a sediment)", of all lists.
+std::string nearest_materials(std::string_view name, std::span<const Material> own) {
+  std::vector<std::string_view> names, lists;
+  const auto add = [&](std::string_view list, const auto& items) {
+    for (const auto& item : items) {
+      names.push_back(item.name);
+      lists.push_back(list);
+    }
+  };
+  const std::vector<scatter::NamedSediment> sediments = scatter::named_sediments();
+  const std::vector<scatter::NamedSolid> solids = scatter::named_solids();
+  add("of this scene", own);
+  add("a sediment", sediments);
+  add("a cover", covers);
+  add("a solid", solids);
+  const std::vector<std::string_view> nearest =
+      scatter::nearest_names(name.substr(0, 64), names, 3, name.npos);
+  std::string text;
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    const auto at = std::ranges::find(names, nearest[i]) - names.begin();
+    text += fmt::format("{}'{}' ({})",
+                        i == 0                   ? ""
+                        : i + 1 < nearest.size() ? ", "
+                                                 : " and ",
+                        nearest[i], lists[static_cast<std::size_t>(at)]);
+  }
+  return fmt::format("; the nearest {} {}", nearest.size() == 1 ? "name is" : "names are", text);
+}
+
+/// What is wrong with a material's `like`, which is none of its model's list.
+std::invalid_argument fault_of_like(const Material& material, std::string_view expected) {
+  const std::vector<scatter::NamedSediment> sediments = scatter::named_sediments();
+  const std::string_view like = std::string_view(material.like).substr(0, 64);
+  std::string what = "is not known" + nearest_materials(like, {});
+  if (is_solid(like)) what = "is a solid";
+  if (std::ranges::find(covers, like, &Cover::name) != covers.end()) what = "is a cover";
+  if (std::ranges::find(sediments, like, &scatter::NamedSediment::name) != sediments.end())
+    what = "is a sediment";
+  return std::invalid_argument(fmt::format("like = \"{}\" {}; {}", like, what, expected));
+}
+
 Sediment parameters_of(const Material& material) {
-  if (is_solid(material.like))
-    throw std::invalid_argument(fmt::format(
-        "like = \"{}\" is a solid: the material needs model = \"solid\"", material.like));
-  Sediment sediment = material.mean_grain_size_phi
-                          ? scatter::sediment_of_grain_size(*material.mean_grain_size_phi)
-                          : scatter::sediment_named(material.like);
+  Sediment sediment;
+  if (material.mean_grain_size_phi) {
+    sediment = scatter::sediment_of_grain_size(*material.mean_grain_size_phi);
+  } else {
+    try {
+      sediment = scatter::sediment_named(material.like);
+    } catch (const std::invalid_argument&) {
+      throw fault_of_like(
+          material,
+          fmt::format("model = \"{}\" is for sediments, a solid needs model = \"solid\", a cover "
+                      "model = \"lambert\" and lambert_mu_db",
+                      material.model));
+    }
+  }
   using Parameter = std::pair<std::optional<double> Material::*, double Sediment::*>;
   for (const auto& [given, parameter] :
        {Parameter{&Material::density_ratio, &Sediment::density_ratio},
@@ -73,6 +130,9 @@ Sediment parameters_of(const Material& material) {
 }
 
 Solid solid_of(const Material& material) {
+  if (!is_solid(material.like))
+    throw fault_of_like(material,
+                        fmt::format("model = \"solid\" is for solids: {}", solid_names()));
   Solid known = scatter::solid_named(material.like);
   known.diffuse_db = material.diffuse_db.value_or(known.diffuse_db);
   known.specular = material.specular.value_or(known.specular);
@@ -198,13 +258,11 @@ Material material_named(std::string_view name, std::span<const Material> own) {
   }
   try {
     scatter::sediment_named(name);
-  } catch (const std::invalid_argument& unknown) {
-    std::string solid_names;
-    for (const scatter::NamedSolid& known_solid : scatter::named_solids())
-      solid_names += fmt::format(", {}", known_solid.name);
-    throw std::invalid_argument(fmt::format(
-        "{}; covers are seagrass, shells; solids are{}; or describe it in a table [material.{}]",
-        unknown.what(), solid_names.substr(1), name));
+  } catch (const std::invalid_argument&) {
+    throw std::invalid_argument(
+        fmt::format("material '{}' is not known{}; covers are seagrass, shells; solids are {}; or "
+                    "describe it in a table [material.{}]",
+                    name.substr(0, 64), nearest_materials(name, own), solid_names(), name));
   }
   return known;
 }

@@ -63,6 +63,7 @@ struct Simulator::Worker {
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh
   SessionObjects objects;
   std::vector<std::string> warnings;
+  bool warned_of_distance = false;
   PreparedSonars prepared;
   std::vector<Sonar> sonars;  // of those
   struct BeamTracer {

@@ -84,10 +84,17 @@ std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
 
 std::size_t SessionObjects::body_of(std::uint32_t instance) const {
   const std::size_t body = instance - first_instance_;
-  if (instance < first_instance_ || !faces_.has(body))
-    throw std::invalid_argument(
-        fmt::format("Simulator: no object that was added has instance {}", instance));
-  return body;
+  if (instance >= first_instance_ && faces_.has(body)) return body;
+  std::string added;
+  for (std::size_t i = 0; i < labels_.size(); ++i)
+    if (faces_.has(i)) added += fmt::format("{}{}", added.empty() ? "" : ", ", first_instance_ + i);
+  throw std::invalid_argument(fmt::format(
+      "Simulator: no object that was added has instance {}{}; {}", instance,
+      instance > 0 && instance < first_instance_
+          ? ", which is the scene's own and fixed: leave it out of the scene, and add it"
+          : "",
+      added.empty() ? "none is there that can be moved or removed: add one"
+                    : fmt::format("those that can be moved or removed are {}", added)));
 }
 
 void SessionObjects::move(std::uint32_t instance, const Pose& pose) {

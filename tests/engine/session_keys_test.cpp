@@ -67,11 +67,18 @@ TEST_CASE("a session sets its sonars' keys and no others") {
     set_sonars(simulator, session, std::vector<KeyValue>{{range_key, i % 2 == 0 ? "10" : "12"}});
   CHECK(simulator.sonars().front().range_m == 12.0);
   CHECK(range_m(session.with()) == 12.0);
-  CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{"seed", "3"}}),
-                  std::invalid_argument);
+  CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{"seed", "3"}}), SceneError);
   CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{range_key, "-3"}}), Error);
   CHECK(simulator.sonars().front().range_m == 12.0);
   CHECK(range_m(session.with()) == 12.0);
+}
+
+TEST_CASE("an error of a session's key does not speak of the command line") {
+  const std::string sonar = "sonar.left-right.";
+  CHECK_THROWS_WITH(tiny().with(std::vector<KeyValue>{{range_key, "-3"}}),
+                    Catch::StartsWith(range_key + "=-3: "));
+  CHECK_THROWS_WITH(tiny().with(std::vector<KeyValue>{{sonar + "sector_low_deg", "100"}}),
+                    Catch::Contains("; with " + range_key + "=14 " + sonar + "sector_low_deg=100"));
 }
 
 TEST_CASE("an object is made from the keys of its table") {

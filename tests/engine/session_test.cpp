@@ -213,6 +213,33 @@ TEST_CASE("invalid calls are refused and change nothing") {
   CHECK(numbers(session.ping_numbered(beside, 0)) == before);
 }
 
+TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as sound is refused") {
+  Simulator session(bare_scene());
+  const std::size_t before = session.warnings().size();
+  const auto at = [](double x_m) { return Pose{.position = {x_m, 0.0, -7.0}}; };
+  session.ping(at(0.0));
+  session.ping(at(45.0));  // off the seafloor, which is still in range
+  CHECK(session.warnings().size() == before);
+  session.ping(at(5000.0));
+  session.ping(at(6000.0));
+  REQUIRE(session.warnings().size() == before + 1);
+  CHECK_THAT(session.warnings().back(),
+             Catch::Contains("5000.0 m east, 0.0 m north is 4975.0 m off the seafloor"));
+  Pose fast = beside;
+  fast.velocity_mps = {0.0, 2000.0, 0.0};
+  CHECK_THROWS_WITH(session.ping(fast), Catch::Contains("velocity is 2000 m/s, expected less"));
+}
+
+TEST_CASE("an object that cannot be moved is answered with those that can be") {
+  const tests::TemporaryFolder folder;
+  Simulator session(with_box(bare_scene(), folder));
+  CHECK_THROWS_WITH(
+      session.move(1, beside),
+      Catch::Contains("instance 1, which is the scene's own") && Catch::Contains("add one"));
+  const std::uint32_t added = session.add({.mesh = cube(1.0f), .material = "wood"}, beside);
+  CHECK_THROWS_WITH(session.remove(9), Catch::EndsWith("are " + std::to_string(added)));
+}
+
 TEST_CASE("a pose that puts a sonar out of the water is refused as in a run, on each face source") {
   using Catch::Contains;
   Scene scene = bare_scene();

@@ -36,3 +36,9 @@ TEST_CASE("otherwise the nearest names by letters are suggested, if near enough"
   CHECK(nearest_names(std::string(101, 's'), names, 1, 200).empty());
   CHECK(nearest_names("x", {}, 3, 9).empty());
 }
+
+TEST_CASE("an abbreviation stands for the shortest name that has its letters in order") {
+  const Names names{"array_length_m", "sonar.NAME.ring_gain_db", "sonar.NAME.range_m", "bearing"};
+  CHECK(nearest_names("rng", names, 1, 1) == Names{"sonar.NAME.range_m"});
+  CHECK(nearest_names("xng", names, 1, 1).empty());
+}

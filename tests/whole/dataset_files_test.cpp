@@ -559,8 +559,7 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
   CHECK(held.find("the split val is empty") != std::string::npos);
   CHECK(held.find("share a seabed") == std::string::npos);
   // A split without a share is meant to be empty.
-  const std::string none =
-      made(folder, changed(tiny_recipe, "test = 1\n", "test = 0\n"), "none");
+  const std::string none = made(folder, changed(tiny_recipe, "test = 1\n", "test = 0\n"), "none");
   CHECK(none.find("the split test") == std::string::npos);
 
   const std::string shared =
@@ -570,6 +569,22 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
   const Json json =
       Json::parse(run_program(folder.path(), {"merge", "shared", "--json", "--quiet"}).out);
   REQUIRE(json.at("warnings").size() >= 1);
+}
+
+TEST_CASE("merge warns of labels of a few pixels, which dataset.least_px leaves out everywhere") {
+  const TemporaryFolder folder;
+  const std::string recipe = changed(tiny_recipe, "shape = { choice = [\"box\", \"cylinder\"] }",
+                                     "shape = { choice = [\"box\", \"cylinder\"] }\nscale = 0.1");
+  const std::string small = made(folder, recipe, "small");
+  CHECK(small.find(" labels of objects cover fewer than 4 pixels: to leave such objects out of all "
+                   "labels and masks, set dataset.least_px = 4") != std::string::npos);
+  const std::string large =
+      made(folder, changed(recipe, "samples = 8", "samples = 8\nleast_px = 1000000"), "large");
+  CHECK(large.find("fewer than 4 pixels") == std::string::npos);
+  const Json coco = Json::parse(read_text(folder / "large" / "coco" / "slant_line_train.json"));
+  CHECK(coco.at("annotations").empty());
+  for (const auto& file : fs::recursive_directory_iterator(folder / "large" / "samples"))
+    if (file.path().extension() == ".txt") CHECK(read_text(file.path()).empty());
 }
 
 TEST_CASE("the documented loader for PyTorch reads every picture, mask and box") {

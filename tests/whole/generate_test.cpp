@@ -443,5 +443,39 @@ TEST_CASE("a preview is a picture, and --dry-run makes nothing") {
   const Outcome outcome = generate(folder.path(), "set", {"--dry-run"});
   CHECK(outcome.code == 0);
   CHECK(Json::parse(outcome.out).at("samples") == 8);
+  CHECK(outcome.err.empty());
   CHECK(!fs::exists(folder / "set"));
+}
+
+TEST_CASE("a dry run finds vehicles that would be above the sea surface") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const Outcome outcome = generate(folder.path(), "set", {"--dry-run", "-D", "seafloor.depth_m=3"});
+  CHECK(outcome.code == 0);
+  const Json above = Json::parse(outcome.out).at("above_water");
+  CHECK((!above.empty() && above.size() < 8));  // altitudes are from 2 to 4 m
+  CHECK(outcome.err.find("the vehicle would leave the water") != std::string::npos);
+}
+
+TEST_CASE("a preview that is stopped keeps the samples that are finished, or says that none is") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", changed(tiny_recipe, "samples = 8", "samples = 1000"));
+  const auto stopped = [&](const std::string& sheet, int after_ms) {
+    return run_program(folder.path(), {"preview", "recipe.toml", "-o", sheet, "-n", "1000"}, {},
+                       [&](pid_t process) {
+                         std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));
+                         kill(process, SIGINT);
+                       });
+  };
+  // On a slow machine the wait may be too short for a sample: then the message says so.
+  const Outcome outcome = stopped("sheet.png", 5000);
+  INFO(outcome.err);
+  CHECK(outcome.code == 128 + SIGINT);
+  if (fs::exists(folder / "sheet.png")) {
+    CHECK(outcome.err.find(" of 1000 samples, which are in sheet.png") != std::string::npos);
+    CHECK(read_text(folder / "sheet.png").starts_with("\x89PNG"));
+  } else {
+    CHECK(outcome.err.find("nothing was written") != std::string::npos);
+  }
+  CHECK(!fs::exists(folder / "sheet.png.0.tmp"));
 }

@@ -161,6 +161,16 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
 }
 
+TEST_CASE("a stream warns once of poses out of reach of the seafloor") {
+  const Folder folder;
+  const std::string far = R"({"x_m": 5000, "y_m": 0, "z_m": -12})"
+                          "\n";
+  const tests::Outcome outcome = folder.stream(pose + far + far);
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.find("ensonify: warning: the pose at 5000.0 m east") == 0);
+  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+}
+
 TEST_CASE("with --answer-all each request has an answer, and a faulty one changes nothing") {
   const Folder folder;
   std::string lines = pose;

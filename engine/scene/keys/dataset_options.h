@@ -51,6 +51,7 @@ struct DatasetOptions {
   bool slant = true;          ///< labels of the lines in slant range
   double ground_px_m = 0.0;   ///< edge of the pixels of the lines in ground range; 0: none
   double min_visible = 0.25;  ///< share of a target in an image below which it is ignored
+  int least_px = 0;           ///< pixels of an object's body below which it is ignored
   bool shadow_class = false;  ///< the shadows of targets are a class
   std::vector<std::string> licences;
   std::string licence, creator, url, published;  ///< of the whole dataset, for its descriptions

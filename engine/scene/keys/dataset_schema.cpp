@@ -31,6 +31,10 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
             "An object is ignored (no label, 255 in the masks) in an image that shows less than "
             "this share of what the whole line shows.",
             at(&D::min_visible)},
+           {"least_px", "", {0, 1e9},
+            "An object is ignored likewise, in all masks and lists of labels, if its body has fewer "
+            "pixels in the image; 0: a box may have one pixel.",
+            at(&D::least_px)},
            {"shadow_class", "", {},
             "The shadows of targets are a class, shadow, with its number in the class masks, in "
             "COCO and in YOLO files.",

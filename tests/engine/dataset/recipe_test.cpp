@@ -366,7 +366,15 @@ TEST_CASE("overrides change values and distributions, also of keys that the reci
     CHECK_THROWS_WITH(with({override_text}), Catch::Contains(message));
   };
   check_message("track.altitude_m", "-D track.altitude_m: expected key=value");
-  check_message("track.altitude_m=-7", "'track.altitude_m' is -7");
+  check_message("track.altitude_m=-7", "-D track.altitude_m=-7: 'track.altitude_m' is -7");
+  check_message("track.altitude_m=x",
+                "-D track.altitude_m=\"x\": 'track.altitude_m' is the string");
+  check_message("track.altitude_m={uniform=[-8, -7]}", "-D track.altitude_m=-7");
+  CHECK_THROWS_WITH(
+      Recipe("version = 1\n[dataset]\n[track]\naltitude_m = { times = \"track.speed_mps\" }\n",
+             "r.toml", {}, {"track.speed_mps=x"}),
+      Catch::Contains("-D track.speed_mps=x: 'track.speed_mps' is \"x\", expected a number"));
+  check_message("dataset.seafloors=9", "expected at most that number; with -D dataset.seafloors=9");
   check_message("track.altitudem=7", "did you mean 'altitude_m'?");
   check_message("dataset.sample=7", "-D dataset.sample=7: unknown key \"sample\"");
   check_message("sea.temperature_c={uniform=[6, 5]}", "-D sea.temperature_c={uniform=[6, 5]}: ");

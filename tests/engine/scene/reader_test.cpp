@@ -289,6 +289,8 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {"version = \"1\"",
        "s.toml:1:11: 'version' is the string \"1\", expected 1, the only version"},
       {head + "sede = 3", "s.toml:2:1: unknown key \"sede\"; did you mean 'seed'?"},
+      {head + "[sonar.a]\nrng = 3",
+       "s.toml:3:1: unknown key \"rng\" in [sonar.a]; did you mean 'range_m'?"},
       {head + "[sae]", "s.toml:2:2: unknown key \"sae\"; did you mean 'sea'?"},
       {head + "[seafloor.ripple]\nhurst = 0.5",
        "s.toml:2:11: unknown key \"ripple\" in [seafloor]; did you mean 'ripples'?"},
@@ -322,13 +324,14 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "s.toml:3:1: unknown key \"origin\" in [track]; did you mean 'origin_lat_deg' or "
        "'origin_lon_deg'?"},
       {head + "[seafloor]\nmaterial = \"clayey\"",
-       "s.toml:3:12: 'seafloor.material': sediment 'clayey' is not known; the nearest names are "
-       "'clayey sand' and 'clayey silt'; covers are seagrass, shells; solids are steel, "
+       "s.toml:3:12: 'seafloor.material': material 'clayey' is not known; the nearest names are "
+       "'clayey sand' (a sediment) and 'clayey silt' (a sediment); covers are seagrass, shells; solids are steel, "
        "fouled steel, aluminium, "
        "concrete, stone, wood, glass fibre, rubber; or describe it in a table [material.clayey]"},
       {head + "[seafloor]\nmaterial = \"x\"\n[material.x]\nlike = \"steel\"",
-       "s.toml:3:12: 'seafloor.material': like = \"steel\" is a solid: the material needs model = "
-       "\"solid\""},
+       "s.toml:3:12: 'seafloor.material': like = \"steel\" is a solid; model = \"tr9407\" is for "
+       "sediments, a solid needs model = \"solid\", a cover model = \"lambert\" and "
+       "lambert_mu_db"},
       {head + "[sonar.\"a/b\"]",
        "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and -"},
       {head + "seed = -1",
@@ -379,15 +382,15 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
       {head + "[[objects]]\nmesh = \"a.ply\"\nscale = 0",
        "s.toml:4:9: 'objects.0.scale' is 0, expected a number from 1e-06 to 1000000"},
       {head + "[seafloor]\nmaterial = \"medium sant\"",
-       "s.toml:3:12: 'seafloor.material': sediment 'medium sant' is not known; the nearest names "
-       "are "
-       "'medium sand', 'medium silt' and 'muddy sand'; covers are seagrass, shells; solids are "
+       "s.toml:3:12: 'seafloor.material': material 'medium sant' is not known; the nearest names "
+       "are 'medium sand' (a sediment), 'medium silt' (a sediment) and 'muddy sand' (a sediment); "
+       "covers are seagrass, shells; solids are "
        "steel, fouled steel, aluminium, concrete, "
        "stone, "
        "wood, glass fibre, rubber; or describe it in a table [material.medium sant]"},
-      {head + "[material.a]\nlike = \"lava\"\nmodel = \"solid\"",
-       "s.toml:3:8: 'material.a.like': solid 'lava' is not known, expected steel, fouled steel, "
-       "aluminium, "
+      {head + "[material.a]\nlike = \"seagrass\"\nmodel = \"solid\"",
+       "s.toml:3:8: 'material.a.like': like = \"seagrass\" is a cover; model = \"solid\" is for "
+       "solids: steel, fouled steel, aluminium, "
        "concrete, stone, wood, glass fibre, rubber"},
       {head + "[material.a]\nspecular = 1\nlike = \"steel\"\nmodel = \"solid\"",
        "s.toml:4:8: 'material.a.like': solid: diffuse_db = -30 and specular = 1 scatter more "
@@ -475,7 +478,7 @@ TEST_CASE("An override is read as TOML, a bare word as a string, and errors name
       {"sonar.sidescan.sector_low_deg=100",
        "s.toml: 'sonar.sidescan.sector_high_deg' is 90, expected more than sector_low_deg, which "
        "is "
-       "100"},
+       "100; with -D sonar.sidescan.sector_low_deg=100"},
       {"sonar.sidescan.sector_high_deg=-20",
        "-D sonar.sidescan.sector_high_deg=-20: 'sonar.sidescan.sector_high_deg' is -20, expected "
        "more than sector_low_deg, which is -10"},

@@ -34,9 +34,22 @@ TEST_CASE("The scene's own material takes precedence over a sediment or solid of
   const std::vector<Material> own{{.name = "steel", .model = "lambert"}};
   CHECK(material_named("steel", own).model == "lambert");
   CHECK_THROWS_WITH(material_named("stel", own),
-                    Catch::Contains("sediment 'stel' is not known") &&
+                    Catch::Contains("material 'stel' is not known") &&
+                        Catch::Contains("names are 'steel' (of this scene)") &&
                         Catch::Contains("solids are steel, fouled steel") &&
                         Catch::Contains("[material.stel]"));
+}
+
+TEST_CASE("an unknown name of a material is answered with the nearest names of all lists") {
+  CHECK_THROWS_WITH(material_named("stel", {}), Catch::Contains("names are 'steel' (a solid)"));
+  CHECK_THROWS_WITH(material_named("seagras", {}), Catch::Contains("'seagrass' (a cover)"));
+  const auto refused = [](const char* model, const char* like, const std::string& message) {
+    CHECK_THROWS_WITH(strength_db({.model = model, .like = like}, 20.0), Catch::Contains(message));
+  };
+  refused("solid", "medium sand", "like = \"medium sand\" is a sediment; model = \"solid\"");
+  refused("solid", "seagrass", "is a cover; model = \"solid\" is for solids: steel, fouled steel");
+  refused("solid", "stel", "is not known; the nearest names are 'steel' (a solid)");
+  refused("tr9407", "shells", "is a cover; model = \"tr9407\" is for sediments");
 }
 
 TEST_CASE(
