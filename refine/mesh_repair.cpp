@@ -70,7 +70,7 @@ class Repairer {
       for (Index& vertex : faces[f]) vertex = place_[vertex];
       keys[f] = faces[f];
       std::ranges::sort(keys[f]);
-      dropped[f] = keys[f][0] == keys[f][1] || keys[f][1] == keys[f][2] || flat(faces[f]);
+      dropped[f] = flat(faces[f]);
       report_.degenerate_faces += static_cast<std::size_t>(dropped[f]);
     }
     for_each_group(

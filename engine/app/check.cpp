@@ -144,10 +144,16 @@ void check(const Arguments& arguments) {
   std::vector<IntersectorKind> kinds = kinds_of(arguments.intersectors);
   Scene scene = arguments.scene.read();
   const int threads = refine::thread_count(arguments.threads);
+  const SignalWatch signals;
   std::optional<Progress> progress(std::in_place, arguments.quiet);
   const Preparation how{.cache = arguments.cache,
                         .threads = threads,
-                        .progress = [&](std::string_view stage) { progress->report(stage, 0, 1); },
+                        .progress =
+                            [&](std::string_view stage) {
+                              progress->report(stage, 0, 1);
+                              if (SignalWatch::caught() != 0)
+                                throw Stopped("stopped on request, before a ray was compared");
+                            },
                         .memory = arguments.memory};
 
   Clock::time_point start = Clock::now();
@@ -177,8 +183,6 @@ void check(const Arguments& arguments) {
   const double prepare_s = seconds_since(start);
 
   start = Clock::now();
-  // Before, nothing is worth keeping, and a stage cannot be stopped: a signal ends the program.
-  const SignalWatch signals;
   AgreementProgress reached;
   std::string_view reached_what;
   bool stopped = false;
@@ -317,8 +321,7 @@ void add_check(CLI::App& app, Action& action) {
       "of a scene and on rays aimed at vertices and edges. Exit code 1 if a difference is "
       "unexplained. If sea.refraction = \"full\", a share of the scene's rays is also compared as the "
       "water bends them (source bent): about 20,000, or one in 10 if that is more; brute_force has "
-      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far; while the seafloor is prepared it "
-      "ends the program");
+      "them only where it traces every ray. Ctrl-C ends the comparison and prints the table so far");
   arguments->scene.add_to(command);
   command
       .add_option(

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <numbers>
-#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,6 +15,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "stream_request.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -24,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t longest_line = 1 << 20;
 /// Of requests and answers. A program that reads it knows whether it can talk to this one.
 constexpr int protocol = 1;
 
@@ -36,62 +34,6 @@ struct Arguments {
   bool json = false;
   bool answer_all = false;
   bool quiet = false;
-};
-
-/// The fields of a request. Each is taken once; fields left over are an error.
-class Fields {
- public:
-  explicit Fields(Json fields) : fields_(std::move(fields)) {
-    if (!fields_.is_object())
-      throw UsageError(fmt::format("expected an object, for example {}", example));
-  }
-
-  std::optional<Json> take(const std::string& key) {
-    const auto found = fields_.find(key);
-    if (found == fields_.end()) return std::nullopt;
-    Json value = std::move(*found);
-    fields_.erase(found);
-    return value;
-  }
-
-  double number(const std::string& key, std::optional<double> otherwise = std::nullopt) {
-    const std::optional<Json> value = take(key);
-    if (!value && otherwise) return *otherwise;
-    if (!value) throw UsageError(fmt::format("there is no '{}', expected as in {}", key, example));
-    if (!value->is_number())
-      throw UsageError(fmt::format("'{}' is {}, expected a number", key, value->dump()));
-    return value->get<double>();
-  }
-
-  Pose pose() {
-    const auto degrees = [&](const std::string& key) {
-      return number(key, 0.0) * std::numbers::pi / 180.0;
-    };
-    Pose pose;
-    pose.t_s = number("t_s", 0.0);
-    pose.position = {number("x_m"), number("y_m"), number("z_m")};
-    pose.roll_rad = degrees("roll_deg");
-    pose.pitch_rad = degrees("pitch_deg");
-    pose.heading_rad = degrees("heading_deg");
-    pose.velocity_mps = {number("vx_mps", 0.0), number("vy_mps", 0.0), number("vz_mps", 0.0)};
-    pose.roll_rate_radps = degrees("roll_rate_degps");
-    pose.pitch_rate_radps = degrees("pitch_rate_degps");
-    pose.heading_rate_radps = degrees("heading_rate_degps");
-    return pose;
-  }
-
-  const Json& rest() const { return fields_; }
-  void finish() const {
-    if (!fields_.empty())
-      throw UsageError(
-          fmt::format("unknown key '{}', expected keys as in {}", fields_.begin().key(), example));
-  }
-
- private:
-  static constexpr std::string_view example =
-      R"({"t_s": 0.5, "x_m": 0, "y_m": 2, "z_m": -10, "roll_deg": 0, "pitch_deg": 0, )"
-      R"("heading_deg": 0})";
-  Json fields_;
 };
 
 /// A session that reads poses and writes echo lines.
@@ -118,39 +60,23 @@ class PoseSession {
           Extrapolation(simulator_.sonars(), simulator_.materials(), scene_.materials).behind({}));
   }
 
-  /// Answers a request. Throws UsageError, SceneError, refine::MeshError or std::invalid_argument
-  /// for a faulty one, which changes nothing.
+  /// Answers a request. Throws SceneError, refine::MeshError or std::invalid_argument for a faulty
+  /// one, which changes nothing.
   void answer(const std::string& line) {
-    if (line.size() > longest_line) throw UsageError("the line is longer than 1 MiB");
-    Json request;
-    try {
-      request = Json::parse(line);
-    } catch (const Json::exception&) {
-      throw UsageError("is not JSON (which has no NaN or infinity), expected one object per line");
-    }
-    Fields fields(std::move(request));
-    if (const auto keys = fields.take("set")) {
-      fields.finish();
-      set(*keys);
-    } else if (const auto object = fields.take("add")) {
-      const Pose pose = fields.pose();
-      fields.finish();
-      add(*object, pose);
-    } else if (const auto moved = fields.take("move")) {
-      const Pose pose = fields.pose();
-      fields.finish();
-      const std::uint32_t number = instance(*moved);
-      simulator_.move(number, pose);
-      if (arguments_.answer_all) write_json({{"moved", number}});
-    } else if (const auto removed = fields.take("remove")) {
-      fields.finish();
-      const std::uint32_t number = instance(*removed);
-      simulator_.remove(number);
-      if (arguments_.answer_all) write_json({{"removed", number}});
-    } else {
-      const Pose pose = fields.pose();
-      fields.finish();
-      ping(pose);
+    using Kind = StreamRequest::Kind;
+    const StreamRequest request = read_stream_request(line);
+    switch (request.kind) {
+      case Kind::ping: return ping(request.pose);
+      case Kind::set: return set(request.keys);
+      case Kind::add: return add(request.keys, request.pose);
+      case Kind::move:
+        simulator_.move(request.instance, request.pose);
+        if (arguments_.answer_all) write_json({{"moved", request.instance}});
+        return;
+      case Kind::remove:
+        simulator_.remove(request.instance);
+        if (arguments_.answer_all) write_json({{"removed", request.instance}});
+        return;
     }
   }
 
@@ -172,32 +98,13 @@ class PoseSession {
                       .memory = arguments.memory});
   }
 
-  static std::uint32_t instance(const Json& value) {
-    if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffff)
-      throw UsageError(fmt::format(
-          "{} is not an instance, expected a number from an answer to \"add\"", value.dump()));
-    return value.get<std::uint32_t>();
-  }
-
-  static std::vector<KeyValue> key_values(const Json& keys) {
-    std::vector<KeyValue> all;
-    for (const auto& [key, value] : keys.items()) all.push_back({key, value.dump()});
-    return all;
-  }
-
-  void set(const Json& keys) {
-    if (!keys.is_object() || keys.empty())
-      throw UsageError(R"('set' names no key, expected as in {"set": {"sonar.NAME.range_m": 40}})");
-    set_sonars(simulator_, source_, key_values(keys));
+  void set(const std::vector<KeyValue>& keys) {
+    set_sonars(simulator_, source_, keys);
     report_scene();
   }
 
-  void add(const Json& object, const Pose& pose) {
-    if (!object.is_object())
-      throw UsageError(
-          R"('add' is not an object, expected {"add": {"shape": "cylinder"}, "x_m": 1, ...})");
-    const std::uint32_t number =
-        simulator_.add(object_of(key_values(object), "'add'", source_.paths()), pose);
+  void add(const std::vector<KeyValue>& keys, const Pose& pose) {
+    const std::uint32_t number = simulator_.add(object_of(keys, "'add'", source_.paths()), pose);
     write_json({{"added", number},
                 {"classes", strings(simulator_.classes())},
                 {"materials", strings(simulator_.materials())}});
@@ -297,8 +204,6 @@ void stream(const Arguments& arguments) {
     };
     try {
       stream.answer(line);
-    } catch (const UsageError& error) {
-      refuse(error);
     } catch (const SceneError& error) {
       refuse(error);
     } catch (const refine::MeshError& error) {

@@ -25,6 +25,7 @@
 #include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 
@@ -35,6 +36,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::array split_names{"train", "val", "test"};
+constexpr std::size_t max_samples = 999999;  // as the recipe's key
+constexpr double max_compression = 1032.0;   // of a PNG's pixels
 
 /// A sample's JSON files: sample.json and those of its images.
 struct SampleRecord {
@@ -75,6 +78,19 @@ struct Index {
   std::vector<IndexedPicture> pictures;
 };
 
+Json json_of(const std::string& text) {
+  require_shallow_json(text);
+  return Json::parse(text);
+}
+
+/// A text that becomes a part of a file's name.
+std::string word_of(const Json& json) {
+  auto word = json.get<std::string>();
+  if (word.find('/') != word.npos)
+    throw std::runtime_error(fmt::format("'{}' cannot be a part of a file's name", word));
+  return word;
+}
+
 /// A name without its extension.
 std::string stem_of(const std::string& picture) {
   return picture.substr(0, picture.size() - std::string(".png").size());
@@ -90,27 +106,31 @@ class Merge {
           "{}: {}; expected a folder made by `ensonify generate`", folder.string(),
           fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
     try {
-      dataset_ = Json::parse(text_of_file(folder / "dataset.json"));
-      samples_ = dataset_.at("samples").get<std::size_t>();
-      per_tar_ = dataset_.at("samples_per_tar").get<std::size_t>();
-      targets_ = dataset_.at("target_classes").get<std::size_t>();
-      shadow_class_ = dataset_.value("shadow_class", std::size_t{0});
-      card_.licence = dataset_.value("licence", "");
-      card_.creator = dataset_.value("creator", "");
-      card_.url = dataset_.value("url", "");
-      card_.published = dataset_.value("published", "");
-      card_.title = dataset_.at("title").get<std::string>();
-      card_.overrides = dataset_.value("overrides", std::vector<std::string>{});
-      card_.recipe = dataset_.at("recipe").get<std::string>();
-      card_.version = dataset_.at("version").get<std::string>();
+      const Json dataset = Json::parse(text_of_file(folder / "dataset.json"));
+      samples_ = dataset.at("samples").get<std::size_t>();
+      per_tar_ = dataset.at("samples_per_tar").get<std::size_t>();
+      targets_ = dataset.at("target_classes").get<std::size_t>();
+      shadow_class_ = dataset.value("shadow_class", std::size_t{0});
+      card_.licence = dataset.value("licence", "");
+      card_.creator = dataset.value("creator", "");
+      card_.url = dataset.value("url", "");
+      card_.published = dataset.value("published", "");
+      card_.title = dataset.at("title").get<std::string>();
+      card_.overrides = dataset.value("overrides", std::vector<std::string>{});
+      card_.recipe = dataset.at("recipe").get<std::string>();
+      card_.version = dataset.at("version").get<std::string>();
       card_.samples = samples_;
-      card_.seafloors = dataset_.at("seafloors").get<std::size_t>();
-      card_.classes = dataset_.at("classes").get<std::vector<std::string>>();
-      card_.sediments = dataset_.at("sediments").get<std::vector<std::string>>();
-      card_.licences = dataset_.at("licences").get<std::vector<std::string>>();
-      for (const Json& asset : dataset_.at("assets"))
+      card_.seafloors = dataset.at("seafloors").get<std::size_t>();
+      card_.classes = dataset.at("classes").get<std::vector<std::string>>();
+      card_.sediments = dataset.at("sediments").get<std::vector<std::string>>();
+      card_.licences = dataset.at("licences").get<std::vector<std::string>>();
+      for (const Json& asset : dataset.at("assets"))
         card_.assets.push_back(asset.at("name").get<std::string>());
-    } catch (const Json::exception& error) {
+      wanted_splits_ =
+          dataset.value("splits", std::vector<std::string>(split_names.begin(), split_names.end()));
+      if (samples_ > max_samples || targets_ > card_.classes.size() || shadow_class_ > targets_)
+        throw std::out_of_range("too many samples, or numbers of classes that have no name");
+    } catch (const std::exception& error) {
       throw SceneError(fmt::format(
           "{}: not a dataset's description; expected a folder made by `ensonify generate` ({})",
           (folder / "dataset.json").string(), error.what()));
@@ -128,7 +148,7 @@ class Merge {
         ++report_.samples;
         try {
           add(i, *record);
-        } catch (const Json::exception& error) {
+        } catch (const std::exception& error) {
           report_.damaged.push_back(fmt::format("{}: {}", place(i).string(), error.what()));
         }
       }
@@ -180,7 +200,7 @@ class Merge {
       SampleRecord record;
       const auto own = seen_.find(name_of("sample.json"));
       if (own == seen_.end()) return damaged("sample.json", "is missing");
-      record.sample = Json::parse(own->second.text);
+      record.sample = json_of(own->second.text);
       Json signed_part = record.sample;
       signed_part.erase("xxh128");
       if (record.sample.at("xxh128") != xxh128(signed_part.dump()))
@@ -193,7 +213,7 @@ class Merge {
                                                      file.at("xxh128").get<std::string>()))
           return damaged(name, "its bytes have changed since it was written");
         if (name.ends_with(".json") && name != "manifest.json")
-          if (Json image = Json::parse(there->second.text); image.contains("pictures"))
+          if (Json image = json_of(there->second.text); image.contains("pictures"))
             record.images[name] = std::move(image);
       }
       return record;
@@ -213,7 +233,7 @@ class Merge {
   }
 
   void add(std::size_t number, const SampleRecord& record) {
-    const auto split = record.sample.at("split").get<std::string>();
+    const std::string split = word_of(record.sample.at("split"));
     manifest_ += record.sample.dump() + "\n";
     splits_[split] += fmt::format("{:06}\n", number);
     ++report_.samples_by_split[split];
@@ -233,11 +253,11 @@ class Merge {
   }
 
   void add_image(std::size_t number, const Json& image, const std::string& split) {
-    auto kind = image.at("kind").get<std::string>();
-    const auto geometry = image.at("geometry").get<std::string>();
+    std::string kind = word_of(image.at("kind"));
+    const std::string geometry = word_of(image.at("geometry"));
     if (kind == "line" && geometry == "slant") add_line(image, split);
     if (kind == "line" && geometry == "slant" && is_on_card(number))
-      on_card_.push_back({number, image.at("pictures").front().get<std::string>(), ""});
+      on_card_.push_back({number, image.at("pictures").at(0).get<std::string>(), ""});
     if (kind == "background" || kind == "hard_negative") kind = "chip";
     const std::string group = fmt::format("{}_{}", geometry, kind);
     groups_.insert(group);
@@ -252,9 +272,22 @@ class Merge {
     }
     for (const Json& picture : image.at("pictures")) {
       const auto name = picture.get<std::string>();
+      check_picture(number, name, image);
       ++report_.images[fmt::format("{}, {}", group, split)];
       add_picture(index, number, name, image);
     }
+  }
+
+  /// Throws if a picture is not one of its sample's files, or has not enough bytes for its pixels.
+  void check_picture(std::size_t number, const std::string& name, const Json& image) const {
+    const auto file = seen_.find(in_tar(number) ? SampleFolders::name_in_tar(number, name) : name);
+    if (file == seen_.end() || !stays_inside(name))
+      throw std::runtime_error(fmt::format("the picture '{}' is not a file of its sample", name));
+    const double columns = image.at("width").get<double>(), rows = image.at("height").get<double>();
+    const auto bytes = static_cast<double>(file->second.size_and_hash.first);
+    if (!(columns >= 1.0 && rows >= 1.0 && columns * rows <= max_compression * bytes))
+      throw std::runtime_error(
+          fmt::format("the picture '{}' cannot have {} x {} pixels", name, columns, rows));
   }
 
   /// The path of a sample's file in the dataset's folder, also of one in a tar.
@@ -308,14 +341,23 @@ class Merge {
     const auto columns = image.at("width").get<std::size_t>(),
                rows = image.at("height").get<std::size_t>();
     std::vector<std::vector<Corner>> loops;
-    if (outline.contains("rle"))
-      loops = loops_of(outline.at("rle").at("counts").get<std::vector<std::size_t>>(), rows);
-    else
+    if (outline.contains("rle")) {
+      const auto runs = outline.at("rle").at("counts").get<std::vector<std::size_t>>();
+      std::size_t left = columns * rows;
+      for (const std::size_t run : runs) {
+        if (run > left) throw std::runtime_error("an outline has more pixels than its picture");
+        left -= run;
+      }
+      loops = loops_of(runs, rows);
+    } else {
       for (const Json& polygon : outline.at("polygons")) {
+        if (polygon.size() < 2)
+          throw std::runtime_error("an outline has a polygon without corners");
         std::vector<Corner>& loop = loops.emplace_back();
         for (std::size_t i = 0; i + 1 < polygon.size(); i += 2)
           loop.push_back({polygon[i].get<int>(), polygon[i + 1].get<int>()});
       }
+    }
     return yolo_segment(category - 1, loops, columns, rows);
   }
 
@@ -580,9 +622,7 @@ class Merge {
 
   void warn_of_splits() {
     const std::vector<std::string>& classes = card_.classes;
-    const std::vector<std::string> wanted =
-        dataset_.value("splits", std::vector<std::string>(split_names.begin(), split_names.end()));
-    for (const std::string& split : wanted) {
+    for (const std::string& split : wanted_splits_) {
       if (!report_.samples_by_split.contains(split)) {
         report_.warnings.push_back(
             fmt::format("the split {} is empty: use more samples or seafloors, or other shares in "
@@ -616,7 +656,6 @@ class Merge {
   const MergeOptions options_;
   static constexpr std::size_t small_px = 4;
   std::size_t boxes_ = 0, small_boxes_ = 0;
-  Json dataset_;
   std::size_t samples_ = 0, per_tar_ = 0, targets_ = 0;
   std::size_t shadow_class_ = 0;  // number of the class of shadows; 0: none
   std::optional<SampleFolders> folders_;
@@ -624,6 +663,7 @@ class Merge {
   Card card_;
   std::string manifest_;
   std::map<std::string, std::string> splits_;
+  std::vector<std::string> wanted_splits_;
   std::map<std::string, std::set<std::string>> classes_shown_;       // by split
   std::map<std::uint64_t, std::set<std::string>> splits_of_seabed_;  // by its seed
   std::set<std::string> groups_;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/live/live_scene.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {
@@ -80,6 +81,7 @@ AddedObject added_object(const Json& object, const SessionScene& now) {
 }  // namespace
 
 LiveChange read_change(std::string_view text, const SessionScene& now, const Vehicle& vehicle) {
+  require_shallow_json(text);
   const Json request = Json::parse(text, nullptr, false);
   if (!request.is_object() || request.empty())
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");

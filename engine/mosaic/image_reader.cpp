@@ -1,8 +1,14 @@
 #include <ensonify/engine/mosaic/image_reader.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
@@ -13,7 +19,6 @@
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
-#include <OpenEXR/ImfTestFile.h>
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/scene.h>
@@ -22,11 +27,81 @@ namespace ensonify::engine {
 namespace {
 
 constexpr const char* cure = "copy the file again, or make the run again";
-constexpr int most_columns = 1 << 20;  // more than any scene's
+constexpr const char* another_kind = "this is not an image of a run";
+constexpr const char* another_cure = "give a folder that `ensonify run` wrote";
+constexpr int most_columns = 1 << 20;       // more than any scene's
+constexpr double most_compression = 2000;   // no method reaches it
+constexpr double most_rows_per_byte = 2.0;  // 32 rows have 16 bytes at least
 
 [[noreturn]] void fail(const std::filesystem::path& file, std::string_view what,
                        std::string_view remedy = cure) {
   throw SceneError(fmt::format("{}: {}; {}", file.string(), what, remedy));
+}
+
+std::uint32_t next_number(std::istream& stream) {
+  std::array<unsigned char, 4> bytes{};
+  stream.read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+  return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | std::uint32_t{bytes[3]} << 24;
+}
+
+/// The types of attributes that a run's images have, and the bytes of a value; 0: any number.
+constexpr std::array<std::pair<std::string_view, std::uint32_t>, 9> attribute_types{
+    {{"box2i", 16},
+     {"chlist", 0},
+     {"compression", 1},
+     {"double", 8},
+     {"float", 4},
+     {"int", 4},
+     {"lineOrder", 1},
+     {"string", 0},
+     {"v2f", 8}}};
+
+/// The number of channels in the value of an attribute: names with a zero byte and 16 bytes each,
+/// then a zero byte. None if it is damaged.
+std::optional<int> channels_of(const std::string& value) {
+  int channels = 0;
+  std::size_t at = 0;
+  for (; at < value.size() && value[at] != '\0'; ++channels) {
+    const std::size_t zero = value.find('\0', at);
+    if (zero == value.npos) return std::nullopt;
+    at = zero + 1 + 16;
+  }
+  return at + 1 == value.size() ? std::optional(channels) : std::nullopt;
+}
+
+/// Checks the sizes in a file's header, because OpenEXR makes room for what it promises before it
+/// reads on. Throws SceneError.
+void check_sizes(const std::filesystem::path& file) {
+  constexpr std::uint32_t magic = 20000630, tiles_or_parts = 0x1a00;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(file));
+  std::ifstream stream(file, std::ios::binary);
+  if (next_number(stream) != magic) fail(file, "this is not an OpenEXR file");
+  if (next_number(stream) & tiles_or_parts) fail(file, another_kind, another_cure);
+  std::array<std::int32_t, 4> window{};  // least x and y, greatest x and y
+  double channels = 0.0;
+  std::string name, type;
+  while (std::getline(stream, name, '\0') && !name.empty()) {
+    std::getline(stream, type, '\0');
+    const std::uint32_t size = next_number(stream);
+    if (size > bytes) fail(file, "the file is truncated");
+    const auto* const known =
+        std::ranges::find(attribute_types, type, [](const auto& one) { return one.first; });
+    if (known == attribute_types.end() || (known->second != 0 && size != known->second))
+      fail(file, another_kind, another_cure);
+    std::string value(size, '\0');
+    stream.read(value.data(), size);
+    if (name == "dataWindow" && size == sizeof window)
+      std::memcpy(window.data(), value.data(), sizeof window);
+    if (type != "chlist") continue;
+    const std::optional<int> its = channels_of(value);
+    if (!its) fail(file, another_kind, another_cure);
+    channels = std::max(channels, static_cast<double>(*its));
+  }
+  const double columns = static_cast<double>(window[2]) - window[0] + 1.0,
+               rows = static_cast<double>(window[3]) - window[1] + 1.0;
+  if (rows > most_rows_per_byte * bytes ||
+      2.0 * columns * rows * channels > most_compression * bytes)
+    fail(file, "the file is truncated");
 }
 
 }  // namespace
@@ -46,7 +121,7 @@ ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
   // Before it is opened: a named pipe would wait for ever.
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(file, unknown)) fail(file, "the file is missing");
-  if (!Imf::isOpenExrFile(file.c_str())) fail(file, "this is not an OpenEXR file");
+  check_sizes(file);
   try {
     open_ = std::make_unique<Open>(file);
     const Imf::Header& header = open_->header();
@@ -54,7 +129,7 @@ ImageReader::ImageReader(const std::filesystem::path& file) : file_(file) {
     const auto columns = std::int64_t{window.max.x} - window.min.x + 1;
     if (window.min.x != 0 || window.min.y != 0 || columns > most_columns ||
         (header.hasType() && header.type() != Imf::SCANLINEIMAGE))
-      fail(file, "this is not an image of a run", "give a folder that `ensonify run` wrote");
+      fail(file, another_kind, another_cure);
     if (!open_->file.partComplete(0)) fail(file, "the file is truncated");
     open_->part.emplace(open_->file, 0);
     open_->columns = static_cast<std::size_t>(columns);

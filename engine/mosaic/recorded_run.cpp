@@ -15,6 +15,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/units.h>
+#include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine {
 namespace {
@@ -44,11 +45,6 @@ constexpr std::array columns{
 
 [[noreturn]] void fail_run(const fs::path& file, std::string_view what) {
   throw SceneError(fmt::format("{}: {}", file.string(), what));
-}
-
-/// Whether a path from an untrusted file stays inside the folder that it is relative to.
-bool stays_inside(const fs::path& path) {
-  return !path.empty() && path.is_relative() && *path.lexically_normal().begin() != "..";
 }
 
 struct ManifestContent {

@@ -93,7 +93,9 @@ void read_tar(const std::filesystem::path& file,
     check(size >= 0 && static_cast<std::uintmax_t>(size) <= whole);
     std::vector<std::byte> content(static_cast<std::size_t>(size));
     check(archive_read_data(tar.get(), content.data(), content.size()) == size);
-    f(archive_entry_pathname(entry), std::move(content));
+    const char* const name = archive_entry_pathname(entry);
+    check(name != nullptr);  // none if it is not in the locale's encoding
+    f(name, std::move(content));
   }
   check(result == ARCHIVE_EOF);
 }

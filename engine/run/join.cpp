@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
 #include <ensonify/scatter/decibel.h>
@@ -25,6 +26,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t max_rows = 30000;
+constexpr std::size_t max_columns = 1 << 20;  // more than any scene's
 
 fs::path file_of(const fs::path& folder, const RunParts& parts, std::size_t part,
                  const std::string& sonar, std::string_view extension) {
@@ -102,7 +104,12 @@ class JoinedOutline {
     std::vector<std::vector<std::size_t>> polygons;
     outline.at("polygons").get_to(polygons);
     for (std::vector<std::size_t>& polygon : polygons) {
-      for (std::size_t i = 1; i < polygon.size(); i += 2) polygon[i] += first_row;
+      if (polygon.size() % 2 != 0) throw std::runtime_error("a polygon with half a corner");
+      for (std::size_t i = 0; i < polygon.size(); i += 2) {
+        if (polygon[i] > columns_ || polygon[i + 1] > rows_)
+          throw std::runtime_error("a polygon outside its picture");
+        polygon[i + 1] += first_row;
+      }
       if (!outline.contains("rle")) fill(polygon);
       polygons_.push_back(std::move(polygon));
     }
@@ -126,13 +133,12 @@ class JoinedOutline {
 
  private:
   static std::size_t area_of(const std::vector<std::size_t>& polygon) {
-    std::int64_t twice = 0;
+    std::uint64_t twice = 0;  // wraps around if the polygon turns the other way
     for (std::size_t i = 0; i < polygon.size(); i += 2) {
       const std::size_t next = (i + 2) % polygon.size();
-      twice += static_cast<std::int64_t>(polygon[i] * polygon[next + 1]) -
-               static_cast<std::int64_t>(polygon[next] * polygon[i + 1]);
+      twice += polygon[i] * polygon[next + 1] - polygon[next] * polygon[i + 1];
     }
-    return static_cast<std::size_t>(std::abs(twice) / 2);
+    return std::min(twice, -twice) / 2;
   }
 
   /// The pixels of a polygon along pixel edges: in each column between its horizontal edges.
@@ -154,11 +160,14 @@ class JoinedOutline {
 
   void add_runs(const Json& rle, std::size_t first_row) {
     const auto part_rows = rle.at("size").at(0).get<std::size_t>();
-    if (part_rows == 0) throw std::runtime_error("a picture without rows");
+    if (part_rows == 0 || part_rows > rows_)
+      throw std::runtime_error("a picture without rows, or with too many");
     std::size_t at = 0;
     bool inside = false;
     for (const Json& count : rle.at("counts")) {
       const std::size_t end = at + count.get<std::size_t>();
+      if (end < at || end > part_rows * columns_)
+        throw std::runtime_error("runs outside their picture");
       while (inside && at < end) {  // a run may go on in the next column
         const std::size_t column = at / part_rows, row = at % part_rows;
         const std::size_t rows = std::min(end - at, part_rows - row);
@@ -268,15 +277,27 @@ std::size_t pings_per_row(std::size_t pings) { return (pings + max_rows - 1) / m
 
 void join_pictures(const fs::path& folder, const RunParts& parts, std::size_t finished_parts,
                    const std::string& sonar) {
-  std::size_t rows = 0, group = 1;
+  std::size_t beams = 0, rows = 0, group = 1;
+  PngFormat first;  // of the part that is read first
   refine::NewFile file(folder / (sonar + ".png"));
   std::unique_ptr<PngWriter> writer;
   std::unique_ptr<RowMeans> means;
   // The newest ping is on top. Groups are counted from the oldest ping, so the first may be short.
   for (std::size_t part = finished_parts; part-- > 0;) {
-    const Picture picture = picture_of(file_of(folder, parts, part, sonar, ".png"));
+    const fs::path its_file = file_of(folder, parts, part, sonar, ".png");
+    const Picture picture = picture_of(its_file);
     if (!writer) {
-      const std::size_t beams = picture.height / parts.range(part).count;
+      beams = picture.height / parts.range(part).count;
+      first = {picture.width, picture.height, picture.channels, picture.bits};
+    }
+    if (beams == 0 || picture.height != beams * parts.range(part).count ||
+        picture.width != first.width || picture.channels != first.channels ||
+        picture.bits != first.bits)
+      throw std::runtime_error(
+          fmt::format("{}: its size does not fit its pings and the other parts' pictures; remove "
+                      "the part's folder and run it again",
+                      its_file.string()));
+    if (!writer) {
       rows = beams * parts.range(part).end();
       group = pings_per_row(beams * parts.pings());
       const PngFormat format{picture.width, (rows + group - 1) / group, picture.channels,
@@ -302,8 +323,11 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
   for (std::size_t part = 0; part < parts.count(); ++part) {
     const fs::path file = file_of(folder, parts, part, sonar, "_targets.json");
     try {
-      const Json json = Json::parse(refine::read_file(file));
+      const std::string text = refine::read_file(file);
+      require_shallow_json(text);
+      const Json json = Json::parse(text);
       const auto columns = json.at("picture").at("columns").get<std::size_t>();
+      if (columns > max_columns) throw std::out_of_range("more columns than any scene's");
       if (part == 0) {
         whole = json;
         beams = json.at("picture").at("rows").get<std::size_t>() / parts.range(part).count;
@@ -315,7 +339,7 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
         targets
             .try_emplace(target.at("instance").get<std::uint32_t>(), beams * parts.pings(), columns)
             .first->second.add(target, beams * (parts.pings() - parts.range(part).end()));
-    } catch (const nlohmann::json::exception& error) {
+    } catch (const std::exception& error) {
       throw std::runtime_error(
           fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "
                       "again",

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -30,7 +32,9 @@ Json visibility_json(const std::vector<ObjectVisibility>& views) {
 }
 
 std::vector<ObjectVisibility> visibility_of(const Json& json) {
-  std::vector<ObjectVisibility> views(json.at("objects").get<std::size_t>());
+  const auto objects = json.at("objects").get<std::size_t>();
+  if (objects > max_labels) throw std::out_of_range("objects");
+  std::vector<ObjectVisibility> views(objects);
   const Json& numbers = json.at("views");
   for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
     views.at(numbers[i].get<std::size_t>()) = {numbers[i + 1].get<std::uint64_t>(),
@@ -110,11 +114,18 @@ PartRecord read_part_json(const std::filesystem::path& file) {
     json.at("counts").get_to(record.counts);
     json.at("verification").get_to(record.verification);
     json.at("pings_over_hole").get_to(record.pings_over_hole);
+    const auto inside = [&](const std::string& name) {
+      if (stays_inside(name)) return name;
+      throw std::runtime_error(
+          fmt::format("{}: '{}' is not in the run's folder; remove the part's folder and run it "
+                      "again",
+                      file.string(), name));
+    };
     for (const auto& [sonar, views] : json.at("object_visibility").items())
-      record.object_visibility[sonar] = visibility_of(views);
+      record.object_visibility[inside(sonar)] = visibility_of(views);
     json.at("warnings").get_to(record.warnings);
     for (const Json& its : json.at("files"))
-      record.files.push_back({its.at("name").get<std::string>(),
+      record.files.push_back({inside(its.at("name").get<std::string>()),
                               its.at("size_bytes").get<std::uint64_t>(),
                               its.at("xxh128").get<std::string>()});
     return record;

@@ -11,6 +11,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/world_reference.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/read_file.h>
 
 namespace ensonify::engine {
@@ -75,7 +76,9 @@ std::string plan_json(const RunPlan& plan) {
 
 RunPlan read_plan(const std::filesystem::path& folder) {
   try {
-    const Json json = Json::parse(refine::read_file(plan_file(folder)));
+    const std::string text = refine::read_file(plan_file(folder));
+    require_shallow_json(text);
+    const Json json = Json::parse(text);
     return {.scene_toml = json.at("scene").get<std::string>(),
             .seed = json.at("seed").get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),

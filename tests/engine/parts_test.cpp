@@ -211,3 +211,47 @@ TEST_CASE("a PNG that was encoded decodes to the same picture, and damage is ref
         CHECK_THROWS_AS(decode_png(std::span(bytes).first(size)), std::runtime_error);
     }
 }
+
+TEST_CASE("parts whose pictures have another width or number of rows are not put together") {
+  const TemporaryFolder folder;
+  const RunParts parts({0, 4}, 8);
+  const auto write = [&](std::size_t part, const Picture& picture) {
+    const std::string number = parts.number(part);
+    std::filesystem::create_directories(folder / parts.folder(part));
+    refine::write_file(folder / (parts.folder(part) + "/a_" + number + ".png"),
+                       encode_png(picture));
+  };
+  const auto grey = [](std::size_t width, std::size_t height) {
+    return Picture{width, height, 1, std::vector<std::uint8_t>(width * height)};
+  };
+  write(1, grey(5, 4));
+  for (const Picture& wrong : {grey(4, 4), grey(5, 3), Picture{5, 4, 3, grey(15, 4).pixels}}) {
+    write(0, wrong);
+    CHECK_THROWS_AS(join_pictures(folder.path(), parts, 2, "a"), std::runtime_error);
+  }
+  write(1, grey(5, 3));  // less rows than pings
+  CHECK_THROWS_AS(join_pictures(folder.path(), parts, 2, "a"), std::runtime_error);
+  write(0, grey(5, 4));
+  write(1, grey(5, 4));
+  CHECK_NOTHROW(join_pictures(folder.path(), parts, 2, "a"));
+}
+
+TEST_CASE("outlines that leave their picture, or have half a corner, are not put together") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "part_0001");
+  const auto joined = [&](const std::string& outline) {
+    write_text(folder / "part_0001/a_0001_targets.json",
+               R"({"picture": {"columns": 9, "rows": 2}, "targets": [{"instance": 1, "range_m": 5,)"
+               R"( "side": "port", "ping": 1, "contrast_db": 3, "shadow": null, "body":)"
+               R"( {"box": [1, 1, 2, 1], "area_px": 2, )" +
+                   outline + "}}]}");
+    return join_targets(folder.path(), RunParts({0}, 2), "a", {});
+  };
+  CHECK_NOTHROW(joined(R"("polygons": [[1, 1, 3, 1, 3, 2, 1, 2]])"));
+  for (const std::string wrong :
+       {R"("polygons": [[1, 1, 3, 1, 3, 2, 1]])", R"("polygons": [[1, 1, 1000000000000, 1]])",
+        R"("polygons": [[1, 9, 3, 9, 3, 2, 1, 2]])",
+        R"("polygons": [], "rle": {"size": [2, 9], "counts": [0, 100000000000000]})",
+        R"("polygons": [], "rle": {"size": [0, 9], "counts": [0, 1]})"})
+    CHECK_THROWS_AS(joined(wrong), std::runtime_error);
+}

@@ -4,13 +4,16 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
 #include "support/manifold.h"
+#include "support/temporary_folder.h"
 
 // Shared by the fuzz targets. A target ignores the documented exceptions; everything else (another
 // exception, a sanitizer's report, a broken promise) is a finding.
@@ -25,6 +28,27 @@ inline void promise(bool kept, std::string_view what) {
 
 inline std::string_view text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
+}
+
+/// The texts between the zero bytes of an input; empty ones follow, up to `count`.
+inline std::vector<std::string> texts(const std::uint8_t* data, std::size_t size,
+                                      std::size_t count) {
+  std::vector<std::string> all(1);
+  for (std::size_t i = 0; i < size; ++i)
+    if (data[i] == 0)
+      all.emplace_back();
+    else
+      all.back() += static_cast<char>(data[i]);
+  if (all.size() < count) all.resize(count);
+  return all;
+}
+
+/// Writes an input to a file, whose folder is removed at the end.
+inline std::filesystem::path file_of(const std::uint8_t* data, std::size_t size,
+                                     const std::string& name) {
+  static const TemporaryFolder folder;
+  write_text(folder / name, std::string(text(data, size)));
+  return folder / name;
 }
 
 inline void check_mesh(const refine::TriangleMesh& mesh) {

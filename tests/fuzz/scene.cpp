@@ -1,29 +1,61 @@
 #include <filesystem>
+#include <random>
+#include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <ensonify/engine/scene/reader.h>
 
 #include "fuzz/fuzz.h"
-#include "support/grids.h"
-#include "support/temporary_folder.h"
 
 using namespace ensonify;
+
+namespace {
+
+struct KnownKeys {
+  std::vector<std::string> names;  ///< with dots, as for an override
+  std::vector<std::string> values;
+
+  /// The keys of a dumped scene, also those that are not set there.
+  explicit KnownKeys(const std::string& dump) {
+    std::istringstream lines(dump);
+    std::string table;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with('[')) table = line.substr(1, line.find(']') - 1) + ".";
+      const std::size_t begin = line.starts_with("# ") ? 2 : 0, equals = line.find(" =", begin);
+      const std::string name = line.substr(begin, equals - begin);
+      if (equals == line.npos || name.find(' ') != name.npos) continue;
+      names.push_back(table + name);
+      if (equals + 3 < line.size()) values.push_back(line.substr(equals + 3));
+    }
+  }
+};
+
+}  // namespace
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t largest);
+
+// Changes bytes as libFuzzer does, or adds an override of a known key by a value that some key has.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t largest, unsigned seed) {
+  static const KnownKeys keys(engine::dump_scene(engine::Scene{}));
+  std::minstd_rand random(seed);
+  const auto any = [&](const auto& list) { return list[random() % list.size()]; };
+  const std::string more = std::string(1, '\0') + any(keys.names) + "=" + any(keys.values);
+  if (random() % 4 != 0 || size + more.size() > largest)
+    return LLVMFuzzerMutate(data, size, largest);
+  more.copy(reinterpret_cast<char*>(data) + size, more.size());
+  return size + more.size();
+}
 
 // The text of a scene; each text after a zero byte is an override. A scene that was read, written
 // and read again must be the same.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::filesystem::path folder = [] {
-    static const tests::TemporaryFolder own;
-    tests::write_text(own / "file", "");  // for keys that name a file
-    return own.path();
-  }();
-  std::string_view scene = tests::text(data, size);
-  std::vector<std::string> overrides;
-  for (std::size_t zero; (zero = scene.rfind('\0')) != std::string_view::npos;
-       scene = scene.substr(0, zero))
-    overrides.emplace_back(scene.substr(zero + 1));
+  static const std::filesystem::path folder =
+      tests::file_of(nullptr, 0, "file").parent_path();  // for keys that name a file
+  std::vector<std::string> overrides = tests::texts(data, size, 1);
+  const std::string scene = overrides.front();
+  overrides.erase(overrides.begin());
   std::string dump;
   const engine::ScenePaths paths{folder, {}};
   try {

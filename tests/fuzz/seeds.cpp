@@ -5,12 +5,17 @@
 #include <string>
 
 #include <ensonify/engine/output/jsf.h>
+#include <ensonify/engine/output/png.h>
+#include <ensonify/engine/output/tar.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/refine/read_file.h>
 
 #include "support/damaged_meshes.h"
 #include "support/grids.h"
+#include "support/small_dataset.h"
 #include "support/small_recording.h"
+#include "support/small_run.h"
 #include "support/tiny_recipe.h"
 #include "support/tricky_meshes.h"
 
@@ -41,6 +46,16 @@ std::string target(refine::MeshFormat format) {
     case refine::MeshFormat::stl: return "mesh_stl";
     default: return "mesh_off";
   }
+}
+
+/// A tar with one file.
+std::string tar_of(const std::string& name, const std::string& content) {
+  const tests::TemporaryFolder folder;
+  engine::TarFile tar(folder / "a.tar");
+  tar.add(name, std::as_bytes(std::span(content)));
+  tar.finish();
+  // Without most of the zeros at its end.
+  return refine::read_file(folder / "a.tar").substr(0, 2048);
 }
 
 }  // namespace
@@ -105,5 +120,63 @@ int main(int argc, char** argv) {
   seeds.add("profile",
             "% Device,11E101663\n% \nPressure (Decibar),Depth (Meter),Sound velocity (Meters per "
             "Second)\n0.15,0.1496,1512.63\n0.45,0.4490,1512.65\n");
+
+  seeds.add("path", "# a cable\neast_m,north_m\n0,0\n12.5,-3\n1e2,4\n");
+  seeds.add("outlines",
+            R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {},)"
+            R"( "geometry": {"type": "Polygon", "coordinates":)"
+            R"( [[[0, 0], [9, 0], [9, 9], [0, 0]], [[1, 1], [2, 1], [2, 2], [1, 1]]]}}]})");
+  seeds.add("outlines", R"({"type": "MultiPolygon", "coordinates": [[[[0, 0], [9, 0], [9, 9]]]]})");
+  const std::string grey = tests::as_text(
+      engine::encode_png({.width = 3, .height = 2, .channels = 1, .pixels = {0, 1, 1, 0, 1, 2}}));
+  const std::string colour = tests::as_text(
+      engine::encode_png({.width = 2, .height = 1, .channels = 3, .pixels = {0, 1, 1, 0, 1, 2}}));
+  for (const std::string& picture : {grey, colour})
+    for (const char* reader : {"area_image", "picture", "png"}) seeds.add(reader, picture);
+  seeds.add(
+      "area_image",
+      tests::Tiff{.columns = 2, .rows = 1, .heights = {1, 2}, .transform = {-9, 9, 0, 9, 0, -18}}
+          .bytes());
+
+  const tests::SmallRun run;
+  seeds.add("run_image", run.image);
+  seeds.add("recorded_run", run.manifest + zero + run.table);
+  const std::string target =
+      R"("instance": 1, "range_m": 5.5, "side": "port", "ping": 1, "contrast_db": 3, "shadow": null,)"
+      R"( "body": {"box": [1, 1, 2, 1], "area_px": 2, "polygons": [[1, 1, 3, 1, 3, 2, 1, 2]]})";
+  seeds.add("run_parts",
+            R"({"version": "1", "libraries": {"a": "1"}, "scene": "version = 1\n[a]\nb = 1\n",)"
+            R"( "seed": 1, "intersector": "embree", "reference": "", "verify_pings": 0,)"
+            R"( "input_files": {}, "pings": 2, "first_pings": [0]})" +
+                zero +
+                R"({"first_ping": 0, "pings": 2, "surface": "static", "instruction_set": "AVX2",)"
+                R"( "classes": ["none"], "materials": ["none"], "seafloor": {"faces": 1},)"
+                R"( "counts": {"pings": 2}, "verification": {}, "pings_over_hole": 0,)"
+                R"( "object_visibility": {"left-right": {"objects": 1, "views": [0, 2, 1]}},)"
+                R"( "warnings": [], "files": [{"name": "a", "size_bytes": 1, "xxh128": "0"}]})" +
+                zero + R"({"picture": {"columns": 9, "rows": 2}, "targets": [{)" + target + "}]}");
+  const tests::SmallDataset dataset;
+  seeds.add("dataset", dataset.dataset + zero + dataset.sample + zero + dataset.labels);
+  seeds.add("tar", tar_of("000000.a.json", "{}\n"));
+  seeds.add("analysed",
+            R"({"vertices": 12, "faces": 12, "bed_faces": 12, "mean_bed_m": -5, "utm_zone": 19,)"
+            R"( "labels": [[0, 0, 0, false, false], [1, 1, 1, true, false]],)"
+            R"( "classes": ["none", "crate"], "materials": ["none", "sand"], "repairs": 0,)"
+            R"( "warnings": [], "objects": [{"table": 0, "middle_m": [0, 0, 0], "size_m":)"
+            R"( [1, 1, 1], "heading_rad": 0, "scale": 1, "buried": 0, "label":)"
+            R"( [1, 1, 1, true, false]}], "features": []})");
+
+  for (const char* request :
+       {R"({"t_s": 0.5, "x_m": 0, "y_m": 1, "z_m": -12, "roll_deg": 2, "vx_mps": 1})",
+        R"({"set": {"sonar.left-right.range_m": 12.5}})",
+        R"({"add": {"shape": "cylinder", "material": "plain"}, "x_m": 1, "y_m": 0, "z_m": -18})",
+        R"({"move": 1, "x_m": 1, "y_m": 0, "z_m": -18})", R"({"remove": 1})"})
+    seeds.add("stream_request", request);
+  for (const char* request :
+       {R"({"hold": true, "again": false, "clear": true, "pings_per_s": null})",
+        R"({"set": {"sonar.left-right.range_m": 12.5, "track.altitude_m": 6}})",
+        R"({"set": {"display.palette": "copper"}})", R"({"set": {"seafloor.material": "mud"}})",
+        R"({"add": {"shape": "barrel", "material": "plain", "ahead_m": 10, "starboard_m": -2}})"})
+    seeds.add("live_change", request);
   return 0;
 }

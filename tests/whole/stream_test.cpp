@@ -146,6 +146,8 @@ const std::vector<std::pair<std::string, std::string>> wrong_lines = {
     {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
     {R"({"remove": -1})", "is not an instance"},
     {std::string(2 << 20, ' '), "longer than 1 MiB"},
+    {R"({"set": {"a": )" + std::string(400000, '[') + std::string(400000, ']') + "}}",
+     "levels deep"},
 };
 
 TEST_CASE("a wrong line ends a stream with its line number and advice") {

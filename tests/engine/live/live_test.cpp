@@ -142,6 +142,8 @@ TEST_CASE("A faulty change is refused with the right kind of error, and a good o
         R"({"set": {}})", R"({"add": {}})", R"({"add": {"shape": "barrel", "ahead_m": "x"}})",
         R"({"pings_per_s": 5, "set": 3})"})
     CHECK_THROWS_AS(session.change(wrong), std::invalid_argument);
+  const std::string deep = std::string(9000, '[') + std::string(9000, ']');
+  CHECK_THROWS_AS(session.change(R"({"set": {"a": )" + deep + "}}"), std::invalid_argument);
   for (const std::string wrong :
        {R"({"set": {"sonar.left-right.range_m": -1}})", R"({"set": {"sonar.other.range_m": 5}})",
         R"({"set": {"nonsense": 1}})", R"({"set": {"track.altitude_m": "high"}})",

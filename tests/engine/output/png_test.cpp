@@ -108,3 +108,20 @@ TEST_CASE("A PNG of 16 bits has the pixels with the high byte first, in grey and
     png_destroy_read_struct(&png, &info, nullptr);
   }
 }
+
+TEST_CASE("A PNG that is too short for its pixels is refused before they are made") {
+  auto bytes = encode_png(sample_picture(37, 11, 1));
+  CHECK(decode_png(bytes).pixels == sample_picture(37, 11, 1).pixels);
+  // A million columns and rows, with the checksum of such a header.
+  const std::string header("\x00\x0f\x42\x40\x00\x0f\x42\x40\x08\x00\x00\x00\x00", 13);
+  std::uint32_t checksum = 0xffffffff;
+  for (const char c : "IHDR" + header) {
+    checksum ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit)
+      checksum = checksum & 1 ? checksum >> 1 ^ 0xedb88320 : checksum >> 1;
+  }
+  std::memcpy(&bytes[16], header.data(), header.size());
+  for (std::size_t i = 0; i < 4; ++i)
+    bytes[29 + i] = static_cast<std::byte>(~checksum >> (24 - 8 * i));
+  CHECK_THROWS_WITH(decode_png(bytes), Catch::Contains("too short for its pixels"));
+}

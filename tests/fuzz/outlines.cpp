@@ -1,0 +1,20 @@
+#include <ensonify/engine/seafloor/layers/area_files.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+#include "fuzz/fuzz.h"
+
+using namespace ensonify;
+
+// GeoJSON: the polygons of an area.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    for (const engine::Polygon& polygon :
+         engine::read_outlines(tests::file_of(data, size, "outline.geojson"), {1.0, 2.0, 0.0})) {
+      tests::promise(polygon.size() >= 3, "a polygon has three points");
+      for (const Eigen::Vector2d& point : polygon)
+        tests::promise(point.allFinite(), "points are finite");
+    }
+  } catch (const refine::MeshError&) {
+  }
+  return 0;
+}
