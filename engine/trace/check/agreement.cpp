@@ -180,8 +180,7 @@ class Comparison {
     for (std::size_t ping = 0; ping < pings.size() && !stopped_; ++ping) {
       const auto look_ahead = [&](FaceSource& surface) {
         for (std::size_t next = ping + 1; next < pings.size() && spare.any(); ++next)
-          if (!surface.expect(pings[next], spare)) break;
-        return goes_on();  // a block can take many seconds
+          if (!surface.expect(pings[next], spare)) return;
       };
       worker.compare_ping(pings[ping], item.number, look_ahead, tallies);
       rays += rays_of(pings[ping]);
@@ -196,7 +195,7 @@ class Comparison {
     // Different rays of each ping, and of each block.
     std::uint64_t turn = first_turn(item.number, options_.bent_every);
     for (const std::vector<RayFan>& ping : pings_of(item))
-      if (goes_on()) worker.compare_bent(ping, bent_, options_.bent_every, turn, tallies);
+      if (!stopped_) worker.compare_bent(ping, bent_, options_.bent_every, turn, tallies);
     return rays_of_item(item);
   }
 
@@ -207,7 +206,7 @@ class Comparison {
     worker.reset();
     std::uint64_t rays = 0;
     const std::span<const std::vector<RayFan>> pings = pings_of(item);
-    for (std::size_t ping = 0; ping < pings.size() && goes_on(); ++ping) {
+    for (std::size_t ping = 0; ping < pings.size() && !stopped_; ++ping) {
       if (ping % 2 == 0) worker.put_bodies(pings[ping], options_.seed, item.number, ping);
       worker.compare_with_bodies(pings[ping], item.number, bounds_, tallies);
       rays += rays_of(pings[ping]);
@@ -223,15 +222,7 @@ class Comparison {
       progress_.unexplained += tally.count(Verdict::unexplained);
       progress_.leaks += tally.count(Verdict::leak);
     }
-    ask_to_go_on();
-  }
-  bool goes_on() {
-    const std::lock_guard lock(progress_mutex_);
-    ask_to_go_on();
-    return !stopped_;
-  }
-  void ask_to_go_on() {
-    if (!stopped_ && options_.progress && !options_.progress(progress_)) stopped_ = true;
+    if (options_.progress && !options_.progress(progress_)) stopped_ = true;
   }
 
   refine::Bounds bounds_;

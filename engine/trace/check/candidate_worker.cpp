@@ -56,12 +56,12 @@ void CandidateWorker::reset() {
 }
 
 void CandidateWorker::compare_ping(std::span<const RayFan> fans, std::uint64_t number,
-                                   const std::function<bool(FaceSource&)>& look_ahead,
+                                   const std::function<void(FaceSource&)>& look_ahead,
                                    std::span<AgreementCounts> tallies) {
   ask(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     const Intersector& intersector = surfaces_[c]->prepare(fans);
-    if (!look_ahead(*surfaces_[c])) return;
+    look_ahead(*surfaces_[c]);
     compare_candidate(c, *surfaces_[c], intersector, fans, number, comparisons_[c], tallies[c]);
   }
 }

@@ -56,10 +56,9 @@ class CandidateWorker {
   /// The face sources forget earlier pings.
   void reset();
 
-  /// The fans of one ping. `look_ahead` is called with each face source when it has its faces; if
-  /// it returns false, the comparison ends there.
+  /// The fans of one ping. `look_ahead` is called with each face source when it has its faces.
   void compare_ping(std::span<const RayFan> fans, std::uint64_t number,
-                    const std::function<bool(FaceSource&)>& look_ahead,
+                    const std::function<void(FaceSource&)>& look_ahead,
                     std::span<AgreementCounts> tallies);
   /// Some of the bent rays of the fans of one ping, as in BentReference::trace_some().
   void compare_bent(std::span<const RayFan> fans, const BentReference& reference,
