@@ -107,6 +107,7 @@ TEST_CASE("leaves, children and faces that are not the hierarchy's are noticed")
     Refined r;
     r.spoil([](auto& mesh) { mesh.points.emplace_back(); });
     CHECK(r.says("a leaf has an active ancestor"));
+    CHECK(broken_invariants(r.mesh, {&r.volume, 1}).front().ends_with(", 1 in all"));
   }
   SECTION("the order of a face's corners") {
     Refined r;

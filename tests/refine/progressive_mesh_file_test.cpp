@@ -137,7 +137,7 @@ TEST_CASE(
     const ProgressiveMesh mesh = build_by_tiles(source, 2);
     CHECK(mesh.world_origin == source.world_origin);
     const std::vector<std::uint16_t> tags = tags_for(source);
-    const std::string about(10'000, 'a'), key(64, 'k');
+    const std::string about(4097, 'a'), key(64, 'k');  // a byte more than a page
     save(mesh, {tags, about, key}, folder / "f");
     const ProgressiveMesh back = map_progressive_mesh(folder / "f");
     back.verify_all();
@@ -441,6 +441,25 @@ TEST_CASE("contradictory hierarchies with right checksums are refused without a 
   INFO(refused << " refused, " << fine << " not");
   CHECK(refused > 200);
   CHECK(fine > 20);
+}
+
+TEST_CASE("a base face with two corners in one tree is refused") {
+  using File = ProgressiveFile;
+  const TemporaryFolder folder;
+  const fs::path file = folder / "f";
+  save(build_by_tiles(ensonify::tests::open_grid(9, 9, 1.0, 0.5, 5), 1), {}, file);
+  const File good{content(file)};
+  const std::size_t first_base_face = 2 * good.bytes_of(File::mid) / sizeof(std::uint32_t);
+  const std::size_t at = good.offset_of(File::faces) + first_base_face * sizeof(Face);
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    INFO(corner);
+    File bad = good;
+    bad.put(at + 4 * corner, good.get<std::uint32_t>(at + 4 * ((corner + 1) % 3)));
+    bad.correct_checksums();
+    put(file, bad.bytes);
+    const ProgressiveMesh mesh = map_progressive_mesh(file);
+    CHECK_THROWS_WITH(ActiveMesh(mesh), Catch::Contains("a base face has two corners in one tree"));
+  }
 }
 
 TEST_CASE("threads that first use a mapped mesh at the same time get its content") {
