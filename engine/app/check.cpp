@@ -202,11 +202,6 @@ void check(const Arguments& arguments) {
       stopped = SignalWatch::caught() != 0;
       return !stopped;
     };
-    if (SignalWatch::caught() != 0) {  // while trees were built
-      stopped = true;
-      reached.rays = reached.of = 0;
-      return;
-    }
     const std::vector<AgreementRow> more =
         compare(mesh, *reference, some,
                 some.empty() ? std::span<const PingBlock>() : std::span(blocks), options);
