@@ -578,7 +578,7 @@ def table(report):
     lines = ["| row | tried | failed | time |", "| --- | ---: | ---: | ---: |"]
     for name, row in report["rows"].items():
         lines.append(f"| {ROWS[name].title} | {row['tried']:,} {ROWS[name].unit} | {len(row['failures'])} "
-                     f"| {row['seconds'] / 60:.0f} min |")
+                     f"| {row['seconds'] / 60:.1f} min |")
     return "\n".join(lines)
 
 
