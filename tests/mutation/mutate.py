@@ -37,7 +37,6 @@ ROOMS = {
 MEMORY_BYTES = 8 << 30  # a mutant may ask for more and more
 
 
-
 def negated(condition):
     depth = 0
     for letter in condition.group(1):
@@ -68,10 +67,10 @@ def open_parentheses(line):
     return line.count("(") - line.count(")")
 
 
-def mutants(room):
-    """(file, line number, line, new line) for each change of a source of the room, in a fixed order."""
+def mutants(tree, room):
+    """(file, line number, line, new line) for each change of the room's sources, in a fixed order."""
     found = []
-    for path in sorted((PROJECT / room).rglob("*.cpp")):
+    for path in sorted((tree / room).rglob("*.cpp")):
         for number, line in enumerate(path.read_text().splitlines()):
             if SKIPPED.search(line):
                 continue
@@ -83,7 +82,7 @@ def mutants(room):
                     new = replacement(match) if callable(replacement) else match.expand(replacement)
                     changed = line[:match.start()] + new + line[match.end():]
                     if changed != line and open_parentheses(changed) == open_parentheses(line):
-                        found.append((str(path.relative_to(PROJECT)), number, line, changed))
+                        found.append((str(path.relative_to(tree)), number, line, changed))
     random.Random(room).shuffle(found)
     return found
 
@@ -180,7 +179,7 @@ def main():
             print(f"{room}: {program} takes {seconds[program]:.0f} s", flush=True)
         outcomes = report.setdefault(room, {})
         left = options.mutants
-        for mutant in mutants(room):
+        for mutant in mutants(copy.tree, room):
             file, number, line, changed = mutant
             change = f"{line.strip()} -> {changed.strip()}"
             key = f"{file}: {change}"  # without its number, so a line that moves stays the same mutant

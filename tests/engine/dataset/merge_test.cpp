@@ -1,4 +1,4 @@
-// Datasets that somebody else made, or changed, with hashes that fit.
+// Datasets from others: their files contradict each other, but the hashes fit.
 
 #include <ensonify/engine/dataset/merge.h>
 
