@@ -20,6 +20,7 @@
 #include <ensonify/engine/dataset/webdataset.h>
 #include <ensonify/engine/dataset/yolo_segments.h>
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/png.h>
 #include <ensonify/engine/output/sha256.h>
 #include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/output/tar.h>
@@ -37,7 +38,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array split_names{"train", "val", "test"};
 constexpr std::size_t max_samples = 999999;  // as the recipe's key
-constexpr double max_compression = 1032.0;   // of a PNG's pixels
 
 /// A sample's JSON files: sample.json and those of its images.
 struct SampleRecord {
@@ -285,7 +285,7 @@ class Merge {
       throw std::runtime_error(fmt::format("the picture '{}' is not a file of its sample", name));
     const double columns = image.at("width").get<double>(), rows = image.at("height").get<double>();
     const auto bytes = static_cast<double>(file->second.size_and_hash.first);
-    if (!(columns >= 1.0 && rows >= 1.0 && columns * rows <= max_compression * bytes))
+    if (!(columns >= 1.0 && rows >= 1.0 && columns * rows <= max_png_compression * bytes))
       throw std::runtime_error(
           fmt::format("the picture '{}' cannot have {} x {} pixels", name, columns, rows));
   }

@@ -13,8 +13,6 @@
 namespace ensonify::engine {
 namespace {
 
-constexpr double max_compression = 1032.0;  // of zlib
-
 bool is_grey_or_rgb(const PngFormat& format) {
   return format.width > 0 && format.height > 0 && (format.channels == 1 || format.channels == 3) &&
          (format.bits == 8 || format.bits == 16);
@@ -187,7 +185,7 @@ Picture decode_png(std::span<const std::byte> bytes) {
   const PngFormat format{picture.width, picture.height, picture.channels, picture.bits};
   if (!is_grey_or_rgb(format)) throw std::runtime_error("the PNG is neither grey nor RGB");
   if (static_cast<double>(picture.height) * static_cast<double>(format.row_bytes()) >
-      max_compression * static_cast<double>(bytes.size()))
+      max_png_compression * static_cast<double>(bytes.size()))
     throw std::runtime_error("the PNG is damaged: it is too short for its pixels");
   picture.pixels.resize(picture.height * format.row_bytes());
   for (std::size_t row = 0; row < picture.height; ++row)

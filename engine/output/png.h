@@ -16,6 +16,9 @@ namespace ensonify::engine {
 /// Keywords and texts that describe a picture, in ASCII (tEXt chunks of a PNG).
 using PngTexts = std::vector<std::pair<std::string, std::string>>;
 
+/// Bytes of pixels that a byte of a PNG can hold at most: zlib's limit (its technical details).
+constexpr double max_png_compression = 1032.0;
+
 /// The size of a picture and of its pixels: grey or RGB, 8 or 16 bits per channel.
 struct PngFormat {
   std::size_t width = 0, height = 0;
