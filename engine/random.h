@@ -28,6 +28,7 @@ enum class Purpose : std::uint64_t {
   boulder_layer = 35,
   seabed_patch = 36,
   survey_detail = 37,
+  survey_scatter = 38,
   ground_texture = 40,
   recipe = 60,
   dataset_split = 61,

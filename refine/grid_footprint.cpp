@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 
 namespace ensonify::refine {
 namespace {
@@ -15,83 +14,21 @@ constexpr int block_points = block_cells + 1;
 }  // namespace
 
 ExactFaces GridFootprint::query(std::span<const FanVolume> volumes) {
-  view_.look_at(volumes);
-  strips_.clear();
-  for (const FanVolume& v : volumes) {
-    // A point p of the volume has |p . axis| <= range sin(truncation), p . middle >= 0 and |p.z| <=
-    // range. Rounding is much less than the added hundredth, for a map of up to 1000 km.
-    const double reach_m =
-        v.range_m * 1.0001 + v.margin_m + 0.01 + 1e-6 * v.apex.lpNorm<Eigen::Infinity>();
-    strips_.push_back(
-        {.apex = v.apex.head<2>(),
-         .axis = v.array_axis.head<2>(),
-         .middle = v.middle.head<2>(),
-         .reach_m = reach_m,
-         .beside_m = v.range_m * (std::sin(v.truncation_rad) + std::abs(v.array_axis.z())) +
-                     (reach_m - v.range_m),
-         .behind_m = v.range_m * std::abs(v.middle.z()) + (reach_m - v.range_m)});
-  }
+  tiles_.look_at(volumes);
   point_count_ = face_count_ = 0;
-  descend(grid_->levels() - 1, 0, 0);
-  bodies_->walk(view_, [this](std::uint32_t face) { take_body(face); });
+  tiles_.for_each(
+      [this](const HeightGrid::Tile& tile, int column, int row) { take_tile(tile, column, row); });
+  bodies_->walk(tiles_.view(), [this](std::uint32_t face) { take_body(face); });
   return {std::span(points_).first(point_count_), std::span(faces_).first(face_count_),
           std::span(source_faces_).first(face_count_)};
-}
-
-/// Whether a volume can touch a vertical cylinder of any height.
-bool GridFootprint::touches_map(const Eigen::Vector2d& centre, double radius_m) const {
-  return std::ranges::any_of(strips_, [&](const Strip& strip) {
-    const Eigen::Vector2d p = centre - strip.apex;
-    return p.norm() <= strip.reach_m + radius_m &&
-           std::abs(p.dot(strip.axis)) <= strip.beside_m + radius_m &&
-           -p.dot(strip.middle) <= strip.behind_m + radius_m;
-  });
 }
 
 /// Whether a volume can touch the box of the cells between these rows and columns of points.
 bool GridFootprint::touches(const HeightGrid::Range& range, int first_column, int end_column,
                             int first_row, int end_row) const {
-  return !range.empty() &&
-         view_.touches(ball_around({{grid_->x(first_column), grid_->y(first_row), range.lowest},
-                                    {grid_->x(end_column), grid_->y(end_row), range.highest}}));
-}
-
-// What a volume can touch must not depend on which tiles were made before: other faces make other
-// trees, and Embree's rounding follows the tree. So a tile is taken if its own circle and ball can
-// touch a volume, and a node above may only be passed over if none of its tiles can be taken. The
-// circles and balls of all boxes within a box lie within sqrt(2) of its own radius.
-void GridFootprint::descend(int level, int column, int row) {
-  const int size = tile_cells << level;
-  const int first_column = column * size, first_row = row * size;
-  const Eigen::Vector2f south_west{grid_->x(first_column), grid_->y(first_row)};
-  const Eigen::Vector2f north_east{grid_->x(std::min(first_column + size, grid_->columns() - 1)),
-                                   grid_->y(std::min(first_row + size, grid_->rows() - 1))};
-  const auto can_touch = [&](const HeightGrid::Range& range) {
-    Bounds box{{south_west.x(), south_west.y(), 0.0f}, {north_east.x(), north_east.y(), 0.0f}};
-    const float widened = level == 0 ? 1.0f : 1.4143f;
-    const Sphere on_map = ball_around(box);
-    if (!touches_map(on_map.centre.head<2>().cast<double>(), double{widened} * on_map.radius))
-      return false;
-    if (!range.known()) return true;
-    if (range.empty()) return false;
-    box.lowest.z() = range.lowest;
-    box.highest.z() = range.highest;
-    Sphere ball = ball_around(box);
-    ball.radius *= widened;
-    return view_.touches(ball);
-  };
-  const HeightGrid::Range range = grid_->range(level, column, row);
-  if (!can_touch(range)) return;
-  if (level > 0) {
-    for (const int north : {0, 1})
-      for (const int east : {0, 1})
-        if (grid_->has_range(level - 1, 2 * column + east, 2 * row + north))
-          descend(level - 1, 2 * column + east, 2 * row + north);
-    return;
-  }
-  const HeightGrid::Tile& tile = grid_->tile(column, row);
-  if (!range.known() && !can_touch(grid_->range(0, column, row))) return;
-  take_tile(tile, column, row);
+  return !range.empty() && tiles_.view().touches(ball_around(
+                               {{grid_->x(first_column), grid_->y(first_row), range.lowest},
+                                {grid_->x(end_column), grid_->y(end_row), range.highest}}));
 }
 
 void GridFootprint::take_tile(const HeightGrid::Tile& tile, int tile_column, int tile_row) {

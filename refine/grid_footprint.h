@@ -9,6 +9,7 @@
 #include <ensonify/refine/fan_volume.h>
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/height_grid.h>
+#include <ensonify/refine/tiles_in_view.h>
 
 namespace ensonify::refine {
 
@@ -18,22 +19,16 @@ namespace ensonify::refine {
 class GridFootprint {
  public:
   /// Both must outlive this. The bodies' faces have the numbers that follow those of the grid.
-  GridFootprint(const HeightGrid& grid, const BallTree& bodies) : grid_(&grid), bodies_(&bodies) {}
+  GridFootprint(const HeightGrid& grid, const BallTree& bodies)
+      : grid_(&grid), bodies_(&bodies), tiles_(grid) {}
 
   /// Valid until the next call; allocates nothing in a steady state. Throws std::invalid_argument
   /// as ViewTest does.
   ExactFaces query(std::span<const FanVolume> volumes);
 
  private:
-  /// What a volume can touch of the map, in local metres.
-  struct Strip {
-    Eigen::Vector2d apex, axis, middle;
-    double reach_m, beside_m, behind_m;
-  };
-  bool touches_map(const Eigen::Vector2d& centre, double radius_m) const;
   bool touches(const HeightGrid::Range& range, int first_column, int end_column, int first_row,
                int end_row) const;
-  void descend(int level, int column, int row);
   void take_tile(const HeightGrid::Tile& tile, int tile_column, int tile_row);
   void take_block(const HeightGrid::Tile& tile, int tile_column, int tile_row, int column, int row);
   void take_body(std::uint32_t face);
@@ -41,8 +36,7 @@ class GridFootprint {
 
   const HeightGrid* grid_;
   const BallTree* bodies_;
-  ViewTest view_;
-  std::vector<Strip> strips_;
+  TilesInView tiles_;
   // What was found; the arrays may be longer.
   std::vector<Eigen::Vector3f> points_;
   std::vector<Face> faces_;

@@ -25,6 +25,8 @@ class SpareThreads {
     void send(SpareThreads& threads);
     /// Whether it was sent, and finish() was not called since.
     bool is_out() const { return state_ != State::idle; }
+    /// Whether a thread is at it: finish() would wait.
+    bool is_running() const { return state_ == State::running; }
     /// Waits for it if it was started, otherwise takes it back. Returns whether it is done.
     bool finish();
 

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <ensonify/refine/mesh_repair.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/vertex_hierarchy.h>
 
@@ -360,7 +361,7 @@ class TileCollapser {
 
 }  // namespace
 
-ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads) {
+ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads, Borders borders) {
   HalfEdges mesh = half_edges(in, threads);
   std::vector<Tile> tiles = partition(in, mesh, threads);
 
@@ -381,7 +382,9 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads) {
     parallel_for(tiles.size(), threads, [&](std::size_t tile, int) {
       for (const Index v : tiles[tile].vertices) {
         locked[v] = 0;
-        mesh.walk_ring(v, [&](Index other) { locked[v] |= tile_of[other] >> 2 * stage != tile; });
+        const bool at_border = mesh.walk_ring(
+            v, [&](Index other) { locked[v] |= tile_of[other] >> 2 * stage != tile; });
+        locked[v] |= at_border && borders == Borders::stay;
       }
       // A quarter each: so a merged tile is as large as one tile before, except for borders.
       const std::size_t target = tiles.size() == 1 ? 0 : tiles[tile].leaves >> 2 * (stage + 1);
@@ -401,6 +404,19 @@ ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads) {
   }
   mesh = {};
   return lay_out(in, collapses, threads);
+}
+
+ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads, Borders borders) {
+  try {
+    return build_by_tiles(in, threads, borders);
+  } catch (const MeshError&) {
+    // Not manifold. Heightfields are, and need no repair, which takes as long as the build.
+    const RepairedMesh manifold = repair(in, -1.0);
+    ProgressiveMeshArrays built = build_by_tiles(manifold.mesh, threads, borders);
+    for (Index& face : built.source_face)
+      if (face != none) face = manifold.source_face[face];
+    return built;
+  }
 }
 
 }  // namespace ensonify::refine

@@ -5,6 +5,10 @@
 
 namespace ensonify::refine {
 
+/// What becomes of the vertices at a mesh's border. If they stay, meshes that share a border fit
+/// each other at any resolution.
+enum class Borders { collapse, stay };
+
 /// The analysis phase by tiles. The mesh is cut in space into tiles of some thousand vertices.
 /// Edges are collapsed inside each tile, the smallest closed star first; then four tiles become
 /// one, stage by stage, until one is left and nothing in it can be collapsed. Tiles of one stage
@@ -17,7 +21,13 @@ namespace ensonify::refine {
 /// (mesh_repair.h makes it so); throws MeshError naming a place where it is not, and
 /// std::invalid_argument if threads < 1. Unreferenced vertices become separate leaves. The same
 /// collapses are allowed as in edge_collapse.h: all topology is kept.
-ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads);
+ProgressiveMeshArrays build_by_tiles(const TriangleMesh& in, int threads,
+                                     Borders borders = Borders::collapse);
+
+/// The same of any mesh: where it is not manifold, vertices are split. The faces stay where they
+/// are and keep their numbers, so no ray sees that.
+ProgressiveMeshArrays build_of_any_mesh(const TriangleMesh& in, int threads,
+                                        Borders borders = Borders::collapse);
 
 /// Peak memory of build_by_tiles, for a mesh with half as many vertices as faces.
 inline constexpr double tile_collapse_bytes_per_face = 75.0;

@@ -15,6 +15,7 @@
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/height_tiles.h>
+#include <ensonify/refine/mesh_clusters.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/tile_collapse.h>
 
@@ -53,22 +54,15 @@ Scene read_input(const SceneArguments& input) {
       {.scene_folder = folder.empty() ? "." : folder, .data_folder = input.data_folder});
 }
 
-/// Makes all tiles of a bed that is made in tiles. After a stop or a kill, the same command
-/// continues.
-void make_tiles(const Arguments& arguments, const Scene& scene, int threads) {
-  if (!arguments.file.empty())
-    throw UsageError(
-        "this bed is made in tiles, which stay in the cache: leave --output out, and take --cache "
-        "for another folder");
-  std::optional<Progress> progress(std::in_place, arguments.quiet);
+/// What make_tiles() made of something, and how much of it was there.
+struct Made {
+  std::size_t all = 0, before = 0;
+  double seconds = 0.0;
+};
+
+/// All tiles of a bed.
+Made make_all(refine::HeightTiles& tiles, int threads, Progress& progress) {
   const Clock::time_point start = Clock::now();
-  const auto prepared = prepare_seafloor(
-      scene, {.cache = arguments.cache, .threads = threads, .memory = arguments.memory});
-  if (prepared->cache_file.empty())
-    throw UsageError(prepared->warnings.empty() ? "there is no cache to keep the tiles in; name "
-                                                  "one with --cache"
-                                                : prepared->warnings.front());
-  refine::HeightTiles& tiles = *prepared->seafloor.grid->tiles_in_file();
   const std::size_t before = tiles.tiles_made();
   // From the north-east, where each chunk finds the borders of its neighbours made.
   std::mutex reporting;
@@ -76,28 +70,74 @@ void make_tiles(const Arguments& arguments, const Scene& scene, int threads) {
     if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
     tiles.require_chunk(tiles.chunks() - 1 - item);
     const std::lock_guard lock(reporting);
-    progress->report("tiles", tiles.tiles_made(), tiles.tiles());
+    progress.report("tiles", tiles.tiles_made(), tiles.tiles());
   });
+  return {tiles.tiles(), before, seconds_since(start)};
+}
+
+/// All clusters of a bed whose tiles are made.
+Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress) {
+  const Clock::time_point start = Clock::now();
+  std::mutex reporting;
+  std::size_t done = 0, with_faces = 0;
+  refine::parallel_for(clusters.count(), threads, [&](std::size_t cluster, int) {
+    if (SignalWatch::caught() != 0) throw Stopped("stopped on request; the same command continues");
+    const bool has_faces = clusters.has_faces(cluster);
+    if (has_faces) clusters.get(cluster);
+    const std::lock_guard lock(reporting);
+    with_faces += has_faces;
+    progress.report("analysis", ++done, clusters.count());
+  });
+  return {with_faces, with_faces - clusters.analysed(), seconds_since(start)};
+}
+
+/// Makes all tiles of a bed that is made in tiles, and, for a run with the surface `refined`,
+/// analyses all clusters. After a stop or a kill, the same command continues.
+void make_tiles(const Arguments& arguments, const Scene& scene, int threads) {
+  if (!arguments.file.empty())
+    throw UsageError(
+        "this bed is made in tiles, which stay in the cache: leave --output out, and take --cache "
+        "for another folder");
+  std::optional<Progress> progress(std::in_place, arguments.quiet);
+  const auto prepared = prepare_seafloor(
+      scene, {.cache = arguments.cache, .threads = threads, .memory = arguments.memory});
+  if (prepared->cache_file.empty())
+    throw UsageError(prepared->warnings.empty() ? "there is no cache to keep the tiles in; name "
+                                                  "one with --cache"
+                                                : prepared->warnings.front());
+  refine::HeightTiles& tiles = *prepared->seafloor.grid->tiles_in_file();
+  const Made of_tiles = make_all(tiles, threads, *progress);
+  const Made of_clusters =
+      prepared->clusters ? analyse_all(*prepared->clusters, threads, *progress) : Made();
   progress.reset();
-  const double seconds = seconds_since(start);
   print_warnings(prepared->warnings);
-  if (!arguments.quiet)
+  if (!arguments.quiet) {
     fmt::print(stderr,
                "{} points, {} faces: {} tiles, {} of them were there, {:.2f} s on {} thread{}; "
                "{:.2f} GB\n{}\n",
-               prepared->seafloor.vertices, prepared->seafloor.faces, tiles.tiles(), before,
-               seconds, threads, threads == 1 ? "" : "s",
+               prepared->seafloor.vertices, prepared->seafloor.faces, of_tiles.all, of_tiles.before,
+               of_tiles.seconds, threads, threads == 1 ? "" : "s",
                1e-9 * static_cast<double>(tiles.file_bytes()), prepared->cache_file.string());
-  if (arguments.json)
-    print_object({{"file", prepared->cache_file.string()},
-                  {"bytes", tiles.file_bytes()},
-                  {"vertices", prepared->seafloor.vertices},
-                  {"faces", prepared->seafloor.faces},
-                  {"tiles", tiles.tiles()},
-                  {"tiles_before", before},
-                  {"warnings", prepared->warnings},
-                  {"times_s", {{"tiles", seconds}}},
-                  {"threads", threads}});
+    if (prepared->clusters)
+      fmt::print(stderr, "{} clusters, {} of them were there, {:.2f} s\n", of_clusters.all,
+                 of_clusters.before, of_clusters.seconds);
+  }
+  if (!arguments.json) return;
+  nlohmann::ordered_json json = {{"file", prepared->cache_file.string()},
+                                 {"bytes", tiles.file_bytes()},
+                                 {"vertices", prepared->seafloor.vertices},
+                                 {"faces", prepared->seafloor.faces},
+                                 {"tiles", of_tiles.all},
+                                 {"tiles_before", of_tiles.before},
+                                 {"warnings", prepared->warnings},
+                                 {"times_s", {{"tiles", of_tiles.seconds}}},
+                                 {"threads", threads}};
+  if (prepared->clusters) {
+    json["clusters"] = of_clusters.all;
+    json["clusters_before"] = of_clusters.before;
+    json["times_s"]["clusters"] = of_clusters.seconds;
+  }
+  print_object(json);
 }
 
 void analyse_scene(const Arguments& arguments) {
@@ -163,7 +203,8 @@ void add_analyse(CLI::App& app, Action& action) {
       "analyse",
       "Write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a progressive mesh for the key "
       "seafloor.progressive (run does this analysis itself when needed and keeps the result in its "
-      "cache). Of a bed that is too large to be made at once, make all tiles, in the cache");
+      "cache). Of a bed that is too large to be made at once, make all tiles, in the cache, and, with "
+      "-D run.surface=refined, the progressive meshes of all its parts");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file to write; not for a bed in tiles")
       ->type_name("FILE");

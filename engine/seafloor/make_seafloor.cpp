@@ -100,8 +100,13 @@ void refuse_all_land(const SeafloorOptions& options, double lowest_m, double hig
       highest_m + options.water_level_m, options.water_level_m));
 }
 
+SurveyScatter scatter_of(const SeafloorOptions& options, std::uint64_t seed) {
+  return {options.uncertainty_scatter, seed};
+}
+
 Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
-  Heightfield field = read_survey(options.survey.path, options.water_level_m);
+  Heightfield field =
+      read_survey(options.survey.path, options.water_level_m, scatter_of(options, seed));
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const double z : field.z_m)
     if (!std::isnan(z)) {
@@ -119,17 +124,7 @@ double points_of(const Heightfield& grid) { return static_cast<double>(grid.colu
 Heightfield expected_grid(const SeafloorOptions& options) {
   if (options.kind == SeafloorKind::fractal) return fractal_grid(options);
   Heightfield grid = read_survey_header(options.survey.path);
-  if (!(options.detail.cell_m > 0.0)) return grid;
-  const auto divide = [&](int& count, double& cell_m) {
-    const double parts = std::max(1.0, std::round(cell_m / options.detail.cell_m));
-    const double points = (count - 1) * parts + 1.0;
-    if (!(points <= std::numeric_limits<int>::max())) return;  // with_detail() refuses it
-    count = static_cast<int>(points);
-    cell_m /= parts;
-  };
-  divide(grid.columns, grid.cell_east_m);
-  divide(grid.rows, grid.cell_north_m);
-  return grid;
+  return options.detail.cell_m > 0.0 ? grid_with_detail(grid, options.detail) : grid;
 }
 
 /// Bytes allocated at the same time while the heights of a bed are made, 8 per point for the
@@ -331,7 +326,8 @@ void add_objects_and_count(std::span<const ObjectOptions> objects, std::uint64_t
   seafloor.faces = seafloor.first_in_mesh() + seafloor.mesh.faces.size();
 }
 
-constexpr double most_survey_points = 67108864.0;  // 2^26, that are read at once
+constexpr double most_survey_points = 67108864.0;        // 2^26, that are read at once
+constexpr double most_points_with_detail = 268435456.0;  // 2^28, that with_detail() makes
 
 std::string not_at_once(const SeafloorOptions& options) {
   const Heightfield grid = expected_grid(options);
@@ -347,7 +343,11 @@ refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
   const bool fractal = options.kind == SeafloorKind::fractal;
   refine::HeightTiles::Heights bed =
       fractal ? generated_tiles(grid, options.depth_m, options.fractal, options.ripples, seed)
-              : survey_tiles(options.survey.path, options.water_level_m);
+              : survey_tiles(options.survey.path, options.water_level_m, scatter_of(options, seed));
+  if (!fractal && options.detail.cell_m > 0.0)
+    bed = with_detail_in_windows(read_survey_header(options.survey.path), std::move(bed),
+                                 sample_survey(options.survey.path, options.water_level_m).parts,
+                                 options.detail, seed);
   if (options.seabed.empty()) return bed;
   bed = with_seabed(grid, std::move(bed), options.seabed, options.material, seed);
   if (!fractal) return bed;
@@ -381,10 +381,6 @@ void label_tiles(const SeabedOptions& seabed, std::span<const SeabedMap::Kind> k
 void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const TileFile& tiles,
                        Seafloor& seafloor) {
   const bool fractal = options.kind == SeafloorKind::fractal;
-  if (!fractal && options.detail.cell_m > 0.0)
-    throw std::invalid_argument(
-        "seafloor.detail: a survey that is made in tiles cannot have finer detail yet; remove the "
-        "table, or cut a part of the survey out with gdal_translate -projwin");
   const Heightfield grid = expected_grid(options);
   require_windows(grid, options.seabed);
   const std::vector<SeabedMap::Kind> kinds = possible_kinds(options.seabed, options.material);
@@ -423,8 +419,10 @@ void check_header(const SeafloorOptions& options) {
 bool needs_tiles(const SeafloorOptions& options) {
   if (is_mesh(options)) return false;
   if (options.kind == SeafloorKind::survey) {
-    const Heightfield grid = read_survey_header(options.survey.path);
-    return !(options.detail.cell_m > 0.0) && points_of(grid) > most_survey_points &&
+    const Heightfield grid = expected_grid(options);
+    const bool detail = options.detail.cell_m > 0.0;
+    return points_of(grid) > (detail ? most_points_with_detail : most_survey_points) &&
+           !(detail && grid.cell_east_m != grid.cell_north_m) &&
            obstacle_to_windows(grid, options.seabed).empty();
   }
   const Heightfield grid = fractal_grid(options);

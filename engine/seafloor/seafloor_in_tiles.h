@@ -22,15 +22,16 @@ struct TileFile {
 };
 
 /// Whether a bed has to be made in tiles: a generated one that is too large for one transform, or a
-/// survey of more than 2^26 points (unless it has what a survey in tiles cannot have). Throws what
+/// survey of more than 2^26 points, or of more than 2^28 with its detail (unless it has what a
+/// survey in tiles cannot have). Throws what
 /// reading the survey's header throws.
 bool needs_tiles(const SeafloorOptions& options);
 
 /// The seafloor, with the bed in tiles and the objects set down on it. A bed of any size can be
 /// made so; a generated one has other heights then than make_seafloor() gives it, of the same
 /// statistics. Its mean height is that of the options, or of a sample of the survey. Throws what
-/// make_seafloor() and refine::HeightTiles throw, and std::invalid_argument for detail of a survey
-/// and for layers of the seabed that a bed in tiles cannot have (layers/seabed_in_windows.h).
+/// make_seafloor() and refine::HeightTiles throw, and std::invalid_argument for layers of the
+/// seabed that a bed in tiles cannot have (layers/seabed_in_windows.h).
 Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t seed,
                                 std::span<const ObjectOptions> objects,
                                 std::span<const Material> materials, const TileFile& tiles);

@@ -24,6 +24,7 @@ struct SeafloorOptions {
   RippleRelief ripples;
   // survey
   InputFile survey;
+  double uncertainty_scatter = 0.0;  ///< SurveyScatter::of_uncertainty, of bed/survey.h
   SurveyDetail detail;
   // fractal, survey
   SeabedOptions seabed;  ///< the map of the sediments and the relief layers

@@ -15,6 +15,7 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
       bounds(seafloor.bounds()),
       parts{.progressive = seafloor.progressive,
             .grid = seafloor.grid,
+            .clusters = prepared->clusters,
             .intersector = of.run.intersector,
             .options = of.run.intersection,
             .tree_pings = of.run.tree_pings},

@@ -1,6 +1,7 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <system_error>
@@ -17,6 +18,7 @@
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/height_tiles.h>
+#include <ensonify/refine/mesh_clusters.h>
 #include <ensonify/refine/parallel_for.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
@@ -36,9 +38,11 @@ constexpr std::size_t faces_per_ping = 5000;
 constexpr std::size_t faces_per_static_ping = 1500;
 constexpr std::size_t most_static_faces = 10'000'000;
 
-// What the cache holds: analysed meshes and files of tiles.
+// What the cache holds: analysed meshes, files of tiles, and folders of the clusters over them.
 constexpr const char* cached_extension = ".mesh";
 constexpr const char* tiles_extension = ".tiles";
+constexpr const char* clusters_extension = ".clusters";
+constexpr std::array cached_extensions{cached_extension, tiles_extension, clusters_extension};
 constexpr std::chrono::hours abandoned_after{1};
 
 // Larger files are known by their size and time: to read them would take longer than many a run.
@@ -69,40 +73,54 @@ fs::path file_of(const fs::path& cache, const std::string& key, const char* exte
   return cache / (key + extension);
 }
 
-/// What a file takes on the disk: one of tiles has holes where they were not made yet.
+/// What a file, or a folder of files, takes on the disk: a file of tiles has holes where they were
+/// not made yet.
 std::uintmax_t bytes_on_disk(const fs::path& file) {
   struct stat status {};
-  return ::stat(file.c_str(), &status) == 0 ? static_cast<std::uintmax_t>(status.st_blocks) * 512
-                                            : 0;
+  if (::stat(file.c_str(), &status) != 0) return 0;
+  auto bytes = static_cast<std::uintmax_t>(status.st_blocks) * 512;
+  std::error_code gone;  // whatever another process removes meanwhile
+  if (S_ISDIR(status.st_mode))
+    for (const fs::directory_entry& entry : fs::directory_iterator(file, gone))
+      bytes += bytes_on_disk(entry.path());
+  return bytes;
 }
 
-/// Removes what was used longest ago until the rest is within the limit, and what a killed process
-/// left half-written (write_file's temporaries), once no living one can be at it. The file that was
-/// just saved stays, however large it is.
-void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const fs::path& saved) {
+/// Removes what a killed process left half-written (write_file's temporaries), once no living one
+/// can be at it.
+void remove_abandoned(const fs::path& folder) {
+  std::error_code gone;  // whatever another process removes meanwhile
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone))
+    if (entry.path().extension() == ".tmp" &&
+        fs::file_time_type::clock::now() - entry.last_write_time(gone) > abandoned_after)
+      fs::remove(entry.path(), gone);
+}
+
+/// Removes what was used longest ago until the rest is within the limit. What has the key that is
+/// in use stays, however large it is.
+void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const std::string& key) {
   struct Entry {
     fs::file_time_type used;
     std::uintmax_t bytes;
     fs::path file;
   };
+  remove_abandoned(folder);
   std::vector<Entry> entries;
   std::uintmax_t total = 0;
-  std::error_code gone;  // whatever another process removes meanwhile
+  std::error_code gone;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
     const Entry found{entry.last_write_time(gone), bytes_on_disk(entry.path()), entry.path()};
     if (gone) continue;
-    if (found.file.extension() == ".tmp" &&
-        fs::file_time_type::clock::now() - found.used > abandoned_after)
-      fs::remove(found.file, gone);
-    if (found.file.extension() != cached_extension && found.file.extension() != tiles_extension)
+    if (std::ranges::find(cached_extensions, found.file.extension()) == cached_extensions.end())
       continue;
+    if (found.file.extension() == clusters_extension) remove_abandoned(found.file);
     total += found.bytes;
-    if (found.file != saved) entries.push_back(found);
+    if (found.file.stem() != key) entries.push_back(found);
   }
   std::ranges::sort(entries, {}, &Entry::used);
   for (const Entry& entry : entries) {
     if (total <= limit_bytes) return;
-    fs::remove(entry.file, gone);
+    fs::remove_all(entry.file, gone);
     total -= entry.bytes;
   }
 }
@@ -143,11 +161,10 @@ double bytes_per_face(std::string_view surface, std::string_view intersector) {
 
 /// Throws for what a bed that is made in tiles cannot be used with.
 void refuse_for_tiles(const Scene& scene) {
-  if (scene.run.surface != "auto" && !face_source_kind(scene.run.surface).takes_grid)
-    throw SceneError(fmt::format(
-        "run: the surface '{}' needs the whole bed at once, and this one is made in tiles; take "
-        "footprint",
-        scene.run.surface));
+  if (scene.run.surface == "static")
+    throw SceneError(
+        "run: the surface 'static' needs the whole bed at once, and this one is made in tiles; take "
+        "footprint, or refined");
   if (scene.sea.refraction == RefractionMode::full)
     throw SceneError(
         "sea: refraction 'full' needs the highest and the lowest point of the bed, which are not known "
@@ -222,9 +239,12 @@ class Preparing {
         return make_seafloor_in_tiles(scene_.seafloor, scene_.bed_seed(), scene_.objects,
                                       scene_.materials, {file, key_});
       });
+      if (!face_source_kind(result_->surface).takes_grid) make_clusters(file);
     };
-    result_->surface = "footprint";
-    if (scene_.run.surface == "auto") result_->why = "the bed is made in tiles where pings need it";
+    if (scene_.run.surface == "auto") {
+      result_->surface = "footprint";
+      result_->why = "the bed is made in tiles where pings need it";
+    }
     if (how_.cache.empty()) return make({});
     key_ = seafloor_key(scene_);
     const fs::path file = file_of(how_.cache, key_, tiles_extension);
@@ -236,13 +256,23 @@ class Preparing {
       make(file);
       result_->cache_file = file;
       fs::last_write_time(file, fs::file_time_type::clock::now(), unreadable);
-      trim_cache(how_.cache, how_.cache_limit_bytes, file);
+      trim_cache(how_.cache, how_.cache_limit_bytes, key_);
     } catch (const std::system_error& error) {
       result_->warnings.push_back(fmt::format(
           "the bed's tiles cannot be kept: {}; --cache names another folder", error.what()));
       result_->cached = false;
       make({});
     }
+  }
+
+  /// The clusters of a bed in tiles, in a folder next to the tiles' file, if they have one.
+  void make_clusters(const fs::path& tiles) {
+    const fs::path folder =
+        tiles.empty() ? fs::path() : file_of(how_.cache, key_, clusters_extension);
+    result_->clusters = std::make_shared<refine::MeshClusters>(
+        *result_->seafloor.grid, result_->seafloor.mesh, folder, key_);
+    std::error_code not_there_yet;
+    fs::last_write_time(folder, fs::file_time_type::clock::now(), not_there_yet);
   }
 
   /// Whether a file, if there is one, is what its name says.
@@ -344,7 +374,7 @@ class Preparing {
     try {
       fs::create_directories(how_.cache);
       save_analysed(result_->seafloor, key_, result_->cache_file);
-      trim_cache(how_.cache, how_.cache_limit_bytes, result_->cache_file);
+      trim_cache(how_.cache, how_.cache_limit_bytes, key_);
     } catch (const std::system_error& error) {
       result_->warnings.push_back(
           fmt::format("the analysed seafloor could not be kept: {}; --cache names another folder",

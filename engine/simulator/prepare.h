@@ -13,13 +13,19 @@
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/seafloor.h>
 
+namespace ensonify::refine {
+class MeshClusters;
+}
+
 namespace ensonify::engine {
 
 /// A scene's seafloor as its face source needs it. Simulators share it.
 struct PreparedSeafloor {
-  /// With its mesh for `static`; for `footprint` with its grid, if it has one; otherwise with its
-  /// progressive mesh.
+  /// With its mesh for `static`; for `footprint` with its grid, if it has one, and for `refined`, if
+  /// that is made in tiles; otherwise with its progressive mesh.
   Seafloor seafloor;
+  /// The same bed and objects for `refined`, where the bed is made in tiles.
+  std::shared_ptr<refine::MeshClusters> clusters;
   std::string surface;  ///< the scene's, or what `auto` came to
   std::string why;      ///< why `auto` came to that; empty where the scene names the surface
   std::filesystem::path cache_file;   ///< where it was read from, or is kept; empty: nowhere

@@ -16,6 +16,7 @@
 namespace ensonify::refine {
 class BallTree;
 class HeightGrid;
+class MeshClusters;
 }  // namespace ensonify::refine
 
 namespace ensonify::engine {
@@ -48,6 +49,8 @@ struct FaceSourceParts {
   /// For `footprint` in place of it: a bed of heights, and the objects on it.
   std::shared_ptr<const refine::HeightGrid> grid;
   std::shared_ptr<const refine::BallTree> objects;
+  /// For `refined` in place of it: such a bed and its objects in clusters.
+  std::shared_ptr<refine::MeshClusters> clusters;
   std::string intersector;  ///< the back-end that they build
   IntersectorOptions options;
   int tree_pings = 1;  ///< how many pings each tree should serve

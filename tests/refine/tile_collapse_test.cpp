@@ -169,7 +169,9 @@ TEST_CASE(
     "refinement of a mesh built by tiles keeps all laws, and spheres hold their closed stars") {
   for (const auto& [name, source] : meshes()) {
     INFO(name);
-    check_refinement(source, build_by_tiles(source, 2), 60.0, source.faces.size() > 3000 ? 4 : 20);
+    const int pings = source.faces.size() > 3000 ? 4 : 20;
+    check_refinement(source, build_by_tiles(source, 2), 60.0, pings);
+    check_refinement(source, build_by_tiles(source, 2, Borders::stay), 60.0, pings);
   }
 }
 

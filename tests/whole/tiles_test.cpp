@@ -58,7 +58,9 @@ exr = false
 /// The program with the cache `cache` of the folder.
 class Strip {
  public:
-  Strip() { write_text(folder_ / "scene.toml", strip_scene()); }
+  explicit Strip(const std::string& surface) {
+    write_text(folder_ / "scene.toml", strip_scene() + "[run]\nsurface = \"" + surface + "\"\n");
+  }
 
   Outcome run(const std::string& cache, const std::string& output,
               const std::function<void(pid_t)>& meanwhile = {}) const {
@@ -73,7 +75,20 @@ class Strip {
       if (entry.path().extension() == ".tiles") return entry.path();
     return {};
   }
-  std::string content(const std::string& cache) const { return read_text(tiles(cache)); }
+  /// The files of the clusters over the tiles, for `refined`, in the order of their names.
+  std::vector<fs::path> clusters(const std::string& cache) const {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_ / cache))
+      if (entry.path().extension() == ".mesh") files.push_back(entry.path());
+    std::ranges::sort(files);
+    return files;
+  }
+  /// The bytes of the tiles' file and of all clusters'.
+  std::string content(const std::string& cache) const {
+    std::string all = read_text(tiles(cache));
+    for (const fs::path& file : clusters(cache)) all += file.filename().string() + read_text(file);
+    return all;
+  }
   fs::path operator/(const std::string& name) const { return folder_ / name; }
 
  private:
@@ -113,14 +128,16 @@ void kill_often(int kills, const Strip& strip, const std::string& cache,
   }
 }
 
-void check_tiles(int kills) {
-  const Strip strip;
+void check_tiles(int kills, const std::string& surface) {
+  const Strip strip(surface);
+  CAPTURE(surface);
   REQUIRE(strip.run("expected", "expected-run").code == 0);
   const auto expected = tree_of(strip / "expected-run");
   const std::string of_run = strip.content("expected");
   REQUIRE(strip.analyse("expected").code == 0);
   const std::string whole = strip.content("expected");
   REQUIRE(whole != of_run);  // the track is shorter than the bed
+  REQUIRE(strip.clusters("expected").empty() == (surface == "footprint"));
 
   const auto run = [&](const auto& meanwhile) { return strip.run("lazy", "lazy-run", meanwhile); };
   kill_often(kills, strip, "lazy", run);
@@ -144,10 +161,15 @@ void check_tiles(int kills) {
     CHECK(difference(tree_of(strip / output), expected) == "");
   CHECK(strip.content("shared") == of_run);
 
-  // A byte in every tile and its kinds, and two of the table, which begins after 12 + 1 pages.
-  std::string damaged = whole;
-  for (std::size_t place = 53300; place < damaged.size(); place += 4099) damaged[place] ^= 8;
-  write_text(strip.tiles("all"), damaged);
+  // A byte in every tile and its kinds, and two of the table, which begins after 12 + 1 pages; and
+  // bytes of every cluster.
+  const auto damage = [](const fs::path& file, std::size_t first) {
+    std::string damaged = read_text(file);
+    for (std::size_t place = first; place < damaged.size(); place += 4099) damaged[place] ^= 8;
+    write_text(file, damaged);
+  };
+  damage(strip.tiles("all"), 53300);
+  for (const fs::path& file : strip.clusters("all")) damage(file, 5000);
   REQUIRE(strip.run("all", "damaged-run").code == 0);
   CHECK(difference(tree_of(strip / "damaged-run"), expected) == "");
   REQUIRE(strip.analyse("all").code == 0);
@@ -157,10 +179,12 @@ void check_tiles(int kills) {
 }  // namespace
 
 TEST_CASE("Tiles survive kills and damage on the disk and are shared by two runs") {
-  check_tiles(3);
+  check_tiles(3, GENERATE("footprint", "refined"));
 }
 
-TEST_CASE("Tiles survive 40 kills of a run and of an analysis", "[.soak]") { check_tiles(40); }
+TEST_CASE("Tiles survive 40 kills of a run and of an analysis", "[.soak]") {
+  check_tiles(40, GENERATE("footprint", "refined"));
+}
 
 #ifdef ENSONIFY_CAN_LIMIT_MEMORY  // not under sanitizers, whose own memory would count
 TEST_CASE("A track of 10 km over a bed in tiles needs no more memory at its end", "[.soak]") {

@@ -247,6 +247,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             "A survey's grid (GeoTIFF, BAG, ESRI ASCII, netCDF): a path under the scene's folder, "
             "or data:path under the data folder.",
             at(&Scene::seafloor, &SeafloorOptions::survey)},
+           {"uncertainty_scatter", "", {0, 10},
+            "Each height of a survey is moved at random by this share of its uncertainty (the band "
+            "of that name), normally distributed; 0: the heights of the file.",
+            at(&Scene::seafloor, &SeafloorOptions::uncertainty_scatter)},
            {"mesh", "", {},
             "A mesh (PLY, OBJ, STL, OFF) with z up as the whole seabed; a path as for survey.",
             at(&Scene::seafloor, &SeafloorOptions::mesh)},

@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstddef>
 #include <fstream>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,6 +28,8 @@
 #include <hdf5.h>
 #include <ogr_spatialref.h>
 
+#include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/triangle_mesh.h>
 
@@ -48,13 +52,15 @@ std::string wkt_of(const OGRSpatialReference& reference) {
   return text ? text : "";
 }
 
-bool is_mosaic(const std::filesystem::path& file) {
-  constexpr std::string_view begin = "<VRTDataset";
+bool begins_with(const std::filesystem::path& file, std::string_view begin) {
   std::string found(begin.size(), '\0');
   std::ifstream in(file, std::ios::binary);
   in.read(found.data(), static_cast<std::streamsize>(found.size()));
   return found == begin;
 }
+constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
+
+bool is_mosaic(const std::filesystem::path& file) { return begins_with(file, "<VRTDataset"); }
 
 /// Finds the files of a VRT mosaic. It may only put local files together: whatever else GDAL would
 /// do for such a file (fetch, call functions, warp, open other mosaics) is refused.
@@ -116,8 +122,19 @@ class SurveyMosaic {
 
 class SurveyReader {
  public:
-  SurveyReader(const std::filesystem::path& file, double water_level_m)
-      : file_(file), water_level_m_(water_level_m) {}
+  SurveyReader(const std::filesystem::path& file, double water_level_m,
+               const SurveyScatter& scatter = {})
+      : file_(file),
+        may_use_hdf5_(begins_with(file, hdf5_signature) || is_mosaic(file)),
+        water_level_m_(water_level_m),
+        scatter_(scatter) {}
+  ~SurveyReader() {
+    const Quiet quiet(*this);
+    resolution_.reset();
+    dataset_.reset();
+  }
+  SurveyReader(const SurveyReader&) = delete;
+  SurveyReader& operator=(const SurveyReader&) = delete;
 
   /// The files of a mosaic.
   std::vector<std::filesystem::path> sources() {
@@ -157,39 +174,112 @@ class SurveyReader {
       keep_rows_in_cache();
       prepared_ = true;
     }
+    const Window window{first_column, first_row, columns, rows};
+    read_raw(window, z_m);
+    if (scatter_.of_uncertainty > 0.0) scatter(window, z_m);
+  }
+
+ private:
+  using Window = VariableResolution::Window;
+
+  /// Reads a window of a band, row by row from the south.
+  void read_band(GDALRasterBand& from, const Window& window, std::span<double> values) {
+    const auto [first_column, first_row, columns, rows] = window;
     const bool from_north = transform_[5] < 0.0;
     const int first_line = from_north ? field_.rows - first_row - rows : first_row;
     // From the last row to the first, if the file's rows go south.
     double* const first =
-        from_north ? &z_m[static_cast<std::size_t>(rows - 1) * static_cast<std::size_t>(columns)]
-                   : z_m.data();
+        from_north ? &values[static_cast<std::size_t>(rows - 1) * static_cast<std::size_t>(columns)]
+                   : values.data();
     const GSpacing step = GSpacing{sizeof(double)} * columns * (from_north ? -1 : 1);
-    if (band().RasterIO(GF_Read, first_column, first_line, columns, rows, first, columns, rows,
-                        GDT_Float64, sizeof(double), step, nullptr) != CE_None ||
+    if (from.RasterIO(GF_Read, first_column, first_line, columns, rows, first, columns, rows,
+                      GDT_Float64, sizeof(double), step, nullptr) != CE_None ||
         !gdal_error_.empty())
       fail_with_gdal(
           fmt::format("rows {} to {} of {} cannot be read; the file is truncated or "
                       "damaged",
                       first_line + 1, first_line + rows, field_.rows));
-    for (int row = 0; row < rows; ++row)
-      to_heights(z_m.subspan(static_cast<std::size_t>(row) * static_cast<std::size_t>(columns),
-                             static_cast<std::size_t>(columns)),
-                 from_north ? first_line + rows - 1 - row : first_line + row, first_column);
   }
 
- private:
+  /// The file's heights.
+  void read_raw(const Window& window, std::span<double> z_m) {
+    if (resolution_)
+      resolution_->read(VariableResolution::What::height, window, z_m);
+    else
+      read_band(band(), window, z_m);
+    const auto columns = static_cast<std::size_t>(window.columns);
+    for (int row = 0; row < window.rows; ++row) {
+      const int in_grid = window.first_row + row;
+      to_heights(z_m.subspan(static_cast<std::size_t>(row) * columns, columns),
+                 transform_[5] < 0.0 ? field_.rows - 1 - in_grid : in_grid, window.first_column);
+    }
+  }
+
+  /// The uncertainties of the file's heights; where it has none, no positive number.
+  void read_uncertainty(const Window& window, std::span<double> uncertainty_m) {
+    if (resolution_)
+      return resolution_->read(VariableResolution::What::uncertainty, window, uncertainty_m);
+    const int number = band_of_uncertainty();
+    if (number == 0)
+      fail(
+          "has no band with the uncertainty of its heights; leave seafloor.uncertainty_scatter out");
+    GDALRasterBand& band = *dataset_->GetRasterBand(number);
+    read_band(band, window, uncertainty_m);
+    int has_nodata = 0;
+    const double nodata = band.GetNoDataValue(&has_nodata);
+    if (has_nodata) std::ranges::replace(uncertainty_m, nodata, 0.0);
+  }
+
+  void scatter(const Window& window, std::span<double> z_m) {
+    std::vector<double> uncertainty_m(z_m.size()), draws(static_cast<std::size_t>(window.columns));
+    read_uncertainty(window, uncertainty_m);
+    for (int row = 0; row < window.rows; ++row) {
+      RandomStream(scatter_.seed, Purpose::survey_scatter,
+                   {static_cast<std::uint64_t>(window.first_row + row)})
+          .normal(draws, static_cast<std::uint64_t>(window.first_column));
+      const std::size_t begin = static_cast<std::size_t>(row) * draws.size();
+      for (std::size_t i = 0; i < draws.size(); ++i)
+        if (const double sigma_m = uncertainty_m[begin + i]; sigma_m > 0.0 && sigma_m <= highest_m)
+          z_m[begin + i] += scatter_.of_uncertainty * sigma_m * draws[i];
+    }
+  }
+
+  void scatter_all() {
+    constexpr int strip_rows = 512;
+    for (int row = 0; scatter_.of_uncertainty > 0.0 && row < field_.rows; row += strip_rows) {
+      const Window strip{0, row, field_.columns, std::min(strip_rows, field_.rows - row)};
+      scatter(strip,
+              std::span(field_.z_m).subspan(field_.index(0, row), field_.index(0, strip.rows)));
+    }
+  }
+
   Heightfield read_header() {
     open();
     check_size(band());
     check_reference(band());
+    if (has_refinements_) take_refinements();
     place();
     return field_;
+  }
+
+  /// The grid is that of the finest refinement.
+  void take_refinements() {
+    if (!resolution_) resolution_.emplace(file_, transform_[1], std::abs(transform_[5]));
+    const double columns = resolution_->columns(), rows = resolution_->rows();
+    check_points(columns, rows);
+    const double south =
+        std::min(transform_[3], transform_[3] + dataset_->GetRasterYSize() * transform_[5]);
+    field_.columns = static_cast<int>(columns);
+    field_.rows = static_cast<int>(rows);
+    transform_ = {transform_[0], resolution_->cell_m(), 0.0, south, 0.0, resolution_->cell_m()};
   }
 
   /// Before heights are read.
   void prepare() {
     if (!std::isfinite(water_level_m_)) fail("the water level is not a finite number");
     read_header();
+    gdal_error_.clear();  // warnings about a file that it could open
+    if (resolution_) return;
     if (is_text()) check_text();
     int has_scale = 0, has_offset = 0;
     nodata_ = band().GetNoDataValue(&has_nodata_);
@@ -217,17 +307,29 @@ class SurveyReader {
 
   GDALRasterBand& band() { return *dataset_->GetRasterBand(band_); }
 
+  /// Whether a band's name has one of these words.
+  bool band_has(int number, std::initializer_list<std::string_view> words) const {
+    std::string name = dataset_->GetRasterBand(number)->GetDescription();
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+    return std::ranges::any_of(words,
+                               [&](std::string_view word) { return name.find(word) != name.npos; });
+  }
+  bool is_uncertainty(int number) const {
+    return band_has(number, {"uncertainty", "error", "deviation", "std"});
+  }
   /// The first band whose name is one for heights, or else the first.
   int band_of_heights() const {
-    for (int number = 1; number <= dataset_->GetRasterCount(); ++number) {
-      std::string name = dataset_->GetRasterBand(number)->GetDescription();
-      std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-      const auto has = [&](std::string_view word) { return name.find(word) != name.npos; };
-      if ((has("elevation") || has("depth") || has("height") || has("bathymetry")) &&
-          !(has("uncertainty") || has("error") || has("deviation") || has("std")))
+    for (int number = 1; number <= dataset_->GetRasterCount(); ++number)
+      if (band_has(number, {"elevation", "depth", "height", "bathymetry"}) &&
+          !is_uncertainty(number))
         return number;
-    }
     return 1;
+  }
+  /// 0 if there is none.
+  int band_of_uncertainty() const {
+    for (int number = 1; number <= dataset_->GetRasterCount(); ++number)
+      if (is_uncertainty(number)) return number;
+    return 0;
   }
 
   [[noreturn]] void fail(const std::string& what) const {
@@ -266,6 +368,8 @@ class SurveyReader {
       fail_with_gdal(
           "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF or VRT; is it whole? gdal_translate "
           "makes a GeoTIFF of most other grids");
+    const char* const refined = dataset_->GetMetadataItem("HAS_SUPERGRIDS");
+    has_refinements_ = refined && std::string_view(refined) == "TRUE";
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
     band_ = band_of_heights();
@@ -290,11 +394,14 @@ class SurveyReader {
           fmt::format("promises {} x {} cells, which a file of {:.0f} bytes cannot hold; it is "
                       "truncated or its header is wrong",
                       field_.columns, field_.rows, bytes_));
-    if (cells > 1073741824.0)
+    check_points(field_.columns, field_.rows);
+  }
+  void check_points(double columns, double rows) const {
+    if (columns * rows > 1073741824.0)
       fail(
           fmt::format("has {} x {} cells, more than 2^30; make it coarser with gdalwarp -tr or cut "
                       "a part out with gdal_translate -projwin",
-                      field_.columns, field_.rows));
+                      columns, rows));
   }
 
   void check_reference(GDALRasterBand& band) {
@@ -387,6 +494,12 @@ class SurveyReader {
   }
 
   void read_heights() {
+    if (resolution_) {
+      field_.z_m.resize(static_cast<std::size_t>(field_.columns) *
+                        static_cast<std::size_t>(field_.rows));
+      read_raw({0, 0, field_.columns, field_.rows}, field_.z_m);
+      return scatter_all();
+    }
     // Memory grows with the rows that were read, not with the size in the header.
     for (int line = 0; line < field_.rows; ++line) {
       const std::size_t begin = field_.z_m.size();
@@ -404,6 +517,7 @@ class SurveyReader {
         std::swap_ranges(field_.z_m.data() + field_.index(0, south),
                          field_.z_m.data() + field_.index(0, south) + field_.columns,
                          field_.z_m.data() + field_.index(0, north));
+    scatter_all();
   }
 
   /// Turns a part of a line of the file into heights.
@@ -423,10 +537,18 @@ class SurveyReader {
     }
   }
 
+  /// HDF5 is not safe for threads. GDAL has a lock of its own, which VariableResolution cannot
+  /// take.
+  inline static std::mutex use_of_hdf5;
+
   /// A thread's GDAL settings while a survey is read: messages go to the reader, not to stderr;
   /// .aux.xml files are neither read nor written; a text grid keeps its fractions.
   struct Quiet {
-    explicit Quiet(SurveyReader& reader) : handler(on_gdal_error, &reader) {}
+    explicit Quiet(SurveyReader& reader)
+        : alone(reader.may_use_hdf5_ ? std::unique_lock(use_of_hdf5)
+                                     : std::unique_lock<std::mutex>()),
+          handler(on_gdal_error, &reader) {}
+    std::unique_lock<std::mutex> alone;
     CPLErrorHandlerPusher handler;
     CPLConfigOptionSetter no_sidecars{"GDAL_PAM_ENABLED", "NO", false};
     CPLConfigOptionSetter fractions{"AAIGRID_DATATYPE", "Float64", false};
@@ -434,7 +556,11 @@ class SurveyReader {
 
   std::string gdal_error_;
   const std::filesystem::path file_;
+  bool may_use_hdf5_;
   double water_level_m_;
+  SurveyScatter scatter_;
+  bool has_refinements_ = false;
+  std::optional<VariableResolution> resolution_;
   std::mutex mutex_;  // of read_window()
   bool prepared_ = false;
   int has_nodata_ = 0;
@@ -462,7 +588,6 @@ SurveySample sample_survey(const std::filesystem::path& file, double water_level
   SurveySample sample;
   double sum_m = 0.0;
   std::size_t count = 0;
-  std::vector<double> z_m;
   // More places, if the first have no heights.
   for (int places = 8; count == 0 && places <= 64; places *= 8)
     for (int row = 0; row < places; ++row)
@@ -472,10 +597,13 @@ SurveySample sample_survey(const std::filesystem::path& file, double water_level
         const auto first = [&](int place, int points, int taken) {
           return static_cast<int>((place + 0.5) / places * (points - taken));
         };
-        z_m.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+        Heightfield& part = sample.parts.emplace_back(grid);
+        part.columns = columns;
+        part.rows = rows;
+        part.z_m.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
         reader.read_window(first(column, grid.columns, columns), first(row, grid.rows, rows),
-                           columns, rows, z_m);
-        for (const double z : z_m) {
+                           columns, rows, part.z_m);
+        for (const double z : part.z_m) {
           if (std::isnan(z)) continue;
           sum_m += z;
           ++count;
@@ -492,16 +620,18 @@ SurveySample sample_survey(const std::filesystem::path& file, double water_level
   return sample;
 }
 
-refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m) {
-  const auto reader = std::make_shared<SurveyReader>(file, water_level_m);
+refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m,
+                                          const SurveyScatter& scatter) {
+  const auto reader = std::make_shared<SurveyReader>(file, water_level_m, scatter);
   return [reader](int first_column, int first_row, int columns, int rows, std::span<double> z_m,
                   std::span<std::uint8_t>) {
     reader->read_window(first_column, first_row, columns, rows, z_m);
   };
 }
 
-Heightfield read_survey(const std::filesystem::path& file, double water_level_m) {
-  return SurveyReader(file, water_level_m).read();
+Heightfield read_survey(const std::filesystem::path& file, double water_level_m,
+                        const SurveyScatter& scatter) {
+  return SurveyReader(file, water_level_m, scatter).read();
 }
 
 std::string survey_reference(const std::filesystem::path& file) {

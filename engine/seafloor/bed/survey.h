@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -11,15 +12,25 @@
 
 namespace ensonify::engine {
 
+/// How far the heights of a survey scatter about those of its file: each cell's by this share of
+/// its uncertainty, normally distributed. A cell without uncertainty does not scatter.
+struct SurveyScatter {
+  double of_uncertainty = 0.0;  ///< 0: heights are those of the file
+  std::uint64_t seed = 0;
+};
+
 /// Reads the heights (up) of a survey grid: GeoTIFF, BAG, ESRI ASCII, netCDF, or a VRT mosaic of
-/// such files on this machine. Of several bands it takes the first that is named elevation, depth,
-/// height or bathymetry (and not its uncertainty, error or deviation), or else the first. NODATA
-/// and non-finite heights become holes. Grid points are the centres of the raster's pixels. The
-/// world origin is the grid's middle at the height of the water level, which is given in the
-/// survey's vertical datum. Throws refine::MeshError for a file that cannot be opened, is
-/// truncated, promises more cells than its size can hold, is rotated, is in degrees or in feet, or
-/// has no whole cell. Neither reads nor writes .aux.xml files.
-Heightfield read_survey(const std::filesystem::path& file, double water_level_m);
+/// such files on this machine. A BAG of variable resolution is read on a grid of its finest cells,
+/// with linear interpolation between coarser ones. Of several bands it takes the first that is
+/// named elevation, depth, height or bathymetry (and not its uncertainty, error or deviation), or
+/// else the first. NODATA and non-finite heights become holes. Grid points are the centres of the
+/// raster's pixels. The world origin is the grid's middle at the height of the water level, which
+/// is given in the survey's vertical datum. Throws refine::MeshError for a file that cannot be
+/// opened, is truncated, promises more cells than its size can hold, is rotated, is in degrees or
+/// in feet, or has no whole cell; and, if heights scatter, for one without a band that is named
+/// uncertainty, deviation or error. Neither reads nor writes .aux.xml files.
+Heightfield read_survey(const std::filesystem::path& file, double water_level_m,
+                        const SurveyScatter& scatter = {});
 
 /// The coordinate reference system of such a file as WKT; empty if the file names none. Throws
 /// refine::MeshError for a file that cannot be opened.
@@ -31,7 +42,8 @@ std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d
 
 /// The heights of such a file by windows; the file is opened at the first. Faults of the heights
 /// are thrown when they are read.
-refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m);
+refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m,
+                                          const SurveyScatter& scatter = {});
 
 /// Heights at places all over a survey, 64 of 32 x 32 points: what there is to know of a large one
 /// without reading it.
@@ -39,6 +51,7 @@ struct SurveySample {
   double mean_m = 0.0;
   double lowest_m = std::numeric_limits<double>::infinity();
   double highest_m = -std::numeric_limits<double>::infinity();
+  std::vector<Heightfield> parts;  ///< with the heights themselves
 };
 /// Throws as read_survey(), also if none of the places has heights.
 SurveySample sample_survey(const std::filesystem::path& file, double water_level_m);

@@ -4,14 +4,17 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
+#include <ensonify/engine/seafloor/bed/height_blocks.h>
 #include <ensonify/engine/seafloor/bed/spectral.h>
 
 namespace ensonify::engine {
@@ -19,6 +22,7 @@ namespace {
 
 using std::numbers::pi;
 constexpr double max_points = 268435456.0;  // 2^28
+constexpr double most_points_across = 2147483647.0;
 
 /// Interpolates between the middle two of four heights; a missing outer one is extrapolated
 /// linearly.
@@ -30,42 +34,63 @@ double between(std::array<double, 4> p, double t) {
   return w[0] * p[0] + w[1] * p[1] + w[2] * p[2] + w[3] * p[3];
 }
 
-/// Interpolates to a grid with cells divided by whole numbers; the original points keep their
-/// heights.
-Heightfield interpolated(const Heightfield& coarse, int parts_east, int parts_north) {
-  Heightfield fine = coarse;
-  fine.columns = (coarse.columns - 1) * parts_east + 1;
-  fine.rows = (coarse.rows - 1) * parts_north + 1;
-  fine.cell_east_m = coarse.cell_east_m / parts_east;
-  fine.cell_north_m = coarse.cell_north_m / parts_north;
-  fine.z_m.assign(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows),
-                  0.0);
+/// How many of the finer grid's cells there are to a cell of the survey.
+struct Parts {
+  int east, north;
+};
+
+Parts parts_of(const Heightfield& survey, const SurveyDetail& detail) {
+  const double east = std::round(survey.cell_east_m / detail.cell_m);
+  const double north = std::round(survey.cell_north_m / detail.cell_m);
+  if (!(detail.cell_m > 0.0 && std::max(east, north) >= 2.0))
+    throw std::invalid_argument(
+        fmt::format("survey detail: cells of {} m are not finer than the survey's {} x {} m",
+                    detail.cell_m, survey.cell_east_m, survey.cell_north_m));
+  const auto whole = [&](double parts, int points) {
+    if (!((points - 1.0) * std::max(1.0, parts) < most_points_across))
+      throw std::invalid_argument(fmt::format(
+          "survey detail: cells of {} m make more points than there can be in a row; use larger "
+          "cells, or cut a part out with gdal_translate -projwin",
+          detail.cell_m));
+    return std::max(1, static_cast<int>(parts));
+  };
+  return {whole(east, survey.columns), whole(north, survey.rows)};
+}
+
+/// The points that the finer grid has along a number of the survey's.
+int points_along(int points, int parts) { return (points - 1) * parts + 1; }
+
+/// Interpolates to a window of the finer grid; the survey's own points keep their heights. `coarse`
+/// is the survey, or a window of it with two more points on each side than are between them.
+void interpolate(const Heightfield& coarse, const Parts& parts, Heightfield& window) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  const auto width = static_cast<std::size_t>(fine.columns);
+  const auto width = static_cast<std::size_t>(window.columns);
   std::vector<double> lines(static_cast<std::size_t>(coarse.rows) *
                             width);  // fine to the east, coarse to the north
   for (int row = 0; row < coarse.rows; ++row)
-    for (int column = 0; column < fine.columns; ++column) {
-      const int left = column / parts_east;
+    for (int column = 0; column < window.columns; ++column) {
+      const int in_all = window.first_column + column, left = in_all / parts.east;
       const auto at = [&](int c) {
-        return c < 0 || c >= coarse.columns ? none : coarse.at(c, row);
+        const int in_window = c - coarse.first_column;
+        return in_window < 0 || in_window >= coarse.columns ? none : coarse.at(in_window, row);
       };
       lines[static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)] =
           between({at(left - 1), at(left), at(left + 1), at(left + 2)},
-                  static_cast<double>(column % parts_east) / parts_east);
+                  static_cast<double>(in_all % parts.east) / parts.east);
     }
-  for (int row = 0; row < fine.rows; ++row)
-    for (int column = 0; column < fine.columns; ++column) {
-      const int below = row / parts_north;
+  for (int row = 0; row < window.rows; ++row)
+    for (int column = 0; column < window.columns; ++column) {
+      const int in_all = window.first_row + row, below = in_all / parts.north;
       const auto at = [&](int r) {
-        return r < 0 || r >= coarse.rows
+        const int in_window = r - coarse.first_row;
+        return in_window < 0 || in_window >= coarse.rows
                    ? none
-                   : lines[static_cast<std::size_t>(r) * width + static_cast<std::size_t>(column)];
+                   : lines[static_cast<std::size_t>(in_window) * width +
+                           static_cast<std::size_t>(column)];
       };
-      fine.at(column, row) = between({at(below - 1), at(below), at(below + 1), at(below + 2)},
-                                     static_cast<double>(row % parts_north) / parts_north);
+      window.at(column, row) = between({at(below - 1), at(below), at(below + 1), at(below + 2)},
+                                       static_cast<double>(in_all % parts.north) / parts.north);
     }
-  return fine;
 }
 
 /// The power that a sampled and interpolated field lacks compared with a fractal one. Sampling
@@ -123,27 +148,52 @@ class Missing {
 };
 
 /// Mean square of z(x + lag) - 2 z(x) + z(x - lag), along rows or columns.
-double second_difference_m2(const Heightfield& field, int lag, bool east) {
+double second_difference_m2(std::span<const Heightfield> parts, int lag, bool east) {
   double sum = 0.0, count = 0.0;
   const int dc = east ? lag : 0, dr = east ? 0 : lag;
-  for (int row = dr; row < field.rows - dr; ++row)
-    for (int column = dc; column < field.columns - dc; ++column) {
-      const double d = field.at(column + dc, row + dr) - 2.0 * field.at(column, row) +
-                       field.at(column - dc, row - dr);
-      if (std::isnan(d)) continue;
-      sum += d * d;
-      count += 1.0;
-    }
+  for (const Heightfield& field : parts)
+    for (int row = dr; row < field.rows - dr; ++row)
+      for (int column = dc; column < field.columns - dc; ++column) {
+        const double d = field.at(column + dc, row + dr) - 2.0 * field.at(column, row) +
+                         field.at(column - dc, row - dr);
+        if (std::isnan(d)) continue;
+        sum += d * d;
+        count += 1.0;
+      }
   return count > 0.0 ? sum / count : 0.0;
+}
+
+/// What the detail says, and where it says nothing, what the survey has.
+FractalScale scale_of(std::span<const Heightfield> parts, const SurveyDetail& detail) {
+  FractalScale scale = fractal_scale(parts);
+  scale.hurst = detail.hurst.value_or(scale.hurst);
+  scale.height_at_1m_m = detail.height_at_1m_m.value_or(scale.height_at_1m_m);
+  if (!(scale.hurst > 0.0 && scale.hurst < 1.0 && scale.height_at_1m_m >= 0.0))
+    throw std::invalid_argument(fmt::format(
+        "survey detail: a Hurst exponent of {} and a height of {} m at 1 m are not possible; "
+        "expected an exponent between 0 and 1 and a height of at least 0 m",
+        scale.hurst, scale.height_at_1m_m));
+  return scale;
+}
+
+/// The relief that interpolated heights lack.
+SpectralField missing_field(const FractalScale& scale, const Heightfield& survey) {
+  const auto missing =
+      std::make_shared<const Missing>(scale, survey.cell_east_m, survey.cell_north_m);
+  SpectralField what;
+  what.amplitude = [missing](double kx, double ky) { return missing->amplitude(kx, ky); };
+  return what;
 }
 
 }  // namespace
 
-FractalScale fractal_scale(const Heightfield& survey) {
+FractalScale fractal_scale(std::span<const Heightfield> parts) {
+  if (parts.empty()) return {};
+  const Heightfield& survey = parts.front();
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (const bool east : {true, false})
     for (const int lag : {1, 2, 4}) {
-      const double square = second_difference_m2(survey, lag, east);
+      const double square = second_difference_m2(parts, lag, east);
       if (!(square > 0.0)) continue;
       const double a = std::log(lag * (east ? survey.cell_east_m : survey.cell_north_m));
       const double b = std::log(square);
@@ -161,36 +211,74 @@ FractalScale fractal_scale(const Heightfield& survey) {
   return scale;
 }
 
+Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& detail) {
+  const Parts parts = parts_of(survey, detail);
+  Heightfield fine = survey;
+  fine.z_m.clear();
+  fine.columns = points_along(survey.columns, parts.east);
+  fine.rows = points_along(survey.rows, parts.north);
+  fine.cell_east_m = survey.cell_east_m / parts.east;
+  fine.cell_north_m = survey.cell_north_m / parts.north;
+  return fine;
+}
+
 Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed) {
   if (detail.cell_m == 0.0) return survey;
-  const double parts_east = std::round(survey.cell_east_m / detail.cell_m);
-  const double parts_north = std::round(survey.cell_north_m / detail.cell_m);
-  if (!(detail.cell_m > 0.0 && std::max(parts_east, parts_north) >= 2.0))
-    throw std::invalid_argument(
-        fmt::format("survey detail: cells of {} m are not finer than the survey's {} x {} m",
-                    detail.cell_m, survey.cell_east_m, survey.cell_north_m));
-  const double points = survey.columns * parts_east * (survey.rows * parts_north);
+  Heightfield fine = grid_with_detail(survey, detail);
+  const double points = static_cast<double>(fine.columns) * fine.rows;
   if (!(points <= max_points))
     throw std::invalid_argument(
         fmt::format("survey detail: cells of {} m make {:.2g} points of the survey's {} x {}; use "
                     "larger cells, or cut a part out with gdal_translate -projwin",
                     detail.cell_m, points, survey.columns, survey.rows));
-  Heightfield fine = interpolated(survey, std::max(1, static_cast<int>(parts_east)),
-                                  std::max(1, static_cast<int>(parts_north)));
-  FractalScale scale = fractal_scale(survey);
-  scale.hurst = detail.hurst.value_or(scale.hurst);
-  scale.height_at_1m_m = detail.height_at_1m_m.value_or(scale.height_at_1m_m);
-  if (!(scale.hurst > 0.0 && scale.hurst < 1.0 && scale.height_at_1m_m >= 0.0))
-    throw std::invalid_argument(fmt::format(
-        "survey detail: a Hurst exponent of {} and a height of {} m at 1 m are not possible; "
-        "expected an exponent between 0 and 1 and a height of at least 0 m",
-        scale.hurst, scale.height_at_1m_m));
+  const FractalScale scale = scale_of({&survey, 1}, detail);
+  fine.z_m.resize(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows));
+  interpolate(survey, parts_of(survey, detail), fine);
   if (scale.height_at_1m_m == 0.0) return fine;
-  const Missing missing(scale, survey.cell_east_m, survey.cell_north_m);
-  SpectralField what;
-  what.amplitude = [&](double kx, double ky) { return missing.amplitude(kx, ky); };
-  add_spectral_field(fine, what, RandomStream(seed, Purpose::survey_detail));
+  add_spectral_field(fine, missing_field(scale, survey),
+                     RandomStream(seed, Purpose::survey_detail));
   return fine;
+}
+
+refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
+                                                    refine::HeightTiles::Heights heights,
+                                                    std::span<const Heightfield> parts,
+                                                    const SurveyDetail& detail,
+                                                    std::uint64_t seed) {
+  const FractalScale scale = scale_of(parts, detail);
+  std::shared_ptr<FieldInWindows> relief;
+  if (scale.height_at_1m_m > 0.0)
+    relief = std::make_shared<FieldInWindows>(grid_with_detail(survey, detail),
+                                              missing_field(scale, survey), seed,
+                                              Purpose::survey_detail);
+  Heightfield size = survey;
+  size.z_m.clear();
+  return [size, divided = parts_of(survey, detail), heights = std::move(heights), relief](
+             int first_column, int first_row, int columns, int rows, std::span<double> z_m,
+             std::span<std::uint8_t>) {
+    // The survey's points about the window.
+    const auto around = [](int first, int count, int of, int points, int& from, int& number) {
+      from = std::max(0, first / of - 1);
+      number = std::min(points, (first + count - 1) / of + 3) - from;
+    };
+    Heightfield coarse = size;
+    coarse.whole_columns = size.columns;
+    coarse.whole_rows = size.rows;
+    around(first_column, columns, divided.east, size.columns, coarse.first_column, coarse.columns);
+    around(first_row, rows, divided.north, size.rows, coarse.first_row, coarse.rows);
+    coarse.z_m.resize(static_cast<std::size_t>(coarse.columns) *
+                      static_cast<std::size_t>(coarse.rows));
+    heights(coarse.first_column, coarse.first_row, coarse.columns, coarse.rows, coarse.z_m, {});
+    Heightfield window;
+    window.columns = columns;
+    window.rows = rows;
+    window.first_column = first_column;
+    window.first_row = first_row;
+    window.z_m.resize(z_m.size());
+    interpolate(coarse, divided, window);
+    std::ranges::copy(window.z_m, z_m.begin());
+    if (relief) relief->add(first_column, first_row, columns, rows, z_m);
+  };
 }
 
 }  // namespace ensonify::engine

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::engine {
 
@@ -21,14 +23,27 @@ struct FractalScale {
   double hurst = 0.5;
 };
 
-/// Estimates these from a survey's finest scales: from its second differences over 1, 2 and 4
-/// cells, whose mean square over a distance d is height^2 d^2H (4 - 2^2H) and which do not depend
-/// on the slope. H is limited to 0.05 to 0.95.
-FractalScale fractal_scale(const Heightfield& survey);
+/// Estimates these from a survey, or from parts of it, at its finest scales: from its second
+/// differences over 1, 2 and 4 cells, whose mean square over a distance d is height^2 d^2H (4 -
+/// 2^2H) and which do not depend on the slope. H is limited to 0.05 to 0.95.
+FractalScale fractal_scale(std::span<const Heightfield> parts);
+
+/// The size of the finer grid. Throws std::invalid_argument for a cell that is not finer than the
+/// survey's.
+Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& detail);
 
 /// The survey on a finer grid: its heights, smoothly interpolated, plus fractal relief that adds
 /// the power which the interpolated heights lack. Holes stay holes. Throws std::invalid_argument
 /// for a cell that is not finer than the survey's or makes more than 2^28 points.
 Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed);
+
+/// The same in windows of the finer grid, from windows of a survey of this size, with square cells:
+/// the same interpolated heights, and relief of the same statistics. `parts` of the survey are what
+/// its scale is estimated from. Throws std::invalid_argument as with_detail() does, and when
+/// heights are made, what the survey throws.
+refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
+                                                    refine::HeightTiles::Heights heights,
+                                                    std::span<const Heightfield> parts,
+                                                    const SurveyDetail& detail, std::uint64_t seed);
 
 }  // namespace ensonify::engine

@@ -116,8 +116,12 @@ TiledField::Window TiledField::Window::coarser() const {
 TiledField::~TiledField() = default;
 
 TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_t seed,
-                       Purpose purpose, double coarse_cells)
-    : cell_m_(grid.cell_east_m), what_(std::move(what)), seed_(seed), purpose_(purpose) {
+                       Purpose purpose, double coarse_cells, std::uint64_t number)
+    : cell_m_(grid.cell_east_m),
+      what_(std::move(what)),
+      seed_(seed),
+      purpose_(purpose),
+      number_(number) {
   if (grid.cell_north_m != grid.cell_east_m)
     throw std::invalid_argument("relief: tiles need square cells");
   if (what_.weight) calibrate_ = std::sqrt(what_.calibrated_m2 / calibration_of(what_, grid));
@@ -145,7 +149,8 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
   SpectralField rest;
   rest.amplitude = [this](double kx, double ky) { return amplitude(band_count_, kx, ky); };
   rest.period_m = what_.period_m;
-  add_spectral_field(coarse_, rest, RandomStream(seed_, purpose_, {band_count_ + 1, 0, 1}));
+  add_spectral_field(coarse_, rest,
+                     RandomStream(seed_, purpose_, {band_count_ + 1, 0, 1 + 2 * number_}));
 }
 
 double TiledField::spacing_m(std::size_t band) const {
@@ -308,7 +313,8 @@ std::vector<double> TiledField::waves_of(std::size_t number, const Window& windo
   constexpr std::int64_t far_west = std::int64_t{1} << 40;
   for (std::size_t row = 0; row < length; ++row) {
     const std::int64_t lattice_row = window.row - band.reach + static_cast<std::int64_t>(row);
-    RandomStream(seed_, purpose_, {number + 1, static_cast<std::uint64_t>(lattice_row), 0})
+    RandomStream(seed_, purpose_,
+                 {number + 1, static_cast<std::uint64_t>(lattice_row), 2 * number_})
         .normal(std::span(values.get() + row * stride, length),
                 static_cast<std::uint64_t>(window.column - band.reach + far_west));
   }

@@ -10,12 +10,15 @@
 
 namespace ensonify::engine {
 
+class RoughnessInWindows;
+
 /// The random numbers of one layer of the seabed. They belong to its own number, what they are for
 /// and a place's lattice cell, so that no layer disturbs another and no extent changes a place.
 struct LayerDraws {
   std::uint64_t seed = 0;
   Purpose purpose = Purpose::test;
   std::uint64_t number = 0;
+  RoughnessInWindows* roughness = nullptr;  ///< of a bed that is made in windows
 
   RandomStream of(std::uint64_t what, std::int64_t column = 0, std::int64_t row = 0) const {
     return RandomStream(seed, purpose,

@@ -17,8 +17,9 @@ using Marks = std::vector<std::uint32_t>;  // number of the feature at each poin
 
 class LayerStack {
  public:
-  LayerStack(Heightfield& field, const std::string& material, std::uint64_t seed)
-      : field_(field), base_(field), seed_(seed) {
+  LayerStack(Heightfield& field, const std::string& material, std::uint64_t seed,
+             RoughnessInWindows* roughness)
+      : field_(field), base_(field), seed_(seed), roughness_(roughness) {
     map_.kinds = {{material, "seabed"}};
     map_.point_kind.assign(field.z_m.size(), 0);
   }
@@ -31,7 +32,8 @@ class LayerStack {
       name_ = fmt::format("{}.{}", name, i);
       const Area& area = list[i].area;
       const LayerDraws draws{seed_, purpose,
-                             area.number > 0 ? static_cast<std::uint64_t>(area.number) : i + 1};
+                             area.number > 0 ? static_cast<std::uint64_t>(area.number) : i + 1,
+                             roughness_};
       const auto with_key = [&](const std::exception& error) {
         return fmt::format("seafloor.{}: {}", name_, error.what());
       };
@@ -173,6 +175,7 @@ class LayerStack {
   Heightfield& field_;
   const Heightfield base_;
   std::uint64_t seed_;
+  RoughnessInWindows* roughness_;
   std::string name_;  // of the layer that is being laid
   SeabedMap map_;
   std::function<bool(std::size_t, const std::string&)> has_material_ =
@@ -190,9 +193,9 @@ bool SeabedOptions::empty() const {
 }
 
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
-                     std::uint64_t seed) {
+                     std::uint64_t seed, RoughnessInWindows* roughness) {
   if (options.empty()) return {{{material, "seabed"}}, {}};
-  LayerStack layers(field, material, seed);
+  LayerStack layers(field, material, seed, roughness);
   layers.each(options.patches, "patches", Purpose::seabed_patch,
               [&](const Patch& patch, const Mask& mask, const LayerDraws&) {
                 layers.lay_patch(patch, mask);

@@ -94,6 +94,6 @@ struct SeabedMap {
 /// `seed` is the seabed's. Throws std::invalid_argument and refine::MeshError, beginning with the
 /// scene's key of the layer at fault, for options that cannot be laid.
 SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std::string& material,
-                     std::uint64_t seed);
+                     std::uint64_t seed, RoughnessInWindows* roughness = nullptr);
 
 }  // namespace ensonify::engine

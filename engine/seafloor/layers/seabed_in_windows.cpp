@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -11,21 +12,26 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/layers/roughness.h>
+
 namespace ensonify::engine {
 namespace {
 
 constexpr int most_margin = 1024;  // points
 
-/// Whether a layer at a place depends on its neighbourhood alone. Roughness, and that of outcrops,
-/// is one transform over the whole grid.
+/// Whether a layer at a place depends on its neighbourhood alone. The rock of outcrops is one
+/// transform over the whole grid; roughness is one too, unless its cells are square
+/// (RoughnessInWindows).
 template <class Relief>
-constexpr bool fits_a_window =
-    !std::is_same_v<Relief, FractalRelief> && !std::is_same_v<Relief, OutcropRelief>;
+bool fits_windows(const Heightfield& grid) {
+  if (std::is_same_v<Relief, FractalRelief>) return grid.cell_east_m == grid.cell_north_m;
+  return !std::is_same_v<Relief, OutcropRelief>;
+}
 
 /// Calls f(the layer's key, its area, how far its features reach, whether it fits windows) for each
 /// patch and layer of relief.
 template <class F>
-void for_each_layer(const SeabedOptions& options, F&& f) {
+void for_each_layer(const Heightfield& grid, const SeabedOptions& options, F&& f) {
   for (std::size_t i = 0; i < options.patches.size(); ++i)
     f(fmt::format("seafloor.patches.{}", i), options.patches[i].area, 0.0, true);
   for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
@@ -33,7 +39,7 @@ void for_each_layer(const SeabedOptions& options, F&& f) {
       double its_reach_m = 0.0;
       if constexpr (requires { reach_m(list[i].relief); }) its_reach_m = reach_m(list[i].relief);
       f(fmt::format("seafloor.{}.{}", kind_of(Relief{}).list, i), list[i].area, its_reach_m,
-        fits_a_window<Relief>);
+        fits_windows<Relief>(grid));
     }
   });
 }
@@ -52,7 +58,7 @@ double margin_of(const Area& area, double reach_m, const Heightfield& grid) {
 int margin_of(const SeabedOptions& options, const Heightfield& grid) {
   double most = 0.0, sum = 0.0;
   bool on_others = false;
-  for_each_layer(options, [&](const std::string&, const Area& area, double reach_m, bool) {
+  for_each_layer(grid, options, [&](const std::string&, const Area& area, double reach_m, bool) {
     const double margin = margin_of(area, reach_m, grid);
     most = std::max(most, margin);
     sum += margin;
@@ -87,12 +93,12 @@ Heightfield window_of(const Heightfield& grid, int first_column, int first_row, 
 
 std::string obstacle_to_windows(const Heightfield& grid, const SeabedOptions& options) {
   std::string obstacle;
-  for_each_layer(options, [&](const std::string& key, const Area& area, double reach_m, bool fits) {
+  for_each_layer(grid, options, [&](const std::string& key, const Area& area, double reach_m, bool fits) {
     if (!obstacle.empty()) return;
     if (!fits)
       obstacle = fmt::format(
-          "{}: a bed that is made in tiles cannot have this layer, which is made for all of the bed "
-          "at once; remove it, or make the bed smaller",
+          "{}: this bed is made in tiles and cannot have this layer, which is made for all of the bed "
+          "at once (roughness only if its cells are not square); remove it, or make the bed smaller",
           key);
     else if (!area.image.path.empty())
       obstacle = fmt::format(
@@ -149,13 +155,14 @@ refine::HeightTiles::Heights with_seabed(const Heightfield& grid, refine::Height
                                          const SeabedOptions& options, const std::string& material,
                                          std::uint64_t seed) {
   return [whole = bare(grid), margin = margin_of(options, grid), bed = std::move(bed), options,
-          material, seed, kinds_of_bed = possible_kinds(options, material)](
+          material, seed, roughness = std::make_shared<RoughnessInWindows>(grid),
+          kinds_of_bed = possible_kinds(options, material)](
              int first_column, int first_row, int columns, int rows, std::span<double> z_m,
              std::span<std::uint8_t> kinds) {
     Heightfield window = window_of(whole, first_column - margin, first_row - margin,
                                    first_column + columns + margin, first_row + rows + margin);
     bed(window.first_column, window.first_row, window.columns, window.rows, window.z_m, {});
-    const SeabedMap map = lay_seabed(window, options, material, seed);
+    const SeabedMap map = lay_seabed(window, options, material, seed, roughness.get());
 
     std::vector<std::uint8_t> number;
     for (const SeabedMap::Kind& kind : map.kinds)

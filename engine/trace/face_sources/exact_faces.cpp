@@ -10,8 +10,9 @@
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/footprint.h>
 #include <ensonify/refine/grid_footprint.h>
-#include <ensonify/refine/mesh_repair.h>
+#include <ensonify/refine/mesh_clusters.h>
 #include <ensonify/refine/tile_collapse.h>
+#include <ensonify/refine/tiles_in_view.h>
 
 namespace ensonify::engine {
 namespace {
@@ -29,6 +30,21 @@ struct Refined {
     return mesh.exact_faces();
   }
   void reset() { mesh.reset(); }
+};
+
+/// The same of a bed in clusters.
+struct RefinedClusters {
+  std::shared_ptr<refine::MeshClusters> clusters;
+  refine::ActiveClusters active{*clusters};
+  refine::ClustersInView far_ahead{*clusters};
+  explicit RefinedClusters(const FaceSourceParts& parts) : clusters(parts.clusters) {}
+  refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t) {
+    return active.refine(volumes);
+  }
+  void make_ready(std::span<const FanVolume> volumes) {
+    for (const std::size_t cluster : far_ahead.find(volumes)) clusters->get(cluster);
+  }
+  void reset() { active.reset(); }
 };
 
 /// The top-down query as a source of exact faces.
@@ -50,9 +66,15 @@ struct Gridded {
   std::shared_ptr<const refine::BallTree> objects;
   std::array<refine::GridFootprint, 2> footprints{refine::GridFootprint(*grid, *objects),
                                                   refine::GridFootprint(*grid, *objects)};
+  refine::TilesInView far_ahead{*grid};
   explicit Gridded(const FaceSourceParts& parts) : grid(parts.grid), objects(parts.objects) {}
   refine::ExactFaces faces(std::span<const FanVolume> volumes, std::size_t turn) {
     return footprints[turn].query(volumes);
+  }
+  void make_ready(std::span<const FanVolume> volumes) {
+    if (grid->tiles_in_file() == nullptr) return;
+    far_ahead.look_at(volumes);
+    far_ahead.for_each([](const refine::HeightGrid::Tile&, int, int) {});
   }
   void reset() {}
 };
@@ -111,6 +133,7 @@ class ExactFaces final : public FaceSource {
     take_volumes(fans, wanted_);
     if (!stages_[turn_].holds(wanted_)) {
       widen(wanted_, last_, wide_);
+      if constexpr (can_make_ready) look_far_ahead();
       const bool ready = ahead_.finish();
       if (std::exchange(fault_ahead_, false)) source_.reset();
       // Only if it is what would be built now: results must not depend on whether a thread was
@@ -127,6 +150,10 @@ class ExactFaces final : public FaceSource {
   }
 
   bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    if (far_wanted_) {
+      far_ahead_.send(spare);
+      far_wanted_ = !far_ahead_.is_out();
+    }
     if (ahead_.is_out()) return false;
     take_volumes(fans, expected_);
     if (stages_[turn_].holds(expected_)) {
@@ -143,7 +170,8 @@ class ExactFaces final : public FaceSource {
 
   void reset() override {
     ahead_.finish();
-    fault_ahead_ = false;
+    far_ahead_.finish();
+    fault_ahead_ = far_wanted_ = false;
     source_.reset();
     for (Stage& stage : stages_) stage.built.clear();
     last_.clear();
@@ -184,6 +212,22 @@ class ExactFaces final : public FaceSource {
       fault_ahead_ = true;
     }
   }
+  /// What takes long is to be made ready for pings that come much later, if the motion continues.
+  void look_far_ahead() {
+    if (far_ahead_.is_running() || !go_on(last_, wanted_)) return;
+    far_ahead_.finish();
+    far_ = wanted_;
+    for (std::size_t i = 0; i < far_.size(); ++i)
+      far_[i].apex += far_ahead_pings * (wanted_[i].apex - last_[i].apex);
+    far_wanted_ = true;
+  }
+  /// An error here is dropped, as in build_ahead().
+  void make_far_ready() noexcept {
+    if constexpr (can_make_ready) try {
+        source_.make_ready(far_);
+      } catch (...) {
+      }
+  }
   /// Whether to expect that the motion continues: not at the first ping, nor after a leap (the end
   /// of a line).
   static bool go_on(const std::vector<FanVolume>& before, const std::vector<FanVolume>& volumes) {
@@ -194,6 +238,12 @@ class ExactFaces final : public FaceSource {
   }
 
   static constexpr double leap_of_range = 0.05;
+  static constexpr bool can_make_ready =
+      requires(Source source, std::span<const FanVolume> volumes) {
+    source.make_ready(volumes);
+  };
+  // Tiles are made 1024 x 1024 points at a time, in the time of about a hundred pings.
+  static constexpr double far_ahead_pings = 200.0;
 
   std::string intersector_;
   IntersectorOptions options_;
@@ -203,15 +253,17 @@ class ExactFaces final : public FaceSource {
   std::size_t turn_ = 0;  // the stage in use
   std::uint64_t version_ = 0;
   std::vector<FanVolume> wanted_, last_, wide_;  // of a ping; wide_: and of the next pings
-  std::vector<FanVolume> expected_, before_expected_, wide_ahead_;
-  bool fault_ahead_ = false;
-  refine::SpareThreads::BackgroundTask ahead_{
-      [this] { build_ahead(); }};  // declared last: it uses the other members
+  std::vector<FanVolume> expected_, before_expected_, wide_ahead_, far_;
+  bool fault_ahead_ = false, far_wanted_ = false;
+  // Declared last: they use the other members.
+  refine::SpareThreads::BackgroundTask ahead_{[this] { build_ahead(); }};
+  refine::SpareThreads::BackgroundTask far_ahead_{[this] { make_far_ready(); }};
 };
 
 }  // namespace
 
 std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts) {
+  if (parts.clusters) return std::make_unique<ExactFaces<RefinedClusters>>(parts);
   return std::make_unique<ExactFaces<Refined>>(parts);
 }
 
@@ -222,16 +274,7 @@ std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts) {
 
 std::shared_ptr<const refine::ProgressiveMesh> make_progressive_mesh(
     const refine::TriangleMesh& mesh, int threads) {
-  try {
-    return std::make_shared<const refine::ProgressiveMesh>(refine::build_by_tiles(mesh, threads));
-  } catch (const refine::MeshError&) {
-    // Not manifold. Heightfields are, and need no repair, which takes as long as the build.
-    const refine::RepairedMesh manifold = refine::repair(mesh, -1.0);
-    refine::ProgressiveMeshArrays built = refine::build_by_tiles(manifold.mesh, threads);
-    for (std::uint32_t& face : built.source_face)
-      if (face != refine::ProgressiveMesh::none) face = manifold.source_face[face];
-    return std::make_shared<const refine::ProgressiveMesh>(std::move(built));
-  }
+  return std::make_shared<const refine::ProgressiveMesh>(refine::build_of_any_mesh(mesh, threads));
 }
 
 // A bent ray's point lies in direction d': its launch d, turned by up to the bend within a vertical

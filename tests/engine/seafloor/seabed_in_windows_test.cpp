@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
@@ -168,6 +169,59 @@ TEST_CASE("Tiles with layers have the same bytes, whichever is made first") {
   CHECK(make("a.tiles", {0, 1}) == make("b.tiles", {1, 0}));
 }
 
+TEST_CASE(
+    "Roughness is the same in all windows, as rough as it is asked to be, and each layer its own") {
+  constexpr double cell_m = 0.25;
+  const Heightfield base = flat(1300, 1200, cell_m, cell_m);
+  SeabedOptions seabed;
+  seabed.roughness.resize(1);
+  seabed.roughness[0].relief = {.height_at_1m_m = 0.06, .hurst = 0.6};
+  seabed.roughness[0].area.number = 1;
+  const auto heights_of = [&](const SeabedOptions& options, int column, int row, int columns,
+                              int rows) {
+    std::vector<double> z_m(static_cast<std::size_t>(columns * rows));
+    with_seabed(base, windows_of(base), options, "medium sand", 8)(column, row, columns, rows, z_m,
+                                                                   {});
+    return z_m;
+  };
+  const auto whole = heights_of(seabed, 0, 0, 1300, 1200);
+  // Across the borders of blocks, which are 1024 points apart.
+  for (const auto& [column, row, columns, rows] :
+       {std::array{1000, 1000, 60, 50}, {1024, 0, 100, 20}, {0, 1023, 30, 2}}) {
+    const auto part = heights_of(seabed, column, row, columns, rows);
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns; ++i)
+        REQUIRE(part[static_cast<std::size_t>(j * columns + i)] ==
+                whole[static_cast<std::size_t>((row + j) * 1300 + column + i)]);
+  }
+  const auto rms_difference = [](const std::vector<double>& z_m, std::size_t lag) {
+    double square = 0.0, count = 0.0;
+    for (std::size_t i = lag; i < z_m.size(); ++i) {
+      if (i % 1300 < lag) continue;
+      square += (z_m[i] - z_m[i - lag]) * (z_m[i] - z_m[i - lag]);
+      ++count;
+    }
+    return std::sqrt(square / count);
+  };
+  CHECK(rms_difference(whole, 4) == Approx(0.06).epsilon(0.05));  // 1 m
+  CHECK(rms_difference(whole, 8) == Approx(0.06 * std::pow(2.0, 0.6)).epsilon(0.07));
+
+  // Another layer has other heights: the squares of both add up.
+  SeabedOptions two = seabed;
+  two.roughness.push_back(seabed.roughness[0]);
+  two.roughness[1].area.number = 2;
+  CHECK(rms_difference(heights_of(two, 0, 0, 1300, 1200), 4) ==
+        Approx(0.06 * std::sqrt(2.0)).epsilon(0.05));
+  // The same layer, with the same draws, adds to itself.
+  two.roughness[1].area.number = 1;
+  CHECK(rms_difference(heights_of(two, 0, 0, 1300, 1200), 4) == Approx(0.12).epsilon(0.05));
+  // On a part only.
+  seabed.roughness[0].area = {.radius_m = 30.0, .middle_east_m = 100.0, .number = 1};
+  const auto part = heights_of(seabed, 0, 0, 1300, 1200);
+  CHECK(part[0] == 0.0);
+  CHECK(part[600 * 1300 + 1050] == whole[600 * 1300 + 1050]);  // 100 m east of the middle
+}
+
 TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with what to do") {
   const Heightfield grid = flat(200, 200, 0.25, 0.25);
   SeabedOptions seabed;
@@ -175,6 +229,11 @@ TEST_CASE("A seabed in windows refuses what it cannot have, by its key and with 
   CHECK_FALSE(obstacle_to_windows(grid, seabed).empty());
   CHECK_THROWS_WITH(require_windows(grid, seabed),
                     Catch::Contains("seafloor.outcrops.0") && Catch::Contains("remove it"));
+  seabed = {};
+  seabed.roughness.resize(1);
+  CHECK(obstacle_to_windows(grid, seabed).empty());
+  CHECK_THROWS_WITH(require_windows(flat(200, 200, 0.25, 0.5), seabed),
+                    Catch::Contains("seafloor.roughness.0") && Catch::Contains("square"));
   seabed = {};
   seabed.patches.resize(1);
   seabed.patches[0].area.image.path = "map.png";

@@ -1,9 +1,14 @@
 #include <ensonify/engine/seafloor/bed/survey_detail.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
+#include <span>
 #include <stdexcept>
+#include <vector>
 
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
@@ -56,7 +61,7 @@ TEST_CASE("A survey's roughness is estimated from its finest scales, whatever it
       for (int row = 0; row < survey.rows; ++row)
         for (int column = 0; column < survey.columns; ++column)
           survey.at(column, row) += 0.3 * survey.x_m(column);
-      const FractalScale scale = fractal_scale(survey);
+      const FractalScale scale = fractal_scale({&survey, 1});
       h += scale.hurst / seeds;
       height += scale.height_at_1m_m / seeds;
     }
@@ -119,6 +124,68 @@ TEST_CASE("Without roughness the finer grid is smooth, keeps the survey's points
     }
   CHECK(holes == 4 * 6);  // the cells next to the hole, except on its two other sides
   CHECK(with_detail(survey, {}, 1).columns == 9);
+}
+
+TEST_CASE("Detail in windows has the heights of the whole, and relief of the same statistics") {
+  constexpr int side = 1025, parts = 8;
+  const double hurst = GENERATE(0.4, 0.7);
+  CAPTURE(hurst);
+  Heightfield survey = every(fractal(side, 0.125, hurst, 7), parts);
+  survey.at(40, 50) = std::numeric_limits<double>::quiet_NaN();
+  const auto of_survey = [&](int first_column, int first_row, int columns, int rows,
+                             std::span<double> z_m, std::span<std::uint8_t>) {
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column)
+        z_m[static_cast<std::size_t>(row * columns + column)] =
+            survey.at(first_column + column, first_row + row);
+  };
+  const auto heights_of = [&](const SurveyDetail& detail, std::array<int, 4> window) {
+    const auto heights = with_detail_in_windows(survey, of_survey, {&survey, 1}, detail, 3);
+    std::vector<double> z_m(static_cast<std::size_t>(window[2] * window[3]));
+    heights(window[0], window[1], window[2], window[3], z_m, {});
+    return z_m;
+  };
+  const SurveyDetail smooth{.cell_m = 0.125, .height_at_1m_m = 0.0};
+  const SurveyDetail rough{.cell_m = 0.125, .height_at_1m_m = 0.1, .hurst = hurst};
+  const Heightfield whole = with_detail(survey, smooth, 3);
+  REQUIRE(whole.columns == side);
+  const std::vector<double> rough_whole = heights_of(rough, {0, 0, side, side});
+  for (const std::array<int, 4> window :
+       {std::array{0, 0, 30, 20}, {317, 399, 23, 17}, {1000, 1010, 25, 15}, {1024, 0, 1, 1025}}) {
+    const std::vector<double> part = heights_of(smooth, window);
+    const std::vector<double> rough_part = heights_of(rough, window);
+    for (int row = 0; row < window[3]; ++row)
+      for (int column = 0; column < window[2]; ++column) {
+        const auto i = static_cast<std::size_t>(row * window[2] + column);
+        const std::size_t in_all = whole.index(window[0] + column, window[1] + row);
+        REQUIRE(std::memcmp(&part[i], &whole.z_m[in_all], sizeof(double)) == 0);
+        REQUIRE(std::memcmp(&rough_part[i], &rough_whole[in_all], sizeof(double)) == 0);
+      }
+  }
+  // The relief alone against that of one transform, in rings of wavenumber.
+  Spectrum in_windows(side, side, 0.125, 0.125), at_once(side, side, 0.125, 0.125);
+  const Heightfield once = with_detail(survey, rough, 4);
+  const auto take = [&](Spectrum& spectrum, const std::vector<double>& z_m) {
+    Heightfield relief = whole;
+    for (std::size_t i = 0; i < z_m.size(); ++i)
+      relief.z_m[i] = std::isnan(z_m[i]) ? 0.0 : z_m[i] - whole.z_m[i];
+    spectrum.add(relief);
+  };
+  take(in_windows, rough_whole);
+  take(at_once, once.z_m);
+  for (const double low : {3.0, 5.0, 8.0, 13.0}) {
+    double ours = 0.0, theirs = 0.0;
+    const auto ring = [&](double& sum) {
+      return [&, low](double kx, double ky, double power) {
+        const double k = std::hypot(kx, ky);
+        if (k >= low && k < 1.4 * low) sum += power;
+      };
+    };
+    in_windows.each(ring(ours));
+    at_once.each(ring(theirs));
+    INFO("from " << low << " radians per metre");
+    CHECK(ours == Approx(theirs).epsilon(0.1));
+  }
 }
 
 TEST_CASE("Impossible detail is refused") {

@@ -290,6 +290,13 @@ TEST_CASE("Real surveys have their known size, place, heights and holes") {
   }
 }
 
+TEST_CASE("Scatter needs a band with the uncertainty") {
+  const TemporaryFolder folder;
+  write_text(folder / "grid.asc", text_grid(rows_4x3));
+  CHECK_THROWS_WITH(read_survey(folder / "grid.asc", 0.0, {1.0, 1}),
+                    Catch::Contains("seafloor.uncertainty_scatter"));
+}
+
 TEST_CASE("A truncated BAG is refused") {
   const auto file = data_file("bathymetry/portsmouth_tiny_0.5m.bag");
   if (!file) {

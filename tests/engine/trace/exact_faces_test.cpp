@@ -2,13 +2,25 @@
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
 
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/heights.h"
 #include "support/meshes.h"
 #include "support/spare_thread.h"
 
+#include <ensonify/refine/ball_tree.h>
+#include <ensonify/refine/height_grid.h>
+#include <ensonify/refine/height_tiles.h>
+#include <ensonify/refine/mesh_clusters.h>
 #include <ensonify/refine/mesh_reader.h>
 #include <ensonify/refine/mesh_repair.h>
 
@@ -268,4 +280,60 @@ TEST_CASE("A tree for several pings is not built for each, and not kept too long
   CHECK(built_at == std::vector{0, 1, 6, 11, 16, 20, 21, 26, 31, 34, 39});
   CHECK(count.hits > 1000);
   CHECK(count.differences == 0);
+}
+
+TEST_CASE("A spare thread makes the tiles and clusters that the sonar will reach much later") {
+  const std::string kind = GENERATE("footprint", "refined");
+  CAPTURE(kind);
+  const tests::Heights heights = tests::random_heights(300, 4200, 0.5, 0.5, 0.0, 21);
+  const auto source = [&](int first_column, int first_row, int columns, int rows,
+                          std::span<double> z_m, std::span<std::uint8_t>) {
+    for (int row = 0; row < rows; ++row)
+      std::copy_n(
+          heights.z_m.begin() + std::ptrdiff_t{first_row + row} * heights.columns + first_column,
+          columns, z_m.begin() + std::ptrdiff_t{row} * columns);
+  };
+  const auto tiles = std::make_shared<refine::HeightTiles>(
+      heights.x_m(), heights.y_m(), Eigen::Vector3d::Zero(),
+      [](refine::HeightTiles::Shape& shape) { shape.mean_height_m = 0.0; }, source,
+      std::filesystem::path(), "key");
+  const auto grid = std::make_shared<const refine::HeightGrid>(tiles);
+  FaceSourceParts parts{.grid = grid,
+                        .objects = std::make_shared<const refine::BallTree>(),
+                        .intersector = "fan_scan",
+                        .tree_pings = 5};
+  if (kind == "refined")
+    parts.clusters =
+        std::make_shared<refine::MeshClusters>(*grid, refine::TriangleMesh{}, "", "key");
+  const auto surface = kind == "refined" ? make_refined_faces(parts) : make_footprint_faces(parts);
+  // Tiles are made in four chunks of 1024 rows; the vehicle goes north by 0.8 m per ping.
+  const double first_border_m = heights.y_m()[refine::HeightTiles::chunk_cells];
+  tests::Random random(3);
+  RayFan fan = random_fan(random, grid->bounds());
+  const double half = std::sqrt(0.5);
+  fan.origin = {0.0, first_border_m - 140.0, 6.0};
+  fan.array_axis = Eigen::Vector3d::UnitY();
+  fan.middle = {half, 0.0, -half};
+  fan.pole = {half, 0.0, half};
+  fan.range_m = 20.0;
+  const auto next = [](RayFan of) {
+    of.origin.y() += 0.8;
+    return of;
+  };
+  tests::SpareThread spare;
+  const std::size_t of_one_chunk = 5 * 16;
+  std::size_t analysed = 0;
+  for (int ping = 0; ping < 8; ++ping) {
+    surface->prepare({&fan, 1});
+    if (ping == 0) CHECK(tiles->tiles_made() == of_one_chunk);
+    if (ping == 0 && parts.clusters) analysed = parts.clusters->analysed();
+    for (RayFan later = next(fan); surface->expect({&later, 1}, spare.threads);)
+      later = next(later);
+    spare.settle();
+    fan = next(fan);
+  }
+  // 200 pings ahead are 160 m: beyond the border, which the sonar itself has not reached.
+  REQUIRE(fan.origin.y() + 30.0 < first_border_m);
+  CHECK(tiles->tiles_made() == 2 * of_one_chunk);
+  if (parts.clusters) CHECK(parts.clusters->analysed() > analysed);
 }

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ensonify/refine/active_mesh.h>
+#include <ensonify/refine/fan_volume.h>
+#include <ensonify/refine/footprint.h>
+#include <ensonify/refine/height_grid.h>
+#include <ensonify/refine/progressive_mesh.h>
+#include <ensonify/refine/tiles_in_view.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::refine {
+
+/// A height grid of any size, and bodies on it, as clusters: a progressive mesh for each square of
+/// 4 x 4 tiles, and one for all bodies. The borders of the squares stay, so that neighbours fit
+/// each other at any resolution. A cluster is analysed when it is first needed. It depends on its
+/// place alone, so it does not matter which process makes it, when, and in which order.
+/// Thread-safe.
+class MeshClusters {
+ public:
+  static constexpr int cluster_tiles = 4;  ///< in both directions
+  static constexpr int cluster_cells = cluster_tiles * HeightGrid::tile_cells;
+
+  /// The bodies' faces have the numbers that follow those of the grid. The squares are kept in this
+  /// folder, one file each, which is made at the first; without one, or if it cannot be written,
+  /// they are in memory. `key`, of at most 64 bytes, says what the grid is made from: a file with
+  /// another key, or a damaged one, is made again. The grid must outlive this.
+  MeshClusters(const HeightGrid& grid, const TriangleMesh& bodies, std::filesystem::path folder,
+               std::string key);
+
+  /// All squares, and after them the bodies' cluster, if there are bodies.
+  std::size_t count() const { return locks_.size() + (bodies_ ? 1 : 0); }
+  bool has_bodies() const { return bodies_ != nullptr; }
+  /// The square that a tile belongs to.
+  std::size_t with_tile(int tile_column, int tile_row) const;
+
+  /// Whether a cluster has faces. Its tiles must have been made.
+  bool has_faces(std::size_t cluster) const;
+  /// A cluster, which must have faces. Throws what HeightGrid::tile() throws, and MeshError for
+  /// more vertices than a mesh can number.
+  std::shared_ptr<const ProgressiveMesh> get(std::size_t cluster);
+
+  /// How many get() has analysed, not found.
+  std::size_t analysed() const { return analysed_.load(std::memory_order_relaxed); }
+
+  const HeightGrid& grid() const { return *grid_; }
+
+  /// The file of a square in such a folder.
+  static std::filesystem::path file_of(const std::filesystem::path& folder, std::size_t cluster);
+
+ private:
+  std::shared_ptr<const ProgressiveMesh> known(std::size_t cluster);
+  ProgressiveMesh open_or_make(std::size_t cluster);
+  ProgressiveMesh analyse(std::size_t cluster);
+  int columns() const { return (grid_->tile_columns() - 1) / cluster_tiles + 1; }
+
+  // Those that were used last stay in memory.
+  static constexpr std::size_t most_recent = 64;
+
+  const HeightGrid* grid_;
+  std::filesystem::path folder_;
+  std::string key_;
+  std::shared_ptr<const ProgressiveMesh> bodies_;
+  std::vector<std::mutex> locks_;  // by square, while it is made
+  std::atomic<std::size_t> analysed_ = 0;
+  std::mutex mutex_;  // of the following
+  std::vector<std::weak_ptr<const ProgressiveMesh>> in_use_;
+  std::deque<std::shared_ptr<const ProgressiveMesh>> recent_;
+};
+
+/// The clusters that view volumes can touch.
+class ClustersInView {
+ public:
+  /// The clusters must outlive this.
+  explicit ClustersInView(const MeshClusters& clusters)
+      : clusters_(&clusters), tiles_(clusters.grid()) {}
+
+  /// Their numbers, ascending; valid until the next call. Throws what HeightGrid::tile() throws,
+  /// and std::invalid_argument as ViewTest does.
+  std::span<const std::size_t> find(std::span<const FanVolume> volumes);
+
+ private:
+  const MeshClusters* clusters_;
+  TilesInView tiles_;
+  std::vector<std::size_t> numbers_;
+};
+
+/// One worker's selectively refined mesh over clusters, for all its sonars: an active mesh in each
+/// cluster that the last volumes could touch. Elsewhere a cluster counts as coarse.
+class ActiveClusters {
+ public:
+  /// The clusters must outlive this.
+  explicit ActiveClusters(MeshClusters& clusters) : clusters_(&clusters), in_view_(clusters) {}
+
+  /// Splits everything that the volumes touch and collapses what none touches. The faces that are
+  /// exact then include all that the volumes can touch; they are valid until the second call after
+  /// this. Allocates nothing while no cluster comes. Throws what MeshClusters::get() throws, and
+  /// std::invalid_argument as ViewTest does; after that only reset() and the destructor may be
+  /// called.
+  ExactFaces refine(std::span<const FanVolume> volumes);
+
+  /// Returns to no cluster.
+  void reset() { active_.clear(); }
+
+  /// The number of a cluster in view, and its active mesh; ascending.
+  struct Active {
+    Active(std::size_t number, std::shared_ptr<const ProgressiveMesh> its)
+        : cluster(number),
+          progressive(std::move(its)),
+          mesh(*progressive),
+          place_of_leaf(progressive->leaves(), 0) {}
+    std::size_t cluster;
+    std::shared_ptr<const ProgressiveMesh> progressive;
+    ActiveMesh mesh;
+    std::vector<std::uint32_t> place_of_leaf;  ///< of those leaves that leaves_ has
+  };
+  std::span<const std::unique_ptr<Active>> active() const { return active_; }
+
+ private:
+  struct List {
+    std::vector<Eigen::Vector3f> points;
+    std::vector<Face> faces;
+    std::vector<std::uint32_t> source_faces;
+  };
+  void take(std::span<const std::size_t> wanted);
+  void add(Active& active, List& list);
+
+  MeshClusters* clusters_;
+  ClustersInView in_view_;
+  std::vector<std::unique_ptr<Active>> active_, next_;
+  std::vector<std::uint32_t> leaves_;  // of one cluster's exact faces
+  std::array<List, 2> lists_;          // used alternately
+  std::size_t turn_ = 0;
+};
+
+}  // namespace ensonify::refine
