@@ -1,7 +1,15 @@
 #include "app.h"
 
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <csignal>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -117,16 +125,36 @@ void print_warnings(std::span<const std::string> warnings) {
 }
 
 volatile std::sig_atomic_t SignalWatch::caught_ = 0;
+int SignalWatch::wakes_ = -1;
 
 SignalWatch::SignalWatch(bool interrupts) {
+  wakes_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  if (wakes_ < 0)
+    throw std::system_error(errno, std::generic_category(), "cannot watch for signals");
   struct sigaction action {};
-  action.sa_handler = [](int number) { caught_ = number; };
+  action.sa_handler = [](int number) {
+    const int error = errno;
+    caught_ = number;
+    static_cast<void>(::eventfd_write(wakes_, 1));
+    errno = error;
+  };
   action.sa_flags = interrupts ? 0 : SA_RESTART;
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
 SignalWatch::~SignalWatch() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  ::close(wakes_);
+}
+
+bool SignalWatch::wait_for_input(int descriptor) {
+  // A signal between a look at caught() and a read would be missed: poll() sees it in any case.
+  while (caught_ == 0) {
+    std::array<pollfd, 2> wanted{{{descriptor, POLLIN, 0}, {wakes_, POLLIN, 0}}};
+    if (::poll(wanted.data(), wanted.size(), -1) > 0 && wanted[0].revents != 0)
+      return wanted[1].revents == 0;
+  }
+  return false;
 }
 
 }  // namespace ensonify::engine::app

@@ -99,15 +99,19 @@ void print_warnings(std::span<const std::string> warnings);
 /// Records SIGINT and SIGTERM during its life, instead of ending the program.
 class SignalWatch {
  public:
-  /// A signal ends a waiting read or write only if `interrupts`.
+  /// A signal ends a waiting read or write only if `interrupts`. Throws std::system_error if the
+  /// process has no descriptor left.
   explicit SignalWatch(bool interrupts = false);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
   static int caught() { return caught_; }  ///< the signal's number; 0: none yet
+  /// Waits until a descriptor can be read. Returns false if a signal comes first, or came before.
+  static bool wait_for_input(int descriptor);
 
  private:
   static volatile std::sig_atomic_t caught_;
+  static int wakes_;  // a descriptor that can be read once a signal was caught
 };
 
 }  // namespace ensonify::engine::app

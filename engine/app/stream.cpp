@@ -1,11 +1,15 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/session_keys.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cerrno>
 #include <cmath>
-#include <iostream>
 #include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -190,12 +194,42 @@ class PoseSession {
   std::size_t warned_ = 0;
 };
 
+/// The lines of stdin. They end with the input, or at a signal.
+class InputLines {
+ public:
+  bool next(std::string& line) {
+    while (true) {
+      if (const std::size_t end = read_.find('\n', searched_); end != read_.npos) {
+        line = read_.substr(0, end);
+        read_.erase(0, end + 1);
+        searched_ = 0;
+        return SignalWatch::caught() == 0;
+      }
+      searched_ = read_.size();
+      if (!SignalWatch::wait_for_input(STDIN_FILENO)) return false;
+      const ssize_t count = ::read(STDIN_FILENO, buffer_.data(), buffer_.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) {
+        line = std::exchange(read_, {});  // without its end
+        searched_ = 0;
+        return !line.empty();
+      }
+      read_.append(buffer_.data(), static_cast<std::size_t>(count));
+    }
+  }
+
+ private:
+  std::string read_;          // what was read and is in no line yet
+  std::size_t searched_ = 0;  // so much of it has no end of a line
+  std::array<char, 65536> buffer_;
+};
+
 void stream(const Arguments& arguments) {
   const SignalWatch signals(true);
   PoseSession stream(arguments);
+  InputLines lines;
   std::string line;
-  for (std::size_t number = 1; std::getline(std::cin, line); ++number) {
-    if (SignalWatch::caught() != 0) break;
+  for (std::size_t number = 1; lines.next(line); ++number) {
     if (line.empty()) continue;
     const auto refuse = [&](const std::exception& error) {
       const std::string message = fmt::format("stdin:{}: {}", number, error.what());
