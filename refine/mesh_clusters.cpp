@@ -121,8 +121,7 @@ std::span<const std::size_t> ClustersInView::find(std::span<const FanVolume> vol
   });
   if (clusters_->has_bodies()) numbers_.push_back(clusters_->count() - 1);
   std::ranges::sort(numbers_);
-  const auto twice = std::ranges::unique(numbers_);
-  numbers_.erase(twice.begin(), twice.end());
+  numbers_.erase(std::unique(numbers_.begin(), numbers_.end()), numbers_.end());
   return numbers_;
 }
 
