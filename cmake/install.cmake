@@ -10,6 +10,12 @@ install(TARGETS ensonify_scatter ensonify_refine ensonify_engine EXPORT ensonify
         FILE_SET HEADERS COMPONENT development)
 install(EXPORT ensonify NAMESPACE ensonify:: FILE ensonify-targets.cmake
         DESTINATION ${package_folder} COMPONENT development)
+# The component `program` of find_package(), which needs more than the libraries do.
+install(TARGETS ensonify_program ensonify_live EXPORT ensonify-program
+        ARCHIVE COMPONENT development
+        FILE_SET HEADERS COMPONENT development)
+install(EXPORT ensonify-program NAMESPACE ensonify:: FILE ensonify-program-targets.cmake
+        DESTINATION ${package_folder} COMPONENT development)
 configure_package_config_file(cmake/ensonify-config.cmake.in ensonify-config.cmake
                               INSTALL_DESTINATION ${package_folder})
 write_basic_package_version_file(ensonify-config-version.cmake COMPATIBILITY SameMinorVersion)
@@ -62,6 +68,7 @@ The Python module does the same.")
   set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
   set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
       "libembree-dev, libopenmesh-dev, libtbb-dev, libeigen3-dev, libfmt-dev, libfftw3-dev, librandom123-dev, libgdal-dev, libhdf5-dev, libgeographiclib-dev, libopenexr-dev, libpng-dev, libarchive-dev, libxxhash-dev, libhwy-dev, nlohmann-json3-dev, libtomlplusplus-dev, pkg-config")
+  set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "libcpp-httplib-dev, libssl-dev")  # of ensonify::program
   set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
       "Headers and static libraries: find_package(ensonify) in CMake.")
   # What Debian asks of every package.

@@ -1,8 +1,9 @@
 # The headers that are installed: what simulate.h, session_keys.h, run.h, reader.h,
-# recording_reader.h, ray_by_ray.h (for a back-end), display.h and seafloor.h include, directly or
-# not. All others are private. A test compiles a program over the installed ones alone, so one that
-# is missing here is noticed.
+# recording_reader.h, ray_by_ray.h (for a back-end), program.h, display.h and seafloor.h include,
+# directly or not. All others are private. A test compiles a program over the installed ones alone, so
+# one that is missing here is noticed.
 set(public_headers
+  engine/app/program.h
   engine/image/display.h
   engine/image/display_options.h
   engine/image/waterfall.h

@@ -2,6 +2,10 @@
 // needs to be listed, tested and timed.
 
 #include <array>
+#include <stdexcept>
+#include <vector>
+
+#include <fmt/format.h>
 
 #include <ensonify/engine/trace/embree/embree.h>
 #include <ensonify/engine/trace/exact/brute_force.h>
@@ -51,12 +55,36 @@ constexpr std::array surfaces{
                    &make_footprint_faces},
 };
 
+std::vector<IntersectorKind> with_those_of_the_program() {
+  std::vector<IntersectorKind> all(intersectors.begin(), intersectors.end());
+  for (const IntersectorKind& kind : program_intersector_kinds()) {
+    if (kind.name.empty() || !kind.make)
+      throw std::invalid_argument(
+          fmt::format("program_intersector_kinds: the intersector '{}' has no {}; give it one",
+                      kind.name, kind.name.empty() ? "name" : "function `make`"));
+    for (const IntersectorKind& other : all)
+      if (scatter::same_name(kind.name, other.name))
+        throw std::invalid_argument(
+            fmt::format("program_intersector_kinds: the name '{}' is taken by the intersector "
+                        "'{}'; choose another",
+                        kind.name, other.name));
+    all.push_back(kind);
+  }
+  return all;
+}
+
 }  // namespace
 
-std::span<const IntersectorKind> intersector_kinds() { return intersectors; }
+// Weak: a program's own definition takes its place.
+[[gnu::weak]] std::span<const IntersectorKind> program_intersector_kinds() { return {}; }
+
+std::span<const IntersectorKind> intersector_kinds() {
+  static const std::vector<IntersectorKind> all = with_those_of_the_program();
+  return all;
+}
 
 const IntersectorKind& intersector_kind(std::string_view name) {
-  return scatter::kind_named(intersectors, "intersector", name);
+  return scatter::kind_named(intersector_kinds(), "intersector", name);
 }
 
 std::unique_ptr<Intersector> make_intersector(std::string_view name, refine::Triangles triangles,

@@ -71,9 +71,18 @@ struct IntersectorKind {
   /// measured over 2.4 million faces and rounded down; 0: not measured.
   double bytes_per_face = 0.0;
 };
+/// The library's own, then those of program_intersector_kinds(). Throws std::invalid_argument if
+/// one of the latter has no name, no `make`, or a name that another has; - and _ are alike.
 std::span<const IntersectorKind> intersector_kinds();
 
-/// The kind of that name; - and _ are alike. Throws std::invalid_argument, listing the names.
+/// The back-ends of the program that links the library. The library has a definition that returns
+/// none; a program with back-ends of its own defines this function again, in a source of the
+/// executable itself (out of a static library the linker may not take it). It is called once,
+/// before the first intersector is looked up; what it returns must live as long as the program.
+std::span<const IntersectorKind> program_intersector_kinds();
+
+/// The kind of that name; - and _ are alike. Throws std::invalid_argument, listing the names, and
+/// as intersector_kinds().
 const IntersectorKind& intersector_kind(std::string_view name);
 
 /// The back-end of that name over triangles. Throws as intersector_kind and build() do.

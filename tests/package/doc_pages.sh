@@ -20,7 +20,7 @@ carry_out() {
   (($(grep -c . commands) > 0)) || { echo "$page.md has no commands"; exit 1; }
   bash -euo pipefail commands >"$name.out" 2>"$name.err" || { cat "$name.out" "$name.err"; exit 1; }
 }
-block start/library cpp 'int main' >first.cpp
+block start/library cpp 'first echo' >first.cpp
 block start/library cmake find_package >CMakeLists.txt
 block tutorials/survey toml version >harbour.toml
 block tutorials/detection toml version >litter.toml

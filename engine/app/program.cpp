@@ -1,0 +1,184 @@
+#include <ensonify/engine/app/program.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <memory>
+#include <new>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/run.h>
+#include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+#include "app.h"
+#include "terminal.h"
+
+namespace app = ensonify::engine::app;
+
+namespace {
+
+constexpr int run_failed = 1;
+constexpr int wrong_input = 2;  // wrong usage, scene or input file
+constexpr int some_failed = 3;
+constexpr int interrupted = 75;  // by a signal; the same command resumes
+constexpr int by_signal = 128;
+
+int failed(int code, std::string_view message) {
+  fmt::print(stderr, "ensonify: {}\n", message);
+  return code;
+}
+
+int out_of_memory() {
+  return failed(run_failed,
+                "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
+}
+
+int perform(const app::Action& action) {
+  try {
+    action();
+    return 0;
+  } catch (const ensonify::engine::StoppedBetweenParts& stopped) {
+    return failed(interrupted, stopped.what());
+  } catch (const ensonify::engine::Stopped& stopped) {
+    return failed(by_signal + app::SignalWatch::caught(), stopped.what());
+  } catch (const app::Interrupted& error) {
+    return failed(interrupted, error.what());
+  } catch (const app::SomeFailed& error) {
+    return failed(some_failed, error.what());
+  } catch (const app::UsageError& error) {
+    return failed(wrong_input, error.what());
+  } catch (const ensonify::engine::SceneError& error) {
+    return failed(wrong_input, error.what());
+  } catch (const ensonify::engine::RecordingError& error) {
+    return failed(wrong_input, error.what());
+  } catch (const ensonify::refine::MeshError& error) {
+    return failed(wrong_input, error.what());
+  } catch (const std::invalid_argument& error) {
+    return failed(wrong_input, error.what());
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  } catch (const std::exception& error) {
+    return failed(run_failed, error.what());
+  }
+}
+
+/// The versions of the program and of the libraries that can change a result, one per line.
+std::string versions() {
+  std::string text = fmt::format("ensonify {}", ensonify::engine::program_version());
+  const auto libraries = nlohmann::ordered_json::parse(ensonify::engine::library_versions());
+  for (const auto& [name, version] : libraries.items())
+    text += fmt::format("\n{} {}", name, version.get<std::string>());
+  return text;
+}
+
+/// CLI11's help with long lines broken between words.
+class BrokenLines final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* command, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    const std::size_t columns = app::terminal_columns(STDOUT_FILENO);
+    std::istringstream help(CLI::Formatter::make_help(command, std::move(name), mode));
+    std::string broken;
+    for (std::string line; std::getline(help, line);) {
+      // The lines of an option or a subcommand continue below its description.
+      const std::size_t indent = line.starts_with("  ") ? get_column_width() : 0;
+      while (line.size() > columns) {
+        std::size_t end = line.rfind(' ', columns);
+        if (end == line.npos || end <= indent) end = line.rfind(',', columns - 1) + 1;  // a list
+        if (end <= indent) break;
+        broken += line.substr(0, line.find_last_not_of(' ', end - 1) + 1) + "\n";
+        line = std::string(indent, ' ') + line.substr(end + (line[end] == ' '));
+      }
+      broken += line + "\n";
+    }
+    return broken;
+  }
+};
+
+/// Why the command line is refused. Unexpected arguments are listed in the order given, which CLI11
+/// would reverse.
+std::string fault_of(const CLI::App& program, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> parsed = program.get_subcommands();
+  const std::string help = fmt::format("(see ensonify {}--help)",
+                                       parsed.empty() ? "" : parsed.front()->get_name() + " ");
+  if (!dynamic_cast<const CLI::ExtrasError*>(&error))
+    return fmt::format("{} {}", error.what(), help);
+  const std::vector<std::string> extra = program.remaining(true);
+  std::vector<std::string> known;
+  if (parsed.empty())
+    for (const CLI::App* command : program.get_subcommands({}))
+      known.push_back(command->get_name());
+  else
+    for (const CLI::Option* option : parsed.front()->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  const bool scene = parsed.empty() && extra.front().ends_with(".toml");
+  return fmt::format("not expected: {}{} {}", fmt::join(extra, " "),
+                     scene ? fmt::format("; did you mean 'run {}'?", extra.front())
+                           : ensonify::engine::suggestion(extra.front(), known),
+                     help);
+}
+
+int run_command_line(int argc, char** argv) {
+  CLI::App program("ensonify: sidescan sonar simulated by ray tracing", "ensonify");
+  program.formatter(std::make_shared<BrokenLines>());
+  program.set_version_flag("--version", versions);
+  program.require_subcommand(0, 1);
+  program.footer(
+      "Data goes to stdout, everything else to stderr. Exit codes: 0 success; 1 the run failed; "
+      "2 wrong usage, scene or input file; 3 some samples failed; 75 interrupted, can be resumed; "
+      "128+n ended by signal n.");
+  app::Action action;
+  app::add_run(program, action);
+  app::add_stream(program, action);
+  app::add_live(program, action);
+  app::add_generate(program, action);
+  app::add_preview(program, action);
+  app::add_merge(program, action);
+  app::add_mosaic(program, action);
+  app::add_analyse(program, action);
+  app::add_check(program, action);
+  app::add_seafloor(program, action);
+  app::add_view(program, action);
+  app::add_trace(program, action);
+  app::add_mesh_info(program, action);
+  app::add_compare(program, action);
+  app::add_imitate(program, action);
+  app::add_recording_info(program, action);
+  app::add_dump_default(program, action);
+  app::add_schema(program, action);
+  app::add_intersectors(program, action);
+  app::add_water(program, action);
+  app::add_ray(program, action);
+  app::add_backscatter(program, action);
+  app::add_sediments(program, action);
+  app::add_presets(program, action);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return program.exit(help);
+  } catch (const CLI::ParseError& error) {
+    return failed(wrong_input, fault_of(program, error));
+  }
+  if (!action) return failed(wrong_input, "a subcommand is required (see ensonify --help)");
+  return perform(action);
+}
+
+}  // namespace
+
+int app::program_main(int argc, char** argv) {
+  // A write beyond the file size limit then fails with an error message.
+  std::signal(SIGXFSZ, SIG_IGN);
+  try {
+    return run_command_line(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  }
+}
