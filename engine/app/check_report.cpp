@@ -1,5 +1,6 @@
 #include "check_report.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
@@ -42,7 +43,7 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
   json["over_limit"] = exceeded_limits(row);
   nlohmann::ordered_json shares = nlohmann::ordered_json::object();
   for (const Limit& limit : limits(row.source, row.precision)) shares[limit.name] = limit.share;
-  json["limits"] = shares;  // as shares of the rays
+  json["limits"] = shares;  // as shares of the rays, but see most_allowed()
   return json;
 }
 
@@ -51,10 +52,10 @@ std::string report_limits(const std::vector<AgreementRow>& rows) {
   for (const AgreementRow& row : rows)
     for (const Limit& limit : limits(row.source, row.precision))
       if (exceeds(limit, row))
-        lines += fmt::format(
-            "over the limit: {} {} {}: {} {:.2g} of the rays, at most {:.2g}\n", row.surface,
-            row.intersector, ray_source_names[static_cast<std::size_t>(row.source)], limit.name,
-            static_cast<double>(limit.of(row)) / static_cast<double>(row.rays), limit.share);
+        lines += fmt::format("over the limit: {} {} {}: {} {} of {} rays, at most {:.0f}\n",
+                             row.surface, row.intersector,
+                             ray_source_names[static_cast<std::size_t>(row.source)], limit.name,
+                             limit.of(row), row.rays, std::floor(most_allowed(limit, row.rays)));
   return lines;
 }
 

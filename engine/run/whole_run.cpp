@@ -1,6 +1,7 @@
 #include <ensonify/engine/run/whole_run.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -37,8 +38,8 @@ std::vector<std::string> warnings_of(const PartRecord& run, const std::string& i
       if (exceeds(limit, found))
         warnings.push_back(fmt::format(
             "of {} rays that were verified {} are of the class '{}', more than sound arithmetic "
-            "makes (a share of {:g})",
-            found.rays, limit.of(found), limit.name, limit.share));
+            "makes (at most {:.0f})",
+            found.rays, limit.of(found), limit.name, std::floor(most_allowed(limit, found.rays))));
   }
   if (run.pings_over_hole > 0)
     warnings.push_back(fmt::format(

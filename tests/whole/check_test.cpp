@@ -136,6 +136,19 @@ TEST_CASE("check compares only the intersectors that are named, on whole pings")
   CHECK(outcome.err.find(" pings, which are cast whole") != std::string::npos);
 }
 
+TEST_CASE("check of ten rays finds no class too frequent, whatever they are aimed at") {
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  for (const char* seed : {"seed=1", "seed=2", "seed=3", "seed=4"}) {
+    const Outcome outcome =
+        run_program(folder.path(), {"check", "tiny.toml", "--quiet", "--rays", "10",
+                                    "--intersector", "embree,fan_scan", "-D", seed});
+    INFO(seed << ": " << outcome.err << outcome.out);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.out.find(",aimed_rays,2,") != std::string::npos);
+  }
+}
+
 TEST_CASE("check refuses wrong arguments") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);

@@ -1,6 +1,17 @@
 #include <ensonify/engine/trace/check/limits.h>
 
+#include <algorithm>
+
 namespace ensonify::engine {
+namespace {
+
+// Fewer rays do not tell a share. The rays of an aimed fan, some 600, pass the same faces, so that
+// a class may have a large part of one fan; 10,000 rays are some 16 fans. A class with a limit of
+// 1e-4 or less has its one ray: of 10,000 rays with the largest share of edges in a scene, 8e-6,
+// two or more are found by chance in 3 rows of 1000. From 1e5 rays on every limit is its share.
+constexpr std::uint64_t few_rays = 10000;
+
+}  // namespace
 
 // Sound back-ends needed at most these shares at 2e5 rays on ripples, clutter, mines and rocky. In
 // float, on a scene's own rays and with bodies: tie 4e-5, edge 8e-6, coarse 8e-5; on aimed rays:
@@ -56,8 +67,13 @@ std::span<const Limit> limits(RaySource source, Precision precision) {
   return aimed ? std::span<const Limit>(aimed_in_float) : scene_in_float;
 }
 
+double most_allowed(const Limit& limit, std::uint64_t rays) {
+  if (limit.share == 0.0) return 0.0;
+  return std::max(1.0, limit.share * static_cast<double>(std::max(rays, few_rays)));
+}
+
 bool exceeds(const Limit& limit, const AgreementCounts& tally) {
-  return static_cast<double>(limit.of(tally)) > limit.share * static_cast<double>(tally.rays);
+  return static_cast<double>(limit.of(tally)) > most_allowed(limit, tally.rays);
 }
 
 std::vector<std::string_view> exceeded_limits(const AgreementRow& row) {
