@@ -45,7 +45,6 @@ version = 1
 extent_east_m = 20
 extent_north_m = 12
 cell_m = 0.5
-depth_m = 10
 [sonar.sidescan]
 range_m = 15
 bins = 100
