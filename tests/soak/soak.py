@@ -199,7 +199,9 @@ def make_jobs(program, folder):
         job("run", run),
         job("run in parts", [*run, "-D", "output.pings_per_file=4", "-D", "output.xtf=false",
                              "-D", "output.jsf=false"]),
-        job("run on tiles", ["run", folder / "tiles.toml", "-o", "out", "--quiet", "--cache", "cache"]),
+        *(job(name, ["run", folder / "tiles.toml", "-o", "out", "--quiet", "--cache", "cache",
+                     "--surface", surface])
+          for name, surface in (("run on tiles", "footprint"), ("run on clusters", "refined"))),
         job("generate", [*generate, "-o", "out"]),
         job("merge", ["merge", "out", "--quiet", "--webdataset"], inputs=folder / "whole"),
         job("analyse", ["analyse", scene, "-o", "out/bed.epm"]),
@@ -400,7 +402,7 @@ class DamagedCache(Row):
     title = "a cached seafloor cut short or with changed bytes: noticed, never used"
 
     def trial(self, draw):
-        job = draw.choice([j for j in self.jobs if j.name in ("run", "run on tiles")])
+        job = draw.choice([j for j in self.jobs if j.name.startswith("run") and j.name != "run in parts"])
         if not (job.folder / "cache").exists():
             job.finish()
         shutil.rmtree(job.folder / "out")
