@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
 #include <ensonify/engine/seafloor/bed/spectral.h>
 #include <ensonify/engine/seafloor/bed/survey.h>

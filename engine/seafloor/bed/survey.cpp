@@ -62,6 +62,11 @@ constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
 
 bool is_mosaic(const std::filesystem::path& file) { return begins_with(file, "<VRTDataset"); }
 
+bool has_refinements(GDALDataset& dataset) {
+  const char* const found = dataset.GetMetadataItem("HAS_SUPERGRIDS");
+  return found && std::string_view(found) == "TRUE";
+}
+
 /// Finds the files of a VRT mosaic. It may only put local files together: whatever else GDAL would
 /// do for such a file (fetch, call functions, warp, open other mosaics) is refused.
 class SurveyMosaic {
@@ -113,6 +118,16 @@ class SurveyMosaic {
           fmt::format("names '{}', which is no GeoTIFF, BAG, ESRI ASCII grid or netCDF file; only "
                       "mosaics of local files of these formats are read",
                       named.string()));
+    if (begins_with(place, hdf5_signature)) {
+      const std::unique_ptr<GDALDataset> source(
+          GDALDataset::Open(std::filesystem::absolute(place).c_str(), GDAL_OF_RASTER,
+                            drivers.data(), nullptr, nullptr));
+      if (source && has_refinements(*source))
+        fail(
+            fmt::format("names '{}', a BAG of variable resolution, of which a mosaic has the "
+                        "overview alone; write it as a GeoTIFF with `ensonify seafloor`",
+                        named.string()));
+    }
     sources_.push_back(place);
   }
 
@@ -368,8 +383,7 @@ class SurveyReader {
       fail_with_gdal(
           "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF or VRT; is it whole? gdal_translate "
           "makes a GeoTIFF of most other grids");
-    const char* const refined = dataset_->GetMetadataItem("HAS_SUPERGRIDS");
-    has_refinements_ = refined && std::string_view(refined) == "TRUE";
+    has_refinements_ = has_refinements(*dataset_);
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
     band_ = band_of_heights();

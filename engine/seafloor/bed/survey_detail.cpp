@@ -14,6 +14,7 @@
 
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
+#include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/height_blocks.h>
 #include <ensonify/engine/seafloor/bed/spectral.h>
 

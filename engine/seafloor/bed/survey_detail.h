@@ -5,7 +5,6 @@
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
-#include <ensonify/refine/height_tiles.h>
 
 namespace ensonify::engine {
 
@@ -36,14 +35,5 @@ Heightfield grid_with_detail(const Heightfield& survey, const SurveyDetail& deta
 /// the power which the interpolated heights lack. Holes stay holes. Throws std::invalid_argument
 /// for a cell that is not finer than the survey's or makes more than 2^28 points.
 Heightfield with_detail(const Heightfield& survey, const SurveyDetail& detail, std::uint64_t seed);
-
-/// The same in windows of the finer grid, from windows of a survey of this size, with square cells:
-/// the same interpolated heights, and relief of the same statistics. `parts` of the survey are what
-/// its scale is estimated from. Throws std::invalid_argument as with_detail() does, and when
-/// heights are made, what the survey throws.
-refine::HeightTiles::Heights with_detail_in_windows(const Heightfield& survey,
-                                                    refine::HeightTiles::Heights heights,
-                                                    std::span<const Heightfield> parts,
-                                                    const SurveyDetail& detail, std::uint64_t seed);
 
 }  // namespace ensonify::engine

@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/layers/roughness.h>
+#include <ensonify/engine/seafloor/layers/roughness_in_windows.h>
 
 namespace ensonify::engine {
 namespace {

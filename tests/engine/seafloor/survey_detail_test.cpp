@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
+#include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/fractal.h>
 
 #include "engine/seafloor/spectrum.h"

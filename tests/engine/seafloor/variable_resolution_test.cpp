@@ -243,3 +243,19 @@ TEST_CASE("A survey's heights scatter by its uncertainty, if that is wanted") {
   for (std::size_t i = 0; i < once.size(); ++i)
     REQUIRE(twice[i] == Approx(2.0 * once[i]).margin(1e-9));
 }
+
+TEST_CASE("A mosaic of BAGs of variable resolution is refused: it would have their overviews") {
+  const TemporaryFolder folder;
+  Resolution resolution;
+  resolution.fill(2.0f);
+  write_bag(folder / "a.bag", resolution, plane);
+  write_text(folder / "m.vrt",
+             R"(<VRTDataset rasterXSize="4" rasterYSize="3"><SRS>EPSG:32619</SRS>
+<GeoTransform>500000, 32, 0, 4000096, 0, -32</GeoTransform>
+<VRTRasterBand dataType="Float32" band="1"><SimpleSource>
+<SourceFilename relativeToVRT="1">a.bag</SourceFilename><SourceBand>1</SourceBand>
+<SrcRect xOff="0" yOff="0" xSize="4" ySize="3"/><DstRect xOff="0" yOff="0" xSize="4" ySize="3"/>
+</SimpleSource></VRTRasterBand></VRTDataset>)");
+  CHECK_THROWS_WITH(read_survey(folder / "m.vrt", 0.0),
+                    Catch::Contains("a.bag") && Catch::Contains("ensonify seafloor"));
+}
