@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct AnalyseArguments {
   SceneArguments scene;
   fs::path file, cache;
   int threads = 0;
@@ -93,7 +93,7 @@ Made analyse_all(refine::MeshClusters& clusters, int threads, Progress& progress
 
 /// Makes all tiles of a bed that is made in tiles, and, for a run with the surface `refined`,
 /// analyses all clusters. After a stop or a kill, the same command continues.
-void make_tiles(const Arguments& arguments, const Scene& scene, int threads) {
+void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threads) {
   if (!arguments.file.empty())
     throw UsageError(
         "this bed is made in tiles, which stay in the cache: leave --output out, and take --cache "
@@ -140,7 +140,7 @@ void make_tiles(const Arguments& arguments, const Scene& scene, int threads) {
   print_object(json);
 }
 
-void analyse_scene(const Arguments& arguments) {
+void analyse_scene(const AnalyseArguments& arguments) {
   const Scene scene = read_input(arguments.scene);
   if (scene.seafloor.kind == SeafloorKind::progressive)
     throw UsageError(
@@ -198,7 +198,7 @@ void analyse_scene(const Arguments& arguments) {
 }  // namespace
 
 void add_analyse(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<AnalyseArguments>();
   CLI::App& command = *app.add_subcommand(
       "analyse",
       "Write a scene's seafloor, or a mesh (PLY, OBJ, STL, OFF), as a progressive mesh for the key "

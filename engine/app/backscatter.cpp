@@ -38,7 +38,7 @@ constexpr std::array<Parameter, 6> parameters = {
      {"--strength-cm4", &Sediment::strength_cm4,
       "Strength of the roughness spectrum, cm^4, 0 to 1"}}};
 
-struct Arguments {
+struct BackscatterArguments {
   double frequency_hz = 0.0;
   double sound_speed_mps = 0.0;
   std::optional<std::string> sediment;
@@ -49,10 +49,10 @@ struct Arguments {
   std::filesystem::path scene, data_folder;
   std::vector<double> angles_deg = std::vector<double>(90);
 
-  Arguments() { std::iota(angles_deg.begin(), angles_deg.end(), 1.0); }
+  BackscatterArguments() { std::iota(angles_deg.begin(), angles_deg.end(), 1.0); }
 };
 
-Sediment sediment_of(const Arguments& arguments) {
+Sediment sediment_of(const BackscatterArguments& arguments) {
   Sediment sediment;
   if (arguments.sediment) {
     try {
@@ -94,7 +94,7 @@ struct Seabed {
 };
 
 /// A material, with the warnings of a run.
-Seabed seabed_of_material(const Arguments& arguments) {
+Seabed seabed_of_material(const BackscatterArguments& arguments) {
   std::vector<Material> own;
   if (!arguments.scene.empty())
     own = read_scene(arguments.scene, {}, arguments.data_folder).materials;
@@ -110,7 +110,7 @@ Seabed seabed_of_material(const Arguments& arguments) {
   return seabed;
 }
 
-Seabed seabed_of(const Arguments& arguments) {
+Seabed seabed_of(const BackscatterArguments& arguments) {
   if (arguments.material) return seabed_of_material(arguments);
   Seabed seabed{.sediment = sediment_of(arguments)};
   const scatter::BottomModelKind& model = scatter::bottom_model_kind(arguments.model);
@@ -128,7 +128,7 @@ Seabed seabed_of(const Arguments& arguments) {
   return seabed;
 }
 
-void print_backscatter(const Arguments& arguments) {
+void print_backscatter(const BackscatterArguments& arguments) {
   const Seabed seabed = seabed_of(arguments);
   const auto* const bottom = dynamic_cast<const scatter::Bottom*>(seabed.backscatter.get());
   std::string out =
@@ -158,7 +158,7 @@ void print_backscatter(const Arguments& arguments) {
 }  // namespace
 
 void add_backscatter(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BackscatterArguments>();
   CLI::App& command = *app.add_subcommand(
       "backscatter",
       "Print a seabed's backscatter strength over the grazing angle (CSV). Columns: "

@@ -37,7 +37,7 @@ constexpr std::uint64_t slowest_every = 10000;
 constexpr std::uint64_t most_bent_every = 10;
 constexpr std::uint64_t enough_bent = 20000;
 
-struct Arguments {
+struct CheckArguments {
   SceneArguments scene;
   std::filesystem::path cache;
   std::vector<std::string> intersectors;  // empty: all
@@ -140,7 +140,7 @@ std::vector<HeightCandidate> heights(const Simulator& of_mesh, const Simulator& 
   return all;
 }
 
-void check(const Arguments& arguments) {
+void check(const CheckArguments& arguments) {
   std::vector<IntersectorKind> kinds = kinds_of(arguments.intersectors);
   Scene scene = arguments.scene.read();
   const int threads = refine::thread_count(arguments.threads);
@@ -309,7 +309,7 @@ std::string count_of_rays(std::string& text) {
 }  // namespace
 
 void add_check(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CheckArguments>();
   CLI::App& command = *app.add_subcommand(
       "check",
       "Compare every surface (face source) and intersector with the exact reference, on the rays "

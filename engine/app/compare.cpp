@@ -19,7 +19,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::filesystem::path a, b, html;
   std::string sonar_a, sonar_b;
   std::optional<double> limit;
@@ -28,7 +28,7 @@ struct Arguments {
 
 std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.4g}", value); }
 
-void compare(const Arguments& arguments) {
+void compare(const CompareArguments& arguments) {
   const RecordedLine a = read_line(arguments.a, arguments.sonar_a);
   const RecordedLine b = read_line(arguments.b, arguments.sonar_b);
   print_warnings(a.warnings);
@@ -61,7 +61,7 @@ void compare(const Arguments& arguments) {
 }  // namespace
 
 void add_compare(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CompareArguments>();
   CLI::App& command = *app.add_subcommand(
       "compare",
       "Compare how two lines look: recordings (XTF, JSF), folders of runs, or folders of waterfall "

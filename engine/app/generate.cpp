@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct GenerateArguments {
   fs::path recipe, folder, data_folder, cache;
   std::vector<std::string> overrides;
   std::string shard = "0/1";
@@ -70,7 +70,7 @@ bool above_water(const Scene& scene) {
 }
 
 /// --dry-run: draws all samples without making any.
-void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& shard) {
+void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Shard& shard) {
   std::map<std::string, std::size_t> splits;
   std::size_t failed = 0;
   bool unnamed = false;
@@ -116,7 +116,7 @@ void rehearse(const Recipe& recipe, const Arguments& arguments, const Shard& sha
                     failed, recipe.samples()));
 }
 
-void generate_dataset(const Arguments& arguments) {
+void generate_dataset(const GenerateArguments& arguments) {
   const Shard shard = parse_shard("--shard", arguments.shard);
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   if (arguments.dry_run) return rehearse(recipe, arguments, shard);
@@ -155,7 +155,7 @@ void generate_dataset(const Arguments& arguments) {
 }  // namespace
 
 void add_generate(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<GenerateArguments>();
   CLI::App& command =
       *app.add_subcommand("generate", "Make a dataset from its recipe, or continue making it");
   command

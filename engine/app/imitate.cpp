@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ImitateArguments {
   std::vector<fs::path> recordings;
   fs::path folder;
   std::size_t line = 0;
@@ -30,7 +30,7 @@ struct Arguments {
   bool recipe = false, json = false, quiet = false;
 };
 
-RecordedLine chosen_line(const Arguments& arguments) {
+RecordedLine chosen_line(const ImitateArguments& arguments) {
   std::vector<RecordedLine> lines = read_recordings(arguments.recordings);
   const std::size_t number = arguments.line == 0 && lines.size() == 1 ? 1 : arguments.line;
   if (number < 1 || number > lines.size())
@@ -78,7 +78,7 @@ nlohmann::ordered_json as_json(const Imitation& made, const fs::path& folder) {
           {"statistics", statistics}};
 }
 
-void make_imitation(const Arguments& arguments) {
+void make_imitation(const ImitateArguments& arguments) {
   if (fs::exists(arguments.folder))
     throw UsageError(fmt::format("{}: exists already; choose another folder, or remove it",
                                  arguments.folder.string()));
@@ -119,7 +119,7 @@ void make_imitation(const Arguments& arguments) {
 }  // namespace
 
 void add_imitate(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ImitateArguments>();
   CLI::App& command = *app.add_subcommand(
       "imitate",
       "Make a scene that looks as a recorded line (XTF, JSF) does: scene.toml with the files it "

@@ -15,7 +15,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct LiveArguments {
   SceneArguments scene;
   ServerOptions server{.port = 8347};
   std::optional<double> pings_per_s;
@@ -24,7 +24,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-void show(const Arguments& arguments) {
+void show(const LiveArguments& arguments) {
   using namespace std::chrono_literals;
   if (!has_live_server())
     throw std::runtime_error(
@@ -66,7 +66,7 @@ void show(const Arguments& arguments) {
 }  // namespace
 
 void add_live(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<LiveArguments>();
   CLI::App& command = *app.add_subcommand(
       "live", "Watch a scene in a browser as it pings: its image, its mesh, its truth");
   arguments->scene.add_to(command);

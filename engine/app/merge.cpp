@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t max_lines = 10;
 
-struct Arguments {
+struct MergeArguments {
   std::filesystem::path folder;
   bool webdataset = false, json = false, quiet = false;
 };
@@ -33,7 +33,7 @@ std::string intervals(const std::vector<std::size_t>& numbers) {
 
 /// Calls a merge with its progress, which Ctrl-C stops.
 template <class Merge>
-auto watched(const Arguments& arguments, std::string_view pieces, const Merge& merge) {
+auto watched(const MergeArguments& arguments, std::string_view pieces, const Merge& merge) {
   const SignalWatch signals;
   Progress progress(arguments.quiet);
   return merge(arguments.folder, [&](std::size_t done, std::size_t of) {
@@ -44,8 +44,8 @@ auto watched(const Arguments& arguments, std::string_view pieces, const Merge& m
 
 /// Throws std::runtime_error if pieces are missing or damaged, after it listed the damage. The same
 /// command makes what is missing, but not what is damaged.
-void require_whole(const Arguments& arguments, std::string_view pieces, std::string_view command,
-                   const std::vector<std::size_t>& missing,
+void require_whole(const MergeArguments& arguments, std::string_view pieces,
+                   std::string_view command, const std::vector<std::size_t>& missing,
                    const std::vector<std::string>& damaged) {
   if (missing.empty() && damaged.empty()) return;
   for (std::size_t i = 0; i < std::min(max_lines, damaged.size()); ++i)
@@ -62,7 +62,7 @@ void require_whole(const Arguments& arguments, std::string_view pieces, std::str
       command));
 }
 
-void merge_parts(const Arguments& arguments) {
+void merge_parts(const MergeArguments& arguments) {
   const RunMergeReport report = watched(arguments, "parts", merge_run);
   if (arguments.json)
     print_object({{"parts", report.parts},
@@ -75,7 +75,7 @@ void merge_parts(const Arguments& arguments) {
     fmt::print(stderr, "{}: {} parts are complete\n", arguments.folder.string(), report.parts);
 }
 
-void merge_dataset(const Arguments& arguments) {
+void merge_dataset(const MergeArguments& arguments) {
   const MergeReport report =
       watched(arguments, "samples", [&](const auto& folder, const auto& progress) {
         return merge(folder, progress, {.webdataset = arguments.webdataset});
@@ -99,7 +99,7 @@ void merge_dataset(const Arguments& arguments) {
 }  // namespace
 
 void add_merge(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<MergeArguments>();
   CLI::App& command = *app.add_subcommand(
       "merge",
       "Check every file of a dataset, and write its indexes, splits and card; or check every file "

@@ -11,14 +11,14 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct MosaicArguments {
   std::vector<std::filesystem::path> runs;
   std::filesystem::path file;
   MosaicOptions options;
   bool quiet = false;
 };
 
-void write_mosaic(const Arguments& arguments) {
+void write_mosaic(const MosaicArguments& arguments) {
   if (const auto kind = arguments.file.extension(); kind != ".tif" && kind != ".tiff")
     throw UsageError(fmt::format("{}: a mosaic is written as .tif, not as '{}'",
                                  arguments.file.string(), kind.string()));
@@ -43,7 +43,7 @@ void write_mosaic(const Arguments& arguments) {
 }  // namespace
 
 void add_mosaic(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<MosaicArguments>();
   MosaicOptions& options = arguments->options;
   CLI::App& command = *app.add_subcommand(
       "mosaic", "Lay one sonar of one or several runs on the ground, as a GeoTIFF");

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct PreviewArguments {
   fs::path recipe, file, data_folder, cache;
   std::vector<std::string> overrides;
   int samples = 16, threads = 0;
@@ -38,7 +38,7 @@ struct Scratch {
   }
 };
 
-void make_preview(const Arguments& arguments) {
+void make_preview(const PreviewArguments& arguments) {
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
   const Scratch scratch(arguments.file);
   const std::size_t wanted =
@@ -65,7 +65,7 @@ void make_preview(const Arguments& arguments) {
 }  // namespace
 
 void add_preview(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<PreviewArguments>();
   CLI::App& command = *app.add_subcommand(
       "preview",
       "Draw a contact sheet of a recipe's samples and their labels. Ctrl-C ends "

@@ -20,19 +20,19 @@ constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double between_rows_m = 1e-4;  // largest distance of the ray from a line between rows
 constexpr int max_rows = 2000000;        // about 200 MB of text
 
-struct Arguments {
+struct RayArguments {
   std::filesystem::path profile;
   double source_depth_m = 0.0;
   std::optional<double> launch_deg, range_m, target_range_m, target_depth_m, bottom_depth_m;
 };
 
-scatter::SoundRay launched(const scatter::SoundSpeedProfile& profile, const Arguments& arguments,
+scatter::SoundRay launched(const scatter::SoundSpeedProfile& profile, const RayArguments& arguments,
                            double bottom_m) {
   const double rad = *arguments.launch_deg * radians_per_degree;
   return {profile, arguments.source_depth_m, std::cos(rad), std::sin(rad), 0.0, bottom_m};
 }
 
-scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const Arguments& arguments,
+scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const RayArguments& arguments,
                            double bottom_m) {
   const double range_m = *arguments.target_range_m, depth_m = *arguments.target_depth_m;
   const auto found =
@@ -47,7 +47,7 @@ scatter::SoundRay eigenray(const scatter::SoundSpeedProfile& profile, const Argu
 }
 
 /// Prints the ray as rows so close that it is straight between them (within between_rows_m).
-void print_path(scatter::SoundRay ray, double range_m, const Arguments& arguments,
+void print_path(scatter::SoundRay ray, double range_m, const RayArguments& arguments,
                 const scatter::SoundSpeedProfile& profile) {
   std::string out = "range_m,depth_m,time_s,path_m,angle_deg,loss_db\n";
   double upper_m = arguments.source_depth_m, lower_m = upper_m;
@@ -83,7 +83,7 @@ void print_path(scatter::SoundRay ray, double range_m, const Arguments& argument
   print(out);
 }
 
-void print_ray(const Arguments& arguments) {
+void print_ray(const RayArguments& arguments) {
   const scatter::SoundSpeedProfile profile = read_profile(arguments.profile);
   const double bottom_m = arguments.bottom_depth_m.value_or(inf);
   if (arguments.source_depth_m > bottom_m)
@@ -102,7 +102,7 @@ void print_ray(const Arguments& arguments) {
 }  // namespace
 
 void add_ray(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RayArguments>();
   CLI::App& command = *app.add_subcommand(
       "ray",
       "Trace a sound ray through a cast (a sound speed profile), either from a launch angle or to "

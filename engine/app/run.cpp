@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct RunArguments {
   SceneArguments scene;
   fs::path folder;
   std::optional<std::string> surface, intersector, seed;
@@ -132,7 +132,7 @@ void print_json(const RunReport& report, const fs::path& folder, int threads) {
   print_object(json);
 }
 
-void run_scene(Arguments arguments) {
+void run_scene(RunArguments arguments) {
   std::vector<std::string>& overrides = arguments.scene.overrides;
   if (arguments.surface) overrides.push_back("run.surface=" + *arguments.surface);
   if (arguments.intersector) overrides.push_back("run.intersector=" + *arguments.intersector);
@@ -177,7 +177,7 @@ void run_scene(Arguments arguments) {
 }  // namespace
 
 void add_run(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RunArguments>();
   CLI::App& command = *app.add_subcommand("run", "Simulate a scene and write its sidescan images");
   arguments->scene.add_to(command);
   command

@@ -7,14 +7,14 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct SchemaArguments {
   bool json = false, recipe = false;
 };
 
 }  // namespace
 
 void add_schema(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SchemaArguments>();
   CLI::App* command =
       app.add_subcommand("schema", "Print all keys of a scene file with unit, range and default");
   CLI::Option* json = command->add_flag(

@@ -16,7 +16,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct SeafloorArguments {
   SceneArguments scene;
   std::filesystem::path file;
   MemoryLimit memory;
@@ -26,7 +26,7 @@ void stop_if_asked() {
   if (SignalWatch::caught() != 0) throw Stopped("stopped on request; nothing was written");
 }
 
-void write_seafloor(const Arguments& arguments) {
+void write_seafloor(const SeafloorArguments& arguments) {
   const std::string kind = arguments.file.extension().string();
   if (kind != ".ply" && kind != ".npy" && kind != ".tif")
     throw UsageError(fmt::format("{}: a seafloor is written as .ply, .npy or .tif, not as '{}'",
@@ -53,7 +53,7 @@ void write_seafloor(const Arguments& arguments) {
 }  // namespace
 
 void add_seafloor(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SeafloorArguments>();
   CLI::App& command = *app.add_subcommand(
       "seafloor",
       "Write a scene's seafloor as a mesh in world metres (.ply); as heights relative to the sea "

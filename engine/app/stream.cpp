@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 /// Of requests and answers. A program that reads it knows whether it can talk to this one.
 constexpr int protocol = 1;
 
-struct Arguments {
+struct StreamArguments {
   SceneArguments scene;
   fs::path cache;
   MemoryLimit memory;
@@ -43,7 +43,7 @@ struct Arguments {
 /// A session that reads poses and writes echo lines.
 class PoseSession {
  public:
-  explicit PoseSession(const Arguments& arguments)
+  explicit PoseSession(const StreamArguments& arguments)
       : arguments_(arguments),
         source_(SessionScene::of_file(arguments.scene.file, arguments.scene.overrides,
                                       arguments.scene.data_folder)),
@@ -94,7 +94,7 @@ class PoseSession {
     return scene;
   }
 
-  static Simulator make_simulator(const Scene& scene, const Arguments& arguments) {
+  static Simulator make_simulator(const Scene& scene, const StreamArguments& arguments) {
     Progress progress(arguments.quiet);
     return Simulator(scene,
                      {.cache = arguments.cache,
@@ -184,7 +184,7 @@ class PoseSession {
     print(json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
 
-  Arguments arguments_;
+  StreamArguments arguments_;
   SessionScene source_;
   const Scene scene_;  // without later changes
   Simulator simulator_;
@@ -224,7 +224,7 @@ class InputLines {
   std::array<char, 65536> buffer_;
 };
 
-void stream(const Arguments& arguments) {
+void stream(const StreamArguments& arguments) {
   const SignalWatch signals(true);
   PoseSession stream(arguments);
   InputLines lines;
@@ -252,7 +252,7 @@ void stream(const Arguments& arguments) {
 }  // namespace
 
 void add_stream(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<StreamArguments>();
   CLI::App& command = *app.add_subcommand(
       "stream", "Read poses from stdin as JSON lines, ping at each, and write the echo lines");
   arguments->scene.add_to(command);

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t longest_line = 1 << 20;
+constexpr std::size_t longest_request = 1 << 20;
 
 /// The fields of a request. Each is taken once; fields left over are an error.
 class Fields {
@@ -91,7 +91,7 @@ std::vector<KeyValue> key_values(const Json& keys) {
 
 StreamRequest read_stream_request(const std::string& line) {
   using Kind = StreamRequest::Kind;
-  if (line.size() > longest_line) throw std::invalid_argument("the line is longer than 1 MiB");
+  if (line.size() > longest_request) throw std::invalid_argument("the line is longer than 1 MiB");
   require_shallow_json(line);
   Json json = Json::parse(line, nullptr, /* exceptions: */ false);
   if (json.is_discarded())

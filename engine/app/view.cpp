@@ -22,7 +22,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct ViewArguments {
   SceneArguments scene;
   std::filesystem::path file;
   std::optional<std::size_t> ping;
@@ -30,7 +30,7 @@ struct Arguments {
   MemoryLimit memory;
 };
 
-void view_scene(const Arguments& arguments) {
+void view_scene(const ViewArguments& arguments) {
   if (arguments.file.extension() != ".png")
     throw UsageError(
         fmt::format("{}: a view is written as PNG, expected FILE.png", arguments.file.string()));
@@ -73,7 +73,7 @@ void view_scene(const Arguments& arguments) {
 }  // namespace
 
 void add_view(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ViewArguments>();
   CLI::App& command = *app.add_subcommand(
       "view",
       "Draw one ping of a scene: the sonar above the seafloor, its fans, and the mesh refined for "

@@ -14,7 +14,7 @@
 namespace ensonify::engine::app {
 namespace {
 
-struct Arguments {
+struct WaterArguments {
   scatter::SeaWater water;
   std::optional<double> depth_m, pressure_dbar;
   double latitude_deg = 45.0;
@@ -45,7 +45,7 @@ std::string warnings(std::string_view formula, const scatter::FittedWater& fit,
   return lines;
 }
 
-void print_water(const Arguments& arguments) {
+void print_water(const WaterArguments& arguments) {
   const auto& water = arguments.water;
   const double latitude_rad = arguments.latitude_deg * std::numbers::pi / 180.0;
   const double depth_m = arguments.depth_m
@@ -80,7 +80,7 @@ void print_water(const Arguments& arguments) {
 }  // namespace
 
 void add_water(CLI::App& app, Action& action) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<WaterArguments>();
   CLI::App& command =
       *app.add_subcommand("water",
                           "Print the sound speed in sea water and, for a frequency, the "

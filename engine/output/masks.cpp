@@ -1,7 +1,6 @@
 #include <ensonify/engine/output/masks.h>
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
@@ -22,7 +21,7 @@ std::vector<std::byte> encode_png8(const Waterfall& waterfall,
 }
 
 std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {
-  std::vector<bool> there(std::numeric_limits<std::uint16_t>::max() + 1);
+  std::vector<bool> there(pixels.empty() ? 0 : std::ranges::max(pixels) + std::size_t{1});
   for (const std::uint16_t pixel : pixels) there[pixel] = true;
   std::vector<std::uint16_t> numbers;
   for (std::size_t i = 0; i < there.size(); ++i)

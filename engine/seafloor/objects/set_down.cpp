@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/objects/laid_line.h>
@@ -35,21 +36,32 @@ Plane plane_below(const refine::Bounds& box, const BedGrid& bed) {
   constexpr int samples = 8;  // a side
   const Vector2d low = box.lowest.head<2>().cast<double>();
   const Vector2d size = box.highest.head<2>().cast<double>() - low;
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  Vector3d sums = Vector3d::Zero();
+  std::vector<Vector3d> ground;  // from the middle of the box
+  Vector3d middle = Vector3d::Zero();
   for (int i = 0; i < samples; ++i)
     for (int j = 0; j < samples; ++j) {
       const Vector2d from = size.cwiseProduct(Vector2d(i + 0.5, j + 0.5) / samples) - 0.5 * size;
       const Vector2d place = low + 0.5 * size + from;
       const double z = bed.height_m(place.x(), place.y());
       if (std::isnan(z)) continue;
-      const Vector3d row(1.0, from.x(), from.y());
-      squares += row * row.transpose();
-      sums += z * row;
+      ground.emplace_back(from.x(), from.y(), z);
+      middle += ground.back();
     }
-  if (squares(0, 0) == 0.0) return {std::numeric_limits<double>::quiet_NaN()};
-  const Vector3d fit = squares.completeOrthogonalDecomposition().solve(sums);
-  return {fit[0], fit.tail<2>()};
+  if (ground.empty()) return {std::numeric_limits<double>::quiet_NaN()};
+  middle /= static_cast<double>(ground.size());
+  double xx = 0.0, xy = 0.0, yy = 0.0, xz = 0.0, yz = 0.0;
+  for (const Vector3d& p : ground) {
+    const Vector3d d = p - middle;
+    xx += d.x() * d.x(), xy += d.x() * d.y(), yy += d.y() * d.y();
+    xz += d.x() * d.z(), yz += d.y() * d.z();
+  }
+  // Places on one line leave the slope across it open; so little more makes it zero.
+  const double little = 1e-9 * (xx + yy);
+  xx += little, yy += little;
+  const double determinant = xx * yy - xy * xy;
+  if (!(determinant > 0.0)) return {middle.z()};  // one place
+  const Vector2d slope = Vector2d(yy * xz - xy * yz, xx * yz - xy * xz) / determinant;
+  return {middle.z() - slope.dot(middle.head<2>()), slope};
 }
 
 /// The distance by which an object can be lowered until it touches the bed; negative if it must be

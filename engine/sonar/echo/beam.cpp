@@ -1,6 +1,7 @@
 #include <ensonify/engine/sonar/echo/beam.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -34,17 +35,25 @@ void fill_row(const Shading& shading, double nearness, double step, std::span<fl
     re[i] = 2.0 * weight * du / 3.0 * std::cos(phase);
     im[i] = 2.0 * weight * du / 3.0 * std::sin(phase);
   }
-  for (std::size_t column = 0; column < row.size(); ++column) {
-    const double turn = std::cos(2.0 * std::numbers::pi * du * step * static_cast<double>(column));
-    double now = 1.0, before = turn, sum_re = 0.0, sum_im = 0.0;
-    for (std::size_t i = 0; i < re.size(); ++i) {
-      sum_re += re[i] * now;
-      sum_im += im[i] * now;
-      const double next = 2.0 * turn * now - before;
-      before = now;
-      now = next;
+  // Some columns at a time, because each of a column's steps waits for the one before.
+  constexpr std::size_t together = 8;
+  for (std::size_t first = 0; first < row.size(); first += together) {
+    std::array<double, together> turn, now, before, sum_re{}, sum_im{};
+    for (std::size_t c = 0; c < together; ++c) {
+      turn[c] = std::cos(2.0 * std::numbers::pi * du * step * static_cast<double>(first + c));
+      now[c] = 1.0, before[c] = turn[c];
     }
-    row[column] = static_cast<float>((sum_re * sum_re + sum_im * sum_im) * (1.0 + 2.0 * nearness));
+    for (std::size_t i = 0; i < re.size(); ++i)
+      for (std::size_t c = 0; c < together; ++c) {
+        sum_re[c] += re[i] * now[c];
+        sum_im[c] += im[i] * now[c];
+        const double next = 2.0 * turn[c] * now[c] - before[c];
+        before[c] = now[c];
+        now[c] = next;
+      }
+    for (std::size_t c = 0; c < std::min(together, row.size() - first); ++c)
+      row[first + c] = static_cast<float>((sum_re[c] * sum_re[c] + sum_im[c] * sum_im[c]) *
+                                          (1.0 + 2.0 * nearness));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -162,13 +163,23 @@ std::complex<double> Shading::field(double x, double nearness) const {
   // sixteenth where side lobes may be low.
   const int least = 32 + 2 * static_cast<int>(4.0 * (std::abs(nearness) + std::abs(x)));
   const int steps = uniform() ? least : whole_steps(2 * least);
-  std::complex<double> sum = 0.0;
-  for (int i = 0; i <= steps; ++i) {
-    const double u = static_cast<double>(i) / steps - 0.5;
-    const double rule = i == 0 || i == steps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-    sum += std::polar(rule / (3.0 * steps), 2.0 * pi * (nearness * u * u - x * u)) * at(u);
+  // The two halves of the array are alike, so the sum is over u = k / steps from the middle to one
+  // end. The turns by 2 pi F u^2 and the cosines of 2 pi x u follow by recurrences.
+  const int half = steps / 2;
+  const double du = 1.0 / steps;
+  const std::complex<double> turn_of_turn = std::polar(1.0, 4.0 * pi * nearness * du * du);
+  std::complex<double> turned = 1.0, turn = std::polar(1.0, 2.0 * pi * nearness * du * du),
+                       sum = 0.0;
+  const double cos_step = std::cos(2.0 * pi * x * du);
+  double cosine = 1.0, cosine_before = cos_step;
+  for (int k = 0; k <= half; ++k) {
+    const double rule = k == half ? 1.0 : (half + k) % 2 == 1 ? 4.0 : 2.0;
+    sum += (k == 0 ? 1.0 : 2.0) * rule * at(k * du) * cosine * turned;
+    turned *= turn;
+    turn *= turn_of_turn;
+    cosine_before = std::exchange(cosine, 2.0 * cos_step * cosine - cosine_before);
   }
-  return sum;
+  return sum * (du / 3.0);
 }
 
 double Shading::null_x(int number) const {
