@@ -118,7 +118,9 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
     for (const char* key : {"vertical_beamwidth_deg", "tilt_deg"})
       note(std::string("sonar.sidescan.") + key, Confidence::stated, "of the channel");
   }
-  if (std::isnan(range_slope_db(line, model.recorder)))
+  model.range_slope_db = range_slope_db(line, model.recorder);
+  model.levels_db = grazing_levels_of_sides(line, model.recorder);
+  if (std::isnan(model.range_slope_db))
     unknown.emplace_back(
         "the gain over range apart from the vertical beam: the altitude is nearly "
         "constant");
@@ -153,7 +155,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   model.path = vehicle_path(made.line);
   model.bed = bed_extent(model);
   model.tones = tone_map(some_pings(made.line, half), some_pings(model.path, half), model.recorder,
-                         model.bed.east_m, model.bed.north_m);
+                         model.range_slope_db, model.bed.east_m, model.bed.north_m);
   const bool beam_is_stated = made.line.vertical_beamwidth_rad > 0.0 && made.line.tilt_rad;
 
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {

@@ -25,15 +25,10 @@ struct Figures {
   std::map<std::string, double> statistics;
   std::array<GrazingLevels, 2> levels;
 
-  Figures(const RecordedLine& line, const RecorderSigns& recorder) {
+  Figures(const RecordedLine& line, const RecorderSigns& recorder)
+      : levels(grazing_levels_of_sides(line, recorder)) {
     for (LineStatistic& one : line_statistics(line, 0, line.pings.size()))
       statistics[one.name] = one.value;
-    for (const Side side : {Side::port, Side::starboard}) {
-      GrazingLevels& its = levels[static_cast<std::size_t>(side)];
-      its.fill(std::numeric_limits<double>::quiet_NaN());
-      if (!line.side(side).empty())
-        its = grazing_levels(line, side, recorder, 0, line.pings.size());
-    }
   }
   double operator[](const std::string& name) const { return statistics.at(name); }
 };
@@ -85,10 +80,7 @@ double mean_of(const std::vector<double>& values) {
 
 class Fit {
  public:
-  Fit(LineModel& model, const RecordedLine& line)
-      : model_(model),
-        real_(line, model.recorder),
-        range_slope_db_(range_slope_db(line, model.recorder)) {
+  Fit(LineModel& model, const RecordedLine& line) : model_(model), real_(line, model.recorder) {
     begin_pulse();
   }
 
@@ -99,7 +91,7 @@ class Fit {
     RecorderSigns unscaled = model_.recorder;
     unscaled.ping_mean = 0.0;
     model_.range_law =
-        corrected_law(model_.range_law, range_slope_db_, range_slope_db(ours, unscaled),
+        corrected_law(model_.range_law, model_.range_slope_db, range_slope_db(ours, unscaled),
                       model_.absorption_db_per_m, model_.range_m);
     const double off_m = real_["first_return_m"] - is["first_return_m"];
     if (std::isfinite(off_m))
@@ -116,7 +108,7 @@ class Fit {
     for (std::size_t i = 0; i < grazing_cells; ++i) {
       std::vector<double> sides;
       for (const std::size_t side : {0u, 1u})
-        if (const double off = real_.levels[side][i] - is.levels[side][i]; std::isfinite(off))
+        if (const double off = model_.levels_db[side][i] - is.levels[side][i]; std::isfinite(off))
           sides.push_back(off);
       both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
     }
@@ -143,7 +135,7 @@ class Fit {
       std::vector<double>& vertical = model_.vertical_db[side];
       vertical.clear();
       for (std::size_t i = 0; i < grazing_cells; ++i)
-        vertical.push_back(real_.levels[side][i] - is.levels[side][i] +
+        vertical.push_back(model_.levels_db[side][i] - is.levels[side][i] +
                            strength_change_db(before, i) - mean_of(offsets));
       fill(vertical);
       for (std::size_t i = 0; i < grazing_cells; ++i)
@@ -352,7 +344,6 @@ class Fit {
 
   LineModel& model_;
   Figures real_;
-  double range_slope_db_;
   double even_contrast_ = 0.0;  ///< of the last simulation without texture
 };
 
@@ -365,7 +356,10 @@ void fit_line(LineModel& model, const RecordedLine& line, const std::filesystem:
   constexpr int plain_rounds = 3;
   for (int round = 0; round < rounds; ++round) {
     LineModel tried = model;
-    if (round < plain_rounds) tried.recorder.ping_mean = 0.0;  // levels relative to the gain
+    if (round < plain_rounds) {
+      tried.recorder.ping_mean = 0.0;  // levels relative to the gain
+      tried.tones.steps.clear();       // compared with levels of more pings than are simulated
+    }
     double gain_db = 0.0;
     const RecordedLine ours = simulated_line(tried, folder, threads, begins(round), &gain_db);
     if (round < plain_rounds - 1)

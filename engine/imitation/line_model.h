@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,6 +26,9 @@ struct LineModel {
   VehiclePath path;
   RecorderSigns recorder;
   RangeLaw range_law;
+  /// Of the recording: range_slope_db() and grazing_levels_of_sides().
+  double range_slope_db = std::numeric_limits<double>::quiet_NaN();
+  std::array<GrazingLevels, 2> levels_db{};
   double sound_speed_mps = 1500.0, absorption_db_per_m = 0.0;
   double frequency_hz = 400e3, range_m = 50.0, array_length_m = 0.5;
   Pulse pulse{.bandwidth_hz = 20e3};

@@ -286,6 +286,17 @@ GrazingLevels grazing_levels(const RecordedLine& line, Side side, const Recorder
   return sums;
 }
 
+std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
+                                                     const RecorderSigns& recorder) {
+  std::array<GrazingLevels, 2> levels;
+  for (const Side side : {Side::port, Side::starboard}) {
+    GrazingLevels& its = levels[static_cast<std::size_t>(side)];
+    its.fill(unknown);
+    if (!line.side(side).empty()) its = grazing_levels(line, side, recorder, 0, line.pings.size());
+  }
+  return levels;
+}
+
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder) {
   // Where each ping is scaled, its level is taken over the water column's, which was scaled with
   // it.

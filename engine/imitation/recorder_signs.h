@@ -43,6 +43,10 @@ using GrazingLevels = std::array<double, grazing_cells>;
 GrazingLevels grazing_levels(const RecordedLine& line, Side side, const RecorderSigns& recorder,
                              std::size_t first, std::size_t end, std::size_t enough = 60);
 
+/// Of all pings, to port and to starboard; NaN for a side that is not there.
+std::array<GrazingLevels, 2> grazing_levels_of_sides(const RecordedLine& line,
+                                                     const RecorderSigns& recorder);
+
 /// How the level of the bed at one grazing angle changes with range as the altitude changes, dB per
 /// factor of ten; NaN if the altitude changes too little.
 double range_slope_db(const RecordedLine& line, const RecorderSigns& recorder);

@@ -17,6 +17,7 @@ constexpr std::size_t block_pings = 8, block_samples = 16;
 struct Spot {
   Eigen::Vector2d place_m;
   std::size_t cell;  // of grazing angle
+  double decades;    // of the range in metres
   double level_db;
 };
 
@@ -52,7 +53,7 @@ std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePat
                        std::min(static_cast<std::size_t>(std::asin(altitude_m / range_m) / degree /
                                                          grazing_cell_deg),
                                 grazing_cells - 1),
-                       10.0 * std::log10(power)});
+                       std::log10(range_m), 10.0 * std::log10(power)});
     }
   }
   return spots;
@@ -76,7 +77,7 @@ std::optional<double> mean_around(const ToneMap& map, const std::vector<double>&
 }  // namespace
 
 ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
-                 double extent_east_m, double extent_north_m) {
+                 double range_slope_db, double extent_east_m, double extent_north_m) {
   ToneMap map;
   const double range_m = line.pings.front().range_m;
   const double tile_m = std::max({1.0, range_m / 30.0, extent_east_m / 500.0});
@@ -86,11 +87,15 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
       std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(extent_north_m / side_m)));
   const double north_side_m = extent_north_m / static_cast<double>(map.rows);
   std::vector<double> sums(map.columns * map.rows, 0.0), counts(sums.size(), 0.0);
+  // Where the altitude changes, the gain over range changes the level at an angle; that is no tone.
+  const double slope_db =
+      recorder.ping_mean == 0.0 && std::isfinite(range_slope_db) ? range_slope_db : 0.0;
   for (const Side side : {Side::port, Side::starboard}) {
     if (line.side(side).empty()) continue;
-    const std::vector<Spot> spots = spots_of(line, side, path, recorder.full_scale);
+    std::vector<Spot> spots = spots_of(line, side, path, recorder.full_scale);
     std::array<double, grazing_cells> mean{}, number{};
-    for (const Spot& spot : spots) {
+    for (Spot& spot : spots) {
+      spot.level_db -= slope_db * spot.decades;
       mean[spot.cell] += spot.level_db;
       number[spot.cell] += 1.0;
     }

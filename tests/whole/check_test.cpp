@@ -47,8 +47,8 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
           "[slow]") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
-  const auto check = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), {"check", "tiny.toml", "--quiet", "--rays", "3e4"});
+  const auto check = [&](std::vector<std::string> more, const char* rays = "1e4") {
+    more.insert(more.begin(), {"check", "tiny.toml", "--quiet", "--rays", rays});
     return run_program(folder.path(), more);
   };
   const Outcome table = check({"--threads", "1"});
@@ -61,7 +61,7 @@ TEST_CASE("check compares every intersector with the reference, and finds nothin
   CHECK(check({"--threads", "3"}).out == table.out);
   CHECK(check({"-D", "seed=2"}).out != table.out);
 
-  const Outcome json = check({"--json"});
+  const Outcome json = check({"--json"}, "3e4");
   CHECK(json.code == 0);
   const auto report = nlohmann::json::parse(json.out);
   CHECK(report["reference"] == "pluecker");

@@ -145,14 +145,18 @@ burst_m = 0.8
   const Outcome outcome =
       run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "b", "--json", "--quiet"});
   REQUIRE(outcome.code == 0);
-  const json keys = json::parse(outcome.out)["keys"];
+  const json all = json::parse(outcome.out);
+  const json& keys = all["keys"];
   CHECK(value_of(keys, "material.bed.texture_shape") == Approx(0.3).epsilon(0.3));
   CHECK(value_of(keys, "material.bed.glint_share") == Approx(0.15).margin(0.05));
   // Its leakage is seen over twice that range.
   CHECK(value_of(keys, "arrivals.burst_m") == Approx(0.8).margin(0.1));
   CHECK(value_of(keys, "sonar.sidescan.looks") == 2);
   // The ground's own changes of level pass for gain in part.
-  CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(5.0));
+  CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(3.0));
+  const std::vector<std::string> near = all["materials"];
+  CAPTURE(near);
+  CHECK(std::ranges::find(near, "sandy gravel") - near.begin() < 3);
 }
 
 TEST_CASE("what imitate cannot use it refuses, and leaves nothing") {

@@ -50,10 +50,13 @@ class Forks {
       // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
       const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
-      const double away = std::hypot(dx, dy) / reach_m;
-      if (away >= 1.0) return;
-      const double rest = std::min(1.0, 2.0 * (1.0 - away));  // whole as far as the pair reaches
-      const double window = rest * rest * (3.0 - 2.0 * rest);
+      double window = 1.0;  // as far as the pair reaches, and then it falls
+      if (dx * dx + dy * dy > 0.249 * reach_m * reach_m) {
+        const double away = std::hypot(dx, dy) / reach_m;
+        if (away >= 1.0) return;
+        const double rest = std::min(1.0, 2.0 * (1.0 - away));
+        window = rest * rest * (3.0 - 2.0 * rest);
+      }
       const std::size_t point = grid_.index(column, row);
       turns_[point] +=
           sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);

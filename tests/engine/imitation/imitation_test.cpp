@@ -322,11 +322,11 @@ TEST_CASE("a darker part of the bed is on the map of tones where it is") {
   RecordedLine line = made_line({.pings = 800});
   VehiclePath path = vehicle_path(line);
   for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
-  CHECK(tone_map(line, path, recorder_signs(line), 104.0, 184.0).steps.empty());
+  CHECK(tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0).steps.empty());
   // 12 dB darker to starboard in the northern half: the line goes north.
   for (std::size_t ping = 400; ping < 800; ++ping)
     for (std::size_t k = 90; k < samples; ++k) line.starboard[ping * samples + k] *= 0.25f;
-  const ToneMap map = tone_map(line, path, recorder_signs(line), 104.0, 184.0);
+  const ToneMap map = tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
   const auto step_at = [&](double east_m, double north_m) {
     const auto column = static_cast<std::size_t>((east_m / 104.0 + 0.5) * double(map.columns));
@@ -338,6 +338,18 @@ TEST_CASE("a darker part of the bed is on the map of tones where it is") {
   CHECK(step_at(30.0, -20.0) >= 1);
   CHECK(step_at(-30.0, 20.0) == 0);
   CHECK(step_at(-30.0, -20.0) == 0);
+}
+
+TEST_CASE("gain over range on a changing altitude makes no tones") {
+  // At each angle the level changes by 20 dB per factor of ten in range, here by 10 dB.
+  const RecordedLine line = made_line({.pings = 800, .altitude_m = &varied_m, .spreading = 50.0});
+  VehiclePath path = vehicle_path(line);
+  for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
+  const RecorderSigns recorder = recorder_signs(line);
+  const double slope_db = range_slope_db(line, recorder);
+  CHECK(slope_db == Approx(20.0).margin(1.0));
+  CHECK(tone_map(line, path, recorder, slope_db, 104.0, 184.0).steps.empty());
+  CHECK_FALSE(tone_map(line, path, recorder, 0.0, 104.0, 184.0).steps.empty());
 }
 
 TEST_CASE(
