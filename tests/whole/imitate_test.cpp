@@ -148,12 +148,14 @@ burst_m = 0.8
   const json all = json::parse(outcome.out);
   const json& keys = all["keys"];
   CHECK(value_of(keys, "material.bed.texture_shape") == Approx(0.3).epsilon(0.3));
-  CHECK(value_of(keys, "material.bed.glint_share") == Approx(0.15).margin(0.05));
+  // Over four seeds of this scene it is 0.09 to 0.26.
+  CHECK(value_of(keys, "material.bed.glint_share") == Approx(0.15).margin(0.12));
   // Its leakage is seen over twice that range.
   CHECK(value_of(keys, "arrivals.burst_m") == Approx(0.8).margin(0.1));
   CHECK(value_of(keys, "sonar.sidescan.looks") == 2);
-  // The ground's own changes of level pass for gain in part.
-  CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(3.0));
+  // The ground's own changes of level pass for gain in part: 29 to 33 over four seeds. The material
+  // is the first, the first, the third and the eleventh of them.
+  CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(3.5));
   const std::vector<std::string> near = all["materials"];
   CAPTURE(near);
   CHECK(std::ranges::find(near, "sandy gravel") - near.begin() < 3);
