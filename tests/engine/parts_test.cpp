@@ -106,6 +106,7 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
   const ScenePings all = ping_all(scene, whole, 1);
   const TrackPings track(scene, simulator);
   const RunParts parts = equal_parts(track.count(), 7);
+  std::mutex mutex;
   std::size_t next = 0, rows = 0;
   std::uint64_t rays = 0, hits = 0;
   ping_parts(scene, simulator, track, 3,
@@ -115,6 +116,8 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
               },
               .finished =
                   [&](const PingRange& range, ScenePings pings, const Simulator&) {
+                    // Several threads call this, and Catch takes assertions from one at a time.
+                    const std::lock_guard lock(mutex);
                     const Waterfall &a = all.images.front(), &b = pings.images.front();
                     const std::size_t first = beams * range.first;
                     REQUIRE(b.first_ping == first);
@@ -134,8 +137,6 @@ TEST_CASE("the rows of parts are those of the whole track, bit by bit, and count
                       CHECK(one.interval_s == other.interval_s);
                       CHECK(one.artefacts.bits == other.artefacts.bits);
                     }
-                    static std::mutex mutex;
-                    const std::lock_guard lock(mutex);
                     rows += b.rows();
                     rays += pings.rays;
                     hits += pings.hits;
