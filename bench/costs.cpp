@@ -82,12 +82,10 @@ void measure_labels(std::vector<CostMeasurement>& results, std::string_view filt
                       .heading_rad = 1.5707963};
       pinger.aim(pose, 45.0);
       for (const Side side : {Side::port, Side::starboard}) {
+        pinger.trace(*tracer, labelled.mesh, 0, side);
         if (looking)
-          looking->look(pinger.fan(side), labelled.mesh,
-                        pinger.trace_hits(*tracer, labelled.mesh, 0, side),
+          looking->look(pinger.fan(side), labelled.mesh, pinger.runs(labelled.mesh, side),
                         static_cast<std::uint64_t>(i));
-        else
-          pinger.trace(*tracer, labelled.mesh, 0, side);
         pinger.echo(labelled.mesh, side, line);
       }
     }

@@ -78,7 +78,9 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
                     pose.velocity_mps.norm(), sound_speed_mps()));
   StopWatch watch;
   refine::SpareThreads* spare = std::exchange(worker.spare, nullptr);
-  const Intersector& intersector = worker.face_source.prepare(aim(pose));
+  const std::span<const RayFan> fans = aim(pose);
+  const Intersector& intersector = worker.needs_hits() ? worker.face_source.prepare(fans)
+                                                       : worker.face_source.prepare_runs(fans);
   const refine::Triangles triangles = worker.face_source.triangles();
   if (spare && spare->any()) {
     look_ahead(*spare);
@@ -95,12 +97,10 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     const std::span<EchoLine> lines = std::span(worker.lines).subspan(first_line, sides);
     for (EchoLine& line : lines) {
       const std::uint64_t version = worker.face_source.version();
-      if (worker.visibility_counters.empty())
-        tracer.trace(intersector, triangles, version, line.side);
-      else
-        worker.visibility_counters[i].look(
-            tracer.fan(line.side), triangles,
-            tracer.trace_hits(intersector, triangles, version, line.side), number);
+      tracer.trace(intersector, triangles, version, line.side);
+      if (!worker.visibility_counters.empty())
+        worker.visibility_counters[i].look(tracer.fan(line.side), triangles,
+                                           tracer.runs(triangles, line.side), number);
       watch.lap(worker.times.trace_s);
       tracer.echo(triangles, line.side, line);
       watch.lap(worker.times.echo_s);

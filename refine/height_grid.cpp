@@ -123,7 +123,8 @@ HeightGrid::HeightGrid(std::shared_ptr<HeightTiles> tiles)
   counts_ = {2 * cells,
              shape.x_m.size() * shape.y_m.size(),
              shape.mean_height_m,
-             {{x_.front(), y_.front(), shape.lowest_m}, {x_.back(), y_.back(), shape.highest_m}}};
+             {{x_.front(), y_.front(), shape.lowest_m}, {x_.back(), y_.back(), shape.highest_m}},
+             std::numeric_limits<double>::infinity()};
   make_levels(in_file_->ranges());
 }
 
@@ -327,6 +328,43 @@ void HeightGridBuilder::count_vertices(std::span<const std::uint64_t> north) {
   vertices_ += carry;
 }
 
+/// From the greatest steps along the rows and the columns: every face has one edge of each.
+double HeightGridBuilder::steepest() const {
+  constexpr auto points = static_cast<std::size_t>(HeightGrid::tile_points);
+  float greatest_x = 0.0f, greatest_y = 0.0f;
+  for (int tile_row = 0; tile_row < grid_.tile_rows(); ++tile_row)
+    for (int tile_column = 0; tile_column < grid_.tile_columns(); ++tile_column) {
+      const Tile& tile = tiles_[grid_.tile_number(tile_column, tile_row)];
+      const auto in_tile = [](int all, int tile_number) {
+        return static_cast<std::size_t>(
+            std::min(HeightGrid::tile_points, all - tile_number * HeightGrid::tile_cells));
+      };
+      const std::size_t columns = in_tile(grid_.columns(), tile_column),
+                        rows = in_tile(grid_.rows(), tile_row);
+      for (std::size_t row = 0; row < rows; ++row) {
+        const float* z = &tile.z_m[row * points];
+        const float* north = row + 1 < rows ? z + points : z;
+        // A hole's NaN is never greater.
+        for (std::size_t i = 0; i + 1 < columns; ++i) {
+          const float step = std::abs(z[i + 1] - z[i]);
+          greatest_x = step > greatest_x ? step : greatest_x;
+        }
+        for (std::size_t i = 0; i < columns; ++i) {
+          const float step = std::abs(north[i] - z[i]);
+          greatest_y = step > greatest_y ? step : greatest_y;
+        }
+      }
+    }
+  const auto narrowest = [](std::span<const float> lines) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i + 1 < lines.size(); ++i)
+      least = std::min(least, double{lines[i + 1]} - double{lines[i]});
+    return least;
+  };
+  return (1.0 + 1e-6) * std::hypot(double{greatest_x} / narrowest(grid_.x()),
+                                   double{greatest_y} / narrowest(grid_.y()));
+}
+
 HeightGrid HeightGridBuilder::finish() && {
   HeightGrid::Counts& counts = grid_.counts_;
   if (counts.faces == 0)
@@ -339,6 +377,7 @@ HeightGrid HeightGridBuilder::finish() && {
   count_vertices(whole_);
   counts.vertices = vertices_;
   counts.mean_height_m = sum_m_ / (3.0 * static_cast<double>(counts.faces));
+  counts.steepest = steepest();
 
   std::vector<Range> of_tiles;
   of_tiles.reserve(tiles_.size());

@@ -103,6 +103,11 @@ void Simulator::Worker::count_object_visibility(const Ready& ready) {
   visibility_counters.assign(can ? sonars.size() : 0, VisibilityCounter(ready.seafloor));
 }
 
+bool Simulator::Worker::needs_hits() const {
+  return std::ranges::any_of(beams,
+                             [](const BeamTracer& beam) { return beam.tracer.needs_hits(); });
+}
+
 void Simulator::Worker::make_lines() {
   for (const BeamTracer& beam : beams)
     for (const Side side : sides_of(sonars[beam.sonar])) {

@@ -58,6 +58,8 @@ struct Simulator::Worker {
   void use(PreparedSonars others, const Ready& ready);
   void count_object_visibility(const Ready& ready);
   void make_lines();
+  /// Runs are not enough for its beams.
+  bool needs_hits() const;
 
   FacesWithBodies face_source;
   std::optional<PlumbLine> plumb_line;  // where the bed is in a progressive mesh

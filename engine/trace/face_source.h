@@ -28,6 +28,9 @@ class FaceSource {
   virtual ~FaceSource() = default;
   /// The intersector over the faces that these fans can touch; valid until the next call.
   virtual const Intersector& prepare(std::span<const RayFan> fans) = 0;
+  /// The same, but its intersector may have nothing but list_runs(), for each of these fans once:
+  /// cheaper where the echo needs no hits.
+  virtual const Intersector& prepare_runs(std::span<const RayFan> fans) { return prepare(fans); }
   /// Announces the fans of a later ping: what they need is prepared on a spare thread, if there is
   /// one, while the current faces are in use. Returns whether the current faces are enough for
   /// them too; then a still later ping may be announced.

@@ -44,16 +44,21 @@ std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m) {
 }
 
 void PingTracer::trace(const Intersector& intersector, refine::Triangles triangles,
-                       std::uint64_t version, Side side, bool hits_too) {
+                       std::uint64_t version, Side side) {
   const RayFan& fan = fans_[static_cast<std::size_t>(side)];
   if (refracted_)
     return refracted_->trace(fan, lists_ ? &intersector : nullptr, triangles, version, hits_);
-  if (!travel_time_ && !hits_too && intersector.list_runs(fan, runs_)) return;
+  if (!travel_time_ && intersector.list_runs(fan, runs_)) return;
   intersector.intersect(fan, hits_);
   if (travel_time_)
     travel_time_->apply(fan, hits_);
   else
     runs_.take(fan, triangles, hits_);
+}
+
+const FanRuns& PingTracer::runs(refine::Triangles triangles, Side side) {
+  if (travel_time_) runs_.take(fan(side), triangles, hits_);
+  return runs_;
 }
 
 void PingTracer::echo(refine::Triangles triangles, Side side, EchoLine& line) {

@@ -40,19 +40,16 @@ class PingTracer {
   /// and its altitude over the bed. Returns them, port first; valid until the next call.
   std::span<const RayFan> aim(const Pose& pose, double altitude_m);
 
+  /// Whether its rays bend or have other travel times, so that runs are not enough for trace().
+  bool needs_hits() const { return refracted_ || travel_time_; }
+
   /// Finds what the fan of one side hits of the intersector's triangles. Triangles of one version
   /// are the same ones.
   void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
-             Side side) {
-    trace(intersector, triangles, version, side, false);
-  }
-  /// The same, and returns the nearest hits by ray number; valid until the next call. The t of a
-  /// refracted ray is its travel time times the medium's sound speed.
-  std::span<const Hit> trace_hits(const Intersector& intersector, refine::Triangles triangles,
-                                  std::uint64_t version, Side side) {
-    trace(intersector, triangles, version, side, true);
-    return hits_;
-  }
+             Side side);
+  /// The runs of the side that was traced last, over these triangles; valid until the next call.
+  /// Not for bent rays.
+  const FanRuns& runs(refine::Triangles triangles, Side side);
   /// The fan of one side, as aim() placed it.
   const RayFan& fan(Side side) const { return fans_[static_cast<std::size_t>(side)]; }
   /// Forms the expected echo of the side that was traced last, over these triangles. Sets the side
@@ -64,9 +61,6 @@ class PingTracer {
   }
 
  private:
-  void trace(const Intersector& intersector, refine::Triangles triangles, std::uint64_t version,
-             Side side, bool hits_too);
-
   int beam_;
   double range_m_;
   double sound_speed_mps_;

@@ -74,8 +74,8 @@ void VisibilityCounter::find_faces(refine::Triangles triangles) {
   std::ranges::sort(their_faces_);
 }
 
-void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles,
-                             std::span<const Hit> hits, std::uint64_t ping) {
+void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles, const FanRuns& runs,
+                             std::uint64_t ping) {
   wanted_.clear();
   for (std::uint32_t i = 0; i < objects_.size(); ++i)
     if (objects_[i].faces > 0 && ping % objects_[i].every == 0 && in_view(objects_[i], fan))
@@ -92,18 +92,22 @@ void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles,
     for (end = begin; end < all.size() && all[end].first == number; ++end)
       cover(fan, triangles, all[end].second);
     const Object& object = objects_[number];
-    for (std::size_t plane = 0; plane < planes; ++plane)
+    for (std::size_t plane = 0; plane < planes; ++plane) {
+      std::size_t run = runs.first[plane];
       for (std::size_t j = spans_[plane].from; j < spans_[plane].until; ++j) {
         const std::size_t ray = plane * elevations + j;
         if (std::exchange(covered_[ray], std::uint8_t{0}) == 0 || !fan.grid->within_beam(plane, j))
           continue;
         const auto part = static_cast<std::uint64_t>(
             std::llround(parts_per_sr * solid_angle_sr(*fan.grid, plane, j)));
-        const Hit& hit = hits[ray];
         visibilities_[number].alone += part;
-        if (hit && hit.face >= object.first_face && hit.face - object.first_face < object.faces)
+        while (run < runs.first[plane + 1] && runs.end[run] <= j) ++run;
+        if (run < runs.first[plane + 1] && runs.begin[run] <= j &&
+            runs.face[run] >= object.first_face &&
+            runs.face[run] - object.first_face < object.faces)
           visibilities_[number].seen += part;
       }
+    }
   }
 }
 

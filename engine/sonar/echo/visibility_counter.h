@@ -9,7 +9,7 @@
 
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/sonar/echo/object_visibility.h>
-#include <ensonify/engine/trace/ray.h>
+#include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
@@ -24,8 +24,9 @@ class VisibilityCounter {
   /// The seafloor must outlive this.
   explicit VisibilityCounter(const Seafloor& seafloor);
 
-  /// A side of a ping: its fan's hits over these triangles.
-  void look(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits,
+  /// A side of a ping: what its fan hits of these triangles, which have all faces of objects that
+  /// the fan can touch.
+  void look(const RayFan& fan, refine::Triangles triangles, const FanRuns& runs,
             std::uint64_t ping);
   /// One per object of the seafloor.
   std::span<const ObjectVisibility> visibilities() const { return visibilities_; }

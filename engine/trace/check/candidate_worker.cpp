@@ -60,7 +60,7 @@ void CandidateWorker::compare_ping(std::span<const RayFan> fans, std::uint64_t n
                                    std::span<AgreementCounts> tallies) {
   ask(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    const Intersector& intersector = surfaces_[c]->prepare(fans);
+    const Intersector& intersector = prepare(c, *surfaces_[c], fans, comparisons_[c]);
     look_ahead(*surfaces_[c]);
     compare_candidate(c, *surfaces_[c], intersector, fans, number, comparisons_[c], tallies[c]);
   }
@@ -87,8 +87,8 @@ void CandidateWorker::compare_fan(const RayFan& fan, std::uint64_t number,
   ask(reference_, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     const auto compare_on = [&](FaceSource& surface) {
-      compare_candidate(c, surface, surface.prepare(fans), fans, number, comparisons_[c],
-                        tallies[c]);
+      compare_candidate(c, surface, prepare(c, surface, fans, comparisons_[c]), fans, number,
+                        comparisons_[c], tallies[c]);
     };
     if (candidates_[c].has_every_face) {
       compare_on(*surfaces_[c]);
@@ -107,6 +107,13 @@ void CandidateWorker::ask(const Intersector& reference, std::span<const RayFan> 
   }
 }
 
+/// Runs are listed only where all rays are compared.
+const Intersector& CandidateWorker::prepare(std::size_t c, FaceSource& surface,
+                                            std::span<const RayFan> fans,
+                                            FanComparison& comparison) {
+  return candidates_[c].every == 1 ? comparison.prepare(surface, fans) : surface.prepare(fans);
+}
+
 void CandidateWorker::compare_candidate(std::size_t c, FaceSource& surface,
                                         const Intersector& intersector,
                                         std::span<const RayFan> fans, std::uint64_t number,
@@ -119,7 +126,7 @@ void CandidateWorker::compare_candidate(std::size_t c, FaceSource& surface,
     const std::span<const Hit> of_static =
         has_twin ? std::span<const Hit>(hits_[twins_[c]][i]) : std::span<const Hit>();
     if (candidates_[c].every == 1)
-      comparison.fan(intersector, triangles, fans[i], expected_[i], of_static, tally);
+      comparison.fan(i, intersector, triangles, fans[i], expected_[i], of_static, tally);
     else
       compare_some(c, intersector, triangles, fans[i], number, expected_[i], of_static, comparison,
                    tally);
@@ -190,8 +197,8 @@ void CandidateWorker::compare_with_bodies(std::span<const RayFan> fans, std::uin
   ask(*reference, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     FanComparison comparison(judge, candidates_[c].precision);
-    compare_candidate(c, *surfaces_[c], surfaces_[c]->prepare(fans), fans, number, comparison,
-                      tallies[c]);
+    compare_candidate(c, *surfaces_[c], prepare(c, *surfaces_[c], fans, comparison), fans, number,
+                      comparison, tallies[c]);
   }
 }
 

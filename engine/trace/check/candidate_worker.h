@@ -89,6 +89,8 @@ class CandidateWorker {
   using PingHits = std::vector<std::vector<Hit>>;
 
   void ask(const Intersector& reference, std::span<const RayFan> fans);
+  const Intersector& prepare(std::size_t c, FaceSource& surface, std::span<const RayFan> fans,
+                             FanComparison& comparison);
   void compare_candidate(std::size_t c, FaceSource& surface, const Intersector& intersector,
                          std::span<const RayFan> fans, std::uint64_t number,
                          FanComparison& comparison, AgreementCounts& tally);

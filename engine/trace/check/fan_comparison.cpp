@@ -33,18 +33,39 @@ AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
   return *this;
 }
 
-void FanComparison::fan(const Intersector& intersector, refine::Triangles triangles,
-                        const RayFan& fan, std::span<const Hit> expected,
-                        std::span<const Hit> of_static, AgreementCounts& tally) {
+const Intersector& FanComparison::prepare(FaceSource& surface, std::span<const RayFan> fans) {
+  const Intersector& of_runs = surface.prepare_runs(fans);
+  runs_.resize(fans.size());
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    runs_[i].listed = of_runs.list_runs(fans[i], runs_[i].runs);
+    if (runs_[i].listed) check_indices(surface.triangles(), runs_[i]);
+  }
+  return surface.prepare(fans);
+}
+
+void FanComparison::check_indices(refine::Triangles triangles, Runs& of) const {
+  of.wrong_index.resize(of.runs.size());
+  for (std::size_t run = 0; run < of.runs.size(); ++run)
+    of.wrong_index[run] = !leads_to_face(triangles, of.runs.index[run], of.runs.face[run]);
+}
+
+void FanComparison::fan(std::size_t number_of_fan, const Intersector& intersector,
+                        refine::Triangles triangles, const RayFan& fan,
+                        std::span<const Hit> expected, std::span<const Hit> of_static,
+                        AgreementCounts& tally) {
   found_.resize(fan.grid->rays());
   intersector.intersect(fan, found_);
-  // As in the echo: from the back-end if it lists runs, otherwise from the hits.
-  if (!intersector.list_runs(fan, runs_)) runs_.take(fan, triangles, found_);
+  Runs& of = runs_[number_of_fan];
+  if (!of.listed) {
+    of.runs.take(fan, triangles, found_);
+    check_indices(triangles, of);
+  }
+  const FanRuns& runs = of.runs;
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     run_of_.assign(fan.elevations(), no_run);
-    for (std::size_t run = runs_.first[plane]; run < runs_.first[plane + 1]; ++run)
-      for (std::size_t j = runs_.begin[run];
-           j < std::min<std::size_t>(runs_.end[run], run_of_.size()); ++j)
+    for (std::size_t run = runs.first[plane]; run < runs.first[plane + 1]; ++run)
+      for (std::size_t j = runs.begin[run];
+           j < std::min<std::size_t>(runs.end[run], run_of_.size()); ++j)
         run_of_[j] = run;
     for (std::size_t j = 0; j < fan.elevations(); ++j) {
       const std::size_t number = plane * fan.elevations() + j;
@@ -52,7 +73,7 @@ void FanComparison::fan(const Intersector& intersector, refine::Triangles triang
       if (!fan.grid->within_beam(plane, j) && !hit && run_of_[j] == no_run) continue;
       const Ray ray = fan.ray(plane, j);
       const bool index = leads_to_face(triangles, hit);
-      const bool run = run_agrees(fan, j, run_of_[j], ray, expected[number], hit);
+      const bool run = run_agrees(fan, j, of, run_of_[j], ray, expected[number], hit);
       const bool like = of_static.empty() || same_bits(of_static[number], hit);
       tally.wrong_index += !index;
       tally.wrong_run += !run;
@@ -78,33 +99,34 @@ void FanComparison::list(const Intersector& intersector, refine::Triangles trian
   }
 }
 
-/// Whether hit.index leads to the face's number and to the mesh's corners, in order and to the bit.
-bool FanComparison::leads_to_face(refine::Triangles triangles, const Hit& hit) const {
-  if (!hit) return true;
-  const std::uint32_t there = judge_->index_of(hit.face);
-  if (there == Hit::none || hit.index >= triangles.faces.size() ||
-      triangles.number(hit.index) != hit.face)
+/// Whether the index leads to the face's number and to the mesh's corners, in order and to the bit.
+bool FanComparison::leads_to_face(refine::Triangles triangles, std::uint32_t index,
+                                  std::uint32_t face) const {
+  const std::uint32_t there = judge_->index_of(face);
+  if (there == Hit::none || index >= triangles.faces.size() || triangles.number(index) != face)
     return false;
   for (int k = 0; k < 3; ++k)
-    if (triangles.corner(hit.index, k) != judge_->triangles().corner(there, k)) return false;
+    if (triangles.corner(index, k) != judge_->triangles().corner(there, k)) return false;
   return true;
 }
 
 /// Whether the run has the hit's face, and its plane is where the reference has the hit. At the end
 /// of the range rounding decides whether there is a run.
-bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, std::size_t run,
-                               const Ray& ray, const Hit& expected, const Hit& hit) const {
+bool FanComparison::run_agrees(const RayFan& fan, std::size_t elevation, const Runs& of,
+                               std::size_t run, const Ray& ray, const Hit& expected,
+                               const Hit& hit) const {
   const auto tolerance_m = [&](std::uint32_t face) {
     return judge_->index_of(face) == Hit::none
                ? 0.0
                : judge_->tolerance_m(ray, face, Precision::in_double);
   };
   if (run == no_run) return !hit || std::abs(hit.t - fan.range_m) <= tolerance_m(hit.face);
+  const FanRuns& runs = of.runs;
   const double range_m =
-      runs_.distance[run] / (runs_.level[run] * fan.grid->cos_elevation[elevation] +
-                             runs_.pole[run] * fan.grid->sin_elevation[elevation]);
-  if (!hit) return std::abs(range_m - fan.range_m) <= tolerance_m(runs_.face[run]);
-  if (runs_.face[run] != hit.face || runs_.index[run] != hit.index) return false;
+      runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[elevation] +
+                            runs.pole[run] * fan.grid->sin_elevation[elevation]);
+  if (!hit) return std::abs(range_m - fan.range_m) <= tolerance_m(runs.face[run]);
+  if (runs.face[run] != hit.face || of.wrong_index[run]) return false;
   if (expected.face != hit.face) return true;  // judge() decides that case
   // If the ray lies in the face's plane, the quotient is NaN or meaningless.
   return judge_->is_coarse(ray, hit.face, Precision::in_double) ||

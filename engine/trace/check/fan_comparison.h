@@ -39,35 +39,49 @@ struct AgreementCounts {
 };
 
 /// Compares the answers of one intersector with the reference's and counts the verdicts. An answer
-/// is also unexplained if Hit::index does not lead to the face; if the echo's run does not match
-/// the hit; and, unless the intersector computes in float, if its bits differ from those with
-/// static faces. One thread at a time.
+/// is also unexplained if Hit::index does not lead to the face; if the run that the echo gets does
+/// not match the hit; and, unless the intersector computes in float, if its bits differ from those
+/// with static faces. One thread at a time.
 class FanComparison {
  public:
   /// The judge must outlive this.
   FanComparison(const Judge& judge, Precision precision) : judge_(&judge), precision_(precision) {}
 
-  /// All rays of a fan within its beam; a ray outside counts only if it hits, which it must not.
-  /// `triangles` are those that were traced, `expected` the reference's hits by ray number,
-  /// `of_static` the same intersector's hits on the static faces, or empty. Afterwards found()
-  /// are the hits.
-  void fan(const Intersector& intersector, refine::Triangles triangles, const RayFan& fan,
-           std::span<const Hit> expected, std::span<const Hit> of_static, AgreementCounts& tally);
+  /// Prepares the face source for the fans of a ping, and keeps their runs as the echo gets them.
+  /// Returns the intersector for fan().
+  const Intersector& prepare(FaceSource& surface, std::span<const RayFan> fans);
+  /// All rays of the fan with this number within its beam; a ray outside counts only if it hits,
+  /// which it must not. `triangles` are those that were traced, `expected` the reference's hits by
+  /// ray number, `of_static` the same intersector's hits on the static faces, or empty. Afterwards
+  /// found() are the hits.
+  void fan(std::size_t number, const Intersector& intersector, refine::Triangles triangles,
+           const RayFan& fan, std::span<const Hit> expected, std::span<const Hit> of_static,
+           AgreementCounts& tally);
   /// The same for a list of rays.
   void list(const Intersector& intersector, refine::Triangles triangles, std::span<const Ray> rays,
             std::span<const Hit> expected, std::span<const Hit> of_static, AgreementCounts& tally);
   std::span<const Hit> found() const { return found_; }
 
  private:
-  bool leads_to_face(refine::Triangles triangles, const Hit& hit) const;
-  bool run_agrees(const RayFan& fan, std::size_t elevation, std::size_t run, const Ray& ray,
-                  const Hit& expected, const Hit& hit) const;
+  /// Of a fan. Without runs from the face source, they come from the hits, as in the echo.
+  struct Runs {
+    FanRuns runs;
+    bool listed;
+    std::vector<bool> wrong_index;  // by run
+  };
+  bool leads_to_face(refine::Triangles triangles, std::uint32_t index, std::uint32_t face) const;
+  bool leads_to_face(refine::Triangles triangles, const Hit& hit) const {
+    return !hit || leads_to_face(triangles, hit.index, hit.face);
+  }
+  void check_indices(refine::Triangles triangles, Runs& of) const;
+  bool run_agrees(const RayFan& fan, std::size_t elevation, const Runs& of, std::size_t run,
+                  const Ray& ray, const Hit& expected, const Hit& hit) const;
   void add(const Ray& ray, const Hit& expected, const Hit& hit, bool sound,
            AgreementCounts& tally) const;
 
   const Judge* judge_;
   Precision precision_;
-  FanRuns runs_;
+  std::vector<Runs> runs_;           // by fan
   std::vector<std::size_t> run_of_;  // by ray of a plane; or none
   std::vector<Hit> found_;
 };

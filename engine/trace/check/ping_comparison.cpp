@@ -16,13 +16,13 @@ AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
   const auto reference = make_intersector("pluecker", near.triangles());
   const Judge judge(near.triangles(), *reference, mesh.bounds);
   FanComparison comparison(judge, precision);
-  const Intersector& intersector = surface.prepare(fans);
+  const Intersector& intersector = comparison.prepare(surface, fans);
   AgreementCounts counts;
   std::vector<Hit> expected;
-  for (const RayFan& fan : fans) {
-    expected.resize(fan.grid->rays());
-    reference->intersect(fan, expected);
-    comparison.fan(intersector, surface.triangles(), fan, expected, {}, counts);
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    expected.resize(fans[i].grid->rays());
+    reference->intersect(fans[i], expected);
+    comparison.fan(i, intersector, surface.triangles(), fans[i], expected, {}, counts);
   }
   return counts;
 }

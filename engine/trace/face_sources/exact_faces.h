@@ -14,6 +14,8 @@ namespace ensonify::engine {
 /// was built for.
 std::unique_ptr<FaceSource> make_refined_faces(const FaceSourceParts& parts);
 std::unique_ptr<FaceSource> make_footprint_faces(const FaceSourceParts& parts);
+/// Only those of the objects on a bed of heights.
+std::unique_ptr<FaceSource> make_object_faces(const FaceSourceParts& parts);
 
 /// The progressive mesh of a seafloor's mesh. Where the mesh is not manifold, vertices are split;
 /// no ray sees that. Faces keep their numbers. The result does not depend on `threads`. Throws what

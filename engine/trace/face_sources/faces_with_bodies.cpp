@@ -79,16 +79,29 @@ void FacesWithBodies::remove(std::size_t body) {
 }
 
 const Intersector& FacesWithBodies::prepare(std::span<const RayFan> fans) {
-  const Intersector& fixed = fixed_->prepare(fans);
+  find_wanted(fans);
+  return with_bodies(fixed_->prepare(fans));
+}
+
+const Intersector& FacesWithBodies::prepare_runs(std::span<const RayFan> fans) {
+  find_wanted(fans);
+  // A body's hits are compared with the fixed faces'.
+  return with_bodies(wanted_.empty() ? fixed_->prepare_runs(fans) : fixed_->prepare(fans));
+}
+
+void FacesWithBodies::find_wanted(std::span<const RayFan> fans) {
   wanted_.clear();
-  if (!bodies_.empty()) {
-    volumes_.clear();
-    for (const RayFan& fan : fans) volumes_.push_back(view_volume(fan));
-    view_.look_at(volumes_);
-    for (std::size_t body = 0; body < bodies_.size(); ++body)
-      if (!bodies_[body].mesh.faces.empty() && view_.touches(bodies_[body].ball()))
-        wanted_.push_back(body);
-  }
+  if (bodies_.empty()) return;
+  volumes_.clear();
+  for (const RayFan& fan : fans) volumes_.push_back(view_volume(fan));
+  view_.look_at(volumes_);
+  for (std::size_t body = 0; body < bodies_.size(); ++body)
+    if (!bodies_[body].mesh.faces.empty() && view_.touches(bodies_[body].ball()))
+      wanted_.push_back(body);
+}
+
+/// The intersector over the fixed faces, or over these and the wanted bodies.
+const Intersector& FacesWithBodies::with_bodies(const Intersector& fixed) {
   if (joined_) ++version_;  // other triangles, or only the fixed ones
   joined_ = !wanted_.empty();
   if (!joined_) {

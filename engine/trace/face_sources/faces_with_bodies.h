@@ -38,6 +38,7 @@ class FacesWithBodies final : public FaceSource {
   std::size_t bodies() const { return bodies_.size(); }
 
   const Intersector& prepare(std::span<const RayFan> fans) override;
+  const Intersector& prepare_runs(std::span<const RayFan> fans) override;
   bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
     return fixed_->expect(fans, spare);
   }
@@ -74,6 +75,8 @@ class FacesWithBodies final : public FaceSource {
     mutable std::vector<Hit> of_bodies_;  // a face source has one thread at a time
   };
 
+  void find_wanted(std::span<const RayFan> fans);
+  const Intersector& with_bodies(const Intersector& fixed);
   void gather();
   void join(const refine::Triangles& fixed);
   void release();

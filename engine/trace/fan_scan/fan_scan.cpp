@@ -213,11 +213,7 @@ class FanScan final : public Intersector {
     args.cos_elevation = fan.grid->cos_elevation.data();
     args.sin_elevation_rounded = tables.sin_elevation.data();
     args.cos_elevation_rounded = tables.cos_elevation.data();
-    args.ascending = tables.ascending.data();
-    args.lines = tables.lines.data();
-    args.first_q = tables.first;
-    args.steps_per_q = tables.steps_per_q;
-    args.steps = static_cast<double>(FanTables::steps);
+    args.order = tables.order();
     args.block_rows = blocks_.rows_of.data();
     args.boxes = blocks_.boxes.data();
     args.blocks = static_cast<std::int64_t>(blocks_.count);

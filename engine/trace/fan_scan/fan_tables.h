@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <ensonify/engine/simd/cache_lines.h>
+#include <ensonify/engine/trace/fan_scan/elevation_order.h>
 #include <ensonify/engine/trace/ray_fan.h>
 
 namespace ensonify::engine {
@@ -19,6 +20,9 @@ class FanTables {
   /// than 90 degrees from the middle.
   void take(std::shared_ptr<const FanGrid> grid);
   const FanGrid* grid() const { return grid_.get(); }
+  ElevationOrder order() const {
+    return {ascending.data(), lines.data(), first, steps_per_q, static_cast<double>(steps)};
+  }
 
   static constexpr std::int64_t steps = 2048;
 

@@ -12,6 +12,8 @@
 #include <hwy/highway.h>
 
 #include <ensonify/engine/trace/fan_frame-inl.h>
+#include <ensonify/engine/trace/fan_scan/crossings-inl.h>
+#include <ensonify/engine/trace/fan_scan/precise_claim-inl.h>
 #include <ensonify/engine/trace/fan_scan/scan_kernel.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -24,28 +26,12 @@ using F = hn::ScalableTag<float>;
 constexpr std::int64_t block_faces = FaceBlocks::faces, block_rows = FaceBlocks::rows;
 static_assert(block_faces % lanes == 0);
 
-constexpr float nearest_of_all = 1e30f;  // 1 / t of a hit at the origin
-constexpr double in_the_plane = 1e-30;   // metres from the origin
 // 1 / t in float has an error below 2^-21 of the sum of its plane's three terms. Where that sum is
 // at most largest_sum times 1 / t, the error is below 2^-14 of 1 / t; faces seen more edge on are
 // computed in double.
 constexpr float largest_sum = 128.0f;
 constexpr float surely_nearer = 1.0f - 0x1p-12f, maybe_nearer = 1.0f + 0x1p-12f;
 constexpr double steepest_of_all = std::numeric_limits<double>::infinity();
-
-// How far a point is from a plane of the fan. All callers share this one computation, so that they
-// agree on which side of the plane a point is.
-HWY_INLINE V off_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
-  const V back = sin_azimuth * y;
-#if HWY_TARGET == HWY_SCALAR
-  return fma(cos_azimuth, x, hn::Neg(back));
-#else
-  return hn::MulSub(cos_azimuth, x, back);
-#endif
-}
-HWY_INLINE V along_plane(V sin_azimuth, V cos_azimuth, V x, V y) {
-  return fma(cos_azimuth, y, sin_azimuth * x);
-}
 
 // Computes what is common to all rays that meet a face. With a, b, c the face's corners from the
 // origin, N its normal (b - a) x (c - a) and d a ray's direction, the ray meets the face's plane at
@@ -110,23 +96,6 @@ HWY_INLINE void prepare_faces(const ScanArgs& args, ScanBatch& batch, std::int64
   hn::StoreU(hn::IfThenElse(apart_from, one / hn::IfThenElse(apart_from, inner, one),
                             hn::Set(df, nearest_of_all)),
              df, planes + 4 * batch_room);
-}
-
-// Where an edge crosses a plane: coordinates along the plane and along the pole, times a positive
-// number. It does not depend on the order of the edge's ends.
-struct Crossing {
-  V x, y;
-};
-struct InPlane {
-  V off, x, y;
-};
-HWY_INLINE InPlane choose(M mask, const InPlane& yes, const InPlane& no) {
-  return {hn::IfThenElse(mask, yes.off, no.off), hn::IfThenElse(mask, yes.x, no.x),
-          hn::IfThenElse(mask, yes.y, no.y)};
-}
-HWY_INLINE Crossing between(const InPlane& p, const InPlane& q) {
-  const V weight_p = hn::Abs(q.off), weight_q = hn::Abs(p.off);
-  return {weight_p * p.x + weight_q * q.x, weight_p * p.y + weight_q * q.y};
 }
 
 // The rows of one plane's list in a batch.
@@ -246,66 +215,11 @@ HWY_INLINE void cross_faces(const ScanArgs& args, const Frame& frame, ScanBatch&
   }
 }
 
-// A crossing's q (fan_tables.h), if it is in front.
-HWY_INLINE V order_of(M in_front, const Crossing& at) {
-  const V across = hn::IfThenElse(in_front, at.x + hn::Abs(at.y), hn::Set(d, 1.0));
-  return hn::IfThenElseZero(in_front, at.y) / across;
-}
-
-// How many of the plane's rays are below a crossing. It depends on the crossing alone, so faces
-// that share a crossing get the same number. First a guess: comparing one ray decides whether the
-// guess or one more is right, unless the guess is marked as possibly far off.
-struct Guess {
-  hn::Vec<I> below;
-  M far_off;
-};
-HWY_INLINE Guess guess_below(const ScanArgs& args, V order) {
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
-  const V stepped =
-      hn::Max((order - hn::Set(d, args.first_q)) * hn::Set(d, args.steps_per_q), zero);
-  const auto step = hn::ConvertTo(di, hn::Min(stepped, hn::Set(d, args.steps - 1.0)));
-  const V fraction = hn::Min(stepped - hn::ConvertTo(d, step), one);
-  constexpr hn::RebindToUnsigned<D> du;
-  constexpr hn::RebindToUnsigned<HalfF> half;
-  const auto line = hn::GatherIndex(du, args.lines, step);
-  const auto number = [&](hn::Vec<decltype(du)> bits) HWY_ATTR {
-    return hn::PromoteTo(d, hn::BitCast(df, hn::TruncateTo(half, bits)));
-  };
-  const V below = number(line), rise = number(hn::ShiftRight<32>(line));
-  return {hn::ConvertTo(di, fma(fraction, rise, hn::Abs(below))), hn::Lt(below, zero)};
-}
-HWY_INLINE void find_below(const ScanArgs& args, V p_order, V q_order, hn::Vec<I>& p,
-                           hn::Vec<I>& q) {
-  const Guess p_guess = guess_below(args, p_order), q_guess = guess_below(args, q_order);
-  p = p_guess.below, q = q_guess.below;
-  // A mask's true lanes are -1 as integers.
-  const auto number = [](M mask) HWY_ATTR { return hn::BitCast(di, hn::VecFromMask(d, mask)); };
-  if (HWY_LIKELY(hn::AllFalse(d, hn::Or(p_guess.far_off, q_guess.far_off)))) {
-    p = p - number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order));
-    q = q - number(hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order));
-    return;
-  }
-  for (;;) {
-    const M p_fewer = hn::Ge(hn::GatherIndex(d, args.ascending, p), p_order);
-    const M q_fewer = hn::Ge(hn::GatherIndex(d, args.ascending, q), q_order);
-    const M p_more = hn::Lt(hn::GatherIndex(d, args.ascending + 1, p), p_order);
-    const M q_more = hn::Lt(hn::GatherIndex(d, args.ascending + 1, q), q_order);
-    if (hn::AllFalse(d, hn::Or(hn::Or(p_fewer, p_more), hn::Or(q_fewer, q_more)))) return;
-    p = p + (number(p_fewer) - number(p_more));
-    q = q + (number(q_fewer) - number(q_more));
-  }
-}
-
 // A face's claim on a plane's rays: 1 / t = x cos(elevation) + y sin(elevation), within bounds.
 struct Claim {
   float x, y, least, greatest;
   std::uint32_t candidate;
   bool on_edge;  // float is not enough for 1 / t
-};
-
-// The same in double: 1 / t = (level cos(elevation) + pole sin(elevation)) / distance.
-struct PreciseClaim {
-  double level, pole, distance, least, greatest;
 };
 
 // From the face's corners. Hits and runs share this one computation.
@@ -314,45 +228,14 @@ HWY_NOINLINE PreciseClaim precise_claim(const ScanArgs& args, std::uint32_t cand
   const std::int64_t index = args.index[candidate];
   const float* rows =
       args.block_rows + index / block_faces * block_rows * block_faces + index % block_faces;
-  const double *o = &args.frame.origin[0], *axes = &args.frame.axes[0];
-  double corners[3][3];
-  for (std::int64_t k = 0; k < 3; ++k) {
-    double from[3];
-    for (std::int64_t i = 0; i < 3; ++i) from[i] = double{rows[(3 * k + i) * block_faces]} - o[i];
-    for (std::int64_t i = 0; i < 3; ++i)
-      corners[k][i] = axes[3 * i] * from[0] + axes[3 * i + 1] * from[1] + axes[3 * i + 2] * from[2];
-  }
-  const auto &a = corners[0], &b = corners[1], &c = corners[2];
-  double normal[3], distance = 0.0, size = 0.0, far2 = 0.0, longest2 = 0.0;
-  for (std::int64_t i = 0; i < 3; ++i) {
-    const std::int64_t j = (i + 1) % 3, k = (i + 2) % 3;
-    normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
-    distance += normal[i] * a[i];
-    size += std::fabs(normal[i]);
-  }
-  if (!(std::fabs(distance) > in_the_plane * size))
-    return {0.0, 0.0, 1.0, nearest_of_all, nearest_of_all};
-  for (std::int64_t k = 0; k < 3; ++k) {
-    double corner2 = 0.0, edge2 = 0.0;
-    for (std::int64_t i = 0; i < 3; ++i) {
-      const double edge = corners[(k + 1) % 3][i] - corners[k][i];
-      corner2 += corners[k][i] * corners[k][i];
-      edge2 += edge * edge;
-    }
-    far2 = far2 > corner2 ? far2 : corner2;
-    longest2 = longest2 > edge2 ? longest2 : edge2;
-  }
-  const double far = std::sqrt(far2), near = far - std::sqrt(longest2);
-  return {normal[0] * args.sin_azimuth[plane] + normal[1] * args.cos_azimuth[plane], normal[2],
-          distance, 1.0 / far, near > 0.0 ? 1.0 / near : std::numeric_limits<double>::infinity()};
+  float corners[3][3];
+  for (std::int64_t k = 0; k < 3; ++k)
+    for (std::int64_t i = 0; i < 3; ++i) corners[k][i] = rows[(3 * k + i) * block_faces];
+  return precise_claim(args.frame, corners, args.sin_azimuth[plane], args.cos_azimuth[plane]);
 }
 
-// 1 / t on a ray.
 HWY_INLINE double nearness_on(const ScanArgs& args, const PreciseClaim& face, std::int64_t ray) {
-  const double facing = face.level * args.cos_elevation[ray] + face.pole * args.sin_elevation[ray];
-  const double plain = facing / face.distance;
-  const double within = plain > face.least ? plain : face.least;
-  return within < face.greatest ? within : face.greatest;
+  return nearness_on(face, args.cos_elevation[ray], args.sin_elevation[ray]);
 }
 
 // Whether a face is nearer on a ray than another. At equal distance the lowest number wins, then
@@ -437,7 +320,7 @@ HWY_INLINE void claim_rays(const ScanArgs& args, std::int64_t plane, std::int64_
 HWY_NOINLINE void claim_at_origin(const ScanArgs& args, std::int64_t plane, double order_in_face,
                                   Claim face) {
   face.least = face.greatest = nearest_of_all;
-  const double* order = args.ascending + 1;
+  const double* order = args.order.ascending + 1;
   std::int64_t below = 0;
   while (below < args.elevations && order[below] < order_in_face) ++below;
   std::int64_t above = below;
@@ -485,7 +368,7 @@ HWY_INLINE void find_intervals(const ScanArgs& args, ScanBatch& batch, std::int6
     const M p_front = hn::Gt(p.x, zero), q_front = hn::Gt(q.x, zero);
     const V p_order = order_of(p_front, p), q_order = order_of(q_front, q);
     hn::Vec<I> p_rays, q_rays;
-    find_below(args, p_order, q_order, p_rays, q_rays);
+    find_below(args.order, p_order, q_order, p_rays, q_rays);
     if (HWY_UNLIKELY(!hn::AllTrue(d, hn::And(p_front, q_front)))) {
       const V turn = p.x * q.y - p.y * q.x;
       const auto p_end =

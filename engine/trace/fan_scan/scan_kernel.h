@@ -6,6 +6,7 @@
 
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/trace/fan_frame.h>
+#include <ensonify/engine/trace/fan_scan/elevation_order.h>
 #include <ensonify/engine/trace/fan_scan/face_blocks.h>
 #include <ensonify/engine/trace/ray.h>
 
@@ -33,10 +34,7 @@ struct ScanArgs {
   const float* sin_elevation_rounded;
   const float* cos_elevation_rounded;
 
-  // Its tables (fan_tables.h).
-  const double* ascending;
-  const std::uint64_t* lines;
-  double first_q, steps_per_q, steps;
+  ElevationOrder order;
 
   // The faces (face_blocks.h).
   const float* block_rows;

@@ -1,0 +1,105 @@
+#include <ensonify/engine/trace/face_sources/scanned_grid.h>
+
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/trace/grid_scan/grid_scan.h>
+#include <ensonify/engine/trace/grid_scan/nearest_runs.h>
+#include <ensonify/refine/ball_tree.h>
+
+namespace ensonify::engine {
+namespace {
+
+class ScannedGrid final : public FaceSource {
+ public:
+  ScannedGrid(const FaceSourceParts& parts, std::unique_ptr<FaceSource> exact)
+      : grid_(parts.grid), scan_(*grid_), exact_(std::move(exact)) {
+    if (parts.objects && !parts.objects->triangles().faces.empty())
+      objects_ = make_object_faces(parts);
+  }
+
+  const Intersector& prepare(std::span<const RayFan> fans) override {
+    if (std::exchange(scanned_, false)) ++version_;
+    return exact_->prepare(fans);
+  }
+
+  const Intersector& prepare_runs(std::span<const RayFan> fans) override {
+    const Intersector* objects = objects_ ? &objects_->prepare(fans) : nullptr;
+    if (objects) scan_.keep_first(objects_->triangles(), objects_->version());
+    if (!scan_.take(fans)) return prepare(fans);
+    scanned_ = true;
+    ++version_;
+    runs_.fans.assign(fans.begin(), fans.end());
+    runs_.taken.assign(fans.size(), false);
+    if (runs_.of_fans.size() < fans.size()) runs_.of_fans.resize(fans.size());
+    for (std::size_t i = 0; i < fans.size(); ++i) {
+      const bool seen =
+          objects && objects->list_runs(fans[i], of_objects_) && of_objects_.size() > 0;
+      if (seen)
+        nearest_runs(fans[i], scan_.triangles(), scan_.runs(i), of_objects_, runs_.of_fans[i]);
+      else
+        std::swap(runs_.of_fans[i], scan_.runs(i));
+    }
+    return runs_;
+  }
+
+  bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
+    return scanned_ || exact_->expect(fans, spare);
+  }
+  refine::Triangles triangles() const override {
+    return scanned_ ? scan_.triangles() : exact_->triangles();
+  }
+  std::uint64_t version() const override { return version_ + exact_->version(); }
+  void reset() override {
+    exact_->reset();
+    if (objects_) objects_->reset();
+  }
+
+ private:
+  /// Hands out the runs of the last fans.
+  class Runs final : public Intersector {
+   public:
+    void build(refine::Triangles) override { refuse(); }
+    std::string_view code_path() const override { return "portable"; }
+    void intersect(const RayFan&, std::span<Hit>) const override { refuse(); }
+    void intersect(std::span<const Ray>, std::span<Hit>) const override { refuse(); }
+    bool list_runs(const RayFan& fan, FanRuns& runs) const override {
+      for (std::size_t i = 0; i < fans.size(); ++i)
+        if (!taken[i] && fans[i].grid == fan.grid && fans[i].origin == fan.origin &&
+            fans[i].array_axis == fan.array_axis && fans[i].middle == fan.middle) {
+          std::swap(runs, of_fans[i]);
+          taken[i] = true;
+          return true;
+        }
+      refuse();
+    }
+    std::vector<RayFan> fans;
+    // A face source has one thread at a time.
+    mutable std::vector<FanRuns> of_fans;
+    mutable std::vector<bool> taken;
+
+   private:
+    [[noreturn]] static void refuse() {
+      throw std::logic_error("prepare_runs() gives the runs of its fans only, each once");
+    }
+  };
+
+  std::shared_ptr<const refine::HeightGrid> grid_;
+  GridScan scan_;
+  std::unique_ptr<FaceSource> exact_, objects_;
+  FanRuns of_objects_;
+  Runs runs_;
+  bool scanned_ = false;  // the last answer
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<FaceSource> make_scanned_grid(const FaceSourceParts& parts,
+                                              std::unique_ptr<FaceSource> exact) {
+  return std::make_unique<ScannedGrid>(parts, std::move(exact));
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,404 @@
+#include <ensonify/engine/trace/grid_scan/grid_scan.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+namespace ensonify::engine {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// How much of the slope at which a plane's line could turn back is allowed.
+constexpr double allowed_slope = 0.5;
+// Of a crossing, relative to the range and the edge's length: a bound with much to spare.
+constexpr double rounding = 1e-11;
+constexpr std::size_t known_faces = 1 << 12;
+
+/// A dot product as the kernels compute it.
+double dot(const Vector3d& a, const Vector3d& b) {
+  return std::fma(a.x(), b.x(), std::fma(a.y(), b.y(), a.z() * b.z()));
+}
+
+double widest_step(std::span<const float> lines) {
+  double widest = 0.0;
+  for (std::size_t i = 1; i < lines.size(); ++i)
+    widest = std::max(widest, double{lines[i]} - double{lines[i - 1]});
+  return widest;
+}
+
+}  // namespace
+
+/// Where a plane of a fan cuts a bed: directions in space, and in the plane along its elevation 0
+/// and along the pole.
+struct GridScan::Line {
+  Line(const RayFan& fan, std::size_t plane)
+      : sin_azimuth(fan.grid->planes[plane].sin_azimuth),
+        cos_azimuth(fan.grid->planes[plane].cos_azimuth),
+        normal(cos_azimuth * fan.array_axis - sin_azimuth * fan.middle) {
+    const Vector3d level = fan.plane_direction(plane);
+    up = Vector2d(level.z(), fan.pole.z()).normalized();
+    ahead = {up.y(), -up.x()};
+    up_in_space = up.x() * level + up.y() * fan.pole;
+    ahead_in_space = ahead.x() * level + ahead.y() * fan.pole;
+  }
+  /// Whether a point is on the positive side: the same bits as off_plane().
+  bool positive(const RayFan& fan, const Vector3d& p) const {
+    const Vector3d from = p - fan.origin;
+    return std::fma(cos_azimuth, dot(fan.array_axis, from),
+                    -(sin_azimuth * dot(fan.middle, from))) >= 0.0;
+  }
+  double sin_azimuth, cos_azimuth;
+  Vector3d normal, up_in_space, ahead_in_space;
+  Vector2d up, ahead;  // unit: steepest up, and level in the order of elevation
+};
+
+GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_faces) {
+  const auto cells_across = static_cast<std::size_t>(grid.columns() - 1),
+             cells_up = static_cast<std::size_t>(grid.rows() - 1);
+  const std::size_t tiles =
+      static_cast<std::size_t>(grid.tile_columns()) * static_cast<std::size_t>(grid.tile_rows());
+  constexpr std::size_t tile_floats = sizeof(refine::HeightGrid::Tile) / sizeof(float);
+  usable_ = grid.tiles_in_file() == nullptr && grid.faces() == 2 * cells_across * cells_up &&
+            tiles * tile_floats <= std::numeric_limits<std::int32_t>::max();
+  if (!usable_) return;
+  const refine::HeightGrid::Tile& first = grid.tile(0, 0);
+  arrays_ = {.x = grid.x().data(),
+             .y = grid.y().data(),
+             .z = first.z_m.data(),
+             .rising = first.rising.data(),
+             .cells_across = static_cast<std::int64_t>(cells_across),
+             .cells_up = static_cast<std::int64_t>(cells_up),
+             .tiles_across = grid.tile_columns()};
+  longest_edge_m_ =
+      std::hypot(widest_step(grid.x()), widest_step(grid.y())) * std::hypot(1.0, grid.steepest());
+}
+
+bool GridScan::take(std::span<const RayFan> fans) {
+  if (!usable_) return false;
+  if (tables_.size() < fans.size()) tables_.resize(fans.size());
+  if (runs_.size() < fans.size()) runs_.resize(fans.size());
+  face_count_ = other_count_;
+  std::size_t most = other_count_;
+  for (const RayFan& fan : fans) most += fan.grid->rays();
+  make_room(most);
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    if (tables_[i].grid() != fans[i].grid.get()) tables_[i].take(fans[i].grid);
+    if (!take(fans[i], tables_[i], runs_[i])) return false;
+  }
+  return true;
+}
+
+bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
+  const std::size_t planes = fan.planes(), elevations = fan.elevations();
+  walk_count_ = 0;
+  of_plane_.assign(planes, {});
+  for (std::size_t plane = 0; plane < planes; ++plane) {
+    if (tables.uneven[plane]) return false;
+    if (tables.left_out_from[plane] == 0 &&
+        tables.left_out_until[plane] == static_cast<std::int64_t>(elevations))
+      continue;
+    const Line line(fan, plane);
+    const double level = line.normal.head<2>().norm();
+    if (!(std::abs(line.normal.z()) * grid_->steepest() <= allowed_slope * level)) return false;
+    // The rays below the direction straight down in the plane.
+    const Vector2d down = -line.up;
+    std::size_t below = 0;
+    if (down.x() > 0.0) {
+      const double q = down.y() / (down.x() + std::abs(down.y()));
+      const auto first = tables.ascending.begin() + 1;
+      below = static_cast<std::size_t>(
+          std::lower_bound(first, first + static_cast<std::ptrdiff_t>(elevations), q) - first);
+    }
+    if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
+    if (below > 0 && !begin_walk(fan, line, plane, false, below)) return false;
+  }
+  const auto lanes = static_cast<std::size_t>(walks_together());
+  const std::size_t groups = (walk_count_ + lanes - 1) / lanes;
+  const std::size_t room = elevations + 1;
+  if (intervals_.size() < groups * lanes * room) {
+    intervals_.resize(groups * lanes * room);
+    seen_.resize(groups * lanes * room);
+  }
+  walk_grid({.frame = frame_of(fan),
+             .range_m = fan.range_m,
+             .doubt_m2 = rounding * longest_edge_m_ * fan.range_m,
+             .elevations = static_cast<std::int64_t>(elevations),
+             .order = tables.order(),
+             .grid = arrays_,
+             .walks = walks_.data(),
+             .groups = static_cast<std::int64_t>(groups),
+             .intervals = intervals_.data(),
+             .faces = seen_.data(),
+             .room = static_cast<std::int64_t>(room)});
+  for (std::size_t plane = 0; plane < planes; ++plane) {
+    const Line line(fan, plane);
+    for (const std::size_t walk : {of_plane_[plane].outwards, of_plane_[plane].inwards})
+      if (walk != PlaneWalks::none &&
+          (walks_[walk / lanes].doubtful[walk % lanes] != 0 || !left_at_border(line, walk)))
+        return false;
+  }
+  runs.start(*fan.grid);
+  ++turn_;
+  for (std::size_t plane = 0; plane < planes; ++plane) collect(fan, tables, plane, runs);
+  return true;
+}
+
+/// Where a walk left the grid, its plane must not come back.
+bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
+  const auto lanes = static_cast<std::size_t>(walks_together());
+  const GridWalks& walks = walks_[walk / lanes];
+  const std::size_t lane = walk % lanes;
+  if (walks.left_grid[lane] == 0) return true;
+  const bool north_south = walks.left_column[lane] == walks.right_column[lane];
+  const double across = std::abs(north_south ? line.normal.y() : line.normal.x());
+  return std::abs(line.normal.z()) * grid_->steepest() <= allowed_slope * across && across > 0.0;
+}
+
+/// Puts a walk at an edge before the first face that a ray can hit. Returns false if there is none.
+bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane, bool outwards,
+                          std::size_t below_nadir) {
+  const double lowest = grid_->bounds().lowest.z(), highest = grid_->bounds().highest.z();
+  const double up_z = line.up_in_space.z();
+  const Vector2d ray0(fan.grid->cos_elevation.front(), fan.grid->sin_elevation.front());
+  const double sign = outwards ? 1.0 : -1.0;
+  const double ray0_ahead = sign * ray0.dot(line.ahead), ray0_up = ray0.dot(line.up);
+  // Along the walk, from the origin: the lowest ray hits nothing nearer, and nothing farther.
+  double start_m = 0.0, reach_m = fan.range_m;
+  if (outwards && ray0_ahead > 0.0 && fan.origin.z() > highest) {
+    if (ray0_up >= 0.0) return true;  // there is nothing to hit
+    start_m = (fan.origin.z() - highest) / up_z * ray0_ahead / -ray0_up;
+  } else if (!is_above_bed(fan.origin)) {
+    return false;
+  }
+  if (!outwards && ray0_ahead > 0.0 && ray0_up < 0.0)
+    reach_m = std::min(reach_m, (fan.origin.z() - lowest) / up_z * ray0_ahead / -ray0_up);
+  if (start_m >= reach_m) return true;
+
+  // The grid line to begin at: a column or a row, whichever the plane crosses more steeply.
+  const Vector2d ahead = sign * line.ahead_in_space.head<2>();
+  const int axis = std::abs(ahead.x()) >= std::abs(ahead.y()) ? 0 : 1;
+  const std::span<const float> lines = axis == 0 ? grid_->x() : grid_->y();
+  const std::span<const float> along = axis == 0 ? grid_->y() : grid_->x();
+  const auto shift = [&](double z) {  // of the plane at that height
+    return (z - fan.origin.z()) / up_z * line.up_in_space[axis];
+  };
+  const double straight = fan.origin[axis] + start_m * ahead[axis];
+  std::ptrdiff_t number;
+  if (ahead[axis] > 0.0) {
+    const double before = straight + std::min(shift(lowest), shift(highest));
+    number = std::lower_bound(lines.begin(), lines.end(), before) - lines.begin() - 1;
+  } else {
+    const double before = straight + std::max(shift(lowest), shift(highest));
+    number = std::upper_bound(lines.begin(), lines.end(), before) - lines.begin();
+  }
+  const auto end = std::ssize(lines), last = std::ssize(along) - 1;
+  if (number < 0 || number >= end) return false;
+
+  // Its edge that crosses the plane: off the plane, the line's points are in order.
+  const auto positive = [&](std::ptrdiff_t i) {
+    const auto a = static_cast<int>(number), b = static_cast<int>(i);
+    return line.positive(fan, (axis == 0 ? grid_->point(a, b) : grid_->point(b, a)).cast<double>());
+  };
+  const bool ascending = line.normal[1 - axis] > 0.0;
+  const double middle = 0.5 * (lowest + highest);
+  const double guess = fan.origin[1 - axis] + start_m * ahead[1 - axis] +
+                       (middle - fan.origin.z()) / up_z * line.up_in_space[1 - axis];
+  std::ptrdiff_t i = std::clamp<std::ptrdiff_t>(
+      std::lower_bound(along.begin(), along.end(), guess) - along.begin(), 0, last - 1);
+  while (i > 0 && positive(i) == ascending) --i;  // the crossing is before i
+  while (i < last && positive(i + 1) != ascending) ++i;
+  if (i == last || positive(i) == ascending) return false;
+
+  const auto lanes = static_cast<std::size_t>(walks_together());
+  const std::size_t lane = walk_count_ % lanes;
+  if (walks_.size() <= walk_count_ / lanes) walks_.emplace_back();
+  GridWalks& walks = walks_[walk_count_ / lanes];
+  if (lane == 0) walks.active = {}, walks.left_grid = {}, walks.doubtful = {}, walks.count = {};
+  if (lane == 0) walks.left_column = walks.left_row = walks.right_column = walks.right_row = {};
+  walks.sin_azimuth[lane] = line.sin_azimuth;
+  walks.cos_azimuth[lane] = line.cos_azimuth;
+  walks.ahead_x[lane] = sign * line.ahead.x();
+  walks.ahead_y[lane] = sign * line.ahead.y();
+  const Vector2d cells(
+      ahead.x() * static_cast<double>(arrays_.cells_across) /
+          (grid_->x().back() - grid_->x().front()),
+      ahead.y() * static_cast<double>(arrays_.cells_up) / (grid_->y().back() - grid_->y().front()));
+  const double most_cells = cells.cwiseAbs().maxCoeff();
+  walks.columns_ahead[lane] = cells.x() / most_cells;
+  walks.rows_ahead[lane] = cells.y() / most_cells;
+  walks.reach_m[lane] = reach_m * (1.0 + 1e-9) + 1e-9;
+  const bool positive_left = line.normal.x() * -ahead.y() + line.normal.y() * ahead.x() > 0.0;
+  walks.positive_left[lane] = positive_left ? -1 : 0;
+  walks.outwards[lane] = outwards ? -1 : 0;
+  walks.active[lane] = -1;
+  const bool first_left = !ascending == positive_left;  // the end at i
+  const std::ptrdiff_t left = first_left ? i : i + 1, right = first_left ? i + 1 : i;
+  walks.left_column[lane] = axis == 0 ? number : left;
+  walks.left_row[lane] = axis == 0 ? left : number;
+  walks.right_column[lane] = axis == 0 ? number : right;
+  walks.right_row[lane] = axis == 0 ? right : number;
+  walks.from[lane] = outwards ? static_cast<std::int64_t>(below_nadir) : 0;
+  walks.until[lane] = static_cast<std::int64_t>(outwards ? fan.elevations() : below_nadir);
+  (outwards ? of_plane_[plane].outwards : of_plane_[plane].inwards) = walk_count_++;
+  return true;
+}
+
+/// Whether a point is above the cell that is under it.
+bool GridScan::is_above_bed(const Vector3d& place) const {
+  const auto cell = [](std::span<const float> lines, double at) {
+    return static_cast<int>(std::upper_bound(lines.begin(), lines.end(), at) - lines.begin()) - 1;
+  };
+  const int column = cell(grid_->x(), place.x()), row = cell(grid_->y(), place.y());
+  if (column < 0 || row < 0 || column >= grid_->columns() - 1 || row >= grid_->rows() - 1)
+    return false;
+  for (const int north : {0, 1})
+    for (const int east : {0, 1})
+      if (!(grid_->point(column + east, row + north).z() < place.z())) return false;
+  return true;
+}
+
+void GridScan::keep_first(const refine::Triangles& others, std::uint64_t version) {
+  if (std::exchange(others_, version) == version) return;
+  other_count_ = others.faces.size();
+  make_room(other_count_);
+  const std::size_t rows = corners_.size();
+  for (std::size_t i = 0; i < other_count_; ++i) {
+    for (std::size_t k = 0; k < 3; ++k)
+      positions_[k * rows + i] = others.positions[others.faces[i][k]];
+    numbers_[i] = others.number(static_cast<std::uint32_t>(i));
+  }
+}
+
+void GridScan::make_room(std::size_t faces) {
+  if (faces <= room_) return;
+  const std::vector<Eigen::Vector3f> before = std::move(positions_);
+  const std::size_t rows_before = corners_.size();
+  room_ = faces;
+  const std::size_t rows = room_ + widest_vector;
+  faces_.resize(rows);
+  numbers_.resize(rows);
+  positions_.resize(3 * rows);
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < std::min(other_count_, rows_before); ++i)
+      positions_[k * rows + i] = before[k * rows_before + i];
+  face_planes_.resize(4 * rows);
+  corners_.resize(rows);
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      corners_[i][corner] = static_cast<std::uint32_t>(corner * rows + i);
+}
+
+std::uint32_t GridScan::row_of(std::uint64_t face) {
+  Known& known = known_[(face * 0x9e3779b97f4a7c15) >> 52];
+  static_assert(known_faces == 1 << (64 - 52));
+  if (known.face == face && known.turn == turn_) return known.row;
+  const auto row = static_cast<std::uint32_t>(face_count_++);
+  known = {face, row, turn_};
+  faces_[row] = face;
+  const std::uint64_t cell_row = face >> GridFace::row;
+  const std::uint64_t column = (face & 0xffffffff) >> GridFace::column;
+  numbers_[row] = static_cast<std::uint32_t>(
+      2 * (cell_row * static_cast<std::uint64_t>(arrays_.cells_across) + column) + (face & 1));
+  return row;
+}
+
+void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
+  const std::uint32_t row = row_of(face);
+  if ((face >> GridFace::far & 1) != 0) far_.push_back(found_);
+  runs.begin[found_] = begin;
+  runs.end[found_] = end;
+  runs.index[found_] = row;
+  runs.face[found_++] = numbers_[row];
+}
+
+/// Appends the runs of a plane, from its walks.
+void GridScan::collect(const RayFan& fan, const FanTables& tables, std::size_t plane,
+                       FanRuns& runs) {
+  const auto elevations = static_cast<std::uint32_t>(fan.elevations());
+  const auto out_from = static_cast<std::uint32_t>(tables.left_out_from[plane]);
+  const auto out_until = static_cast<std::uint32_t>(tables.left_out_until[plane]);
+  const std::size_t first = runs.first.back();
+  const std::size_t first_face = face_count_;
+  found_ = first;
+  far_.clear();
+  const std::size_t room = elevations + 1;
+  const auto lanes = static_cast<std::size_t>(walks_together());
+  const auto count_of = [&](std::size_t walk) {
+    return walk == PlaneWalks::none
+               ? std::size_t{0}
+               : static_cast<std::size_t>(walks_[walk / lanes].count[walk % lanes]);
+  };
+  const auto add = [&](std::uint64_t interval, std::uint64_t face) {
+    const auto begin = static_cast<std::uint32_t>(interval);
+    const auto end = static_cast<std::uint32_t>(interval >> 32);
+    if (begin < out_from) add_run(begin, std::min(end, out_from), face, runs);
+    if (end > out_until) add_run(std::max(begin, out_until), end, face, runs);
+  };
+  const PlaneWalks& walks = of_plane_[plane];
+  const std::size_t inwards = count_of(walks.inwards), outwards = count_of(walks.outwards);
+  std::uint64_t* interval = intervals_.data() + walks.outwards * room;
+  const std::uint64_t* face = seen_.data() + walks.outwards * room;
+  if (inwards > 0) {
+    const std::uint64_t* of = intervals_.data() + walks.inwards * room;
+    const std::uint64_t* seen = seen_.data() + walks.inwards * room;
+    for (std::size_t i = inwards; i-- > 1;) add(of[i], seen[i]);
+    // Both walks may see the face below the origin.
+    if (outwards > 0 && face[0] == seen[0] && of[0] >> 32 == (interval[0] & 0xffffffff))
+      interval[0] = (interval[0] >> 32 << 32) | (of[0] & 0xffffffff);
+    else
+      add(of[0], seen[0]);
+  }
+  for (std::size_t i = 0; i < outwards; ++i) add(interval[i], face[i]);
+
+  find_grid_faces(arrays_, frame_of(fan), faces_.data(), static_cast<std::int64_t>(first_face),
+                  static_cast<std::int64_t>(face_count_),
+                  {.positions = positions_.front().data(),
+                   .room = static_cast<std::int64_t>(room_ + widest_vector),
+                   .face_planes = face_planes_.data()});
+  cut_face_planes({.face = &runs.index[first],
+                   .face_planes = face_planes_.data(),
+                   .level = &runs.level[first],
+                   .pole = &runs.pole[first],
+                   .distance = &runs.distance[first]},
+                  tables.sin_azimuth[plane], tables.cos_azimuth[plane],
+                  static_cast<std::int64_t>(found_ - first));
+  trim(fan, runs);
+  runs.first.push_back(found_);
+}
+
+/// Removes rays at the ends of runs that meet their face beyond the range: as list_runs() of
+/// fan_scan does.
+void GridScan::trim(const RayFan& fan, FanRuns& runs) {
+  if (far_.empty()) return;
+  const auto beyond = [&](std::size_t run, std::uint32_t ray) {
+    const double facing = std::fma(runs.level[run], fan.grid->cos_elevation[ray],
+                                   runs.pole[run] * fan.grid->sin_elevation[ray]);
+    return !(runs.distance[run] / facing <= fan.range_m);
+  };
+  for (const std::size_t run : far_) {
+    std::uint32_t &begin = runs.begin[run], &end = runs.end[run];
+    while (begin < end && beyond(run, begin)) ++begin;
+    while (begin < end && beyond(run, end - 1)) --end;
+  }
+  std::size_t to = far_.front();
+  for (std::size_t run = to; run < found_; ++run) {
+    if (runs.begin[run] == runs.end[run]) continue;
+    runs.begin[to] = runs.begin[run], runs.end[to] = runs.end[run];
+    runs.index[to] = runs.index[run], runs.face[to] = runs.face[run];
+    runs.level[to] = runs.level[run], runs.pole[to] = runs.pole[run];
+    runs.distance[to++] = runs.distance[run];
+  }
+  found_ = to;
+}
+
+refine::Triangles GridScan::triangles() const {
+  return {positions_, std::span(corners_).first(face_count_),
+          std::span(numbers_).first(face_count_)};
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <ensonify/engine/simd/cache_lines.h>
+#include <ensonify/engine/trace/fan_runs.h>
+#include <ensonify/engine/trace/fan_scan/fan_tables.h>
+#include <ensonify/engine/trace/grid_scan/grid_walk.h>
+#include <ensonify/engine/trace/ray_fan.h>
+#include <ensonify/refine/height_grid.h>
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+
+/// What the rays of fans hit on a bed of heights, as runs: the same as fan_scan's, to the bit.
+///
+/// A plane of a fan cuts the bed in one line. Each plane is followed along it, from face to face,
+/// and a horizon tells which rays a face gets: those above all that came before. So faces that no
+/// plane crosses are never looked at, and nothing is sorted.
+///
+/// That is right where the bed has no hole and the line runs outwards without a turn: where the bed
+/// is less steep than the plane. Otherwise take() refuses.
+class GridScan {
+ public:
+  /// The grid must outlive this.
+  explicit GridScan(const refine::HeightGrid& grid);
+
+  /// Other triangles, whose runs are merged with the bed's: they keep their indices in triangles().
+  /// The version changes with them.
+  void keep_first(const refine::Triangles& others, std::uint64_t version);
+
+  /// Finds the runs of these fans. Returns false, without runs, if it cannot be used for one.
+  bool take(std::span<const RayFan> fans);
+
+  /// Of the fan with this number.
+  FanRuns& runs(std::size_t fan) { return runs_[fan]; }
+  /// The faces that the last fans hit; FanRuns::index counts in them.
+  refine::Triangles triangles() const;
+
+ private:
+  struct Line;  // of a plane over the bed
+
+  bool take(const RayFan& fan, const FanTables& tables, FanRuns& runs);
+  bool begin_walk(const RayFan& fan, const Line& line, std::size_t plane, bool outwards,
+                  std::size_t below_nadir);
+  bool left_at_border(const Line& line, std::size_t walk) const;
+  bool is_above_bed(const Eigen::Vector3d& place) const;
+  void collect(const RayFan& fan, const FanTables& tables, std::size_t plane, FanRuns& runs);
+  void add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs);
+  void trim(const RayFan& fan, FanRuns& runs);
+  std::uint32_t row_of(std::uint64_t face);
+  void make_room(std::size_t faces);
+
+  const refine::HeightGrid* grid_;
+  GridArrays arrays_{};
+  bool usable_ = false;
+  double longest_edge_m_ = 0.0;    // a bound
+  std::vector<FanTables> tables_;  // by fan
+  std::vector<FanRuns> runs_;
+
+  // The walks of a fan.
+  std::vector<GridWalks> walks_;
+  std::size_t walk_count_ = 0;
+  struct PlaneWalks {
+    static constexpr std::size_t none = static_cast<std::size_t>(-1);
+    std::size_t outwards = none, inwards = none;
+  };
+  std::vector<PlaneWalks> of_plane_;
+  CacheLines<std::uint64_t> intervals_, seen_;  // by walk
+
+  // The faces that are hit.
+  std::vector<std::uint64_t> faces_;
+  std::vector<std::uint32_t> numbers_;
+  std::vector<Eigen::Vector3f> positions_;  // [corner][face]
+  std::vector<refine::Face> corners_;
+  CacheLines<double> face_planes_;
+  std::size_t face_count_ = 0, found_ = 0, room_ = 0;
+  std::size_t other_count_ = 0;
+  std::uint64_t others_ = static_cast<std::uint64_t>(-1);  // their version
+  /// Finds a face that is there already. Two faces may share a place; then one is kept twice.
+  struct Known {
+    std::uint64_t face;
+    std::uint32_t row;
+    std::uint32_t turn;
+  };
+  std::vector<Known> known_;
+  std::uint32_t turn_ = 0;
+  std::vector<std::size_t> far_;  // runs whose face is partly out of range
+};
+
+}  // namespace ensonify::engine

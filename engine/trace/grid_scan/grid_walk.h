@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <ensonify/engine/simd/cache_lines.h>
+#include <ensonify/engine/trace/fan_frame.h>
+#include <ensonify/engine/trace/fan_scan/elevation_order.h>
+#include <ensonify/refine/height_grid.h>
+
+namespace ensonify::engine {
+
+/// A bed of heights without holes as plain arrays for the kernels; see refine::HeightGrid::Tile.
+struct GridArrays {
+  const float *x, *y;           ///< of the columns and the rows of points
+  const float* z;               ///< of the first tile
+  const std::uint64_t* rising;  ///< of the first tile
+  std::int64_t cells_across, cells_up, tiles_across;
+};
+
+/// A face of a bed of heights, as 64 bits.
+struct GridFace {
+  static constexpr int second = 0;  ///< bit: it is the second of its cell
+  static constexpr int rising = 1;  ///< bit: its cell is split from south-west to north-east
+  static constexpr int far = 2;     ///< bit: a corner is out of range
+  static constexpr int column = 3;  ///< of the cell, up to bit 31
+  static constexpr int row = 32;    ///< of the cell, the bits from here on
+};
+
+/// As many walks over a grid as a register has lanes. Each follows a plane of the fan from one edge
+/// of the mesh to the next. The edge's ends lie to the left and to the right of the plane as the
+/// walk looks, and by that also on the positive or on the negative side.
+struct GridWalks {
+  static constexpr std::size_t most = 8;  ///< lanes of any register
+  template <class T>
+  using Lanes = std::array<T, most>;
+  alignas(64) Lanes<double> sin_azimuth, cos_azimuth;
+  /// The walk's horizontal direction in the plane: along the plane's elevation 0 and along the
+  /// pole; and how far it goes, in metres from the origin.
+  alignas(64) Lanes<double> ahead_x, ahead_y, reach_m;
+  /// The same way in columns and rows, of which the greater is 1; only to fetch memory early.
+  alignas(64) Lanes<double> columns_ahead, rows_ahead;
+  alignas(64) Lanes<std::int64_t> positive_left;  ///< -1: the left is the positive side
+  alignas(64) Lanes<std::int64_t> outwards;       ///< -1: in the order of elevation; 0: against it
+  alignas(64) Lanes<std::int64_t> active;         ///< -1; 0 once it has ended
+  alignas(64) Lanes<std::int64_t> left_grid;      ///< -1: it ended at the grid's border
+  /// -1: a ray passes a crest within rounding, so that the faces before and behind it may be at
+  /// one distance.
+  alignas(64) Lanes<std::int64_t> doubtful;
+  /// The present edge: columns and rows of points.
+  alignas(64) Lanes<std::int64_t> left_column, left_row, right_column, right_row;
+  /// Its ends: off the plane, along it, along the pole, and the distance squared.
+  alignas(64) Lanes<double> left_off, left_x, left_y, left_2, right_off, right_x, right_y, right_2;
+  /// Where it crosses the plane, and the rays below.
+  alignas(64) Lanes<double> x, y;
+  alignas(64) Lanes<std::int64_t> below;
+  /// The rays that nothing hides yet: [from, until).
+  alignas(64) Lanes<std::int64_t> from, until;
+  alignas(64) Lanes<std::int64_t> count;  ///< of intervals
+};
+
+struct GridWalkArgs {
+  FanFrame frame;
+  double range_m;
+  double doubt_m2;  ///< bound on the rounding of a crossing, times its distance from the origin
+  std::int64_t elevations;
+  ElevationOrder order;
+  GridArrays grid;
+  GridWalks* walks;
+  std::int64_t groups;
+  /// By walk, in rows of `room`: which rays (the end in the upper half) see which GridFace.
+  std::uint64_t *intervals, *faces;
+  std::int64_t room;
+};
+
+/// Walks to the end: fills intervals, faces and GridWalks::count.
+void walk_grid(const GridWalkArgs& args);
+
+/// How many walks a GridWalks has on this machine: the first lanes are used.
+std::int64_t walks_together();
+
+/// Where find_grid_faces() writes, by face; one vector longer than the most faces.
+struct GridFaceRows {
+  float* positions;  ///< [corner][face]
+  std::int64_t room;
+  double* face_planes;  ///< [face][FacePlane]
+};
+/// The corners and planes of faces [first, end).
+void find_grid_faces(const GridArrays& grid, const FanFrame& frame, const std::uint64_t* faces,
+                     std::int64_t first, std::int64_t end, const GridFaceRows& rows);
+
+/// The planes of runs as the fan's plane cuts them: as in FanRuns. Writes up to one vector more.
+struct GridRunRows {
+  const std::uint32_t* face;  ///< row of face_planes
+  const double* face_planes;
+  double *level, *pole, *distance;
+};
+void cut_face_planes(const GridRunRows& rows, double sin_azimuth, double cos_azimuth,
+                     std::int64_t count);
+
+}  // namespace ensonify::engine
