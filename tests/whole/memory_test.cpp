@@ -18,8 +18,8 @@ using namespace ensonify::tests;
 
 namespace {
 
-// Makes the tiny scene have 2.56 million faces.
-const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.025", "-D",
+// Makes the tiny scene have a million faces.
+const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.04", "-D",
                                     "sonar.left-right.bins=50"};
 
 /// Runs the tiny scene with more arguments, into the folder `out`, which is removed first.
@@ -48,7 +48,7 @@ double max_bytes(pid_t process) {
 }  // namespace
 
 TEST_CASE("a run is refused only if it would need more memory than allowed") {
-  const std::string tree = "a seafloor of 1601 x 801 points and what is built over it";
+  const std::string tree = "a seafloor of 1001 x 501 points and what is built over it";
   struct Case {
     std::string surface, intersector, what;
     std::vector<std::string> more;
