@@ -87,7 +87,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
     aim(pose);
   }
   warn_of_distance(pose);
-  watch.lap(worker.times.surface_s);
+  watch.lap(worker.face_source.found_runs() ? worker.times.trace_s : worker.times.surface_s);
   if (worker.lines.empty()) worker.make_lines();
   std::size_t first_line = 0;
   for (Worker::BeamTracer& beam : worker.beams) {

@@ -4,8 +4,8 @@ namespace ensonify::engine {
 
 /// Seconds spent in a ping's stages, summed over pings.
 struct StageTimes {
-  double surface_s = 0.0;  ///< which triangles are there
-  double trace_s = 0.0;    ///< nearest hits
+  double surface_s = 0.0;  ///< which triangles are there, where they are listed
+  double trace_s = 0.0;    ///< nearest hits, or runs
   double echo_s = 0.0;     ///< scattering and binning
   double receive_s = 0.0;  ///< scatterers, noise and all to the recorder's samples
 

@@ -31,6 +31,8 @@ class FaceSource {
   /// The same, but its intersector may have nothing but list_runs(), for each of these fans once:
   /// cheaper where the echo needs no hits.
   virtual const Intersector& prepare_runs(std::span<const RayFan> fans) { return prepare(fans); }
+  /// Whether the last call of the two found the runs in place of the triangles.
+  virtual bool found_runs() const { return false; }
   /// Announces the fans of a later ping: what they need is prepared on a spare thread, if there is
   /// one, while the current faces are in use. Returns whether the current faces are enough for
   /// them too; then a still later ping may be announced.

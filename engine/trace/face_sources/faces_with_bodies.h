@@ -39,6 +39,7 @@ class FacesWithBodies final : public FaceSource {
 
   const Intersector& prepare(std::span<const RayFan> fans) override;
   const Intersector& prepare_runs(std::span<const RayFan> fans) override;
+  bool found_runs() const override { return fixed_->found_runs(); }
   bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
     return fixed_->expect(fans, spare);
   }

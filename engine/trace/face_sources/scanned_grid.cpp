@@ -45,6 +45,7 @@ class ScannedGrid final : public FaceSource {
     return runs_;
   }
 
+  bool found_runs() const override { return scanned_; }
   bool expect(std::span<const RayFan> fans, refine::SpareThreads& spare) override {
     return scanned_ || exact_->expect(fans, spare);
   }
