@@ -19,8 +19,7 @@ using namespace ensonify::tests;
 namespace {
 
 // Makes the tiny scene have a million faces.
-const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.04", "-D",
-                                    "sonar.left-right.bins=50"};
+const std::vector<std::string> fine{"-D", "seafloor.cell_m=0.04", "-D", "sonar.left-right.bins=50"};
 
 /// Runs the tiny scene with more arguments, into the folder `out`, which is removed first.
 Outcome run_tiny(const TemporaryFolder& folder, std::vector<std::string> more,
