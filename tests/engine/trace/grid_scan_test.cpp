@@ -196,6 +196,49 @@ TEST_CASE("Rays aimed at the grid's points and edges get fan_scan's runs, or no 
   CHECK(scanned > 250);
 }
 
+TEST_CASE("A fan whose last ray passes a crest gets fan_scan's runs, or no scan") {
+  tests::Random random(12);
+  tests::Heights ridge{81, 21, 0.25, {}};
+  for (int i = 0; i < ridge.columns * ridge.rows; ++i)
+    ridge.z_m.push_back(bed_z_m - 0.5 * std::abs(i % ridge.columns - 60) * ridge.cell_m);
+  const refine::HeightGrid grid = ridge.grid();
+  const double crest_x_m = double{grid.x(60)};
+  const refine::TriangleMesh mesh = grid.mesh();
+  const auto whole = make_intersector("fan_scan", mesh);
+  GridScan scan(grid);
+  Count count;
+  int scanned = 0;
+  for (int number = 0; number < 3000; ++number) {
+    CAPTURE(number);
+    const Vector3d origin(tests::uniform(random, -9.0, 0.0), tests::uniform(random, -1.0, 1.0),
+                          bed_z_m + tests::uniform(random, 2.0, 8.0));
+    FanGrid rays(FanLayout{.sector_high_rad = 1.0, .truncation_rad = 1.0, .main_lobe_rad = 1.0});
+    rays.planes = {{0.0, 1.0, 1.0}};
+    rays.elevation_rad.clear(), rays.sin_elevation.clear(), rays.cos_elevation.clear();
+    // From steeply down, in the plane of x and z, to the crest.
+    const double last_rad = std::atan2(bed_z_m - origin.z(), crest_x_m - origin.x());
+    for (int ray = 30; ray >= 0; --ray) {
+      rays.elevation_rad.push_back(last_rad - (last_rad + 1.5) / 30 * ray);
+      rays.sin_elevation.push_back(std::sin(rays.elevation_rad.back()));
+      rays.cos_elevation.push_back(std::cos(rays.elevation_rad.back()));
+    }
+    const RayFan fan{.grid = std::make_shared<const FanGrid>(std::move(rays)),
+                     .origin = origin,
+                     .array_axis = Vector3d::UnitY(),
+                     .middle = Vector3d::UnitX(),
+                     .pole = Vector3d::UnitZ(),
+                     .range_m = 50.0};
+    if (!scan.take({&fan, 1})) continue;
+    ++scanned;
+    FanRuns expected;
+    REQUIRE(whole->list_runs(fan, expected));
+    compare(expected, scan.runs(0), scan.triangles(), count);
+  }
+  CHECK(count.runs > 30'000);
+  CHECK(count.differences == 0);
+  CHECK(scanned > 1000);
+}
+
 TEST_CASE("Objects on a scanned grid hide it, and it hides them, as in one mesh") {
   tests::Random random(8);
   const tests::Heights heights = bed(300, 300, 0.1, 0.02, random);
