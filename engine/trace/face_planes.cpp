@@ -33,14 +33,9 @@ void find_face_planes(const FacePlanes& planes, std::int64_t count) {
       const float* at = rows + 3 * k * lanes;
       return V3{promoted(at), promoted(at + lanes), promoted(at + 2 * lanes)};
     };
-    Corners face{corner(0), corner(1), corner(2)};
-    put_in_order(face);
-    const V3 a = into(frame, face.a), b = into(frame, face.b), c = into(frame, face.c);
-    const V3 normal = hn::Set(d, planes.frame.handedness) * cross(b - a, c - a);
-    const FacePlane plane = face_plane(normal, dot(normal, a));
-    hn::StoreU(level_of(plane, sine, cosine), d, planes.level + i);
-    hn::StoreU(plane.normal.z, d, planes.pole + i);
-    hn::StoreU(plane.distance, d, planes.distance + i);
+    const FacePlane plane =
+        face_plane(frame, planes.frame.handedness, {corner(0), corner(1), corner(2)});
+    store_cut(plane, sine, cosine, planes.level + i, planes.pole + i, planes.distance + i);
   }
 }
 

@@ -64,10 +64,30 @@ HWY_INLINE FacePlane face_plane(V3 normal, V distance) {
   const V inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(dot(normal, normal)));
   return {inverse * normal, hn::Mul(inverse, distance)};
 }
+/// Of a face whose corners are in any order.
+HWY_INLINE FacePlane face_plane(const Frame& frame, double handedness, Corners face) {
+  put_in_order(face);
+  const V3 a = into(frame, face.a), b = into(frame, face.b), c = into(frame, face.c);
+  const V3 normal = hn::Set(d, handedness) * cross(b - a, c - a);
+  return face_plane(normal, dot(normal, a));
+}
+/// From rows of four numbers each; `first` is where the rows begin.
+HWY_INLINE FacePlane gather_face_plane(const double* rows, hn::Vec<I> first) {
+  return {{hn::GatherIndex(d, rows, first), hn::GatherIndex(d, rows + 1, first),
+           hn::GatherIndex(d, rows + 2, first)},
+          hn::GatherIndex(d, rows + 3, first)};
+}
 /// The normal's component along the direction of a fan's plane at elevation 0; along the pole it is
 /// its z.
 HWY_INLINE V level_of(const FacePlane& face, V sin_azimuth, V cos_azimuth) {
   return fma(face.normal.x, sin_azimuth, hn::Mul(face.normal.y, cos_azimuth));
+}
+/// Writes a vector of faces as a fan's plane cuts them: as in FanRuns.
+HWY_INLINE void store_cut(const FacePlane& face, V sin_azimuth, V cos_azimuth, double* level,
+                          double* pole, double* distance) {
+  hn::StoreU(level_of(face, sin_azimuth, cos_azimuth), d, level);
+  hn::StoreU(face.normal.z, d, pole);
+  hn::StoreU(face.distance, d, distance);
 }
 
 }  // namespace

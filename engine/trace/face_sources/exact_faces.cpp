@@ -105,8 +105,8 @@ struct ObjectFaces {
   void reset() {}
 };
 
-/// Objects are scanned apart from a scanned grid. With more of them, one scan of all is faster
-/// (measured with 4, 16 and 64; bench/README.md).
+/// Objects are scanned apart from a scanned grid. With more of them, one scan of all is faster:
+/// measured with 4 and 16 (bench/README.md).
 constexpr std::size_t grid_faces_per_object_face = 32;
 
 /// A bound, in metres, on how far a point within range moves by the rotation between two volumes.

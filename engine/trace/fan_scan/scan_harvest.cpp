@@ -205,12 +205,8 @@ std::int64_t list_runs(const ScanArgs& args, std::int64_t plane, std::int64_t fr
     const auto within = hn::FirstN(half, static_cast<std::size_t>(some));
     const auto candidate = hn::IfThenElseZero(within, load(rows.index + i));
     const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, candidate));
-    const auto row = [&](std::int64_t k)
-                         HWY_ATTR { return hn::GatherIndex(d, args.face_planes + k, at); };
-    const FacePlane face{{row(0), row(1), row(2)}, row(3)};
-    hn::StoreU(level_of(face, sine, cosine), d, rows.level + i);
-    hn::StoreU(face.normal.z, d, rows.pole + i);
-    hn::StoreU(face.distance, d, rows.distance + i);
+    store_cut(gather_face_plane(args.face_planes, at), sine, cosine, rows.level + i, rows.pole + i,
+              rows.distance + i);
     const auto gather = [&](const std::uint32_t* table, hn::Vec<Half> index) HWY_ATTR {
       return hn::GatherIndex(half, reinterpret_cast<const std::int32_t*>(table), index);
     };

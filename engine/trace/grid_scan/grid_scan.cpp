@@ -15,7 +15,8 @@ using Eigen::Vector3d;
 
 // How much of the slope at which a plane's line could turn back is allowed.
 constexpr double allowed_slope = 0.5;
-// Of a crossing, relative to the range and the edge's length: a bound with much to spare.
+// A bound, with much to spare, on the rounding of a crossing, relative to the range and to the
+// length of the edge.
 constexpr double rounding = 1e-11;
 constexpr std::size_t known_faces = 1 << 12;
 
@@ -218,8 +219,7 @@ bool GridScan::begin_walk(const RayFan& fan, const Line& line, std::size_t plane
   const std::size_t lane = walk_count_ % lanes;
   if (walks_.size() <= walk_count_ / lanes) walks_.emplace_back();
   GridWalks& walks = walks_[walk_count_ / lanes];
-  if (lane == 0) walks.active = {}, walks.left_grid = {}, walks.doubtful = {}, walks.count = {};
-  if (lane == 0) walks.left_column = walks.left_row = walks.right_column = walks.right_row = {};
+  if (lane == 0) walks = {};
   walks.sin_azimuth[lane] = line.sin_azimuth;
   walks.cos_azimuth[lane] = line.cos_azimuth;
   walks.ahead_x[lane] = sign * line.ahead.x();
@@ -341,8 +341,9 @@ void GridScan::collect(const RayFan& fan, const FanTables& tables, std::size_t p
   };
   const PlaneWalks& walks = of_plane_[plane];
   const std::size_t inwards = count_of(walks.inwards), outwards = count_of(walks.outwards);
-  std::uint64_t* interval = intervals_.data() + walks.outwards * room;
-  const std::uint64_t* face = seen_.data() + walks.outwards * room;
+  const std::size_t row = outwards > 0 ? walks.outwards * room : 0;
+  std::uint64_t* interval = intervals_.data() + row;
+  const std::uint64_t* face = seen_.data() + row;
   if (inwards > 0) {
     const std::uint64_t* of = intervals_.data() + walks.inwards * room;
     const std::uint64_t* seen = seen_.data() + walks.inwards * room;

@@ -88,6 +88,15 @@ HWY_INLINE V3 point_of(const GridArrays& grid, const TilePlace& tile, VI column,
   return {gather(grid.x, column), gather(grid.y, row), gather(grid.z, place_of(tile, column, row))};
 }
 
+HWY_INLINE void store_ends(const InPlane& left, const InPlane& right, GridWalks& at) {
+  hn::Store(left.off, d, &at.left_off[0]);
+  hn::Store(left.x, d, &at.left_x[0]);
+  hn::Store(left.y, d, &at.left_y[0]);
+  hn::Store(right.off, d, &at.right_off[0]);
+  hn::Store(right.x, d, &at.right_x[0]);
+  hn::Store(right.y, d, &at.right_y[0]);
+}
+
 // Takes one step of each walk: through the face ahead of the present edge, to the edge where the
 // plane leaves it.
 HWY_INLINE void step(const GridWalkArgs& args, const Frame& frame, GridWalks& at, double* x,
@@ -158,13 +167,8 @@ HWY_INLINE void step(const GridWalkArgs& args, const Frame& frame, GridWalks& at
   hn::Store(choose(new_left, ar, lr), di, &at.left_row[0]);
   hn::Store(choose(new_right, ac, rc), di, &at.right_column[0]);
   hn::Store(choose(new_right, ar, rr), di, &at.right_row[0]);
-  hn::Store(left.off, d, &at.left_off[0]);
-  hn::Store(left.x, d, &at.left_x[0]);
-  hn::Store(left.y, d, &at.left_y[0]);
+  store_ends(left, right, at);
   hn::Store(hn::IfThenElse(new_left, apex_2, left_2), d, &at.left_2[0]);
-  hn::Store(right.off, d, &at.right_off[0]);
-  hn::Store(right.x, d, &at.right_x[0]);
-  hn::Store(right.y, d, &at.right_y[0]);
   hn::Store(hn::IfThenElse(new_right, apex_2, right_2), d, &at.right_2[0]);
 
   const V ahead_x = hn::Load(d, &at.ahead_x[0]), ahead_y = hn::Load(d, &at.ahead_y[0]);
@@ -208,12 +212,7 @@ HWY_INLINE void begin(const GridWalkArgs& args, const Frame& frame, GridWalks& a
   hn::Store(distance_2, d, &at.left_2[0]);
   const InPlane right = end_at(&at.right_column[0], &at.right_row[0]);
   hn::Store(distance_2, d, &at.right_2[0]);
-  hn::Store(left.off, d, &at.left_off[0]);
-  hn::Store(left.x, d, &at.left_x[0]);
-  hn::Store(left.y, d, &at.left_y[0]);
-  hn::Store(right.off, d, &at.right_off[0]);
-  hn::Store(right.x, d, &at.right_x[0]);
-  hn::Store(right.y, d, &at.right_y[0]);
+  store_ends(left, right, at);
   const Crossing crossing = between(left, right);
   hn::Store(crossing.x, d, &at.x[0]);
   hn::Store(crossing.y, d, &at.y[0]);
@@ -368,19 +367,16 @@ void find_grid_faces(const GridArrays& grid, const FanFrame& fan_frame, const st
     const V3 north_west{x.at, y.next, north.at}, north_east{x.next, y.next, north.next};
     // HeightGrid::rising_faces and falling_faces.
     const M is_second = hn::RebindMask(d, second), is_rising = hn::RebindMask(d, rising);
-    Corners at{choose(hn::AndNot(is_rising, is_second), south_east, south_west),
-               choose(is_second, north_east, south_east),
-               choose(hn::AndNot(is_second, is_rising), north_east, north_west)};
+    const Corners at{choose(hn::AndNot(is_rising, is_second), south_east, south_west),
+                     choose(is_second, north_east, south_east),
+                     choose(hn::AndNot(is_second, is_rising), north_east, north_west)};
     float* to = rows.positions + 3 * i;
     for (const V3& p : {at.a, at.b, at.c}) {
       hn::StoreInterleaved3(hn::DemoteTo(df, p.x), hn::DemoteTo(df, p.y), hn::DemoteTo(df, p.z), df,
                             to);
       to += 3 * rows.room;
     }
-    put_in_order(at);
-    const V3 a = into(frame, at.a), b = into(frame, at.b), c = into(frame, at.c);
-    const V3 normal = hn::Set(d, fan_frame.handedness) * cross(b - a, c - a);
-    const FacePlane plane = face_plane(normal, dot(normal, a));
+    const FacePlane plane = face_plane(frame, fan_frame.handedness, at);
     hn::StoreInterleaved4(plane.normal.x, plane.normal.y, plane.normal.z, plane.distance, d,
                           rows.face_planes + 4 * i);
   }
@@ -394,12 +390,8 @@ void cut_face_planes(const GridRunRows& rows, double sin_azimuth, double cos_azi
     const auto face = hn::IfThenElseZero(
         within, hn::LoadU(half, reinterpret_cast<const std::int32_t*>(rows.face) + i));
     const auto at = hn::ShiftLeft<2>(hn::PromoteTo(di, face));
-    const auto row = [&](std::int64_t k)
-                         HWY_ATTR { return hn::GatherIndex(d, rows.face_planes + k, at); };
-    const FacePlane plane{{row(0), row(1), row(2)}, row(3)};
-    hn::StoreU(level_of(plane, sine, cosine), d, rows.level + i);
-    hn::StoreU(plane.normal.z, d, rows.pole + i);
-    hn::StoreU(plane.distance, d, rows.distance + i);
+    store_cut(gather_face_plane(rows.face_planes, at), sine, cosine, rows.level + i, rows.pole + i,
+              rows.distance + i);
   }
 }
 

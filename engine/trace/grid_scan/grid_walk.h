@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/trace/fan_frame.h>
 #include <ensonify/engine/trace/fan_scan/elevation_order.h>
 #include <ensonify/refine/height_grid.h>
