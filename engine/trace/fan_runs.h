@@ -33,6 +33,12 @@ class FanRuns {
   void start(const FanGrid& grid);
   /// The runs of `hits` (by ray number) over these triangles.
   void take(const RayFan& fan, refine::Triangles triangles, std::span<const Hit> hits);
+  /// Gives a run the face of another one, whose rays it does not get.
+  void copy_face(std::size_t run, const FanRuns& from, std::size_t other) {
+    index[run] = from.index[other], face[run] = from.face[other];
+    level[run] = from.level[other], pole[run] = from.pole[other];
+    distance[run] = from.distance[other];
+  }
 
   std::size_t size() const { return first.back(); }
 };

@@ -390,9 +390,7 @@ void GridScan::trim(const RayFan& fan, FanRuns& runs) {
   for (std::size_t run = to; run < found_; ++run) {
     if (runs.begin[run] == runs.end[run]) continue;
     runs.begin[to] = runs.begin[run], runs.end[to] = runs.end[run];
-    runs.index[to] = runs.index[run], runs.face[to] = runs.face[run];
-    runs.level[to] = runs.level[run], runs.pole[to] = runs.pole[run];
-    runs.distance[to++] = runs.distance[run];
+    runs.copy_face(to++, runs, run);
   }
   found_ = to;
 }

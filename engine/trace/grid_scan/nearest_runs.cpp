@@ -128,11 +128,7 @@ void nearest_runs(const RayFan& fan, refine::Triangles triangles, const FanRuns&
       }
       nearest.begin[count] = begin;
       nearest.end[count] = end;
-      nearest.index[count] = from.index[run];
-      nearest.face[count] = from.face[run];
-      nearest.level[count] = from.level[run];
-      nearest.pole[count] = from.pole[run];
-      nearest.distance[count++] = from.distance[run];
+      nearest.copy_face(count++, from, run);
     };
     pair.sin_azimuth = fan.grid->planes[plane].sin_azimuth;
     pair.cos_azimuth = fan.grid->planes[plane].cos_azimuth;
