@@ -5,9 +5,9 @@
     blind.py score FOLDER                reads FOLDER/answers.txt and prints the accuracy
 
 DATA is the folder of real images, as for judge.py; each RUN the folder of a run, whose first
-picture is taken. A crop has 128 x 128 pixels, is grey, and is stretched from its 1st to its 99th
-percentile, so that palette and gain do not tell. It may have objects, shadows and some water
-column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
+picture is taken. A crop has 256 x 256 pixels, is grey, reduced to half its size, so that enlarged
+or smoothed pixels of a display tell less, and stretched from its 1st to its 99th percentile, so that
+palette and gain do not tell. It may have objects, shadows and some water column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
 written: a line per crop, its number and `real` or `simulated`. The interval is Wilson's, of 95 %.
 """
 
@@ -22,7 +22,7 @@ from PIL import Image, ImageDraw
 
 from judge import real_sources
 
-CROPS, SIDE, SEED = 60, 128, 30
+CROPS, SIDE, SEED = 60, 256, 30
 PER_SHEET, PER_ROW, SHOWN_PX = 20, 5, 256
 
 
@@ -35,9 +35,11 @@ def crop_of(path, draw):
         top, left = draw.randrange(height - SIDE + 1), draw.randrange(width - SIDE + 1)
         crop = picture[top:top + SIDE, left:left + SIDE]
         blobs = crop.reshape(SIDE // 8, 8, SIDE // 8, 8).mean((1, 3))
-        if np.median(crop) > 20.0 and (blobs < 0.3 * np.median(blobs)).mean() < 0.25:
-            low, high = np.percentile(crop, [1, 99])
-            scaled = np.clip((crop - low) / max(high - low, 1.0), 0.0, 1.0)
+        bright = max(20.0, 0.5 * np.percentile(picture, 75))  # not the water column
+        if np.median(crop) > bright and (blobs < 0.3 * np.median(blobs)).mean() < 0.25:
+            half = crop.reshape(SIDE // 2, 2, SIDE // 2, 2).mean((1, 3))
+            low, high = np.percentile(half, [1, 99])
+            scaled = np.clip((half - low) / max(high - low, 1.0), 0.0, 1.0)
             return Image.fromarray((255.0 * scaled).astype(np.uint8))
     return None
 

@@ -10,8 +10,9 @@ namespace ensonify::engine {
 
 /// All layers of a waterfall as one OpenEXR image: FLOAT and UINT channels named as the layers,
 /// compressed without loss, with the attributes of image_attributes(); and the origin's preview as
-/// the HALF channel Y, linear luminance from 0 to 1, which viewers show as a grey picture. The bytes
-/// do not depend on the number of threads. Throws std::invalid_argument if the waterfall has no pixels.
+/// the HALF channel Y, linear luminance from 0 to 1, which viewers show as a grey picture. The
+/// bytes do not depend on the number of threads. Throws std::invalid_argument if the waterfall has
+/// no pixels.
 std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin);
 
 /// The number of threads that encode_exr() may use in this process, all calls together. At first it

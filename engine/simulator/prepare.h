@@ -21,8 +21,8 @@ namespace ensonify::engine {
 
 /// A scene's seafloor as its face source needs it. Simulators share it.
 struct PreparedSeafloor {
-  /// With its mesh for `static`; for `footprint` with its grid, if it has one, and for `refined`, if
-  /// that is made in tiles; otherwise with its progressive mesh.
+  /// With its mesh for `static`; for `footprint` with its grid, if it has one, and for `refined`,
+  /// if that is made in tiles; otherwise with its progressive mesh.
   Seafloor seafloor;
   /// The same bed and objects for `refined`, where the bed is made in tiles.
   std::shared_ptr<refine::MeshClusters> clusters;

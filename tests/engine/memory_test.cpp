@@ -106,11 +106,10 @@ TEST_CASE("a survey grid that does not fit is refused by its header, and is not 
   write_huge_grid(folder / "grid.asc", 8000, 8000);
   const Scene scene = survey_scene(folder / "grid.asc");
   const double before = read_bytes();
-  CHECK_THROWS_WITH(
-      prepare_seafloor(scene, {.memory = {0.2 * gb}}),
-      Catch::Contains("a seafloor of 8000 x 8000 points") &&
-          Catch::Contains("of memory, but --memory allows 200 MB") &&
-          Catch::Contains("gdal_translate -projwin"));
+  CHECK_THROWS_WITH(prepare_seafloor(scene, {.memory = {0.2 * gb}}),
+                    Catch::Contains("a seafloor of 8000 x 8000 points") &&
+                        Catch::Contains("of memory, but --memory allows 200 MB") &&
+                        Catch::Contains("gdal_translate -projwin"));
   CHECK(read_bytes() - before < 1e8);
 }
 

@@ -400,7 +400,9 @@ TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixel
     const FeatureRecord& feature = seafloor.features.at(pixels.instance[i] - 2);
     REQUIRE(feature.label.class_id == pixels.class_id[i]);
     const Vector3d off = Vector3d(pixels.x_m[i], pixels.y_m[i], pixels.z_m[i]) - feature.middle_m;
-    REQUIRE((off.cwiseAbs().array() <= 0.5 * feature.size_m.array() + 0.35).all());
+    // A face at a feature's border may rise to a boulder that stands next to it.
+    const Vector3d border_m(0.35, 0.35, 1.0);
+    REQUIRE((off.cwiseAbs() - 0.5 * feature.size_m - border_m).maxCoeff() <= 0.0);
     ++looked;
   }
   CHECK(looked > 50);

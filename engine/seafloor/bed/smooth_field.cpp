@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/seafloor/bed/catmull_rom.h>
+#include <ensonify/engine/seafloor/bed/interpolated.h>
 
 namespace ensonify::engine {
 namespace {
@@ -56,51 +57,17 @@ double SmoothField::at(double x_m, double y_m) const {
 }
 
 std::vector<double> SmoothField::over(const Heightfield& grid) const {
-  std::vector<double> values(grid.z_m.size());
   const double step_m = shortest_m_ / samples_per_wave;
   if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
+    std::vector<double> values(grid.z_m.size());
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column)
         values[grid.index(column, row)] = at(grid.x_m(column), grid.y_m(row));
     return values;
   }
-  // A coarser lattice, aligned with the origin, so that values depend on the place alone here too.
-  // It is counted from the corner of the whole grid, so that a window has the same bits.
-  const double west = std::floor(grid.x_m(-grid.first_column) / step_m) - 1.0;
-  const double south = std::floor(grid.y_m(-grid.first_row) / step_m) - 1.0;
-  const auto before = [&](double place_m, double edge) {
-    return static_cast<std::size_t>(place_m / step_m - edge);
-  };
-  const std::size_t first_column = before(grid.x_m(0), west) - 1;
-  const std::size_t first_row = before(grid.y_m(0), south) - 1;
-  const std::size_t columns = before(grid.x_m(grid.columns - 1), west) - first_column + 3;
-  const std::size_t rows = before(grid.y_m(grid.rows - 1), south) - first_row + 3;
-  std::vector<double> samples(columns * rows);
-  for (std::size_t row = 0; row < rows; ++row)
-    for (std::size_t column = 0; column < columns; ++column)
-      samples[row * columns + column] =
-          at((west + static_cast<double>(first_column + column)) * step_m,
-             (south + static_cast<double>(first_row + row)) * step_m);
-  std::vector<double> line(columns);
-  for (int row = 0; row < grid.rows; ++row) {
-    const double y = grid.y_m(row) / step_m - south;
-    const auto below = static_cast<std::size_t>(y);
-    const auto across = catmull_rom(y - static_cast<double>(below));
-    for (std::size_t column = 0; column < columns; ++column) {
-      line[column] = 0.0;
-      for (std::size_t i = 0; i < 4; ++i)
-        line[column] += across[i] * samples[(below - 1 + i - first_row) * columns + column];
-    }
-    for (int column = 0; column < grid.columns; ++column) {
-      const double x = grid.x_m(column) / step_m - west;
-      const auto left = static_cast<std::size_t>(x);
-      const auto along = catmull_rom(x - static_cast<double>(left));
-      double sum = 0.0;
-      for (std::size_t i = 0; i < 4; ++i) sum += along[i] * line[left - 1 + i - first_column];
-      values[grid.index(column, row)] = sum;
-    }
-  }
-  return values;
+  return interpolated(grid, step_m, [&](std::int64_t column, std::int64_t row) {
+    return at(static_cast<double>(column) * step_m, static_cast<double>(row) * step_m);
+  });
 }
 
 }  // namespace ensonify::engine

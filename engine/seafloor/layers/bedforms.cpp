@@ -1,13 +1,16 @@
 #include <ensonify/engine/seafloor/layers/bedforms.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 
 namespace ensonify::engine {
@@ -72,6 +75,19 @@ class Forks {
   std::vector<double> turns_, height_;
 };
 
+/// Irregularities of some two wavelengths: normal numbers of variance 1, which are interpolated
+/// between the points of a lattice. (A SmoothField of waves this short takes a second for a million
+/// points.)
+std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const LayerDraws& draws,
+                           std::uint64_t what) {
+  // The mean sum of the squared weights of catmull_rom is 57 / 70 along each axis.
+  return interpolated(grid, 1.2 * wavelength_m, [&](std::int64_t column, std::int64_t row) {
+    std::array<double, 1> number;
+    draws.of(what, column, row).normal(number);
+    return 70.0 / 57.0 * number[0];
+  });
+}
+
 }  // namespace
 
 double crest_profile(double turns, double sharpness, double asymmetry) {
@@ -88,7 +104,10 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
   const SmoothField bends(draws.of(1), 0.6 * drift_m, 3.0 * drift_m);
   const SmoothField heights(draws.of(2), 0.6 * drift_m, 3.0 * drift_m);
   const std::vector<double> bend = bends.over(field), height = heights.over(field);
+  const std::vector<double> shift = ragged(field, relief.wavelength_m, draws, 4);
+  const std::vector<double> near_height = ragged(field, relief.wavelength_m, draws, 5);
   const Forks forks(field, relief, draws);
+  const double ragged_ln = 4.0 * relief.raggedness;
   // A phase of rms slope k0 * bend turns the crests by bend, and changes their spacing by as much.
   const double bend_turns = relief.bend_rad / (relief.wavelength_m * bends.slope_per_m());
   const double east = std::sin(relief.across_crests_rad),
@@ -102,9 +121,10 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
       const std::size_t point = field.index(column, row);
       const double turns =
           (field.x_m(column) * east + field.y_m(row) * north) / relief.wavelength_m +
-          bend_turns * bend[point] + forks.turns(point);
-      field.z_m[point] += 0.5 * relief.height_m * std::exp(relief.height_spread * height[point]) *
-                          forks.height(point) *
+          bend_turns * bend[point] + relief.raggedness * shift[point] + forks.turns(point);
+      const double ln_height = relief.height_spread * height[point] +
+                               ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
+      field.z_m[point] += 0.5 * relief.height_m * std::exp(ln_height) * forks.height(point) *
                           (crest_profile(turns, relief.sharpness, relief.asymmetry) - mean);
     }
 }
@@ -137,6 +157,10 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           {"height_spread", "", 0, 2,
            "How much, rms, the logarithm of the height changes over such distances.",
            &Bedforms::height_spread},
+          {"raggedness", "", 0, 0.3,
+           "How much, rms, the crests' lines shift over some two wavelengths, as a share of the "
+           "wavelength; the logarithm of their height changes four times as much.",
+           &Bedforms::raggedness},
           {"forks", "", 0, 25, "How many crests begin and end in a square of 10 x 10 wavelengths.",
            &Bedforms::forks},
       }};

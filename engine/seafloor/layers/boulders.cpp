@@ -25,9 +25,20 @@ class Boulder {
     corner_ = 2.0 * pi * u[7];
     corner_2_ = 2.0 * pi * u[8];
     lean_ = 0.6 * (u[9] - 0.5);
+    // The lower bits of a random number are another one.
+    const auto lower_bits = [](double random) {
+      return 1024.0 * random - std::floor(1024.0 * random);
+    };
+    current_turn_rad_ = 0.8 * (lower_bits(u[5]) - 0.5);
+    moat_share_ = 2.0 * lower_bits(u[6]);
+    tail_share_ = 2.0 * lower_bits(u[7]);
   }
   double diameter_m() const { return diameter_m_; }
   double height_m() const { return height_m_; }
+  /// What the sand about it has of the field's current, moat and tail: no two stones have the same.
+  double current_turn_rad() const { return current_turn_rad_; }
+  double moat_share() const { return moat_share_; }
+  double tail_share() const { return tail_share_; }
 
   /// Its top's height over the bed, 0 outside.
   double top_m(double dx, double dy) const {
@@ -44,6 +55,7 @@ class Boulder {
 
  private:
   double diameter_m_, height_m_, heading_, stretch_, corner_, corner_2_, lean_;
+  double current_turn_rad_, moat_share_, tail_share_;
 };
 
 }  // namespace
@@ -57,7 +69,6 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   check_relief(boulders);
   check_cover("boulders", boulders.per_hectare, boulders.diameter_m);
   std::vector<double> stones(field.z_m.size(), 0.0);
-  const double down_x = std::sin(boulders.current_rad), down_y = std::cos(boulders.current_rad);
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
   std::uint32_t number = 0;
   const auto set_down = [&](double x, double y, const auto& u) {
@@ -65,6 +76,10 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
     ++number;
     const Boulder stone(boulders, u);
     const double half_m = 0.5 * stone.diameter_m();
+    const double current_rad = boulders.current_rad + stone.current_turn_rad();
+    const double down_x = std::sin(current_rad), down_y = std::cos(current_rad);
+    const double moat_m = boulders.scour_ratio * stone.height_m() * stone.moat_share();
+    const double tail_m = boulders.tail_ratio * stone.height_m() * stone.tail_share();
     const double its_reach_m = stone.diameter_m() * (sand_moved ? tail_diameters : 0.8);
     for_each_point_near(field, x, y, its_reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = field.index(column, row);
@@ -73,11 +88,11 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
       const double r = std::hypot(down, across);
       const double moat = (r - 1.15) / 0.45;  // a horseshoe, open to the lee
       const double open = 0.5 - 0.5 * down / std::max(r, 1e-9);
-      field.z_m[point] -= boulders.scour_ratio * stone.height_m() * open * std::exp(-moat * moat);
+      field.z_m[point] -= moat_m * open * std::exp(-moat * moat);
       if (down > 0.0) {
-        const double width = 0.55 + 0.06 * down;
+        const double width = 0.7 + 0.08 * down;
         const double along = down / 3.0;
-        field.z_m[point] += boulders.tail_ratio * stone.height_m() * along * std::exp(1.0 - along) *
+        field.z_m[point] += tail_m * along * std::exp(1.0 - along) *
                             std::exp(-across * across / (width * width)) *
                             std::clamp(2.0 - 2.0 * down / (2.0 * tail_diameters), 0.0, 1.0);
       }

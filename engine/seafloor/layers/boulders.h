@@ -15,7 +15,7 @@ struct BoulderField {
   double diameter_spread = 0.5;  ///< standard deviation of its logarithm
   double height_ratio = 0.5;     ///< height above the bed over the diameter; the rest is buried
   double scour_ratio = 0.15;     ///< depth of the moat over the height; 0: none
-  double tail_ratio = 0.2;       ///< height of the tail over the height; 0: none
+  double tail_ratio = 0.1;       ///< height of the tail over the height; 0: none
   double current_rad = 0.0;      ///< heading that the current goes to, and the tails point to
 };
 

@@ -97,7 +97,7 @@ Preset preset_of(const PresetRow& row) {
   sonar.source_level_db = row.source_level_db;
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
   sonar.vertical.tilt_rad = row.tilt_deg * degree;
-  sonar.vertical.floor_db = -25.0;  // typical of a baffled array, towards the surface
+  sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
   // The pattern sinc^2 is one half at 0.443 lambda / L on either side of the axis. The length is
   // rounded to a millimetre.
   const double length_m = 0.886 * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;

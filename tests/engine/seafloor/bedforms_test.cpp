@@ -116,8 +116,9 @@ TEST_CASE("Crests do not fade as a Gaussian field's do") {
   double trains = 0.0, gaussian = 0.0;
   constexpr int seeds = 4;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    trains +=
-        fading(crests({.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 1.0}, seed), 20);
+    const Bedforms relief{
+        .wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 1.0, .raggedness = 0.0};
+    trains += fading(crests(relief, seed), 20);
     Heightfield field = flat(320, 256, 0.2, 0.25);
     add_ripples(field, {.rms_height_m = 0.07, .wavelength_m = 2.0, .across_crests_rad = 1.0}, seed);
     gaussian += fading(field, 20);
@@ -125,6 +126,38 @@ TEST_CASE("Crests do not fade as a Gaussian field's do") {
   CAPTURE(trains / seeds, gaussian / seeds);
   CHECK(gaussian / seeds > 0.4);
   CHECK(trains / seeds < 0.25);
+}
+
+TEST_CASE(
+    "Ragged crests shift by their share of the wavelength, and keep the rms of their height") {
+  // Straight crests across the east: of each row, how far its crests lie from their regular places.
+  const Bedforms straight{.wavelength_m = 4.0,
+                          .height_m = 0.2,
+                          .across_crests_rad = 0.5 * pi,
+                          .sharpness = 0.0,
+                          .bend_rad = 0.0,
+                          .height_spread = 0.0,
+                          .raggedness = 0.0,
+                          .forks = 0.0};
+  for (const double raggedness : {0.0, 0.05, 0.1}) {
+    Bedforms relief = straight;
+    relief.raggedness = raggedness;
+    Heightfield field = flat(1201, 601, 0.1, 0.4);
+    add_crests(field, relief, draws(2));
+    double squares = 0.0;
+    int count = 0;
+    for (int row = 0; row < field.rows; ++row)
+      for (int column = 1; column + 1 < field.columns; ++column)
+        if (field.at(column, row) > field.at(column - 1, row) &&
+            field.at(column, row) >= field.at(column + 1, row)) {
+          const double turns = field.x_m(column) / relief.wavelength_m - 0.5;
+          squares += std::pow(turns - std::round(turns), 2);
+          ++count;
+        }
+    CAPTURE(raggedness, count);
+    CHECK(std::sqrt(squares / count) == Approx(raggedness).epsilon(0.1).margin(0.01));
+    CHECK(moments(field.z_m).rms == Approx(0.2 / std::sqrt(8.0)).epsilon(0.05));
+  }
 }
 
 TEST_CASE("A pair of forks adds a crest between its ends, and none away from it") {
@@ -172,6 +205,7 @@ TEST_CASE("Crests with values outside their ranges are refused") {
         Bedforms{.wavelength_m = 2.0, .sharpness = 1.1},
         Bedforms{.wavelength_m = 2.0, .asymmetry = 1.0},
         Bedforms{.wavelength_m = 2.0, .bend_rad = -0.1},
+        Bedforms{.wavelength_m = 2.0, .raggedness = 0.4},
         Bedforms{.wavelength_m = 2.0, .forks = nan}})
     CHECK_THROWS_AS(crests(wrong, 1), std::invalid_argument);
 }

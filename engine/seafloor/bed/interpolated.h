@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <ensonify/engine/seafloor/bed/catmull_rom.h>
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+
+namespace ensonify::engine {
+
+/// Values at the points of a grid, interpolated (catmull_rom) from those of a lattice, whose point
+/// (column, row) lies at (column, row) * step_m: sample(column, row). They depend on the place
+/// alone; in a window of a grid they have the bits of the whole grid's.
+template <class Sample>
+std::vector<double> interpolated(const Heightfield& grid, double step_m, Sample&& sample) {
+  // Counted from the corner of the whole grid, so that a window has the same bits.
+  const double west = std::floor(grid.x_m(-grid.first_column) / step_m) - 1.0;
+  const double south = std::floor(grid.y_m(-grid.first_row) / step_m) - 1.0;
+  const auto before = [&](double place_m, double edge) {
+    return static_cast<std::size_t>(place_m / step_m - edge);
+  };
+  const std::size_t first_column = before(grid.x_m(0), west) - 1;
+  const std::size_t first_row = before(grid.y_m(0), south) - 1;
+  const std::size_t columns = before(grid.x_m(grid.columns - 1), west) - first_column + 3;
+  const std::size_t rows = before(grid.y_m(grid.rows - 1), south) - first_row + 3;
+  std::vector<double> samples(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      samples[row * columns + column] =
+          sample(static_cast<std::int64_t>(west) + static_cast<std::int64_t>(first_column + column),
+                 static_cast<std::int64_t>(south) + static_cast<std::int64_t>(first_row + row));
+  std::vector<double> values(grid.z_m.size());
+  std::vector<double> line(columns);
+  for (int row = 0; row < grid.rows; ++row) {
+    const double y = grid.y_m(row) / step_m - south;
+    const auto below = static_cast<std::size_t>(y);
+    const auto across = catmull_rom(y - static_cast<double>(below));
+    for (std::size_t column = 0; column < columns; ++column) {
+      line[column] = 0.0;
+      for (std::size_t i = 0; i < 4; ++i)
+        line[column] += across[i] * samples[(below - 1 + i - first_row) * columns + column];
+    }
+    for (int column = 0; column < grid.columns; ++column) {
+      const double x = grid.x_m(column) / step_m - west;
+      const auto left = static_cast<std::size_t>(x);
+      const auto along = catmull_rom(x - static_cast<double>(left));
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 4; ++i) sum += along[i] * line[left - 1 + i - first_column];
+      values[grid.index(column, row)] = sum;
+    }
+  }
+  return values;
+}
+
+}  // namespace ensonify::engine
