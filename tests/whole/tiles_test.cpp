@@ -163,9 +163,9 @@ void check_tiles(int kills, const std::string& surface) {
 
   // A byte in every tile and its kinds, and two of the table, which begins after 12 + 1 pages; and
   // bytes of every cluster.
-  const auto damage = [](const fs::path& file, std::size_t first) {
+  const auto damage = [](const fs::path& file, std::size_t first_byte) {
     std::string damaged = read_text(file);
-    for (std::size_t place = first; place < damaged.size(); place += 4099) damaged[place] ^= 8;
+    for (std::size_t place = first_byte; place < damaged.size(); place += 4099) damaged[place] ^= 8;
     write_text(file, damaged);
   };
   damage(strip.tiles("all"), 53300);
