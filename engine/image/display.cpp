@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 
@@ -148,6 +150,38 @@ std::array<double, 3> viridis(double t) {
   return colour;
 }
 
+/// Steps of brightness by level, from a table where all levels of a cell have the same step. The
+/// step must not fall with the level. The table has 256 cells per octave.
+template <class StepOf>
+class StepTable {
+ public:
+  explicit StepTable(const StepOf& step_of) : step_of_(step_of) {
+    steps_.reserve(cells);
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      // Its ends, and a little more, since a level is rounded to find its cell.
+      const auto end = [](std::uint32_t cell) {
+        return static_cast<double>(std::bit_cast<float>((first_cell + cell) << dropped_bits));
+      };
+      const std::size_t low = step_of(end(i) * (1.0 - 1e-6)),
+                        high = step_of(end(i + 1) * (1.0 + 1e-6));
+      steps_.push_back(low == high ? static_cast<std::uint32_t>(low) : several);
+    }
+  }
+  std::size_t at(double level) const {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(static_cast<float>(level));
+    const std::uint32_t cell = (bits >> dropped_bits) - first_cell;
+    return cell < cells && steps_[cell] != several ? steps_[cell] : step_of_(level);
+  }
+
+ private:
+  static constexpr int dropped_bits = 23 - 8;
+  static constexpr std::uint32_t several = ~0u;
+  static constexpr std::uint32_t first_cell = (127 - 28) << 8;  // from 2^-28 to 2^8
+  static constexpr std::uint32_t cells = 36 << 8;
+  const StepOf& step_of_;
+  std::vector<std::uint32_t> steps_;
+};
+
 }  // namespace
 
 std::array<double, 3> colour_of(Palette palette, double brightness) {
@@ -263,14 +297,17 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
     }
   }
 
+  const auto step_of = [&](double level) {
+    return static_cast<std::size_t>(std::lround(full * std::clamp(brightness(level), 0.0, 1.0)));
+  };
+  const StepTable steps(step_of);
   picture.pixels.resize(rows * columns * pixel_bytes);
   std::uint8_t* pixel = picture.pixels.data();
   for (std::size_t row = rows; row-- > 0;)
     for (std::size_t column = 0; column < columns; ++column) {
       const std::size_t from =
           display.slant_range_correction ? levels.over_ground(row, column) : column;
-      const double light = from == Levels::none ? 0.0 : brightness(levels.at(row, from));
-      const auto step = static_cast<std::size_t>(std::lround(full * std::clamp(light, 0.0, 1.0)));
+      const std::size_t step = from == Levels::none ? 0 : steps.at(levels.at(row, from));
       pixel = std::copy_n(&palette[step * pixel_bytes], pixel_bytes, pixel);
     }
   return picture;

@@ -100,6 +100,40 @@ TEST_CASE("Each part of the gain law has its documented effect") {
   CHECK(int(shown(waterfall, display).pixels[300]) == 255);
 }
 
+TEST_CASE("Each pixel has the step of its level, by the formula of the mapping") {
+  Waterfall waterfall = flat_bed(100, 200);
+  std::mt19937 engine(1);
+  std::uniform_real_distribution<double> octaves(-45.0, 15.0);
+  std::vector<double> levels(waterfall.pixels.intensity.size());
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    levels[i] = std::exp2(octaves(engine));
+    waterfall.pixels.intensity[i] *= static_cast<float>(levels[i]);
+  }
+  for (const Mapping mapping : {Mapping::gamma, Mapping::logarithmic})
+    for (const double gamma : {0.4, 0.7, 1.5}) {
+      Display display = levelling;
+      display.mapping = mapping;
+      display.gamma = gamma;
+      const Picture picture = shown(waterfall, display);
+      int wrong = 0, between = 0;
+      for (std::size_t i = 0; i < levels.size(); ++i) {
+        const std::size_t column = i % 400, row = i / 400;
+        if (column >= 180 && column < 220) continue;  // the water
+        const double level = 0.35 * 0.35 * levels[i];
+        const double light = mapping == Mapping::gamma
+                                 ? std::pow(level, 0.5 * gamma)
+                                 : 1.0 + 10.0 * std::log10(level) / display.range_db;
+        const double step = 255.0 * std::clamp(light, 0.0, 1.0);
+        const int pixel = picture.pixels[(99 - row) * 400 + column];
+        wrong += std::abs(pixel - step) > 0.5 + 1e-4;  // the bed's floats are that far off
+        between += pixel > 0 && pixel < 255;
+      }
+      CAPTURE(gamma);
+      CHECK(wrong == 0);
+      CHECK(between > 3000);
+    }
+}
+
 TEST_CASE("The newest ping is on top, port is left, and each bin has its column") {
   Waterfall waterfall = flat_bed(5, 100);
   // One bright target: second ping, port, bin 70. One dark: last ping, starboard, bin 30.
