@@ -26,12 +26,15 @@ std::vector<double> way_m(const Waterfall& line) {
 /// `none`. Both count from the oldest ping.
 void gather_labels(const LabelledImage& from, const std::vector<std::size_t>& map,
                    LabelledImage& to) {
-  BinLayers::for_each([&](std::string_view, auto layer) {
-    const auto& source = from.labels.pixels.*layer;
-    auto& target = to.labels.pixels.*layer;
-    for (std::size_t i = 0; i < map.size(); ++i)
-      if (map[i] != none) target[i] = source[map[i]];
-  });
+  // In blocks, so that the map is read from the cache for each layer.
+  constexpr std::size_t block = 2048;
+  for (std::size_t begin = 0; begin < map.size(); begin += block)
+    BinLayers::for_each([&](std::string_view, auto layer) {
+      const auto* source = (from.labels.pixels.*layer).data();
+      auto* target = (to.labels.pixels.*layer).data();
+      for (std::size_t i = begin; i < std::min(begin + block, map.size()); ++i)
+        if (map[i] != none) target[i] = source[map[i]];
+    });
 }
 
 /// The same for labels and pictures. Pictures have the oldest ping at the bottom.

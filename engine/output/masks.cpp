@@ -21,8 +21,8 @@ std::vector<std::byte> encode_png8(const Waterfall& waterfall,
 }
 
 std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {
-  std::vector<bool> there(pixels.empty() ? 0 : std::ranges::max(pixels) + std::size_t{1});
-  for (const std::uint16_t pixel : pixels) there[pixel] = true;
+  std::vector<char> there(pixels.empty() ? 0 : std::ranges::max(pixels) + std::size_t{1});
+  for (const std::uint16_t pixel : pixels) there[pixel] = 1;
   std::vector<std::uint16_t> numbers;
   for (std::size_t i = 0; i < there.size(); ++i)
     if (there[i]) numbers.push_back(static_cast<std::uint16_t>(i));
