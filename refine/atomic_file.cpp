@@ -7,6 +7,8 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -43,7 +45,8 @@ struct Descriptor {
   }
 };
 
-/// A temporary file in the target's folder; the destructor removes it unless it was renamed.
+/// A temporary file in the target's folder, locked (flock) as long as it is open; the destructor
+/// removes it unless it was renamed.
 struct Temporary {
   int folder;
   std::string name;
@@ -51,17 +54,49 @@ struct Temporary {
   bool renamed = false;
 
   Temporary(const std::filesystem::path& file, int folder_number) : folder(folder_number) {
-    // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
-    for (int n = 0; n < 10000 && descriptor.number < 0; ++n) {
-      name = fmt::format(".{}.{}.tmp", file.filename().string(), n);
-      descriptor.number =
-          ::openat(folder, name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (descriptor.number < 0 && errno != EEXIST) break;
+    const auto numbered = [&](int n) {
+      return fmt::format(".{}.{}.tmp", file.filename().string(), n);
+    };
+    constexpr int most = 10000;
+    int n = 0;
+    for (; n < most && !create(numbered(n)); ++n) {
+      if (errno != EEXIST) break;
+      if (remove_abandoned(numbered(n))) --n;  // the name is free now
     }
     if (descriptor.number < 0) fail(file, "make a temporary file in its folder", errno);
+    while (++n < most && remove_abandoned(numbered(n))) {
+    }
   }
   ~Temporary() {
     if (!renamed) ::unlinkat(folder, name.c_str(), 0);
+  }
+
+ private:
+  bool create(std::string wanted) {
+    // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
+    descriptor.number =
+        ::openat(folder, wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor.number < 0) return false;
+    name = std::move(wanted);
+    struct stat status {};
+    if (::flock(descriptor.number, LOCK_EX) != 0 ||  // not on every file system
+        ::fstat(descriptor.number, &status) != 0 || status.st_nlink > 0)
+      return true;
+    // Another writer took it for abandoned before it was locked.
+    ::close(std::exchange(descriptor.number, -1));
+    return create(std::move(name));
+  }
+  /// Removes a temporary file that no process holds: its writer was killed.
+  bool remove_abandoned(const std::string& other) const {
+    const Descriptor its{::openat(folder, other.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW)};
+    struct stat ours {
+    }, there{};
+    // Locked, it is removed only if the name is still its own.
+    return its.number >= 0 && ::flock(its.number, LOCK_EX | LOCK_NB) == 0 &&
+           ::fstat(its.number, &ours) == 0 &&
+           ::fstatat(folder, other.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
+           ours.st_ino == there.st_ino && ours.st_dev == there.st_dev &&
+           ::unlinkat(folder, other.c_str(), 0) == 0;
   }
 };
 
@@ -116,10 +151,11 @@ void NewFile::commit() {
   const int folder = open_->folder.number;
   Temporary& temporary = *open_->temporary;
   if (::fsync(temporary.descriptor.number) != 0) fail(file_, "write it to the disk (fsync)", errno);
-  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file_, "close it", errno);
+  // Renamed while it is open, so that it is locked under its temporary name.
   if (::renameat(folder, temporary.name.c_str(), folder, file_.filename().c_str()) != 0)
     fail(file_, "put it in place (rename)", errno);
   temporary.renamed = true;
+  if (::close(std::exchange(temporary.descriptor.number, -1)) != 0) fail(file_, "close it", errno);
   sync_folder(file_, folder);
 }
 

@@ -10,7 +10,8 @@ namespace ensonify::refine {
 
 /// Writes bytes into a file so that at any moment the file is the old one or the complete new one:
 /// temporary file in the same folder, fsync, rename, fsync of the folder. A failure leaves nothing
-/// behind; a killed process leaves its temporary, .NAME.NUMBER.tmp, which no one reads or reuses.
+/// behind; a killed process leaves its temporary, .NAME.NUMBER.tmp, which the next writer of the
+/// file removes (where the file system has locks).
 /// Throws std::system_error naming the file and the step that failed.
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& file, std::string_view text);

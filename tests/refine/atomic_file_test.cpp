@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <span>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -125,13 +126,27 @@ TEST_CASE("A write beyond the file-size limit leaves the old file and no tempora
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
 
-TEST_CASE("A killed process's temporary is neither used nor removed") {
+TEST_CASE("A killed process's temporary is removed by the file's next writer") {
   const TemporaryFolder folder;
-  std::ofstream(folder / ".f.0.tmp") << "half";
+  for (const char* name : {".f.0.tmp", ".f.1.tmp", ".g.0.tmp"})
+    std::ofstream(folder / name) << "half";
   write_file(folder / "f", "whole");
   CHECK(content(folder / "f") == "whole");
-  CHECK(content(folder / ".f.0.tmp") == "half");
+  CHECK(names(folder.path()) == std::set<std::string>{"f", ".g.0.tmp"});
+}
+
+TEST_CASE("A temporary that is being written stays, and its writer is not disturbed") {
+  const TemporaryFolder folder;
+  const auto bytes = std::as_bytes(std::span("half", 4));
+  ensonify::refine::NewFile slow(folder / "f");
+  slow.write(bytes);
+  write_file(folder / "f", "whole");
+  CHECK(content(folder / "f") == "whole");
   CHECK(names(folder.path()) == std::set<std::string>{"f", ".f.0.tmp"});
+  slow.write(bytes);
+  slow.commit();
+  CHECK(content(folder / "f") == "halfhalf");
+  CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
 
 TEST_CASE("While several write a file, a reader sees one writer's complete file") {

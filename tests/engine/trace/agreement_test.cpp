@@ -421,6 +421,43 @@ TEST_CASE("an answer computed for the ray rounded to float is within the toleran
   CHECK(Judge(square, *tracer).tolerance_m({{-6.0, 1.0, 7.0}, {1, 0, -1}}, 0) < 5e-5);
 }
 
+TEST_CASE("counts of two comparisons add up, and each largest difference stays") {
+  const Difference first{.ray = {.t_max = 1.0}}, second{.ray = {.t_max = 2.0}};
+  AgreementCounts a{
+      .largest_dt_m = 5.0, .largest_dt_relative = 1.0, .largest_dt_of_tolerance = 6.0};
+  a.coarse = 1;
+  a.unlike_static = 2;
+  a.wrong_index = 3;
+  a.wrong_run = 4;
+  a.add(Verdict::same, first);
+  a.add(Verdict::unexplained, first);
+  AgreementCounts b{
+      .largest_dt_m = 2.0, .largest_dt_relative = 4.0, .largest_dt_of_tolerance = 3.0};
+  b.coarse = 10;
+  b.unlike_static = 20;
+  b.wrong_index = 30;
+  b.wrong_run = 40;
+  b.add(Verdict::unexplained, second);
+  AgreementCounts a_and_b = a, b_and_a = b;
+  a_and_b += b;
+  b_and_a += a;
+  for (const AgreementCounts& sum : {a_and_b, b_and_a}) {
+    CHECK(sum.rays == 3);
+    CHECK(sum.count(Verdict::same) == 1);
+    CHECK(sum.count(Verdict::unexplained) == 2);
+    CHECK(sum.largest_dt_m == 5.0);
+    CHECK(sum.largest_dt_relative == 4.0);
+    CHECK(sum.largest_dt_of_tolerance == 6.0);
+    CHECK(sum.coarse == 11);
+    CHECK(sum.unlike_static == 22);
+    CHECK(sum.wrong_index == 33);
+    CHECK(sum.wrong_run == 44);
+  }
+  REQUIRE(a_and_b.unexplained.size() == 2);
+  CHECK(a_and_b.unexplained[0].ray.t_max == 1.0);
+  CHECK(a_and_b.unexplained[1].ray.t_max == 2.0);
+}
+
 TEST_CASE("the number of threads does not change a comparison") {
   const refine::TriangleMesh mesh = rough_bed();
   const auto candidate = std::make_shared<Spoilt>(
