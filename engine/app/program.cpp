@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
+#include <exception>
 #include <memory>
 #include <new>
 #include <sstream>
@@ -39,6 +41,20 @@ int failed(int code, std::string_view message) {
 int out_of_memory() {
   return failed(run_failed,
                 "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
+}
+
+/// Libraries throw or give up in functions that may not throw, if memory lacks there: constructors
+/// of nlohmann::json, and directory iterators of the standard library (without an exception).
+/// Nothing is cleaned up then; the same command, run again, does so. Other faults end as before.
+std::terminate_handler end_by_fault = nullptr;
+[[noreturn]] void end_without_memory() {
+  try {
+    if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::bad_alloc&) {
+  } catch (...) {
+    end_by_fault();
+  }
+  std::_Exit(out_of_memory());
 }
 
 int perform(const app::Action& action) {
@@ -176,6 +192,7 @@ int run_command_line(int argc, char** argv) {
 int app::program_main(int argc, char** argv) {
   // A write beyond the file size limit then fails with an error message.
   std::signal(SIGXFSZ, SIG_IGN);
+  end_by_fault = std::set_terminate(end_without_memory);
   try {
     return run_command_line(argc, argv);
   } catch (const std::bad_alloc&) {
