@@ -1,9 +1,12 @@
 #include <ensonify/engine/output/manifest.h>
 
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <memory>
+#include <new>
 #include <string_view>
+#include <system_error>
 
 #include <OpenEXR/OpenEXRConfig.h>
 #include <archive.h>
@@ -59,12 +62,18 @@ std::string xxh128(std::string_view text) { return xxh128(std::as_bytes(std::spa
 std::string xxh128_of_file(const std::filesystem::path& file) {
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
                                                                               &XXH3_freeState);
+  if (!state) throw std::bad_alloc();
   XXH3_128bits_reset(state.get());
+  errno = 0;
   std::ifstream stream(file, std::ios::binary);
   std::vector<char> block(std::size_t{1} << 20);
   while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) ||
          stream.gcount() > 0)
     XXH3_128bits_update(state.get(), block.data(), static_cast<std::size_t>(stream.gcount()));
+  // Not the file's fault, which those who use its content report.
+  if ((!stream.is_open() || stream.bad()) &&
+      (errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO))
+    throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be read");
   return digits_of(XXH3_128bits_digest(state.get()));
 }
 
