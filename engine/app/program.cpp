@@ -43,9 +43,10 @@ int out_of_memory() {
                 "out of memory; use larger cells, a smaller area, fewer pings or fewer threads");
 }
 
-/// Libraries throw or give up in functions that may not throw, if memory lacks there: constructors
-/// of nlohmann::json, and directory iterators of the standard library (without an exception).
-/// Nothing is cleaned up then; the same command, run again, does so. Other faults end as before.
+/// If the memory runs out in a library's function that may not throw, the standard library calls
+/// this: in constructors of nlohmann::json, and in its own directory iterators (without an
+/// exception). Temporary files stay; the same command, run again, removes them. Other faults end as
+/// they do without this.
 std::terminate_handler end_by_fault = nullptr;
 [[noreturn]] void end_without_memory() {
   try {

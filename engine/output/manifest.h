@@ -40,8 +40,8 @@ struct Manifest {
 /// The hash of bytes, 32 hexadecimal digits.
 std::string xxh128(std::span<const std::byte> bytes);
 std::string xxh128(std::string_view text);
-/// The hash of a file's content; of an empty content if there is no such file or it is not to be
-/// read. Throws std::system_error if descriptors or memory lack or the disk fails.
+/// The hash of a file's content; of an empty content if there is no such file or it may not be
+/// read. Throws std::system_error if descriptors or memory run out or the disk fails.
 std::string xxh128_of_file(const std::filesystem::path& file);
 
 /// Versions of the libraries that can affect the bytes of a result, as JSON.

@@ -1,12 +1,18 @@
 #include <ensonify/engine/output/manifest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
+#include <system_error>
 #include <vector>
+
+#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 
 #include "support/catch.h"
 #include "support/settings.h"
+#include "support/temporary_folder.h"
 
 using namespace ensonify::engine;
 using ensonify::tests::OtherSettings;
@@ -37,6 +43,26 @@ TEST_CASE("The hash is XXH3 with 128 bits, big-endian") {
   const std::string text(1000, 'x');
   CHECK(xxh128(text) == xxh128(std::as_bytes(std::span(text))));
   CHECK(xxh128(text) != xxh128(text.substr(1)));
+}
+
+TEST_CASE("The hash of a file is that of its content, or fails if no file can be opened") {
+  const ensonify::tests::TemporaryFolder folder;
+  const std::filesystem::path file = folder / "f";
+  std::ofstream(file) << "content";
+  CHECK(xxh128_of_file(file) == xxh128("content"));
+  CHECK(xxh128_of_file(folder / "missing") == xxh128(""));
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+  const rlimit none{0, before.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+  bool failed = false;
+  try {
+    xxh128_of_file(file);
+  } catch (const std::system_error& error) {
+    failed = error.code() == std::errc::too_many_files_open;
+  }
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+  CHECK(failed);
 }
 
 TEST_CASE("A manifest has its fields in order, with versions and the scene's hash") {
