@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -14,6 +16,7 @@ namespace ensonify::engine {
 namespace {
 
 using Eigen::Matrix3d, Eigen::Vector3d;
+using std::numbers::pi;
 
 /// Sets that grow together; each is named by its lowest member.
 class Sets {
@@ -170,6 +173,50 @@ std::vector<FlatPart> patches_of(refine::Triangles triangles) {
   return patches;
 }
 
+PatchBlock::PatchBlock(std::span<const FlatPart> patches, std::size_t its_first,
+                       std::size_t its_count)
+    : first(its_first),
+      count(its_count),
+      middle(Vector3d::Zero()),
+      radius_m(0.0),
+      axis(Vector3d::Zero()),
+      cone_rad(0.0),
+      max_bend_rad(0.0),
+      shortest_plane_m(std::numeric_limits<double>::infinity()) {
+  constexpr double rounding = 1e-5;  // more than that of the normals and axes
+  const std::span<const FlatPart> own = patches.subspan(first, count);
+  for (const FlatPart& patch : own) {
+    middle += patch.middle / static_cast<double>(count);
+    axis += patch.normal.cast<double>();
+  }
+  axis = axis.norm() > 0.0 ? axis.normalized() : Vector3d::UnitZ();
+  for (const FlatPart& patch : own) {
+    const double half_diagonal_m = 0.5 * std::hypot(double(patch.length_m), double(patch.width_m));
+    radius_m =
+        std::max(radius_m, (patch.middle - middle).norm() + half_diagonal_m * (1.0 + rounding));
+    const double cosine = axis.dot(patch.normal.cast<double>().normalized());
+    cone_rad = std::max(cone_rad, std::acos(std::clamp(cosine, -1.0, 1.0)) + rounding);
+    max_bend_rad = std::max(
+        max_bend_rad, std::hypot(double(patch.bend_along_rad), double(patch.bend_across_rad)));
+    if (patch.bend_along_rad == 0.0f)
+      shortest_plane_m = std::min(shortest_plane_m, double(patch.length_m));
+    if (patch.bend_across_rad == 0.0f)
+      shortest_plane_m = std::min(shortest_plane_m, double(patch.width_m));
+  }
+}
+
+bool PatchBlock::may_face(const Vector3d& from, double reach, bool two_sided) const {
+  const Vector3d way = from - middle;
+  const double distance_m = way.norm();
+  if (distance_m <= radius_m || reach >= 1.0) return true;
+  // Bounds without a transcendental function: asin x <= x + (pi / 2 - 1) x^3 for 0 <= x <= 1, and
+  // cos x >= 1 - x^2 / 2.
+  const auto most_asin = [](double x) { return x + (0.5 * pi - 1.0) * x * x * x; };
+  const double angle_rad = cone_rad + most_asin(radius_m / distance_m) + most_asin(reach);
+  const double facing_m = two_sided ? std::abs(axis.dot(way)) : axis.dot(way);
+  return facing_m >= distance_m * (1.0 - 0.5 * angle_rad * angle_rad);
+}
+
 namespace {
 
 /// Between which places of a line along `axis`, counted from `from`, a patch lies, by its second
@@ -247,6 +294,9 @@ PatchedObject::PatchedObject(refine::Triangles triangles, std::uint16_t its_labe
   const refine::Bounds box = refine::bounds(triangles);
   middle = 0.5 * (box.lowest + box.highest).cast<double>();
   radius_m = 0.5 * double((box.highest - box.lowest).norm());
+  constexpr std::size_t per_block = 16;
+  for (std::size_t first = 0; first < patches.size(); first += per_block)
+    blocks.emplace_back(patches, first, std::min(per_block, patches.size() - first));
 }
 
 void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& there) const {
@@ -256,6 +306,10 @@ void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& ther
   for (FlatPart& patch : there.patches) {
     patch.middle = place * patch.middle;
     for (Eigen::Vector3f* axis : {&patch.normal, &patch.along, &patch.across}) *axis = turn * *axis;
+  }
+  for (PatchBlock& block : there.blocks) {
+    block.middle = place * block.middle;
+    block.axis = place.linear() * block.axis;
   }
   for (RightCorner& corner : there.corners) {
     corner.middle = place * corner.middle;

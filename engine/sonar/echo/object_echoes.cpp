@@ -43,21 +43,26 @@ std::complex<double> fresnel(double t) {
   return t < 0.0 ? -value : value;
 }
 
+/// How far a direction of a patch may be inclined, beyond what its length spans, to have a glint.
+double reach_of(double length_m, double bend_rad, double wavelength_m) {
+  return bend_rad > 0.0 ? lobe_reach * bend_rad : 0.5 * side_lobes * wavelength_m / length_m;
+}
+
 /// One direction of a patch at a range, whose normal is inclined by `tilt` to the sonar.
 struct Extent {
-  double length_m, lobe, tilt, range_m;
+  double length_m, lobe, reach, tilt, range_m;
   bool curved;
 
   Extent(double its_length_m, double bend_rad, double its_tilt, double its_range_m,
          double wavelength_m)
-      : length_m(its_length_m), tilt(its_tilt), range_m(its_range_m) {
+      : length_m(its_length_m),
+        reach(reach_of(its_length_m, bend_rad, wavelength_m)),
+        tilt(its_tilt),
+        range_m(its_range_m) {
     curved = bend_rad > 0.0;
     lobe = curved ? bend_rad : 0.5 * inv_sqrtpi * wavelength_m / length_m;
   }
-  bool reaches() const {
-    const double reach = curved ? lobe_reach * lobe : side_lobes * lobe / inv_sqrtpi;
-    return std::abs(tilt) < 0.5 * length_m / range_m + reach;
-  }
+  bool reaches() const { return std::abs(tilt) < 0.5 * length_m / range_m + reach; }
   /// I of ObjectEchoes, m^2.
   double power_m2(double wavelength_m) const {
     const double zone_m2 = wavelength_m * range_m;
@@ -76,6 +81,25 @@ struct Extent {
                      fresnel(per_m * (-0.5 * length_m - middle_m)));
   }
 };
+
+constexpr double rounding_margin = 1.001;
+
+/// Whether a direction is inclined too far for a glint at that range, by products only. foot_m: from
+/// the patch's middle to the foot of the line of sight.
+bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_m2,
+                  double wavelength_m) {
+  const double off_m = std::abs(foot_m) - 0.5 * length_m;
+  const double reach = rounding_margin * reach_of(length_m, bend_rad, wavelength_m);
+  return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
+}
+
+/// The sine of how far a normal of the block is inclined to the sonar, at most, where its patch has
+/// a glint.
+double glint_reach(const PatchBlock& block, double wavelength_m) {
+  const double curved = lobe_reach * block.max_bend_rad;
+  const double plane = reach_of(block.shortest_plane_m, 0.0, wavelength_m);
+  return rounding_margin * std::sqrt(curved * curved + 2.0 * plane * plane);
+}
 
 /// I of ObjectEchoes for a right corner, across its edge.
 double corner_power_m2(double width_m, double excess_rad, double range_m, double wavelength_m) {
@@ -219,13 +243,20 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
     small_labels_.push_back(object.label);
   }
   if (!small && !(specular > 0.0)) return;
-  for (const FlatPart& patch : object.patches) {
-    const Vector3d to = patch.middle - fan.origin;
-    const double facing_m = -to.dot(patch.normal.cast<double>());
-    if (facing_m <= 0.0 && !label.two_sided) continue;
-    if (small)
-      add_facet(patch, to, std::abs(facing_m) / to.norm(), object, by_material_[label.sediment]);
-    if (specular > 0.0) add_glint(patch, to, specular, object);
+  const std::span<const FlatPart> patches = object.patches;
+  for (const PatchBlock& block : object.blocks) {
+    const bool may_glint =
+        specular > 0.0 &&
+        block.may_face(fan.origin, glint_reach(block, wavelength_m_), label.two_sided);
+    if (!small && !may_glint) continue;
+    for (const FlatPart& patch : patches.subspan(block.first, block.count)) {
+      const Vector3d to = patch.middle - fan.origin;
+      const double facing_m = -to.dot(patch.normal.cast<double>());
+      if (facing_m <= 0.0 && !label.two_sided) continue;
+      if (small)
+        add_facet(patch, to, std::abs(facing_m) / to.norm(), object, by_material_[label.sediment]);
+      if (may_glint) add_glint(patch, to, specular, object);
+    }
   }
   if (specular > 0.0)
     for (const RightCorner& corner : object.corners)
@@ -263,14 +294,19 @@ std::optional<ObjectEchoes::Mirror> ObjectEchoes::mirror_of(const FlatPart& patc
   // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
   // a long patch is not that of the middle.
   const double along_m = -away.dot(along), across_m = -away.dot(across);
+  const double bend_along_rad = double(patch.bend_along_rad);
+  const double bend_across_rad = double(patch.bend_across_rad);
+  // Most are inclined too far even at the range of the middle, which is not nearer.
+  const double middle_m2 = away.squaredNorm();
+  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
+      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
+    return std::nullopt;
   const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
                           std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
   const double range_m = (away + offset).norm();
-  const Extent one(length_m, double(patch.bend_along_rad), along_m / range_m, range_m,
-                   wavelength_m);
+  const Extent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
   if (!one.reaches()) return std::nullopt;
-  const Extent other(width_m, double(patch.bend_across_rad), across_m / range_m, range_m,
-                     wavelength_m);
+  const Extent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
   if (!other.reaches()) return std::nullopt;
   return Mirror{offset, one.power_m2(wavelength_m) * other.power_m2(wavelength_m) /
                             (wavelength_m * wavelength_m)};

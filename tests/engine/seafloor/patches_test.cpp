@@ -1,0 +1,79 @@
+#include <ensonify/engine/seafloor/objects/patches.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <random>
+
+#include "support/catch.h"
+
+#include <ensonify/engine/seafloor/objects/shapes.h>
+
+using namespace ensonify;
+using namespace ensonify::engine;
+using Eigen::Vector3d;
+
+namespace {
+
+Vector3d direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+/// The least sine of the angle between a patch's normal, or its opposite if two-sided, and the
+/// direction to `from`, over some places of the patch; above 1 where all are turned away.
+double least_sine(const FlatPart& patch, const Vector3d& from, bool two_sided) {
+  double least = 2.0;
+  for (const double u : {-0.5, -0.25, 0.0, 0.25, 0.5})
+    for (const double v : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
+      const Vector3d place = patch.middle +
+                             u * double(patch.length_m) * patch.along.cast<double>() +
+                             v * double(patch.width_m) * patch.across.cast<double>();
+      const Vector3d way = (from - place).normalized(), normal = patch.normal.cast<double>();
+      if (two_sided || normal.dot(way) > 0.0) least = std::min(least, normal.cross(way).norm());
+    }
+  return least;
+}
+
+}  // namespace
+
+TEST_CASE("No patch that faces a sonar is in a block that does not, from near and far") {
+  std::mt19937_64 random(7);
+  for (const char* shape : {"sphere", "cylinder", "box", "boulder", "tyre"}) {
+    CAPTURE(shape);
+    const PatchedObject made(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh, 1);
+    std::size_t in_blocks = 0;
+    for (const PatchBlock& block : made.blocks) {
+      CHECK(block.first == in_blocks);
+      in_blocks += block.count;
+    }
+    CHECK(in_blocks == made.patches.size());
+
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.rotate(Eigen::AngleAxisd(2.0, direction(random)));
+    pose.pretranslate(Vector3d(100.0, -30.0, -20.0));
+    PatchedObject object = made;
+    made.place_at(pose, object);
+    std::size_t wrong = 0, facing = 0, blocks_left_out = 0, blocks = 0;
+    for (const double distances : {1.1, 2.0, 10.0, 300.0})
+      for (int way = 0; way < 10; ++way) {
+        const Vector3d from = object.middle + distances * object.radius_m * direction(random);
+        const bool two_sided = way % 2 == 1;
+        for (const double reach : {0.01, 0.2, 0.7, 1.0})
+          for (const PatchBlock& block : object.blocks) {
+            const bool may_face = block.may_face(from, reach, two_sided);
+            ++blocks;
+            if (!may_face) ++blocks_left_out;
+            for (std::size_t i = block.first; i < block.first + block.count; ++i)
+              if (least_sine(object.patches[i], from, two_sided) < reach) {
+                ++facing;
+                if (!may_face) ++wrong;
+              }
+          }
+      }
+    CHECK(wrong == 0);
+    CHECK(facing > 100);
+    // Of a body with few patches one block has all sides.
+    if (object.blocks.size() > 40) CHECK(blocks_left_out > blocks / 4);
+  }
+}
