@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <set>
 #include <span>
@@ -102,10 +103,11 @@ class Merge {
           fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
     try {
       const Json dataset = Json::parse(text_of_file(folder / "dataset.json"));
-      samples_ = dataset.at("samples").get<std::size_t>();
-      per_tar_ = dataset.at("samples_per_tar").get<std::size_t>();
-      targets_ = dataset.at("target_classes").get<std::size_t>();
-      shadow_class_ = dataset.value("shadow_class", std::size_t{0});
+      samples_ = whole_numbers(dataset.at("samples")).get<std::size_t>();
+      per_tar_ = whole_numbers(dataset.at("samples_per_tar")).get<std::size_t>();
+      targets_ = whole_numbers(dataset.at("target_classes")).get<std::size_t>();
+      if (dataset.contains("shadow_class"))
+        shadow_class_ = whole_numbers(dataset.at("shadow_class")).get<std::size_t>();
       card_.licence = dataset.value("licence", "");
       card_.creator = dataset.value("creator", "");
       card_.url = dataset.value("url", "");
@@ -115,7 +117,7 @@ class Merge {
       card_.recipe = dataset.at("recipe").get<std::string>();
       card_.version = dataset.at("version").get<std::string>();
       card_.samples = samples_;
-      card_.seafloors = dataset.at("seafloors").get<std::size_t>();
+      card_.seafloors = whole_numbers(dataset.at("seafloors")).get<std::size_t>();
       card_.classes = dataset.at("classes").get<std::vector<std::string>>();
       card_.sediments = dataset.at("sediments").get<std::vector<std::string>>();
       card_.licences = dataset.at("licences").get<std::vector<std::string>>();
@@ -204,8 +206,9 @@ class Merge {
         const auto name = file.at("name").get<std::string>();
         const auto there = seen_.find(name_of(name));
         if (there == seen_.end()) return damaged(name, "is missing");
-        if (there->second.size_and_hash != std::pair(file.at("size_bytes").get<std::uint64_t>(),
-                                                     file.at("xxh128").get<std::string>()))
+        if (there->second.size_and_hash !=
+            std::pair(whole_numbers(file.at("size_bytes")).get<std::uint64_t>(),
+                      file.at("xxh128").get<std::string>()))
           return damaged(name, "its bytes have changed since it was written");
         if (name.ends_with(".json") && name != "manifest.json")
           if (Json image = json_of(there->second.text); image.contains("pictures"))
@@ -232,7 +235,8 @@ class Merge {
     manifest_ += record.sample.dump() + "\n";
     splits_[split] += fmt::format("{:06}\n", number);
     ++report_.samples_by_split[split];
-    splits_of_seabed_[record.sample.at("seafloor_seed").get<std::uint64_t>()].insert(split);
+    splits_of_seabed_[whole_numbers(record.sample.at("seafloor_seed")).get<std::uint64_t>()].insert(
+        split);
     for (const auto& [key, value] : record.sample.at("drawn").items())
       add_to(card_.drawn[key], value);
     for (const auto& [name, image] : record.images) add_image(number, image, split);
@@ -317,10 +321,12 @@ class Merge {
       if (!target.at("body").is_null()) {
         if (target.contains("table")) {  // features of the bed are never ignored
           ++boxes_;
-          small_boxes_ += target.at("body").at("area_px").get<std::size_t>() < small_px;
+          small_boxes_ +=
+              whole_numbers(target.at("body").at("area_px")).get<std::size_t>() < small_px;
         }
         add_annotation(index, id, target);
-        picture.segments += segment(target.at("category_id"), target.at("body"), image);
+        picture.segments +=
+            segment(whole_numbers(target.at("category_id")), target.at("body"), image);
       }
       if (shadow_class_ > 0 && !target.at("shadow").is_null()) {
         add_shadow(index, id, target);
@@ -333,11 +339,12 @@ class Merge {
 
   /// A row of YOLO's segmentation format.
   static std::string segment(std::size_t category, const Json& outline, const Json& image) {
-    const auto columns = image.at("width").get<std::size_t>(),
-               rows = image.at("height").get<std::size_t>();
+    const auto columns = whole_numbers(image.at("width")).get<std::size_t>(),
+               rows = whole_numbers(image.at("height")).get<std::size_t>();
     std::vector<std::vector<Corner>> loops;
     if (outline.contains("rle")) {
-      const auto runs = outline.at("rle").at("counts").get<std::vector<std::size_t>>();
+      const auto runs =
+          whole_numbers(outline.at("rle").at("counts")).get<std::vector<std::size_t>>();
       std::size_t left = columns * rows;
       for (const std::size_t run : runs) {
         if (run > left) throw std::runtime_error("an outline has more pixels than its picture");
@@ -345,7 +352,8 @@ class Merge {
       }
       loops = loops_of(runs, rows);
     } else {
-      for (const Json& polygon : outline.at("polygons")) {
+      for (const Json& polygon :
+           whole_numbers(outline.at("polygons"), std::numeric_limits<int>::max())) {
         if (polygon.size() < 2)
           throw std::runtime_error("an outline has a polygon without corners");
         std::vector<Corner>& loop = loops.emplace_back();
@@ -363,7 +371,8 @@ class Merge {
     for (std::size_t i = first; i < annotations.size(); ++i) {
       boxes.push_back(annotations[i].at("bbox"));
       categories.push_back(annotations[i].at("category_id"));
-      names.push_back(card_.classes.at(annotations[i].at("category_id").get<std::size_t>() - 1));
+      names.push_back(
+          card_.classes.at(whole_numbers(annotations[i].at("category_id")).get<std::size_t>() - 1));
     }
     Json row = {{"file_name", SampleFolders::name_in_tar(picture.sample, picture.name)},
                 {"sample", picture.sample},
@@ -393,7 +402,8 @@ class Merge {
   }
 
   static void add_annotation(Index& index, std::size_t image, const Json& target) {
-    Json& annotation = add_outline(index, image, target.at("category_id"), target.at("body"));
+    Json& annotation =
+        add_outline(index, image, whole_numbers(target.at("category_id")), target.at("body"));
     for (const auto& [key, value] : target.items())
       if (key != "body" && key != "shadow" && key != "category_id" && key != "ignored")
         annotation[key] = value;

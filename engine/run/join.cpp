@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
@@ -93,8 +94,8 @@ class JoinedOutline {
   /// Adds an outline of targets_json() whose rows begin at `first_row` of the run.
   void add(const Json& outline, std::size_t first_row) {
     if (outline.is_null()) return;
-    const auto area = outline.at("area_px").get<std::size_t>();
-    const auto box = outline.at("box").get<std::array<std::size_t, 4>>();
+    const auto area = whole_numbers(outline.at("area_px")).get<std::size_t>();
+    const auto box = whole_numbers(outline.at("box")).get<std::array<std::size_t, 4>>();
     const std::array<std::size_t, 4> its{box[0], box[1] + first_row, box[0] + box[2],
                                          box[1] + first_row + box[3]};
     if (area_px_ == 0) corners_ = its;
@@ -102,7 +103,7 @@ class JoinedOutline {
     for (std::size_t k : {2u, 3u}) corners_[k] = std::max(corners_[k], its[k]);
     area_px_ += area;
     std::vector<std::vector<std::size_t>> polygons;
-    outline.at("polygons").get_to(polygons);
+    whole_numbers(outline.at("polygons")).get_to(polygons);
     for (std::vector<std::size_t>& polygon : polygons) {
       if (polygon.size() % 2 != 0) throw std::runtime_error("a polygon with half a corner");
       for (std::size_t i = 0; i < polygon.size(); i += 2) {
@@ -159,13 +160,13 @@ class JoinedOutline {
   }
 
   void add_runs(const Json& rle, std::size_t first_row) {
-    const auto part_rows = rle.at("size").at(0).get<std::size_t>();
+    const auto part_rows = whole_numbers(rle.at("size").at(0)).get<std::size_t>();
     if (part_rows == 0 || part_rows > rows_)
       throw std::runtime_error("a picture without rows, or with too many");
     std::size_t at = 0;
     bool inside = false;
     for (const Json& count : rle.at("counts")) {
-      const std::size_t end = at + count.get<std::size_t>();
+      const std::size_t end = at + whole_numbers(count).get<std::size_t>();
       if (end < at || end > part_rows * columns_)
         throw std::runtime_error("runs outside their picture");
       while (inside && at < end) {  // a run may go on in the next column
@@ -224,7 +225,7 @@ class JoinedTarget {
     const bool seen = body_.area_px() > 0;
     Json json = (seen ? of_body_ : of_shadow_).json();
     if (json.contains("visible_fraction")) {
-      const std::size_t object = json.at("instance").get<std::size_t>() - 1;
+      const std::size_t object = whole_numbers(json.at("instance")).get<std::size_t>() - 1;
       const bool counted = object < visibility.size() && visibility[object].alone > 0;
       json["visible_fraction"] = counted ? Json(visibility[object].share()) : Json(nullptr);
     }
@@ -326,19 +327,21 @@ std::string join_targets(const fs::path& folder, const RunParts& parts, const st
       const std::string text = refine::read_file(file);
       require_shallow_json(text);
       const Json json = Json::parse(text);
-      const auto columns = json.at("picture").at("columns").get<std::size_t>();
+      const auto columns = whole_numbers(json.at("picture").at("columns")).get<std::size_t>();
       if (columns > max_columns) throw std::out_of_range("more columns than any scene's");
       if (part == 0) {
         whole = json;
-        beams = json.at("picture").at("rows").get<std::size_t>() / parts.range(part).count;
+        beams = whole_numbers(json.at("picture").at("rows")).get<std::size_t>() /
+                parts.range(part).count;
         whole["picture"]["rows"] = beams * parts.pings();
         if (const std::size_t group = pings_per_row(beams * parts.pings()); group > 1)
           whole["picture"]["pings_per_row"] = group;
       }
-      for (const Json& target : json.at("targets"))
-        targets
-            .try_emplace(target.at("instance").get<std::uint32_t>(), beams * parts.pings(), columns)
+      for (const Json& target : json.at("targets")) {
+        const auto instance = whole_numbers(target.at("instance"), max_labels).get<std::uint32_t>();
+        targets.try_emplace(instance, beams * parts.pings(), columns)
             .first->second.add(target, beams * (parts.pings() - parts.range(part).end()));
+      }
     } catch (const std::exception& error) {
       throw std::runtime_error(
           fmt::format("{}: not the targets of a part ({}); remove the part's folder and run it "

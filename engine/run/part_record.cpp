@@ -32,13 +32,14 @@ Json visibility_json(const std::vector<ObjectVisibility>& views) {
 }
 
 std::vector<ObjectVisibility> visibility_of(const Json& json) {
-  const auto objects = json.at("objects").get<std::size_t>();
+  const auto objects = whole_numbers(json.at("objects")).get<std::size_t>();
   if (objects > max_labels) throw std::out_of_range("objects");
   std::vector<ObjectVisibility> views(objects);
   const Json& numbers = json.at("views");
   for (std::size_t i = 0; i + 2 < numbers.size(); i += 3)
-    views.at(numbers[i].get<std::size_t>()) = {numbers[i + 1].get<std::uint64_t>(),
-                                               numbers[i + 2].get<std::uint64_t>()};
+    views.at(whole_numbers(numbers[i]).get<std::size_t>()) = {
+        whole_numbers(numbers[i + 1]).get<std::uint64_t>(),
+        whole_numbers(numbers[i + 2]).get<std::uint64_t>()};
   return views;
 }
 
@@ -105,15 +106,16 @@ PartRecord read_part_json(const std::filesystem::path& file) {
   try {
     const Json json = Json::parse(refine::read_file(file));
     PartRecord record;
-    record.pings = {json.at("first_ping").get<std::size_t>(), json.at("pings").get<std::size_t>()};
+    record.pings = {whole_numbers(json.at("first_ping")).get<std::size_t>(),
+                    whole_numbers(json.at("pings")).get<std::size_t>()};
     json.at("surface").get_to(record.surface);
     json.at("instruction_set").get_to(record.code_path);
     json.at("classes").get_to(record.names.classes);
     json.at("materials").get_to(record.names.materials);
     json.at("seafloor").get_to(record.seafloor);
-    json.at("counts").get_to(record.counts);
-    json.at("verification").get_to(record.verification);
-    json.at("pings_over_hole").get_to(record.pings_over_hole);
+    whole_numbers(json.at("counts")).get_to(record.counts);
+    whole_numbers(json.at("verification")).get_to(record.verification);
+    whole_numbers(json.at("pings_over_hole")).get_to(record.pings_over_hole);
     const auto inside = [&](const std::string& name) {
       if (stays_inside(name)) return name;
       throw std::runtime_error(
@@ -126,7 +128,7 @@ PartRecord read_part_json(const std::filesystem::path& file) {
     json.at("warnings").get_to(record.warnings);
     for (const Json& its : json.at("files"))
       record.files.push_back({inside(its.at("name").get<std::string>()),
-                              its.at("size_bytes").get<std::uint64_t>(),
+                              whole_numbers(its.at("size_bytes")).get<std::uint64_t>(),
                               its.at("xxh128").get<std::string>()});
     return record;
   } catch (const nlohmann::json::exception& error) {

@@ -80,19 +80,19 @@ RunPlan read_plan(const std::filesystem::path& folder) {
     require_shallow_json(text);
     const Json json = Json::parse(text);
     return {.scene_toml = json.at("scene").get<std::string>(),
-            .seed = json.at("seed").get<std::uint64_t>(),
+            .seed = whole_numbers(json.at("seed")).get<std::uint64_t>(),
             .intersector = json.at("intersector").get<std::string>(),
             .reference = json.at("reference").get<std::string>(),
-            .verify_pings = json.at("verify_pings").get<std::size_t>(),
-            .parts = RunParts(json.at("first_pings").get<std::vector<std::size_t>>(),
-                              json.at("pings").get<std::size_t>()),
+            .verify_pings = whole_numbers(json.at("verify_pings")).get<std::size_t>(),
+            .parts = RunParts(whole_numbers(json.at("first_pings")).get<std::vector<std::size_t>>(),
+                              whole_numbers(json.at("pings")).get<std::size_t>()),
             .version = json.at("version").get<std::string>(),
             .libraries = json.at("libraries").dump(),
             .files = json.at("input_files").get<std::map<std::string, std::string>>()};
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(
         fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
-  } catch (const std::invalid_argument& error) {
+  } catch (const std::logic_error& error) {  // JSON too deep, or a number that is not whole
     throw std::runtime_error(
         fmt::format("{}: not the plan of a run ({})", plan_file(folder).string(), error.what()));
   }

@@ -1,12 +1,15 @@
 #include <ensonify/engine/seafloor/analysis.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/progressive_mesh_file.h>
 
 namespace ensonify::engine {
@@ -19,10 +22,11 @@ Json to_json(const Label& label) {
 }
 
 Label label_of(const Json& json, const Seafloor& seafloor) {
+  constexpr std::uint64_t most = std::numeric_limits<std::uint16_t>::max();
   Label label;
-  json.at(0).get_to(label.sediment);
-  json.at(1).get_to(label.class_id);
-  json.at(2).get_to(label.instance);
+  whole_numbers(json.at(0), most).get_to(label.sediment);
+  whole_numbers(json.at(1), most).get_to(label.class_id);
+  whole_numbers(json.at(2), most).get_to(label.instance);
   json.at(3).get_to(label.two_sided);
   json.at(4).get_to(label.feature);
   static_cast<void>(seafloor.materials.at(label.sediment));  // throws
@@ -74,18 +78,19 @@ std::string about(const Seafloor& seafloor) {
 /// another.
 void take(std::string_view text, Seafloor& seafloor) {
   const Json json = Json::parse(text);
-  json.at("vertices").get_to(seafloor.vertices);
-  json.at("faces").get_to(seafloor.faces);
-  json.at("bed_faces").get_to(seafloor.bed_faces);
+  whole_numbers(json.at("vertices")).get_to(seafloor.vertices);
+  whole_numbers(json.at("faces")).get_to(seafloor.faces);
+  whole_numbers(json.at("bed_faces")).get_to(seafloor.bed_faces);
   json.at("mean_bed_m").get_to(seafloor.mean_bed_m);
+  if (!json.at("utm_zone").is_number_integer()) throw std::out_of_range("utm_zone");
   json.at("utm_zone").get_to(seafloor.utm_zone);
   json.at("classes").get_to(seafloor.classes);
   json.at("materials").get_to(seafloor.materials);
-  json.at("repairs").get_to(seafloor.repairs);
+  whole_numbers(json.at("repairs")).get_to(seafloor.repairs);
   json.at("warnings").get_to(seafloor.warnings);
   for (const Json& entry : json.at("labels")) seafloor.labels.push_back(label_of(entry, seafloor));
   for (const Json& entry : json.at("objects"))
-    seafloor.objects.push_back({.table = entry.at("table").get<std::size_t>(),
+    seafloor.objects.push_back({.table = whole_numbers(entry.at("table")).get<std::size_t>(),
                                 .middle_m = vector_of(entry.at("middle_m")),
                                 .size_m = vector_of(entry.at("size_m")),
                                 .heading_rad = entry.at("heading_rad").get<double>(),

@@ -34,10 +34,12 @@ TEST_CASE("a small dataset that another program wrote is merged") {
   CHECK(!report.files.empty());
 }
 
-TEST_CASE("a dataset.json with classes without names or endless samples is refused") {
+TEST_CASE("a dataset.json with classes without names, endless or broken samples is refused") {
   for (const auto& [from, to] : {std::pair{R"("target_classes": 1)", R"("target_classes": 99)"},
                                  {R"("shadow_class": 0)", R"("shadow_class": 2)"},
                                  {R"("samples": 1)", R"("samples": 1000000000000000)"},
+                                 {R"("samples": 1)", R"("samples": 7e102)"},
+                                 {R"("samples": 1)", R"("samples": -1)"},
                                  {R"("samples": 1)", R"("splits": 1, "samples": 1)"}}) {
     CAPTURE(to);
     SmallDataset changed;
@@ -55,6 +57,9 @@ TEST_CASE("labels that lead out of the dataset, or do not fit their picture, are
         {R"("height": 2)", R"("height": 0)"},
         {R"("height": 2)", R"("height": 1000000000)"},
         {R"("category_id": 1)", R"("category_id": 2)"},
+        {R"("category_id": 1)", R"("category_id": 1e30)"},
+        {R"([[1, 1, 3,)", R"([[1, 1, 4294967296,)"},
+        {R"([[1, 1, 3,)", R"([[1, -1e10, 3,)"},
         {R"([[1, 1, 3, 1, 3, 2, 1, 2]])", R"([[], [1, 1, 3, 1, 3, 2, 1, 2]])"},
         {R"("polygons")", R"("rle": {"counts": [0, 1000000000000]}, "polygons")"}}) {
     CAPTURE(to);
