@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 namespace ensonify::engine {
 namespace {
-
-constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
 /// Distance over ground from the first ping to each ping.
 std::vector<double> way_m(const Waterfall& line) {
@@ -22,39 +20,66 @@ std::vector<double> way_m(const Waterfall& line) {
   return way;
 }
 
-/// Copies pixels of labels: pixel i of `to` is pixel map[i] of `from`, or stays empty if map[i] is
-/// `none`. Both count from the oldest ping.
-void gather_labels(const LabelledImage& from, const std::vector<std::size_t>& map,
-                   LabelledImage& to) {
-  // In blocks, so that the map is read from the cache for each layer.
-  constexpr std::size_t block = 2048;
-  for (std::size_t begin = 0; begin < map.size(); begin += block)
+/// Neighbouring pixels of a row that are copied to neighbouring pixels of a row.
+struct Run {
+  std::size_t to, from, count;
+};
+
+/// Which pixels of one image become which of another. Both count from the oldest ping.
+class PixelMap {
+ public:
+  void start_row() { in_row_ = false; }
+  /// The next pixel of a row, which has its pixels from one row.
+  void add(std::size_t to, std::size_t from) {
+    if (in_row_ && runs_.back().to + runs_.back().count == to &&
+        runs_.back().from + runs_.back().count == from)
+      ++runs_.back().count;
+    else
+      runs_.push_back({to, from, 1});
+    in_row_ = true;
+  }
+  void add_run(const Run& run) { runs_.push_back(run); }
+  std::span<const Run> runs() const { return runs_; }
+
+ private:
+  std::vector<Run> runs_;
+  bool in_row_ = false;
+};
+
+/// Copies pixels of labels.
+void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
+  // In blocks, so that the runs are read from the cache for each layer.
+  constexpr std::size_t block = 1024;
+  for (std::size_t begin = 0; begin < map.runs().size(); begin += block) {
+    const std::span<const Run> runs =
+        map.runs().subspan(begin, std::min(block, map.runs().size() - begin));
     BinLayers::for_each([&](std::string_view, auto layer) {
       const auto* source = (from.labels.pixels.*layer).data();
       auto* target = (to.labels.pixels.*layer).data();
-      for (std::size_t i = begin; i < std::min(begin + block, map.size()); ++i)
-        if (map[i] != none) target[i] = source[map[i]];
+      for (const Run& run : runs)
+        if (run.count == 1)
+          target[run.to] = source[run.from];
+        else
+          std::copy_n(source + run.from, run.count, target + run.to);
     });
+  }
 }
 
 /// The same for labels and pictures. Pictures have the oldest ping at the bottom.
-void gather(const LabelledImage& from, const std::vector<std::size_t>& map, LabelledImage& to) {
+void gather(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
   gather_labels(from, map, to);
-  const std::size_t columns = to.labels.columns(), rows = to.labels.rows();
-  const std::size_t from_columns = from.labels.columns(), from_rows = from.labels.rows();
+  const auto in_picture = [](std::size_t pixel, const LabelledImage& image) {
+    const std::size_t columns = image.labels.columns();
+    return (image.labels.rows() - 1 - pixel / columns) * columns + pixel % columns;
+  };
   for (const Picture& source : from.pictures) {
     const auto channels = static_cast<std::size_t>(source.channels);
-    Picture& target = to.pictures.emplace_back(Picture{columns, rows, source.channels, {}});
-    target.pixels.assign(columns * rows * channels, 0);
-    for (std::size_t i = 0; i < map.size(); ++i) {
-      if (map[i] == none) continue;
-      const std::size_t row = rows - 1 - i / columns,
-                        from_row = from_rows - 1 - map[i] / from_columns;
-      const std::size_t pixel = row * columns + i % columns;
-      const std::size_t from_pixel = from_row * from_columns + map[i] % from_columns;
-      std::copy_n(source.pixels.begin() + static_cast<std::ptrdiff_t>(from_pixel * channels),
-                  channels, target.pixels.begin() + static_cast<std::ptrdiff_t>(pixel * channels));
-    }
+    Picture& target = to.pictures.emplace_back(
+        Picture{to.labels.columns(), to.labels.rows(), source.channels, {}});
+    target.pixels.assign(target.width * target.height * channels, 0);
+    for (const Run& run : map.runs())
+      std::copy_n(source.pixels.data() + in_picture(run.from, from) * channels,
+                  run.count * channels, target.pixels.data() + in_picture(run.to, to) * channels);
   }
 }
 
@@ -147,7 +172,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   const auto bins = static_cast<std::size_t>(sonar.bins),
              from_bins = static_cast<std::size_t>(line.sonar.bins);
   const bool port = sonar.sides != Sides::starboard;
-  std::vector<std::size_t> map(rows * columns, none);
+  PixelMap map;
   std::size_t ping = 0;
   for (std::size_t row = 0; row < rows; ++row) {
     const double at_m = static_cast<double>(row) * pixel_m;
@@ -157,6 +182,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
     view.pings[row] = slant.pings[ping];
     const double height_m = line.sonar_altitude_m(ping);
     if (!(height_m >= 0.0)) continue;  // over a hole
+    map.start_row();
     for (std::size_t column = 0; column < columns; ++column) {
       const bool to_port = port && column < bins;
       const std::size_t from_nadir = to_port ? bins - 1 - column : column - (port ? bins : 0);
@@ -164,8 +190,8 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
           std::hypot((static_cast<double>(from_nadir) + 0.5) * pixel_m, height_m);
       const auto bin = static_cast<std::size_t>(slant_m / line.sonar.bin_m());
       if (bin >= from_bins) continue;
-      map[row * columns + column] =
-          ping * from_columns + (to_port ? from_bins - 1 - bin : bin + (port ? from_bins : 0));
+      map.add(row * columns + column,
+              ping * from_columns + (to_port ? from_bins - 1 - bin : bin + (port ? from_bins : 0)));
     }
   }
   gather(slant, map, view);
@@ -175,13 +201,13 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
 LabelledImage cut(const LabelledImage& view, const Rectangle& part) {
   LabelledImage piece = empty_like(view, part.columns, part.rows);
   const std::size_t lowest = view.labels.rows() - part.row - part.rows;  // oldest ping
-  std::vector<std::size_t> map(part.rows * part.columns);
+  PixelMap map;
   for (std::size_t row = 0; row < part.rows; ++row) {
     piece.labels.pings[row] = view.labels.pings[lowest + row];
     piece.pings[row] = view.pings[lowest + row];
-    for (std::size_t column = 0; column < part.columns; ++column)
-      map[row * part.columns + column] =
-          (lowest + row) * view.labels.columns() + part.column + column;
+    map.add_run({.to = row * part.columns,
+                 .from = (lowest + row) * view.labels.columns() + part.column,
+                 .count = part.columns});
   }
   gather(view, map, piece);
   return piece;
@@ -196,14 +222,15 @@ LabelledImage resampled(const LabelledImage& view, std::size_t columns, std::siz
   const auto nearest = [](std::size_t i, std::size_t from, std::size_t to) {
     return (2 * i + 1) * from / (2 * to);
   };
-  std::vector<std::size_t> map(rows * columns);
+  PixelMap map;
   for (std::size_t row = 0; row < rows; ++row) {
+    map.start_row();
     const std::size_t from_row = nearest(row, from_rows, rows);
     result.labels.pings[row] = view.labels.pings[from_row];
     result.pings[row] = view.pings[from_row];
     for (std::size_t column = 0; column < columns; ++column)
-      map[row * columns + column] =
-          from_row * from_columns + nearest(column, from_columns, columns);
+      map.add(row * columns + column,
+              from_row * from_columns + nearest(column, from_columns, columns));
   }
   gather_labels(view, map, result);
   for (const Picture& picture : view.pictures)

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/catmull_rom.h>
@@ -11,10 +12,12 @@
 namespace ensonify::engine {
 
 /// Values at the points of a grid, interpolated (catmull_rom) from those of a lattice, whose point
-/// (column, row) lies at (column, row) * step_m: sample(column, row). They depend on the place
-/// alone; in a window of a grid they have the bits of the whole grid's.
-template <class Sample>
-std::vector<double> interpolated(const Heightfield& grid, double step_m, Sample&& sample) {
+/// (column, row) lies at (column, row) * step_m. take_samples(column, row, columns, samples) puts
+/// in those of the points from (column, row) on, row by row. They must depend on the place alone:
+/// then in a window of a grid the values have the bits of the whole grid's.
+template <class TakeSamples>
+std::vector<double> interpolated(const Heightfield& grid, double step_m,
+                                 TakeSamples&& take_samples) {
   // Counted from the corner of the whole grid, so that a window has the same bits.
   const double west = std::floor(grid.x_m(-grid.first_column) / step_m) - 1.0;
   const double south = std::floor(grid.y_m(-grid.first_row) / step_m) - 1.0;
@@ -26,11 +29,9 @@ std::vector<double> interpolated(const Heightfield& grid, double step_m, Sample&
   const std::size_t columns = before(grid.x_m(grid.columns - 1), west) - first_column + 3;
   const std::size_t rows = before(grid.y_m(grid.rows - 1), south) - first_row + 3;
   std::vector<double> samples(columns * rows);
-  for (std::size_t row = 0; row < rows; ++row)
-    for (std::size_t column = 0; column < columns; ++column)
-      samples[row * columns + column] =
-          sample(static_cast<std::int64_t>(west) + static_cast<std::int64_t>(first_column + column),
-                 static_cast<std::int64_t>(south) + static_cast<std::int64_t>(first_row + row));
+  take_samples(static_cast<std::int64_t>(west) + static_cast<std::int64_t>(first_column),
+               static_cast<std::int64_t>(south) + static_cast<std::int64_t>(first_row), columns,
+               std::span(samples));
   std::vector<double> values(grid.z_m.size());
   std::vector<double> line(columns);
   for (int row = 0; row < grid.rows; ++row) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -56,18 +57,57 @@ double SmoothField::at(double x_m, double y_m) const {
   return sum;
 }
 
+/// cos(kx x + ky y + p) is cos(kx x) cos(ky y + p) - sin(kx x) sin(ky y + p), so that only columns
+/// and rows need cosines and sines.
+void SmoothField::take_values(std::span<const double> x_m, std::span<const double> y_m,
+                              std::span<double> values) const {
+  const std::size_t columns = x_m.size();
+  std::vector<double> cosines(columns * waves), sines(columns * waves);
+  for (std::size_t w = 0; w < waves; ++w)
+    for (std::size_t i = 0; i < columns; ++i) {
+      cosines[w * columns + i] = std::cos(waves_[w].kx * x_m[i]);
+      sines[w * columns + i] = std::sin(waves_[w].kx * x_m[i]);
+    }
+  for (std::size_t row = 0; row < y_m.size(); ++row) {
+    const std::span<double> sums = values.subspan(row * columns, columns);
+    std::ranges::fill(sums, 0.0);
+    for (std::size_t w = 0; w < waves; ++w) {
+      const Wave& wave = waves_[w];
+      const double turns_rad = wave.ky * y_m[row] + wave.phase;
+      const double cosine = wave.amplitude * std::cos(turns_rad);
+      const double sine = wave.amplitude * std::sin(turns_rad);
+      for (std::size_t i = 0; i < columns; ++i)
+        sums[i] += cosine * cosines[w * columns + i] - sine * sines[w * columns + i];
+    }
+  }
+}
+
 std::vector<double> SmoothField::over(const Heightfield& grid) const {
+  const auto places = [](std::size_t count, auto&& place) {
+    std::vector<double> at_m(count);
+    for (std::size_t i = 0; i < count; ++i) at_m[i] = place(i);
+    return at_m;
+  };
   const double step_m = shortest_m_ / samples_per_wave;
   if (step_m < 1.5 * std::max(grid.cell_east_m, grid.cell_north_m)) {
     std::vector<double> values(grid.z_m.size());
-    for (int row = 0; row < grid.rows; ++row)
-      for (int column = 0; column < grid.columns; ++column)
-        values[grid.index(column, row)] = at(grid.x_m(column), grid.y_m(row));
+    const auto columns = static_cast<std::size_t>(grid.columns);
+    const auto rows = static_cast<std::size_t>(grid.rows);
+    take_values(places(columns, [&](std::size_t i) { return grid.x_m(static_cast<int>(i)); }),
+                places(rows, [&](std::size_t i) { return grid.y_m(static_cast<int>(i)); }), values);
     return values;
   }
-  return interpolated(grid, step_m, [&](std::int64_t column, std::int64_t row) {
-    return at(static_cast<double>(column) * step_m, static_cast<double>(row) * step_m);
-  });
+  return interpolated(
+      grid, step_m,
+      [&](std::int64_t column, std::int64_t row, std::size_t columns, std::span<double> samples) {
+        const auto from = [&](std::int64_t first) {
+          return [=](std::size_t i) {
+            return static_cast<double>(first + static_cast<std::int64_t>(i)) * step_m;
+          };
+        };
+        take_values(places(columns, from(column)), places(samples.size() / columns, from(row)),
+                    samples);
+      });
 }
 
 }  // namespace ensonify::engine

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,6 +29,10 @@ class SmoothField {
   struct Wave {
     double kx, ky, phase, amplitude;
   };
+  /// The values at the places (x, y), row by row.
+  void take_values(std::span<const double> x_m, std::span<const double> y_m,
+                   std::span<double> values) const;
+
   double shortest_m_;
   double slope_per_m_ = 0.0;
   std::vector<Wave> waves_;

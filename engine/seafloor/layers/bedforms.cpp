@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -76,16 +77,22 @@ class Forks {
 };
 
 /// Irregularities of some two wavelengths: normal numbers of variance 1, which are interpolated
-/// between the points of a lattice. (A SmoothField of waves this short takes a second for a million
-/// points.)
+/// between the points of a lattice.
 std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const LayerDraws& draws,
                            std::uint64_t what) {
   // The mean sum of the squared weights of catmull_rom is 57 / 70 along each axis.
-  return interpolated(grid, 1.2 * wavelength_m, [&](std::int64_t column, std::int64_t row) {
-    std::array<double, 1> number;
-    draws.of(what, column, row).normal(number);
-    return 70.0 / 57.0 * number[0];
-  });
+  return interpolated(
+      grid, 1.2 * wavelength_m,
+      [&](std::int64_t column, std::int64_t row, std::size_t columns, std::span<double> samples) {
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+          std::array<double, 1> number;
+          draws
+              .of(what, column + static_cast<std::int64_t>(i % columns),
+                  row + static_cast<std::int64_t>(i / columns))
+              .normal(number);
+          samples[i] = 70.0 / 57.0 * number[0];
+        }
+      });
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ using std::numbers::pi;
 
 /// A sum of waves over a way; of rms 1.
 struct Wander {
+  static constexpr double most = 2.9;  // more than 4 / sqrt(2)
   std::array<double, 4> length_m, phase;
   double at(double way_m) const {
     double sum = 0.0;
@@ -33,6 +34,8 @@ class Door {
       bite_.phase[i] = 2.0 * pi * u[8 + i];
     }
   }
+  static constexpr double most_off_m = 0.25 * Wander::most;  // its mean offset
+  double mean_offset_m() const { return offset_m_; }
   double offset_m(double way_m) const { return offset_m_ + 0.25 * wobble_.at(way_m); }
   /// How deep it digs, of the mean: doors bounce, and now and then leave the bed.
   double bite(double way_m) const { return std::clamp(1.0 + 0.45 * bite_.at(way_m), 0.0, 1.6); }
@@ -74,16 +77,17 @@ class Tow {
   Change at(double x_m, double y_m) const {
     const double dx = x_m - x_m_, dy = y_m - y_m_;
     const double across = dx * north_ - dy * east_;
-    const double reach = 4.0 * marks_.width_m;
-    if (std::abs(across) > 0.5 * marks_.door_spacing_m + 2.9 * marks_.wander_m + 0.8 + reach)
-      return {};
+    const double reach = 2.0 * marks_.width_m;
+    const double from_mean_door = std::abs(std::abs(across) - 0.5 * marks_.door_spacing_m);
+    if (from_mean_door > Wander::most * marks_.wander_m + Door::most_off_m + reach) return {};
     const double way = dx * east_ + dy * north_;
     const double from_middle = across - marks_.wander_m * wander_.at(way);
     Change change;
     for (const std::uint32_t number : {1u, 2u}) {
       const Door& door = number == 1 ? port_ : starboard_;
+      if (std::abs(from_middle - door.mean_offset_m()) > Door::most_off_m + reach) continue;
       const double from_door = from_middle - door.offset_m(way);
-      if (std::abs(from_door) > 0.5 * reach) continue;
+      if (std::abs(from_door) > reach) continue;
       // The Gaussian's second derivative: its integral is zero.
       const double a2 = std::pow(from_door / (0.5 * marks_.width_m), 2);
       const double bite = door.bite(way);
