@@ -55,6 +55,10 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
   return some_pings(line, usable);
 }
 
+bool states_vertical_beam(const RecordedLine& line) {
+  return line.vertical_beamwidth_rad > 0.0 && line.tilt_rad.has_value();
+}
+
 /// The model before any simulation.
 LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknown) {
   LineModel model;
@@ -112,7 +116,7 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
   const VerticalPattern usual;
   model.beamwidth_rad = usual.beamwidth_rad;
   model.tilt_rad = usual.tilt_rad;
-  if (line.vertical_beamwidth_rad > 0.0 && line.tilt_rad) {
+  if (states_vertical_beam(line)) {
     model.beamwidth_rad = line.vertical_beamwidth_rad;
     model.tilt_rad = *line.tilt_rad;
     for (const char* key : {"vertical_beamwidth_deg", "tilt_deg"})
@@ -120,7 +124,7 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
   }
   model.range_slope_db = range_slope_db(line, model.recorder);
   model.levels_db = grazing_levels_of_sides(line, model.recorder);
-  if (std::isnan(model.range_slope_db))
+  if (std::isnan(model.range_slope_db) && !states_vertical_beam(line))
     unknown.emplace_back(
         "the gain over range apart from the vertical beam: the altitude is nearly "
         "constant");
@@ -156,7 +160,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   model.bed = bed_extent(model);
   model.tones = tone_map(some_pings(made.line, half), some_pings(model.path, half), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);
-  const bool beam_is_stated = made.line.vertical_beamwidth_rad > 0.0 && made.line.tilt_rad;
+  const bool beam_is_stated = states_vertical_beam(made.line);
 
   const auto report = [&](std::string_view stage, std::size_t done, std::size_t of) {
     if (control.progress && !control.progress(stage, done, of))

@@ -112,6 +112,11 @@ class Fit {
           sides.push_back(off);
       both[i] = sides.empty() ? std::numeric_limits<double>::quiet_NaN() : mean_of(sides);
     }
+    GrazingLevels by_law{};  // what another gain over range changes
+    if (model_.range_law.from.how == Confidence::assumed && beam_is_stated) {
+      by_law = choose_range_law(both);
+      for (std::size_t i = 0; i < grazing_cells; ++i) both[i] -= by_law[i];
+    }
     sediments = nearest_sediments(model_, both, beam_is_stated);
     const LineModel before = model_;
     if (!sediments.empty()) model_.material = sediments.front().name;
@@ -135,7 +140,7 @@ class Fit {
       std::vector<double>& vertical = model_.vertical_db[side];
       vertical.clear();
       for (std::size_t i = 0; i < grazing_cells; ++i)
-        vertical.push_back(model_.levels_db[side][i] - is.levels[side][i] +
+        vertical.push_back(model_.levels_db[side][i] - is.levels[side][i] - by_law[i] +
                            strength_change_db(before, i) - mean_of(offsets));
       fill(vertical);
       for (std::size_t i = 0; i < grazing_cells; ++i)
@@ -167,6 +172,32 @@ class Fit {
                                    ->cross_section(grazing_cell_rad(cell)));
     };
     return strength(before.material) - strength(model_.material);
+  }
+
+  /// Where the altitude does not show the gain over range: of the usual ones that with which a
+  /// sediment comes nearest to the level over the angle, under the stated beam. Returns how much
+  /// more that amplifies than the gain so far.
+  GrazingLevels choose_range_law(const GrazingLevels& excess_db) {
+    constexpr std::array<double, 3> usual{30.0, 20.0, 40.0};
+    const double before = model_.range_law.spreading, altitude_m = mean_of(model_.path.altitude_m);
+    GrazingLevels chosen_db{};
+    double least_db = std::numeric_limits<double>::infinity();
+    for (const double spreading : usual) {
+      GrazingLevels more_db, left_db;
+      for (std::size_t i = 0; i < grazing_cells; ++i) {
+        more_db[i] = (spreading - before) * std::log10(altitude_m / std::sin(grazing_cell_rad(i)));
+        left_db[i] = excess_db[i] - more_db[i];
+      }
+      const std::vector<NearSediment> nearest = nearest_sediments(model_, left_db, true);
+      if (nearest.empty() || !(nearest.front().rms_db < least_db)) continue;
+      least_db = nearest.front().rms_db;
+      chosen_db = more_db;
+      model_.range_law.spreading = spreading;
+      model_.range_law.from = {Confidence::fitted,
+                               "of 20, 30 and 40 dB per factor of ten that with which a sediment "
+                               "fits the level over the angle"};
+    }
+    return chosen_db;
   }
 
   /// A pattern of both sides, its largest level 0 dB: what is taken off goes into the gain.
@@ -206,7 +237,9 @@ class Fit {
 
   /// What the level over range leaves when that over the angle is right.
   void correct_range_law(const Figures& is) {
-    if (model_.range_law.from.how == Confidence::assumed) return;
+    // On a constant altitude the level over the angle has all there is.
+    if (model_.range_law.from.how == Confidence::assumed || std::isnan(model_.range_slope_db))
+      return;
     std::vector<double> x, y;
     for (int tenth = 2; tenth < 10; ++tenth) {
       const std::string name =

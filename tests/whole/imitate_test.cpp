@@ -131,6 +131,32 @@ TEST_CASE("the keys of a run come back from its recording", "[slow]") {
   CHECK(again.err.find("b: exists already") != std::string::npos);
 }
 
+TEST_CASE("on a constant altitude the gain over range comes back from the level over the angle",
+          "[slow]") {
+  for (const double spreading : {20.0, 40.0}) {
+    CAPTURE(spreading);
+    std::string text = scene_of("coarse sand", "false");
+    const std::string heave = "[motion.heave]\nrms_m = 2\nperiod_s = 15\n";
+    text.erase(text.find(heave), heave.size());
+    const std::string gain = "tvg_spreading = ";
+    text.replace(text.find(gain) + gain.size(), 2, std::to_string(static_cast<int>(spreading)));
+    const TemporaryFolder folder;
+    write_text(folder / "s.toml", text);
+    REQUIRE(run_program(folder.path(), {"run", "s.toml", "-o", "a", "--quiet"}).code == 0);
+    const Outcome outcome =
+        run_program(folder.path(), {"imitate", "a/towfish.xtf", "-o", "b", "--json"});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const json all = json::parse(outcome.out);
+    const json& keys = all["keys"];
+    CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == spreading);
+    CHECK(value_of(keys, "sonar.sidescan.tilt_deg") == Approx(30.0));  // and no other beam
+    const std::vector<std::string> near = all["materials"];
+    CAPTURE(near);
+    CHECK(std::ranges::find(near, "coarse sand") - near.begin() < 3);
+  }
+}
+
 TEST_CASE("texture, glints and the transmit burst of a run come back from its recording",
           "[slow]") {
   const TemporaryFolder folder;
