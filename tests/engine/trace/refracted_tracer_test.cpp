@@ -148,6 +148,28 @@ TEST_CASE("Ten times as many bent rays hit the faces that their finest chords hi
     for (const double depth_m : {4.0, 6.7, 8.0, 9.3, 11.7}) compare(*profile, depth_m, 2500);
 }
 
+TEST_CASE("A tracer hits a second surface as a new tracer does") {
+  const Seafloor bed = rough_bed();
+  Seafloor before = bed;  // the same faces at other places of the list
+  std::ranges::reverse(before.mesh.faces);
+  RayFan fan = fan_at({0, 0, -8.0}, 250, 60.0);
+  fan.bend = bend_of(thermocline, 16.5, fan.range_m, 1490.0);
+  const float highest_m = refine::bounds(bed.mesh).highest.z();
+  RefractedTracer used(thermocline, highest_m, 16.5, 1490.0);
+  RefractedTracer fresh(thermocline, highest_m, 16.5, 1490.0);
+  std::vector<Hit> first(fan.grid->rays()), again = first, expected = first;
+  used.trace(fan, nullptr, before.mesh, 0, first);
+  used.trace(fan, nullptr, bed.mesh, 1, again);
+  fresh.trace(fan, nullptr, bed.mesh, 0, expected);
+  std::size_t hit_count = 0, different = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    hit_count += static_cast<bool>(expected[i]);
+    different += again[i].face != expected[i].face || again[i].t != expected[i].t;
+  }
+  CHECK(hit_count > 500);
+  CHECK(different == 0);
+}
+
 TEST_CASE("Faces are flat in straightened space within half a millimetre") {
   // A hit's time before it is exact is that of the flat part. The distance of the two, across the
   // face, is how far the face is from flat there.
