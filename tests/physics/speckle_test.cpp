@@ -66,6 +66,23 @@ struct Receiver {
   SignalChain::Memory memory;
 };
 
+/// The intensities of a ping over a level bed, of an array with this heading.
+std::vector<double> headed_intensity(Receiver& receiver, const Eigen::Vector3d& array,
+                                     double heading_rad) {
+  EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+  const Eigen::Vector2d abeam(std::cos(heading_rad), -std::sin(heading_rad));
+  for (std::size_t i = 0; i < line.bins.x_m.size(); ++i)
+    if (line.bins.intensity_mean[i] > 0.0f) {
+      const double over_m = line.bins.x_m[i] - array.x();
+      line.bins.x_m[i] = static_cast<float>(array.x() + over_m * abeam.x());
+      line.bins.y_m[i] = static_cast<float>(array.y() + over_m * abeam.y());
+    }
+  receiver.chain.receive({.array = {array, {std::sin(heading_rad), std::cos(heading_rad), 0}},
+                          .altitude_m = altitude_m},
+                         std::span(&line, 1), receiver.memory);
+  return {line.bins.intensity.begin(), line.bins.intensity.end()};
+}
+
 /// The intensities of many uncorrelated pings.
 std::vector<double> independent_intensities(const Sonar& sonar, int pings = 150) {
   Receiver receiver(sonar);
@@ -277,6 +294,38 @@ TEST_CASE("overlapping pings have the correlation of their beams along the track
                                  .margin(array.shading == ShadingKind::uniform ? 0.045 : 0.06));
       }
     }
+}
+
+TEST_CASE("on any heading, pings along the array correlate, and bins drift as it moves sideways") {
+  Receiver receiver(quiet_sonar());
+  const Sonar& sonar = receiver.sonar;
+  constexpr double range_m = 40.0;
+  const double cos_grazing = std::sqrt(1.0 - std::pow(altitude_m / range_m, 2));
+  const auto middle = static_cast<std::size_t>(range_m / sonar.bin_m());
+  for (const double heading_deg : {0.0, 3.0, 7.0, 11.0, 20.0, -52.0}) {
+    const double heading = heading_deg * pi / 180.0;
+    const Eigen::Vector3d along(std::sin(heading), std::cos(heading), 0.0),
+        starboard(std::cos(heading), -std::sin(heading), 0.0);
+    // The array's way from one ping to the next: along its axis, and to port by this number of
+    // bins in range.
+    for (const int bins : {-1, 0, 1, 3}) {
+      constexpr double step_m = 0.15;
+      const Eigen::Vector3d way = step_m * along - bins * sonar.bin_m() / cos_grazing * starboard;
+      double sum = 0.0;
+      constexpr int pairs = 60;
+      for (int pair = 0; pair < pairs; ++pair) {
+        const Eigen::Vector3d array(0.0, 7.3 * pair, -10.0);
+        const auto part = [&](const std::vector<double>& all, int shift) {
+          const auto from = all.begin() + static_cast<std::ptrdiff_t>(middle) - 25 + shift;
+          return std::vector<double>(from, from + 50);
+        };
+        sum += correlation(part(headed_intensity(receiver, array, heading), 0),
+                           part(headed_intensity(receiver, array + way, heading), bins));
+      }
+      CAPTURE(heading_deg, bins);
+      CHECK(sum / pairs == Approx(along_track_correlation(sonar, step_m, range_m)).margin(0.06));
+    }
+  }
 }
 
 TEST_CASE(

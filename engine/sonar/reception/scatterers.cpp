@@ -169,9 +169,20 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
   for (auto* of_group : {&memory.cells, &memory.placeless}) of_group->resize(room / signal_group);
   const Frame& frame = frame_of(array_frame);
   memory.frame_key = frame.key;
-  // The row of a bin crosses the beam's middle where the offset along the axis is zero.
-  const double along_axis = frame.along.dot(array_frame.axis.head<2>());
-  const double per_axis = 1.0 / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
+  // A bin's line is parallel to the array, seen from above. It crosses the beam's middle where the
+  // offset along the axis is zero.
+  const Eigen::Vector2d level = array_frame.axis.head<2>();
+  const double level2 = std::max(level.squaredNorm(), 1e-6);
+  const double along_axis = frame.along.dot(level), across_axis = frame.across.dot(level);
+  const auto at_middle = [&](const Eigen::Vector2d& direction, double of_axis) {
+    Eigen::Vector3d weights = -of_axis / level2 * array_frame.axis;
+    weights.head<2>() += direction;
+    return weights;
+  };
+  const Eigen::Vector3d across = at_middle(frame.across, across_axis),
+                        along = at_middle(frame.along, along_axis);
+  const double origin_m = array_frame.axis.dot(array_frame.origin) / level2;
+  memory.skew = across_axis / std::copysign(std::max(std::abs(along_axis), 1e-3), along_axis);
   const auto place_groups = [&](std::size_t begin, std::size_t count,
                                 const std::array<const float*, 5>& layers) {
     place_cells({.bins = count,
@@ -182,12 +193,12 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
                  .range_m = layers[4],
                  .cells_per_m = &cells_per_m_[begin],
                  .reach = &reach_[begin],
-                 .across = {frame.across.x(), frame.across.y(), 0.0},
-                 .along = {frame.along.x() - per_axis * array_frame.axis.x(),
-                           frame.along.y() - per_axis * array_frame.axis.y(),
-                           -per_axis * array_frame.axis.z()},
-                 .along_from = per_axis * array_frame.axis.dot(array_frame.origin),
-                 .across_from = frame.across.dot(array_frame.origin.head<2>()),
+                 .across = {across.x(), across.y(), across.z()},
+                 .across_add = across_axis * origin_m,
+                 .along = {along.x(), along.y(), along.z()},
+                 .along_add = along_axis * origin_m,
+                 .origin_across = frame.across.dot(array_frame.origin.head<2>()),
+                 .skew = memory.skew,
                  .across_cells_per_m = 1.0 / cell_m_,
                  .turns = turns_per_cell_,
                  .rise = rise,
@@ -220,6 +231,7 @@ void Scatterers::place(const ArrayFrame& array_frame, const BinLayers& bins, Mem
 /// The patches under each bin's scatterers. Bins without a place of their own have none.
 void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory& memory) const {
   TexturedGround::Places& patches = memory.patches;
+  const Eigen::Vector2d line = frame.along + memory.skew * frame.across;
   for (auto* of_bin :
        {&patches.x, &patches.y, &patches.step_x, &patches.step_y, &patches.row, &patches.glint_row})
     of_bin->resize(reach_.size());
@@ -230,14 +242,17 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory
       TexturedGround::leave_even(n, patches);
       continue;
     }
-    const double across_m = frame.across.x() * bins.x_m[n] + frame.across.y() * bins.y_m[n];
+    // The first cell lies where its line through the bin's place has its number along.
+    const Eigen::Vector2d place(bins.x_m[n], bins.y_m[n]);
     const double step_m = 1.0 / cells_per_m_[n];
-    const double along_m = step_m * static_cast<std::int32_t>(memory.first_cell[n]);
+    const double way_m =
+        step_m * static_cast<std::int32_t>(memory.first_cell[n]) - frame.along.dot(place);
+    const Eigen::Vector2d first = place + way_m * line;
     ground_.place(n, bins.sediment[n], bins.grazing_rad[n],
-                  {.x_m = across_m * frame.across.x() + along_m * frame.along.x(),
-                   .y_m = across_m * frame.across.y() + along_m * frame.along.y(),
-                   .step_x_m = step_m * frame.along.x(),
-                   .step_y_m = step_m * frame.along.y(),
+                  {.x_m = first.x(),
+                   .y_m = first.y(),
+                   .step_x_m = step_m * line.x(),
+                   .step_y_m = step_m * line.y(),
                    .step_rows = cell_rows_[n]},
                   patches);
   }
@@ -281,9 +296,11 @@ void Scatterers::gather(const Memory& memory, int look, std::span<const float> p
        .first_weight = first_weight_.data(),
        .key = key_.data(),
        .phase_turns = memory.phase_turns.data(),
+       .cells_per_m = cells_per_m_.data(),
        .power = power.data(),
        .cells = memory.cells.data(),
        .bins = reach_.size(),
+       .across_per_m = static_cast<float>(memory.skew / cell_m_),
        .common_key = memory.frame_key + static_cast<std::uint32_t>(look) * 0x85157af5u,
        .texture = ground_.without_patches()
                       ? CellSums::Texture{}

@@ -24,17 +24,19 @@ struct ArrayFrame {
 /// The ground is divided into cells: one bin long across the array; along the array a 1024th of its
 /// length times the power of two with which 8 to 16 cells span the beam. Each cell holds one
 /// scatterer of complex normal strength at a random place along the array; both depend only on the
-/// seed, the frequency and the cell. A bin is the sum over the cells of its row that the beam
-/// covers. Each cell is weighted with the complex two-way pattern there (the array's Fresnel
-/// integral, transmitter times receiver) and has the phase of its place across the array. So the
-/// correlation of two pings, or of two passes, follows theory: along the track it is the Fourier
-/// transform of the squared pattern (van Cittert and Zernike), across it it falls with a change of
-/// the grazing angle. The sum is divided by the root of the sum of its squared weights, so each bin
-/// has the variance 1.
+/// seed, the frequency and the cell. A bin is the sum over the cells on its line, which is parallel
+/// to the array, that the beam covers. Each cell is weighted with the complex two-way pattern there
+/// (the array's Fresnel integral, transmitter times receiver) and has the phase of its place across
+/// the array. So the correlation of two pings, or of two passes, follows theory: along the track it
+/// is the Fourier transform of the squared pattern (van Cittert and Zernike), across it it falls
+/// with a change of the grazing angle. The sum is divided by the root of the sum of its squared
+/// weights, so each bin has the variance 1.
 ///
 /// Cells are aligned with one of 12 directions, 15 degrees apart, the one nearest to the array's;
-/// two passes whose headings differ by more than the beam are uncorrelated anyway. The phase that a
-/// change of height causes is taken to be the same for the whole row.
+/// two passes whose headings differ by more than the beam are uncorrelated anyway. A line crosses
+/// the rows of cells where the array is not aligned with them, so that the same scatterers change
+/// their bins as the array moves across its axis. The phase that a change of height causes is taken
+/// to be the same for the whole line.
 ///
 /// On a ground with patches (TexturedGround) a scatterer's strength is multiplied by that of its
 /// patch, of mean 1: a bin's variance, given its patches, is then their mean over the beam. So it
@@ -48,6 +50,7 @@ class Scatterers {
   /// One thread's working memory for gather(), reused from ping to ping.
   struct Memory {
     std::uint32_t frame_key = 0;
+    double skew = 0.0;  ///< by how much a line parallel to the array goes across, per length along
     std::vector<std::uint32_t> across_cell, across_within, first_cell, cells, placeless;
     std::vector<float> first_column, phase_turns;
     TexturedGround::Places patches;

@@ -146,25 +146,28 @@ void place_cells(const CellPlaces& to) {
       const auto nowhere = hn::Eq(hn::Abs(x) + (hn::Abs(y) + hn::Abs(z)), hn::Zero(d));
       placeless |= hn::AllFalse(d, hn::And(lit, nowhere)) ? 0u : 1u;
 
-      const VD across = set_double(to.across[0]) * x + set_double(to.across[1]) * y;
+      const VD across = set_double(to.across[0]) * x + set_double(to.across[1]) * y +
+                        (set_double(to.across[2]) * z + set_double(to.across_add));
       const VD along = set_double(to.along[0]) * x + set_double(to.along[1]) * y +
-                       (set_double(to.along[2]) * z + set_double(to.along_from));
-      const VD out = across - set_double(to.across_from);
+                       (set_double(to.along[2]) * z + set_double(to.along_add));
+      const VD out = across - set_double(to.origin_across);
       const VD range = hn::Max(load_double(to.range_m + n), set_double(1e-3));
       const VD turns = set_double(-to.turns) * out / range;
       hn::StoreU(hn::DemoteTo(hf, turns), hf, to.phase_turns + n);
 
+      const VD cells_per_m = load_double(to.cells_per_m + n);
+      const VD middle = along * cells_per_m;
+      const VD reach = load_double(to.reach + n);
+      const VD first = hn::Floor(middle - reach);
+      const VD skewed = set_double(to.skew) * (first - middle) / cells_per_m;
       const VD raised = hn::CopySign(set_double(to.rise) * z, out * z);
-      const VD cell = (across - raised) * set_double(to.across_cells_per_m);
+      const VD cell = (across - raised + skewed) * set_double(to.across_cells_per_m);
       const VD whole = hn::Floor(cell);
       store_integer(whole, to.across_cell + n);
       const VD within = (cell - whole - set_double(0.5)) * set_double(0x1p32);
       hn::StoreU(hn::Xor(hn::BitCast(hu, hn::DemoteTo(hi, within)), hn::Set(hu, 0x80000000u)), hu,
                  to.across_within + n);
 
-      const VD middle = along * load_double(to.cells_per_m + n);
-      const VD reach = load_double(to.reach + n);
-      const VD first = hn::Floor(middle - reach);
       store_integer(first, to.first_cell + n);
       hn::StoreU(hn::DemoteTo(hf, (first - middle) * set_double(to.columns_per_cell)), hf,
                  to.first_column + n);
@@ -190,8 +193,14 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
       hn::StoreU(hn::Zero(f), f, sums.im + n);
       continue;
     }
-    const VU across = hn::LoadU(fu, sums.across_cell + n);
-    const VU within = hn::LoadU(fu, sums.across_within + n);
+    VU across = hn::LoadU(fu, sums.across_cell + n);
+    VU within = hn::LoadU(fu, sums.across_within + n);
+    // From cell to cell along, the line goes by whole cells across and a part.
+    const VF slope = set(sums.across_per_m) / hn::LoadU(f, sums.cells_per_m + n);
+    const VF whole_slope = hn::Floor(slope);
+    const VU across_step = hn::BitCast(fu, hn::ConvertTo(fi, whole_slope));
+    const VU within_step =
+        hn::ShiftLeft<8>(hn::BitCast(fu, hn::ConvertTo(fi, (slope - whole_slope) * set(0x1p24f))));
     const VU key = hn::LoadU(fu, sums.key + n) + hn::Set(fu, sums.common_key);
     const auto row = hn::BitCast(fi, hn::LoadU(fu, sums.first_weight + n));
     const VF turns = hn::LoadU(f, sums.phase_turns + n);
@@ -250,6 +259,8 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
       squares = squares + (weight_re * weight_re + weight_im * weight_im);
       cell = cell + one;
       begin = begin + step;
+      within = within + within_step;
+      across = across + across_step + hn::IfThenElseZero(hn::Lt(within, within_step), one);
     }
     const VF scale = hn::Sqrt(hn::LoadU(f, sums.power + n) / hn::Max(squares, set(1e-6f)));
     hn::StoreU(sum_re * scale, f, sums.re + n);

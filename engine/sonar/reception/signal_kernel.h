@@ -27,16 +27,19 @@ struct CellPlaces {
   const float* range_m;
   const float* cells_per_m;  ///< along the array
   const float* reach;        ///< cells on either side
-  // The frame:
-  double across[3];   ///< across the array: weights of a place's coordinates
-  double along[3];    ///< along the array: weights of a place's coordinates,
-  double along_from;  ///< and the constant that makes the array's origin 0
-  double across_from;
+  // The frame: where the line through a place that is parallel to the array crosses the beam's
+  // middle, as weights of the place's coordinates and a constant.
+  double across[3], across_add;
+  double along[3], along_add;
+  double origin_across;  ///< of the array
+  double skew;           ///< by how much that line goes across, per length along
   double across_cells_per_m, turns, rise, columns_per_cell;
   // Out, one value per bin:
-  std::uint32_t* across_cell;    ///< the number of the cell across the array
-  std::uint32_t* across_within;  ///< the place within that cell, in 2^-32 of its length
-  std::uint32_t* first_cell;     ///< the number of the first cell along the array
+  // Of the first cell along the line: its number across, the line's place within it in 2^-32 of its
+  // length, and its number along.
+  std::uint32_t* across_cell;
+  std::uint32_t* across_within;
+  std::uint32_t* first_cell;
   float* first_column;  ///< where this cell begins, in columns of the table from the beam's middle
   float* phase_turns;   ///< turns of phase over one cell across
   // Out, one value per group:
@@ -58,10 +61,12 @@ struct CellSums {
   const std::uint32_t* first_weight;  ///< index of its row in the table
   const std::uint32_t* key;
   const float* phase_turns;
+  const float* cells_per_m;
   const float* power;  ///< variance of the sum
   // One value per group:
   const std::uint32_t* cells;
   std::size_t bins;
+  float across_per_m;        ///< cells across that the line crosses per metre along
   std::uint32_t common_key;  ///< added to each bin's key
   // The patches under the scatterers (TexturedGround); x null: all scatter alike. One value per
   // bin: the place of its first scatterer, and the step to the next; its rows of quantiles, and the
