@@ -33,6 +33,7 @@ enum class Purpose : std::uint64_t {
   recipe = 60,
   dataset_split = 61,
   background_chip = 62,
+  imitated_tones = 63,
 };
 
 /// Random numbers that depend only on (seed, purpose, what they belong to, index). There is no

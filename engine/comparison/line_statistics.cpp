@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/comparison/bed_drift.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
@@ -135,7 +137,8 @@ struct Samples {
   std::vector<double> first_m;   // range of the first return, by ping and side
   std::vector<double> wander_m;  // its distance from the mean of the pings around
   std::vector<double> overshoot_db;
-  std::vector<double> row_brightness;  // the bed's mean over that of the pings around
+  std::vector<double> row_brightness;            // the bed's mean over that of the pings around
+  std::array<std::optional<double>, 2> drift_m;  // of the bed per ping, by side
   std::size_t clipped = 0, all = 0;
 };
 
@@ -155,6 +158,7 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
   const std::vector<std::size_t> bed = find_bed(line, side);
   const std::vector<Block> blocks = blocks_of(line, side, bed, first, end);
   to.blocks.insert(to.blocks.end(), blocks.begin(), blocks.end());
+  to.drift_m[static_cast<std::size_t>(side)] = bed_drift_m(line, side, bed, first, end);
   std::vector<double> first_m, brightness;
   for (std::size_t ping = first; ping < end; ++ping) {
     const std::span<const float> row = line.row(side, ping);
@@ -276,6 +280,8 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   for (std::size_t i = 0; i < track_lags.size(); ++i)
     add(fmt::format("track_correlation_{}", track_lags[i]),
         of_blocks(samples, 8, 70, [i](const Block& b) { return b.track_correlation[i]; }));
+  add("sideways_drift_m",
+      sideways_drift_m(samples.drift_m[0], samples.drift_m[1]).value_or(unknown));
   add("ping_brightness", 1.4826 * median(samples.row_brightness));  // sd of a normal distribution
   const double column = median(samples.column);
   add("column_over_bed_db", db_of(column / std::sqrt(bed_power)));

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/imitation/crab.h>
 #include <ensonify/engine/imitation/line_fit.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
 #include <ensonify/engine/imitation/quantile.h>
@@ -157,6 +158,10 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   model = first_model(some_pings(made.line, half), made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
   model.path = vehicle_path(made.line);
+  if (const HeadingCheck check = correct_heading(made.line, model.path); check.exchanged)
+    made.unknown.emplace_back(
+        "which side is port: the bed moves as if the file had exchanged the sides, or the headings "
+        "were mirrored about the course");
   model.bed = bed_extent(model);
   model.tones = tone_map(some_pings(made.line, half), some_pings(model.path, half), model.recorder,
                          model.range_slope_db, model.bed.east_m, model.bed.north_m);

@@ -6,12 +6,14 @@
 #include <numbers>
 #include <optional>
 
+#include <ensonify/engine/random.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr std::size_t block_pings = 8, block_samples = 16;
+constexpr double noticed_db = 4.0;  // of a tone, from the least to the next
 
 /// A block of the bed: where it is, and its level.
 struct Spot {
@@ -20,14 +22,6 @@ struct Spot {
   double decades;    // of the range in metres
   double level_db;
 };
-
-/// The heading of a ping; without one, the course.
-double heading_rad(const VehiclePath& path, std::size_t ping) {
-  if (!path.heading_rad.empty()) return path.heading_rad[ping];
-  const std::size_t before = ping < 8 ? 0 : ping - 8,
-                    after = std::min(ping + 8, path.x_m.size() - 1);
-  return std::atan2(path.x_m[after] - path.x_m[before], path.y_m[after] - path.y_m[before]);
-}
 
 std::vector<Spot> spots_of(const RecordedLine& line, Side side, const VehiclePath& path,
                            double full_scale) {
@@ -72,6 +66,39 @@ std::optional<double> mean_around(const ToneMap& map, const std::vector<double>&
         number += 1.0;
       }
   return number > 0.0 ? std::optional(sum / number) : std::nullopt;
+}
+
+/// Pixels of a quarter of a tile, whose tones are interpolated between the tiles' middles. What
+/// lies between two steps gets either of them by chance, so that a slow change has no borders.
+void draw_steps(const std::vector<double>& tones, ToneMap& map) {
+  constexpr std::size_t finer = 4;
+  const std::size_t tile_columns = map.columns, tile_rows = map.rows;
+  map.columns *= finer;
+  map.rows *= finer;
+  map.steps.reserve(map.columns * map.rows);
+  const auto place = [](std::size_t pixel, std::size_t tiles) {
+    return std::clamp((static_cast<double>(pixel) + 0.5) / finer - 0.5, 0.0,
+                      static_cast<double>(tiles - 1));
+  };
+  std::vector<double> draws(map.columns);
+  for (std::size_t row = 0; row < map.rows; ++row) {
+    const double y = place(row, tile_rows);
+    const auto south = static_cast<std::size_t>(y);
+    const double* const first = tones.data() + south * tile_columns;
+    const double* const second = south + 1 < tile_rows ? first + tile_columns : first;
+    RandomStream(1, Purpose::imitated_tones, {row}).uniform(draws);
+    for (std::size_t column = 0; column < map.columns; ++column) {
+      const double x = place(column, tile_columns);
+      const auto west = static_cast<std::size_t>(x), east = std::min(west + 1, tile_columns - 1);
+      const double share = x - static_cast<double>(west);
+      const double tone_db =
+          std::lerp(std::lerp(first[west], first[east], share),
+                    std::lerp(second[west], second[east], share), y - static_cast<double>(south));
+      const double step = std::ceil(tone_db / ToneMap::step_db - draws[column]);
+      map.steps.push_back(static_cast<std::int8_t>(
+          std::clamp<double>(step, -ToneMap::most_steps, ToneMap::most_steps)));
+    }
+  }
 }
 
 }  // namespace
@@ -132,13 +159,10 @@ ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const Record
     if (known[tile]) tones[tile] = *mean_around(map, single, known, tile);
   std::size_t apart = 0, all = 0;
   for (std::size_t i = 0; i < tones.size(); ++i) {
-    const double steps = known[i] ? std::round(tones[i] / ToneMap::step_db) : 0.0;
-    map.steps.push_back(static_cast<std::int8_t>(
-        std::clamp<double>(steps, -ToneMap::most_steps, ToneMap::most_steps)));
     all += known[i];
-    apart += steps != 0.0;
+    apart += std::abs(tones[i]) > 0.5 * noticed_db;
   }
-  if (20 * apart < all) map.steps.clear();
+  if (20 * apart >= all) draw_steps(tones, map);
   return map;
 }
 

@@ -10,17 +10,17 @@
 namespace ensonify::engine {
 
 /// Where the bed is brighter or darker than the line's mean at the same grazing angle and side, as
-/// tiles over a seabed about the middle of the path, north up.
+/// pixels over a seabed about the middle of the path, north up.
 struct ToneMap {
-  static constexpr double step_db = 4.0;
-  static constexpr int most_steps = 3;  ///< either way
+  static constexpr double step_db = 2.0;
+  static constexpr int most_steps = 6;  ///< either way
   std::size_t columns = 0, rows = 0;
-  std::vector<std::int8_t> steps;  ///< by tile, from the north-west; empty: one tone all over
+  std::vector<std::int8_t> steps;  ///< by pixel, from the north-west; empty: one tone all over
 };
 
 /// From some pings of a line and their path; tiles between them are filled from their neighbours.
 /// What the altitude changes by way of the gain over range, see range_slope_db(), is taken off.
-/// There is one tone all over if fewer than a twentieth of the tiles differ by a step.
+/// There is one tone all over if fewer than a twentieth of the tiles differ by 2 dB from the mean.
 ToneMap tone_map(const RecordedLine& line, const VehiclePath& path, const RecorderSigns& recorder,
                  double range_slope_db, double extent_east_m, double extent_north_m);
 

@@ -277,6 +277,13 @@ VehiclePath vehicle_path(const RecordedLine& line) {
   return path;
 }
 
+double heading_rad(const VehiclePath& path, std::size_t ping) {
+  if (!path.heading_rad.empty()) return path.heading_rad[ping];
+  const std::size_t before = ping < 8 ? 0 : ping - 8,
+                    after = std::min(ping + 8, path.x_m.size() - 1);
+  return std::atan2(path.x_m[after] - path.x_m[before], path.y_m[after] - path.y_m[before]);
+}
+
 Oscillation oscillation_of(const Values& t_s, const Values& values) {
   if (values.size() < 20 || !(t_s.back() > t_s.front())) return {};
   const double step_s = (t_s.back() - t_s.front()) / static_cast<double>(t_s.size() - 1);

@@ -31,6 +31,9 @@ struct VehiclePath {
 /// meets a level bed at altitude / cos(p).
 VehiclePath vehicle_path(const RecordedLine& line);
 
+/// The heading of a ping; without one, the course.
+double heading_rad(const VehiclePath& path, std::size_t ping);
+
 /// As find_bed(), which smooths over 5 samples and so finds the edge of the bed 2 samples before
 /// it.
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);

@@ -328,16 +328,45 @@ TEST_CASE("a darker part of the bed is on the map of tones where it is") {
     for (std::size_t k = 90; k < samples; ++k) line.starboard[ping * samples + k] *= 0.25f;
   const ToneMap map = tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0);
   REQUIRE(map.steps.size() == map.columns * map.rows);
-  const auto step_at = [&](double east_m, double north_m) {
+  // Over 21 x 21 pixels, because what lies between two steps gets either of them.
+  const auto tone_db_at = [&](double east_m, double north_m) {
     const auto column = static_cast<std::size_t>((east_m / 104.0 + 0.5) * double(map.columns));
     const auto row = static_cast<std::size_t>((0.5 - north_m / 184.0) * double(map.rows));
-    return int{map.steps[row * map.columns + column]};
+    double sum_db = 0.0;
+    for (std::size_t r = row - 10; r <= row + 10; ++r)
+      for (std::size_t c = column - 10; c <= column + 10; ++c)
+        sum_db += ToneMap::step_db * map.steps[r * map.columns + c];
+    return sum_db / (21.0 * 21.0);
   };
   // The mean of both halves lies between them, by 6 dB each.
-  CHECK(step_at(30.0, 20.0) <= -1);
-  CHECK(step_at(30.0, -20.0) >= 1);
-  CHECK(step_at(-30.0, 20.0) == 0);
-  CHECK(step_at(-30.0, -20.0) == 0);
+  CHECK(tone_db_at(30.0, 20.0) == Approx(-6.0).margin(0.5));
+  CHECK(tone_db_at(30.0, -20.0) == Approx(6.0).margin(0.5));
+  CHECK(tone_db_at(-30.0, 20.0) == Approx(0.0).margin(0.5));
+  CHECK(tone_db_at(-30.0, -20.0) == Approx(0.0).margin(0.5));
+}
+
+TEST_CASE("a tone that changes slowly has no borders") {
+  RecordedLine line = made_line({.pings = 800});
+  VehiclePath path = vehicle_path(line);
+  for (std::size_t i = 0; i < 800; ++i) path.y_m[i] = 0.1 * (static_cast<double>(i) - 400.0);
+  // To starboard from -6 to 6 dB along the line.
+  for (std::size_t ping = 0; ping < 800; ++ping)
+    for (std::size_t k = 90; k < samples; ++k)
+      line.starboard[ping * samples + k] *=
+          static_cast<float>(std::pow(10.0, (0.015 * static_cast<double>(ping) - 6.0) / 20.0));
+  const ToneMap map = tone_map(line, path, recorder_signs(line), 0.0, 104.0, 184.0);
+  REQUIRE(map.steps.size() == map.columns * map.rows);
+  // By rows of pixels over 20 m from east to west, the mean follows the change.
+  const double north_side_m = 184.0 / static_cast<double>(map.rows);
+  for (double north_m = -35.0; north_m < 35.0; north_m += 1.0) {
+    CAPTURE(north_m);
+    const auto row = static_cast<std::size_t>((92.0 - north_m) / north_side_m);
+    const std::size_t first = map.columns * 72 / 104, end = map.columns * 92 / 104;
+    double sum_db = 0.0;
+    for (std::size_t c = first; c < end; ++c)
+      sum_db += ToneMap::step_db * map.steps[row * map.columns + c];
+    CHECK(sum_db / static_cast<double>(end - first) == Approx(0.15 * north_m).margin(0.9));
+  }
 }
 
 TEST_CASE("gain over range on a changing altitude makes no tones") {
@@ -381,10 +410,10 @@ TEST_CASE(
   CHECK(scene.track.kind == TrackKind::file);
   REQUIRE(scene.seafloor.seabed.patches.size() == 2);
   // The brightest has the sediment's strength, and the bed less; the gain makes up for it.
-  CHECK(scene.sonars.front().receiver.gain_db == -96.0);
+  CHECK(scene.sonars.front().receiver.gain_db == -98.0);
   REQUIRE(scene.materials.size() == 3);
-  CHECK(scene.materials[0].strength_offset_db == -4.0);
-  CHECK(scene.materials[1].strength_offset_db == -12.0);
+  CHECK(scene.materials[0].strength_offset_db == -2.0);
+  CHECK(scene.materials[1].strength_offset_db == -6.0);
   CHECK(scene.materials[2].strength_offset_db == 0.0);
   for (const FoundKey& key : found_keys(model)) CHECK_FALSE(key.name().empty());
   CHECK(scene_text(model).find("depth_m = 19.") != std::string::npos);

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <ensonify/engine/imitation/vehicle_path.h>
+#include <ensonify/engine/recording/recorded_line.h>
+
+namespace ensonify::engine {
+
+/// What the recorded headings were found to be, compared with the samples.
+struct HeadingCheck {
+  double off_rad = 0.0;    ///< rms by which the headings were turned; 0: they were kept
+  bool exchanged = false;  ///< the samples fit a vehicle that crabs to the other side
+};
+
+/// Turns the slow part of the path's heading, if the samples contradict it. A vehicle that crabs by
+/// c (heading less course) moves sideways over the bed by sin(c) times its way, so that the same
+/// bed comes nearer on one side and gets farther on the other (sideways_drift_m()). Headings may be
+/// magnetic, or a file may have exchanged port and starboard; then the drift is another one.
+HeadingCheck correct_heading(const RecordedLine& line, VehiclePath& path);
+
+}  // namespace ensonify::engine
