@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include <ensonify/scatter/log_gamma.h>
+
 namespace ensonify::scatter {
 namespace {
 
@@ -52,7 +54,7 @@ GammaTable::GammaTable() : values_(static_cast<std::size_t>(rows) * columns, 1.0
   constexpr double highest_ln = 11.0, step = 0.005;
   for (int row = 0; row + 1 < rows; ++row) {
     const double shape = std::exp2(lowest_log2 + static_cast<double>(row) / rows_per_octave);
-    const double ln_scale = shape * std::log(shape) - std::lgamma(shape);
+    const double ln_scale = shape * std::log(shape) - log_gamma(shape);
     std::vector<double> share{0.0}, mean{0.0};
     for (int i = 0; i < steps; ++i) {
       const double ln_x = highest_ln - (i + 0.5) * step, x = std::exp(ln_x);

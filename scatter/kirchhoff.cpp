@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <ensonify/scatter/log_gamma.h>
 #include <ensonify/scatter/reflection.h>
 
 namespace ensonify::scatter {
@@ -17,10 +18,10 @@ KirchhoffShape kirchhoff_shape(const Sediment& sediment, double k_per_cm) {
   shape.qc = shape.Ch2 * std::pow(2.0, 1.0 - 2.0 * a) * std::pow(k_per_cm, 2.0 * (1.0 - a));
   // In logarithms, because Gamma(1/alpha) overflows for exponents near 2.
   const double ln_A = 2.0 * a *
-                      (std::log(8.0 * a * a) + std::lgamma(0.5 / a + 0.5) - std::lgamma(0.5) -
-                       std::lgamma(1.0 / a) - std::lgamma(0.5 / a));
+                      (std::log(8.0 * a * a) + log_gamma(0.5 / a + 0.5) - log_gamma(0.5) -
+                       log_gamma(1.0 / a) - log_gamma(0.5 / a));
   shape.A = std::exp(ln_A);
-  shape.B = std::exp((0.5 + 0.5 / a) * ln_A + std::lgamma(1.0 / a)) / (2.0 * a);
+  shape.B = std::exp((0.5 + 0.5 / a) * ln_A + log_gamma(1.0 / a)) / (2.0 * a);
   return shape;
 }
 

@@ -58,6 +58,23 @@ std::terminate_handler end_by_fault = nullptr;
   std::_Exit(out_of_memory());
 }
 
+/// Some libraries end the process themselves if the memory runs out: FFTW by abort(), libarchive by
+/// an invalid write. A sanitizer's own handlers stay.
+extern "C" void end_by_library(int /*signal*/) {
+  constexpr std::string_view message =
+      "ensonify: a library or ensonify itself gave up. If a line above speaks of memory, use larger "
+      "cells, a smaller area, fewer pings or fewer threads; if not, please report it. The same "
+      "command removes what it left behind\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, message.data(), message.size());
+  ::_exit(run_failed);
+}
+void catch_signals_of_libraries() {
+  for (const int number : {SIGABRT, SIGSEGV}) {
+    const auto before = std::signal(number, end_by_library);
+    if (before != SIG_DFL) std::signal(number, before);
+  }
+}
+
 int perform(const app::Action& action) {
   try {
     action();
@@ -194,6 +211,7 @@ int app::program_main(int argc, char** argv) {
   // A write beyond the file size limit then fails with an error message.
   std::signal(SIGXFSZ, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);
+  catch_signals_of_libraries();
   try {
     return run_command_line(argc, argv);
   } catch (const std::bad_alloc&) {

@@ -1,3 +1,5 @@
+#include <csignal>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -45,6 +47,23 @@ double max_bytes(pid_t process) {
 }
 
 }  // namespace
+
+TEST_CASE("a library that ends the process by a signal does so with a message and an exit code") {
+  for (const int number : {SIGABRT, SIGSEGV}) {
+    CAPTURE(number);
+    const TemporaryFolder folder;
+    // Later than the program's beginning on any machine; the run takes minutes.
+    const Outcome ended = run_tiny(folder,
+                                   {"-D", "track.pings=20000", "-D", "track.speed_mps=0.0001", "-D",
+                                    "sonar.left-right.elevations=32768"},
+                                   [number](pid_t process) {
+                                     std::this_thread::sleep_for(std::chrono::seconds(1));
+                                     kill(process, number);
+                                   });
+    CHECK(ended.code == 1);
+    CHECK(ended.err.find("gave up") != std::string::npos);
+  }
+}
 
 TEST_CASE("a run is refused only if it would need more memory than allowed") {
   const std::string tree = "a seafloor of 1001 x 501 points and what is built over it";
