@@ -2,6 +2,8 @@
 """A blind judgement: crops of real and simulated pictures, mixed, and the score of one who judges.
 
     blind.py make DATA FOLDER RUN...     writes 60 crops, half of them real, sheets and a key
+    blind.py match FOLDER (RECORDING IMITATED)...
+                                         the same, of recorded samples and of their imitation
     blind.py score FOLDER                reads FOLDER/answers.txt and prints the accuracy
 
 DATA is the folder of real images, as for judge.py; each RUN the folder of a run, whose first
@@ -9,6 +11,10 @@ picture is taken. A crop has 256 x 256 pixels, is grey, reduced to half its size
 or smoothed pixels of a display tell less, and stretched from its 1st to its 99th percentile, so that
 palette and gain do not tell. It may have objects, shadows and some water column. Sources have equal numbers of crops. key.json is not to be opened before answers.txt is
 written: a line per crop, its number and `real` or `simulated`. The interval is Wilson's, of 95 %.
+
+`match` takes recordings and the XTF files of runs of what `ensonify imitate` made of them. Both have
+the same pings and samples, and a crop has the same 128 x 128 of them in either. Only bed without
+objects and shadows of its own counts, because these are not imitated. It needs the Python module.
 """
 
 import json
@@ -23,6 +29,7 @@ from PIL import Image, ImageDraw
 from judge import real_sources
 
 CROPS, SIDE, SEED = 60, 256, 30
+MATCHED = 128  # pings and samples of a crop
 PER_SHEET, PER_ROW, SHOWN_PX = 20, 5, 256
 
 
@@ -75,6 +82,55 @@ def make(data, folder, runs):
     crops += [("simulated", order[int(name)], crop)
               for name, crop in crops_of(simulated, CROPS // 2, draw)]
     draw.shuffle(crops)
+    write(folder, crops)
+
+
+def sides_of(path):
+    """The samples of a recording, by side, pings x samples, with the far edge left to port."""
+    import ensonify
+    line = ensonify.read_recording(str(path))[0]
+    return {"port": np.asarray(line.port, dtype=float)[:, ::-1],
+            "starboard": np.asarray(line.starboard, dtype=float)}
+
+
+def plain_bed(samples):
+    """Whether blobs differ little from the others at their range."""
+    blobs = samples.reshape(MATCHED // 8, 8, MATCHED // 8, 8).mean((1, 3))
+    over = blobs / np.median(blobs, axis=0)
+    levels = np.median(blobs, axis=0)
+    return over.min() > 0.3 and over.max() < 2.5 and levels.min() > 0.1 * levels.max()
+
+
+def match(folder, pairs):
+    lines = [{"real": sides_of(real), "simulated": sides_of(made), "name": real}
+             for real, made in pairs]
+    for line in lines:
+        shapes = {kind: line[kind]["port"].shape for kind in ("real", "simulated")}
+        if shapes["real"] != shapes["simulated"]:
+            sys.exit(f"{line['name']}: its imitation has other pings or samples: {shapes}")
+    draw = random.Random(SEED)
+    kinds = CROPS // 2 * ["real", "simulated"]
+    draw.shuffle(kinds)
+    crops = []
+    for _ in range(100 * CROPS):
+        line, side = lines[len(crops) % len(lines)], draw.choice(["port", "starboard"])
+        pings, samples = line["real"][side].shape
+        top, left = draw.randrange(pings - MATCHED + 1), draw.randrange(samples - MATCHED + 1)
+        both = {kind: line[kind][side][top:top + MATCHED, left:left + MATCHED]
+                for kind in ("real", "simulated")}
+        if all(map(plain_bed, both.values())):
+            shown = np.sqrt(both[kinds[len(crops)]])
+            low, high = np.percentile(shown, [1, 99])
+            scaled = np.clip((shown - low) / (high - low), 0.0, 1.0)
+            crops.append((kinds[len(crops)], f"{line['name']} {side} {top} {left}",
+                          Image.fromarray((255.0 * scaled).astype(np.uint8))))
+        if len(crops) == CROPS:
+            return write(folder, crops)
+    sys.exit(f"only {len(crops)} of {CROPS} crops show plain bed; give more recordings")
+
+
+def write(folder, crops):
+    """The crops, each with its kind and source, their sheets and the key."""
     folder.mkdir(parents=True, exist_ok=True)
     key = {}
     for begin in range(0, CROPS, PER_SHEET):
@@ -123,6 +179,8 @@ def main():
     arguments = sys.argv[1:]
     if len(arguments) >= 4 and arguments[0] == "make":
         make(Path(arguments[1]), Path(arguments[2]), arguments[3:])
+    elif len(arguments) >= 4 and len(arguments) % 2 == 0 and arguments[0] == "match":
+        match(Path(arguments[1]), list(zip(arguments[2::2], arguments[3::2])))
     elif len(arguments) == 2 and arguments[0] == "score":
         score(Path(arguments[1]))
     else:

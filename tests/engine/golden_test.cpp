@@ -53,6 +53,8 @@ elevations = 256
 rms_deg = 2
 [motion.pitch]
 rms_deg = 1
+[motion.heading]
+rms_deg = 2
 )";
 
 Scene scene_of(std::string_view intersector, std::string_view surface,
@@ -93,7 +95,7 @@ bool has_fused_multiply_add() {
 #endif
 }
 
-constexpr std::string_view golden_hash = "e5e2f9d74716051907f55c3560ddaae7";
+constexpr std::string_view golden_hash = "8d1856c9d2f69ad54b8c728ba84fe4ce";
 
 struct Cell {
   std::string_view intersector, surface, instruction_set;

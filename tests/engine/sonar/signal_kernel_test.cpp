@@ -41,9 +41,11 @@ std::vector<float> everything(const Sonar& sonar) {
         line.bins.intensity_mean[150 + 3 * i] = 1e-3f;
       for (float& mean : line.bins.intensity_mean) mean *= 1e9f;
     }
-    chain.receive(
-        {.ping = ping, .t_s = 30.0 * static_cast<double>(ping), .array = {array, {0, 1, 0}}}, lines,
-        memory);
+    const double heading = 0.07 * static_cast<double>(ping);  // between the directions of cells
+    chain.receive({.ping = ping,
+                   .t_s = 30.0 * static_cast<double>(ping),
+                   .array = {array, {std::sin(heading), std::cos(heading), 0}}},
+                  lines, memory);
     for (const EchoLine& line : lines) {
       all.insert(all.end(), line.bins.intensity.begin(), line.bins.intensity.end());
       for (const std::uint32_t sample : line.bins.sample) all.push_back(static_cast<float>(sample));
