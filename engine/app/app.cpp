@@ -124,7 +124,7 @@ void print_warnings(std::span<const std::string> warnings) {
     fmt::print(stderr, "ensonify: warning: {}\n", warning);
 }
 
-volatile std::sig_atomic_t SignalWatch::caught_ = 0;
+std::atomic<int> SignalWatch::caught_ = 0;
 int SignalWatch::wakes_ = -1;
 
 SignalWatch::SignalWatch(bool interrupts) {

@@ -3,6 +3,7 @@
 // Shared by the subcommands. Each subcommand has a file with one function that adds it to the
 // command line.
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -110,7 +111,8 @@ class SignalWatch {
   static bool wait_for_input(int descriptor);
 
  private:
-  static volatile std::sig_atomic_t caught_;
+  static std::atomic<int> caught_;  // which other threads read; lock-free, as a handler needs
+  static_assert(std::atomic<int>::is_always_lock_free);
   static int wakes_;  // a descriptor that can be read once a signal was caught
 };
 
