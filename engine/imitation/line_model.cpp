@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/output/png.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/units.h>
@@ -315,6 +317,17 @@ std::string recipe_text(const LineModel& model) {
   keys.add("altitude_m",
            fmt::format("{{ uniform = [{:.4g}, {:.4g}] }}", low_m, std::max(high_m, low_m * 1.01)),
            {Confidence::measured, "from the 10th to the 90th percentile of the bottom line"});
+  if (!path.heading_rad.empty() && path.place.how == Confidence::stated) {
+    std::vector<double> crabs_deg;
+    for (std::size_t i = 0; i < path.heading_rad.size(); ++i)
+      crabs_deg.push_back(
+          std::remainder(path.heading_rad[i] - course_rad(path, i), 2.0 * std::numbers::pi) /
+          degree);
+    const double least = quantile(crabs_deg, 0.1), greatest = quantile(crabs_deg, 0.9);
+    keys.section("motion");
+    keys.add("crab_deg", fmt::format("{{ uniform = [{:.3g}, {:.3g}] }}", least, greatest + 0.01),
+             {Confidence::measured, "from the 10th to the 90th percentile of heading less course"});
+  }
   struct Freedom {
     std::string_view name, unit;
     const std::vector<double>& values;

@@ -277,11 +277,14 @@ VehiclePath vehicle_path(const RecordedLine& line) {
   return path;
 }
 
-double heading_rad(const VehiclePath& path, std::size_t ping) {
-  if (!path.heading_rad.empty()) return path.heading_rad[ping];
+double course_rad(const VehiclePath& path, std::size_t ping) {
   const std::size_t before = ping < 8 ? 0 : ping - 8,
                     after = std::min(ping + 8, path.x_m.size() - 1);
   return std::atan2(path.x_m[after] - path.x_m[before], path.y_m[after] - path.y_m[before]);
+}
+
+double heading_rad(const VehiclePath& path, std::size_t ping) {
+  return path.heading_rad.empty() ? course_rad(path, ping) : path.heading_rad[ping];
 }
 
 Oscillation oscillation_of(const Values& t_s, const Values& values) {

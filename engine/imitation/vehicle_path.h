@@ -31,6 +31,8 @@ struct VehiclePath {
 /// meets a level bed at altitude / cos(p).
 VehiclePath vehicle_path(const RecordedLine& line);
 
+/// The direction in which the vehicle moves about a ping, clockwise from north.
+double course_rad(const VehiclePath& path, std::size_t ping);
 /// The heading of a ping; without one, the course.
 double heading_rad(const VehiclePath& path, std::size_t ping);
 

@@ -7,7 +7,9 @@
 #include "support/data.h"
 #include "support/temporary_folder.h"
 
+#include <ensonify/engine/dataset/recipe.h>
 #include <ensonify/engine/imitation/crab.h>
+#include <ensonify/engine/imitation/line_model.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
@@ -116,6 +118,21 @@ TEST_CASE("headings stay as stated where the bed moves as they say, and are turn
     VehiclePath path = vehicle_path(single);
     CHECK(correct_heading(single, path).off_rad == 0.0);
   }
+}
+
+TEST_CASE("the recipe of an imitation crabs as the recording does") {
+  const tests::TemporaryFolder folder;
+  const RecordedLine line = crabbing_line(folder.path());
+  LineModel model;
+  model.path = vehicle_path(line);
+  model.recorder = recorder_signs(line);
+  model.range_m = 36.0;
+  model.samples = line.samples;
+  model.bed = bed_extent(model);
+  tests::write_text(folder / "recipe.toml", recipe_text(model));
+  const Recipe recipe(folder / "recipe.toml", folder.path());
+  for (const std::size_t i : {0u, 5u, 63u})
+    CHECK(recipe.sample(i).scene.motion.crab_rad / degree == Approx(12.0).margin(1.5));
 }
 
 TEST_CASE("a real recording crabs as its headings say, with its sides exchanged") {
