@@ -54,10 +54,10 @@ template <class Relief>
 struct ReliefKind {
   std::string_view list;  ///< scenes have the layer as [[seafloor.LIST]]
   std::string_view help;
-  Purpose purpose;                   ///< of its random numbers
-  std::string_view class_name = "";  ///< in the labels; "": as the bed, for forms of the sediment
-  std::string_view material = "";    ///< "": as the bed
-  Area area = {};                    ///< where it lies by default
+  Purpose purpose;              ///< of its random numbers
+  std::string_view class_name;  ///< in the labels; empty: as the bed, for forms of the sediment
+  std::string_view material;    ///< empty: as the bed
+  Area area = {};               ///< where it lies by default
   std::variant<AddEverywhere<Relief>, AddMarked<Relief>, AddScattered<Relief>, AddRising<Relief>>
       add;
   std::vector<ReliefValue<Relief>> values;
