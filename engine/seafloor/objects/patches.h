@@ -32,15 +32,16 @@ std::vector<FlatPart> patches_of(refine::Triangles triangles);
 struct PatchBlock {
   std::size_t first, count;  ///< which ones of the body's
   Eigen::Vector3d middle;
-  double radius_m;  ///< of a ball about the middle that contains the patches
+  double radius_m;          ///< of a ball about the middle that contains the patches
   Eigen::Vector3d axis;     ///< unit, the mean of their normals
   double cone_rad;          ///< no normal is further from the axis
   double max_bend_rad;      ///< of a patch, both directions together
   double shortest_plane_m;  ///< length in a direction without a bend; infinity if there is none
 
   PatchBlock(std::span<const FlatPart> patches, std::size_t its_first, std::size_t its_count);
-  /// False only if at no place of a patch the normal, or for a two-sided one its opposite, is within
-  /// the angle with the sine `reach` of the direction to `from`. May be true without such a place.
+  /// False only if at no place of a patch the normal, or for a two-sided one its opposite, is
+  /// within the angle with the sine `reach` of the direction to `from`. May be true without such a
+  /// place.
   bool may_face(const Eigen::Vector3d& from, double reach, bool two_sided) const;
 };
 

@@ -84,8 +84,8 @@ struct Extent {
 
 constexpr double rounding_margin = 1.001;
 
-/// Whether a direction is inclined too far for a glint at that range, by products only. foot_m: from
-/// the patch's middle to the foot of the line of sight.
+/// Whether a direction is inclined too far for a glint at that range, by products only. foot_m:
+/// from the patch's middle to the foot of the line of sight.
 bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_m2,
                   double wavelength_m) {
   const double off_m = std::abs(foot_m) - 0.5 * length_m;

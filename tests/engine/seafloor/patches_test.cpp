@@ -41,7 +41,8 @@ TEST_CASE("No patch that faces a sonar is in a block that does not, from near an
   std::mt19937_64 random(7);
   for (const char* shape : {"sphere", "cylinder", "box", "boulder", "tyre"}) {
     CAPTURE(shape);
-    const PatchedObject made(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh, 1);
+    const PatchedObject made(make_body(shape_named(shape), {}, RandomStream(7, Purpose::test)).mesh,
+                             1);
     std::size_t in_blocks = 0;
     for (const PatchBlock& block : made.blocks) {
       CHECK(block.first == in_blocks);
