@@ -65,7 +65,8 @@ class HeightGrid {
     std::array<Range, tile_blocks * tile_blocks> blocks;
     std::array<std::byte, 120> unused;  ///< 0; a tile has five pages
     float z(int column, int row) const {
-      return z_m[static_cast<std::size_t>(row * tile_points + column)];
+      const int point = row * tile_points + column;
+      return z_m[static_cast<std::size_t>(point)];
     }
   };
   static_assert(sizeof(Tile) == 20480);

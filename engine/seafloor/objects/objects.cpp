@@ -184,7 +184,8 @@ void join(Body& base, Body member, const ObjectOptions& options) {
                               static_cast<float>(options.height_m - sunk_m - lowest_m));
   const auto vertices = static_cast<std::uint32_t>(base.mesh.positions.size());
   const auto parts = static_cast<std::uint16_t>(base.parts.size());
-  for (const Eigen::Vector3f& p : member.mesh.positions) base.mesh.positions.push_back(p + shift);
+  for (const Eigen::Vector3f& p : member.mesh.positions)
+    base.mesh.positions.emplace_back(p + shift);
   for (const refine::Face& face : member.mesh.faces)
     base.mesh.faces.push_back({face[0] + vertices, face[1] + vertices, face[2] + vertices});
   base.parts.insert(base.parts.end(), member.parts.begin(), member.parts.end());

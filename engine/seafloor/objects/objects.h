@@ -44,7 +44,7 @@ struct PlacedObjects {
 /// or the mesh of a shape with facets as small as its material's lobe needs. Throws
 /// refine::MeshError for a mesh that cannot be read, std::invalid_argument for sizes that
 /// contradict one another and for shapes that are laid along a path.
-refine::TriangleMesh mesh_of(const ObjectOptions& table, std::uint64_t seed,
+refine::TriangleMesh mesh_of(const ObjectOptions& options, std::uint64_t seed,
                              std::span<const Material> materials = {});
 
 /// The parts that a table's object can have; the first is its own label.
