@@ -194,7 +194,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
       "not its things");
   made.unknown.emplace_back("the source level and the bed's strength apart from the gain");
   if (!beam_is_stated)
-    made.unknown.push_back(
+    made.unknown.emplace_back(
         "the vertical beam apart from the bed's material: both make the level "
         "over the angle");
   return made;

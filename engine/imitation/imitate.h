@@ -37,11 +37,11 @@ struct Imitation {
 /// from the middle of a longer line. `folder` gets the scene's files scene.toml, navigation.csv and
 /// beam.csv. Throws RecordingError for a line that shows no bed or does not state its range,
 /// Stopped, and as Simulator.
-Imitation imitate(const RecordedLine& line, const std::filesystem::path& folder,
+Imitation imitate(const RecordedLine& recording, const std::filesystem::path& folder,
                   const ImitationControl& control);
 
 /// A page with both waterfalls, level over angle and range, histograms, the statistics, and each
 /// key with what it rests on. It needs no other file.
-std::string imitation_page(const std::string& name, const Imitation& imitation);
+std::string imitation_page(const std::string& name, const Imitation& made);
 
 }  // namespace ensonify::engine
