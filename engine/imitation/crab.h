@@ -1,8 +1,5 @@
 #pragma once
 
-#include <optional>
-#include <string>
-
 #include <ensonify/engine/imitation/vehicle_path.h>
 #include <ensonify/engine/recording/recorded_line.h>
 

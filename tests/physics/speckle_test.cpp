@@ -302,7 +302,7 @@ TEST_CASE("on any heading, pings along the array correlate, and bins drift as it
   constexpr double range_m = 40.0;
   const double cos_grazing = std::sqrt(1.0 - std::pow(altitude_m / range_m, 2));
   const auto middle = static_cast<std::size_t>(range_m / sonar.bin_m());
-  for (const double heading_deg : {0.0, 3.0, 7.0, 11.0, 20.0, -52.0}) {
+  for (const double heading_deg : {0.0, 1e-9, -1e-9, 3.0, 7.0, 11.0, 20.0, -52.0}) {
     const double heading = heading_deg * pi / 180.0;
     const Eigen::Vector3d along(std::sin(heading), std::cos(heading), 0.0),
         starboard(std::cos(heading), -std::sin(heading), 0.0);

@@ -195,12 +195,16 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     }
     VU across = hn::LoadU(fu, sums.across_cell + n);
     VU within = hn::LoadU(fu, sums.across_within + n);
-    // From cell to cell along, the line goes by whole cells across and a part.
+    // From cell to cell along, the line goes by whole cells across and a part, which rounding may
+    // make a whole one: that of a slope just below 0.
     const VF slope = set(sums.across_per_m) / hn::LoadU(f, sums.cells_per_m + n);
-    const VF whole_slope = hn::Floor(slope);
+    const VF below = hn::Floor(slope);
+    const auto rounds_up = hn::Ge(slope - below, set(1.0f));
+    const VF whole_slope = below + hn::IfThenElseZero(rounds_up, set(1.0f));
+    const VF part = hn::IfThenZeroElse(rounds_up, slope - below);
     const VU across_step = hn::BitCast(fu, hn::ConvertTo(fi, whole_slope));
     const VU within_step =
-        hn::ShiftLeft<8>(hn::BitCast(fu, hn::ConvertTo(fi, (slope - whole_slope) * set(0x1p24f))));
+        hn::ShiftLeft<8>(hn::BitCast(fu, hn::ConvertTo(fi, part * set(0x1p24f))));
     const VU key = hn::LoadU(fu, sums.key + n) + hn::Set(fu, sums.common_key);
     const auto row = hn::BitCast(fi, hn::LoadU(fu, sums.first_weight + n));
     const VF turns = hn::LoadU(f, sums.phase_turns + n);
