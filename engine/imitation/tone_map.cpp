@@ -83,9 +83,9 @@ void draw_steps(const std::vector<double>& tones, ToneMap& map) {
   std::vector<double> draws(map.columns);
   for (std::size_t row = 0; row < map.rows; ++row) {
     const double y = place(row, tile_rows);
-    const auto south = static_cast<std::size_t>(y);
-    const double* const first = tones.data() + south * tile_columns;
-    const double* const second = south + 1 < tile_rows ? first + tile_columns : first;
+    const auto north = static_cast<std::size_t>(y);
+    const double* const first = tones.data() + north * tile_columns;
+    const double* const second = north + 1 < tile_rows ? first + tile_columns : first;
     RandomStream(1, Purpose::imitated_tones, {row}).uniform(draws);
     for (std::size_t column = 0; column < map.columns; ++column) {
       const double x = place(column, tile_columns);
@@ -93,7 +93,7 @@ void draw_steps(const std::vector<double>& tones, ToneMap& map) {
       const double share = x - static_cast<double>(west);
       const double tone_db =
           std::lerp(std::lerp(first[west], first[east], share),
-                    std::lerp(second[west], second[east], share), y - static_cast<double>(south));
+                    std::lerp(second[west], second[east], share), y - static_cast<double>(north));
       const double step = std::ceil(tone_db / ToneMap::step_db - draws[column]);
       map.steps.push_back(static_cast<std::int8_t>(
           std::clamp<double>(step, -ToneMap::most_steps, ToneMap::most_steps)));
