@@ -46,6 +46,18 @@ class PixelMap {
   bool in_row_ = false;
 };
 
+/// Calls f for each layer that find_targets() and encode_masks() read.
+template <class F>
+void for_each_label(F&& f) {
+  f(&BinLayers::intensity_mean);
+  f(&BinLayers::range_m);
+  f(&BinLayers::region);
+  f(&BinLayers::sediment);
+  f(&BinLayers::class_id);
+  f(&BinLayers::instance);
+  f(&BinLayers::shadow_instance);
+}
+
 /// Copies pixels of labels.
 void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
   // In blocks, so that the runs are read from the cache for each layer.
@@ -53,7 +65,7 @@ void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage
   for (std::size_t begin = 0; begin < map.runs().size(); begin += block) {
     const std::span<const Run> runs =
         map.runs().subspan(begin, std::min(block, map.runs().size() - begin));
-    BinLayers::for_each([&](std::string_view, auto layer) {
+    for_each_label([&](auto layer) {
       const auto* source = (from.labels.pixels.*layer).data();
       auto* target = (to.labels.pixels.*layer).data();
       for (const Run& run : runs)
@@ -121,6 +133,16 @@ Picture averaged(const Picture& from, std::size_t columns, std::size_t rows) {
   return to;
 }
 
+/// A waterfall without labels, with a number of rows.
+Waterfall unlabelled(const Sonar& sonar, std::size_t rows) {
+  Waterfall waterfall(sonar, 0);
+  waterfall.pings.resize(rows);
+  for_each_label([&](auto layer) {
+    (waterfall.pixels.*layer).assign(waterfall.rows() * waterfall.columns(), 0);
+  });
+  return waterfall;
+}
+
 /// An empty view like another one, with a number of pixels.
 LabelledImage empty_like(const LabelledImage& view, std::size_t columns, std::size_t rows) {
   Sonar sonar = view.labels.sonar;
@@ -128,7 +150,7 @@ LabelledImage empty_like(const LabelledImage& view, std::size_t columns, std::si
   sonar.bins = static_cast<int>(columns);
   return {.name = view.name,
           .geometry = view.geometry,
-          .labels = Waterfall(sonar, rows),
+          .labels = unlabelled(sonar, rows),
           .pings = std::vector<std::size_t>(rows),
           .pictures = {},
           .across_m = view.across_m,
@@ -141,9 +163,13 @@ LabelledImage slant_view(const Waterfall& line, std::vector<Picture> pictures) {
   const double length_m = way_m(line).back();
   std::vector<std::size_t> pings(line.rows());
   std::iota(pings.begin(), pings.end(), line.first_ping);
+  Waterfall labels(line.sonar, 0);
+  labels.first_ping = line.first_ping;
+  labels.pings = line.pings;
+  for_each_label([&](auto layer) { labels.pixels.*layer = line.pixels.*layer; });
   return {.name = line.sonar.name,
           .geometry = "slant",
-          .labels = line,
+          .labels = std::move(labels),
           .pings = std::move(pings),
           .pictures = std::move(pictures),
           .across_m = line.sonar.bin_m(),
@@ -163,7 +189,7 @@ LabelledImage ground_view(const LabelledImage& slant, double pixel_m) {
   const auto rows = static_cast<std::size_t>(way.back() / pixel_m) + 1;
   LabelledImage view{.name = slant.name + "_ground",
                      .geometry = "ground",
-                     .labels = Waterfall(sonar, rows),
+                     .labels = unlabelled(sonar, rows),
                      .pings = std::vector<std::size_t>(rows),
                      .pictures = {},
                      .across_m = pixel_m,

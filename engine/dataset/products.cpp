@@ -180,18 +180,20 @@ class Products {
     for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
     std::map<std::uint32_t, TargetLabel> labels_shown;
-    for (Target& target : find_targets(shown.labels)) {
+    const auto add_label = [&](Target target) {
       const std::uint32_t instance = target.instance;
       labels_shown.emplace(instance, label_of(std::move(target)));
-    }
+    };
+    if (whole)
+      for (const auto& [instance, record] : line_targets_) add_label(record.target);
+    else
+      for (Target& target : find_targets(shown.labels)) add_label(std::move(target));
+    if (edge_px > 0) labels_shown = with_outlines_in(image.labels, std::move(labels_shown));
     MaskOptions masks{.shadow_class = static_cast<std::uint16_t>(shadow_class_), .names = names_};
     std::string yolo;
-    for (Target& target : find_targets(image.labels)) {
-      TargetLabel& label = labels_shown.at(target.instance);
-      label.record.target.body = std::move(target.body);
-      label.record.target.shadow = std::move(target.shadow);
+    for (auto& [instance, label] : labels_shown) {
       if (label.ignored) {
-        masks.ignored.push_back(target.instance);
+        masks.ignored.push_back(instance);
       } else {
         yolo += yolo_line(label.category_id, label.record.target.body, labels);
         if (shadow_class_ > 0) yolo += yolo_line(shadow_class_, label.record.target.shadow, labels);
@@ -255,6 +257,18 @@ class Products {
 
   void write_text(const std::string& name, const std::string& text) {
     write(name, std::as_bytes(std::span(text)));
+  }
+
+  /// The labels of the targets that resampled pixels show, with their outlines there.
+  static std::map<std::uint32_t, TargetLabel> with_outlines_in(
+      const Waterfall& resampled, std::map<std::uint32_t, TargetLabel> labels) {
+    std::map<std::uint32_t, TargetLabel> seen;
+    for (Target& target : find_targets(resampled)) {
+      TargetLabel& label = seen[target.instance] = std::move(labels.at(target.instance));
+      label.record.target.body = std::move(target.body);
+      label.record.target.shadow = std::move(target.shadow);
+    }
+    return seen;
   }
 
   std::size_t category(const std::string& name) const {

@@ -151,31 +151,34 @@ std::array<double, 3> viridis(double t) {
 }
 
 /// Steps of brightness by level, from a table where all levels of a cell have the same step. The
-/// step must not fall with the level. The table has 256 cells per octave.
+/// step must not fall with the level. The table has 256 cells per octave, each filled at its first
+/// use.
 template <class StepOf>
 class StepTable {
  public:
-  explicit StepTable(const StepOf& step_of) : step_of_(step_of) {
-    steps_.reserve(cells);
-    for (std::uint32_t i = 0; i < cells; ++i) {
-      // Its ends, and a little more, since a level is rounded to find its cell.
-      const auto end = [](std::uint32_t cell) {
-        return static_cast<double>(std::bit_cast<float>((first_cell + cell) << dropped_bits));
-      };
-      const std::size_t low = step_of(end(i) * (1.0 - 1e-6)),
-                        high = step_of(end(i + 1) * (1.0 + 1e-6));
-      steps_.push_back(low == high ? static_cast<std::uint32_t>(low) : several);
-    }
-  }
-  std::size_t at(double level) const {
+  explicit StepTable(const StepOf& step_of) : step_of_(step_of), steps_(cells, unknown) {}
+  std::size_t at(double level) {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(static_cast<float>(level));
     const std::uint32_t cell = (bits >> dropped_bits) - first_cell;
-    return cell < cells && steps_[cell] != several ? steps_[cell] : step_of_(level);
+    if (cell >= cells) return step_of_(level);
+    if (steps_[cell] == unknown) steps_[cell] = step_in(cell);
+    return steps_[cell] == several ? step_of_(level) : steps_[cell];
   }
 
  private:
+  /// The step at both ends of a cell, and a little beyond them, since a level is rounded to find
+  /// its cell.
+  std::uint32_t step_in(std::uint32_t cell) const {
+    const auto end = [](std::uint32_t number) {
+      return static_cast<double>(std::bit_cast<float>((first_cell + number) << dropped_bits));
+    };
+    const std::size_t low = step_of_(end(cell) * (1.0 - 1e-6)),
+                      high = step_of_(end(cell + 1) * (1.0 + 1e-6));
+    return low == high ? static_cast<std::uint32_t>(low) : several;
+  }
+
   static constexpr int dropped_bits = 23 - 8;
-  static constexpr std::uint32_t several = ~0u;
+  static constexpr std::uint32_t unknown = ~0u, several = ~0u - 1;
   static constexpr std::uint32_t first_cell = (127 - 28) << 8;  // from 2^-28 to 2^8
   static constexpr std::uint32_t cells = 36 << 8;
   const StepOf& step_of_;
@@ -300,7 +303,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
   const auto step_of = [&](double level) {
     return static_cast<std::size_t>(std::lround(full * std::clamp(brightness(level), 0.0, 1.0)));
   };
-  const StepTable steps(step_of);
+  StepTable steps(step_of);
   picture.pixels.resize(rows * columns * pixel_bytes);
   std::uint8_t* pixel = picture.pixels.data();
   for (std::size_t row = rows; row-- > 0;)

@@ -42,28 +42,29 @@ std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskOptions& op
   };
   std::vector<std::uint16_t> classes(rows * columns), sediments(classes), instances(classes),
       regions(classes);
-  for (std::size_t i = 0; i < classes.size(); ++i) {
-    const std::size_t from = (rows - 1 - i / columns) * columns + i % columns;
-    const auto region = static_cast<Region>(layers.region[from]);
-    const bool seen = region == Region::object || region == Region::seabed;
-    const auto is_ignored = [&](std::uint32_t instance) {
-      return std::ranges::count(options.ignored, instance) > 0;
-    };
-    const bool left_out = seen && is_ignored(layers.instance[from]);
-    const bool unknown = region == Region::no_data || left_out;
-    const std::uint32_t shadow_of =
-        region == Region::shadow && options.shadow_class > 0 ? layers.shadow_instance[from] : 0;
-    regions[i] = static_cast<std::uint16_t>(region);
-    classes[i] = unknown                 ? ignored_class
-                 : seen                  ? number(layers.class_id[from])
-                 : shadow_of == 0        ? std::uint16_t{0}
-                 : is_ignored(shadow_of) ? ignored_class
-                                         : options.shadow_class;
-    sediments[i] = seen && !left_out ? number(layers.sediment[from]) : ignored_class;
-    instances[i] = unknown ? ignored_instance
-                   : seen  ? static_cast<std::uint16_t>(layers.instance[from])
-                           : std::uint16_t{0};
-  }
+  const auto is_ignored = [&](std::uint32_t instance) {
+    return std::ranges::count(options.ignored, instance) > 0;
+  };
+  std::size_t i = 0;
+  for (std::size_t row = rows; row-- > 0;)
+    for (std::size_t from = row * columns; from < (row + 1) * columns; ++from, ++i) {
+      const auto region = static_cast<Region>(layers.region[from]);
+      const bool seen = region == Region::object || region == Region::seabed;
+      const bool left_out = seen && is_ignored(layers.instance[from]);
+      const bool unknown = region == Region::no_data || left_out;
+      const std::uint32_t shadow_of =
+          region == Region::shadow && options.shadow_class > 0 ? layers.shadow_instance[from] : 0;
+      regions[i] = static_cast<std::uint16_t>(region);
+      classes[i] = unknown                 ? ignored_class
+                   : seen                  ? number(layers.class_id[from])
+                   : shadow_of == 0        ? std::uint16_t{0}
+                   : is_ignored(shadow_of) ? ignored_class
+                                           : options.shadow_class;
+      sediments[i] = seen && !left_out ? number(layers.sediment[from]) : ignored_class;
+      instances[i] = unknown ? ignored_instance
+                     : seen  ? static_cast<std::uint16_t>(layers.instance[from])
+                             : std::uint16_t{0};
+    }
   const std::vector<std::string> names_of_regions(region_names.begin(), region_names.end());
   return {{"class", encode_png8(waterfall, classes, options.names.classes), numbers_in(classes)},
           {"sediment", encode_png8(waterfall, sediments, options.names.materials),

@@ -9,6 +9,7 @@
 #include <string>
 
 #include <png.h>
+#include <zlib.h>
 
 namespace ensonify::engine {
 namespace {
@@ -56,10 +57,17 @@ bool begin(Writer& writer, const PngFormat& format, const std::vector<png_text>&
                static_cast<png_uint_32>(format.height), format.bits,
                format.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  // Speckle has no gradients: a filter makes the file larger, and takes three times as long with
-  // level 6.
-  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
   png_set_compression_level(writer.png, 1);
+  if (format.channels == 1) {
+    // Differences to the row above, of which only runs of equal bytes are sought: speckle has no
+    // other repetitions, and labels repeat the row above. Half the time of a search for all
+    // repetitions, and smaller files (pictures 0.95, masks 0.6 to 0.7).
+    png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
+    png_set_compression_strategy(writer.png, Z_RLE);
+  } else {
+    // The three bytes of a colour repeat: a search for them halves the file.
+    png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+  }
   if (!texts.empty())
     png_set_text(writer.png, writer.info, texts.data(), static_cast<int>(texts.size()));
   png_write_info(writer.png, writer.info);
@@ -197,10 +205,10 @@ std::vector<std::byte> encode_png16(std::size_t width, std::span<const std::uint
   if (pixels.empty() || width == 0 || pixels.size() % width != 0)
     throw std::invalid_argument("encode_png16: the pixels do not fit the width");
   Picture picture{width, pixels.size() / width, 1, {}, 16};
-  picture.pixels.reserve(2 * pixels.size());
-  for (const std::uint16_t pixel : pixels) {
-    picture.pixels.push_back(static_cast<std::uint8_t>(pixel >> 8));
-    picture.pixels.push_back(static_cast<std::uint8_t>(pixel & 0xff));
+  picture.pixels.resize(2 * pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    picture.pixels[2 * i] = static_cast<std::uint8_t>(pixels[i] >> 8);
+    picture.pixels[2 * i + 1] = static_cast<std::uint8_t>(pixels[i] & 0xff);
   }
   return encode_png(picture);
 }

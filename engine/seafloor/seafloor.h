@@ -42,8 +42,9 @@ struct ObjectRecord {
 /// One feature that a relief layer made: a trawl mark, a pit or a boulder.
 struct FeatureRecord {
   std::string layer;  ///< e.g. "boulders.0": made by the scene's first boulder layer
-  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of its points' bounding box, local
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();    ///< of that box: east, north, up
+  Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of the box around its points, local
+  Eigen::Vector3d size_m =
+      Eigen::Vector3d::Zero();  ///< east, north, up; with half a cell beyond the points
   /// The label of most of its points. The instance counts all objects first, then the features in
   /// the order of Seafloor::features.
   Label label;

@@ -23,6 +23,8 @@ struct Extent {
 
 std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
   std::vector<Extent> extents(map.feature_layer.size());
+  // A face has its feature from two of its three points: labels reach half a cell beyond a point.
+  const Vector3d half_cell(0.5 * field.cell_east_m, 0.5 * field.cell_north_m, 0.0);
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t point = field.index(column, row);
@@ -30,7 +32,9 @@ std::vector<Extent> extents_of(const Heightfield& field, const SeabedMap& map) {
       if (feature == 0 || std::isnan(field.z_m[point])) continue;
       Extent& extent = extents[feature - 1];
       if (extent.box.isEmpty()) extent.kind = map.point_kind[point];
-      extent.box.extend(Vector3d(field.x_m(column), field.y_m(row), field.z_m[point]));
+      const Vector3d place(field.x_m(column), field.y_m(row), field.z_m[point]);
+      extent.box.extend(place - half_cell);
+      extent.box.extend(place + half_cell);
     }
   return extents;
 }

@@ -20,7 +20,8 @@ constexpr double closed_share = 0.5;   // of the second set's joints
 constexpr double crooked = 6.0;  // how far joints leave the straight, over the roughness there
 
 /// The blocks of a bed between two sets of joints. The joints of the first set run through; those
-/// of the second end at them, and some are closed.
+/// of the second end at them, and some are closed. It keeps the last block, in which the next place
+/// often is.
 class Joints {
  public:
   Joints(double spacing_m, double strike_rad, const LayerDraws& draws)
@@ -37,23 +38,27 @@ class Joints {
     double edge_m;                // from the place to the nearest joint
     std::array<double, 4> draws;  // uniform; the block's own
   };
-  Block at(double x, double y) const {
+  Block at(double x, double y) {
     const double u = x * cosine_ + y * sine_, v = y * cosine_ - x * sine_;
-    const Gap across = gap(u, 3, 0, 0.0), along = gap(v, 4, across.number, closed_share);
-    Block block;
-    const double middle_u = 0.5 * (across.low + across.high);
-    const double middle_v = 0.5 * (along.low + along.high);
-    block.middle_x = middle_u * cosine_ - middle_v * sine_;
-    block.middle_y = middle_u * sine_ + middle_v * cosine_;
-    block.edge_m = std::min({u - across.low, across.high - u, v - along.low, along.high - v});
-    draws_.of(5, across.number, along.number).uniform(block.draws);
-    return block;
+    const bool same_strip = across_.contains(u);
+    if (!same_strip) across_ = gap(u, 3, 0, 0.0);
+    if (!same_strip || !along_.contains(v)) {
+      along_ = gap(v, 4, across_.number, closed_share);
+      const double middle_u = 0.5 * (across_.low + across_.high);
+      const double middle_v = 0.5 * (along_.low + along_.high);
+      block_.middle_x = middle_u * cosine_ - middle_v * sine_;
+      block_.middle_y = middle_u * sine_ + middle_v * cosine_;
+      draws_.of(5, across_.number, along_.number).uniform(block_.draws);
+    }
+    block_.edge_m = std::min({u - across_.low, across_.high - u, v - along_.low, along_.high - v});
+    return block_;
   }
 
  private:
   struct Gap {
-    std::int64_t number;
-    double low, high;
+    std::int64_t number = 0;
+    double low = 0.0, high = 0.0;
+    bool contains(double place) const { return low <= place && place < high; }
   };
   /// Between which open joints of a set a place lies: one joint is in each interval of spacing_m.
   Gap gap(double place, std::uint64_t set, std::int64_t strip, double closed) const {
@@ -75,6 +80,8 @@ class Joints {
 
   double spacing_m_, cosine_, sine_;
   LayerDraws draws_;
+  Gap across_, along_;  // of the last block
+  Block block_{};
 };
 
 /// A fallen block: a box with a leaning top. Sizes follow a power law, as broken rock's do.
@@ -161,7 +168,7 @@ void add_outcrops(Heightfield& field, const OutcropRelief& relief, const LayerDr
                        on(y / field.cell_north_m + 0.5 * (field.rows - 1), field.rows));
   };
   const double joint_m = joints_per_bed * relief.ledge_m;
-  const Joints joints(std::max(joint_m, 1e-3), relief.dip_heading_rad, draws);
+  Joints joints(std::max(joint_m, 1e-3), relief.dip_heading_rad, draws);
   std::vector<double> rock(field.z_m.size());
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {

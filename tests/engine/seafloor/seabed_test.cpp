@@ -255,6 +255,7 @@ TEST_CASE("Boulders have instances, except in a layer with too many of them") {
     CHECK(feature.layer ==
           (floor.classes[feature.label.class_id] == "stone" ? "boulders.1" : "boulders.0"));
     CHECK(feature.size_m.head<2>().maxCoeff() < 12.0);
+    CHECK(feature.size_m.head<2>().minCoeff() > 0.999 * bed.cell_m);  // that of a single point
   }
   CHECK(instances.size() <= floor.features.size());
   CHECK(static_cast<double>(instances.size()) > 0.9 * static_cast<double>(floor.features.size()));
