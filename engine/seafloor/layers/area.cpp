@@ -100,6 +100,22 @@ double normal_exceeded_by(double probability) {
   return low;
 }
 
+constexpr double fine_rms = 0.15;    // of ragged(), over that of its smooth part
+constexpr double finest_wave_m = 0.5;
+
+/// A smooth field whose contours are ragged at all scales: with waves a sixteenth as long as its
+/// shortest. Its variance is 1 + fine_rms^2.
+std::vector<double> ragged(const Heightfield& grid, const LayerDraws& draws, std::uint64_t number,
+                           double shortest_m, double longest_m) {
+  std::vector<double> values = SmoothField(draws.of(number), shortest_m, longest_m).over(grid);
+  const double finest_m = std::max(shortest_m / 16.0, finest_wave_m);
+  if (finest_m >= shortest_m) return values;
+  const std::vector<double> fine =
+      SmoothField(draws.of(number + 10), finest_m, shortest_m).over(grid);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] += fine_rms * fine[i];
+  return values;
+}
+
 /// A mask under construction: each limit strikes points out.
 class MaskMaker {
  public:
@@ -133,10 +149,8 @@ class MaskMaker {
     if (polygons.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
     std::vector<double> shift_east, shift_north;
     if (area_.ragged_m > 0.0) {
-      shift_east =
-          SmoothField(draws_.of(101), 2.5 * area_.ragged_m, 20.0 * area_.ragged_m).over(grid_);
-      shift_north =
-          SmoothField(draws_.of(102), 2.5 * area_.ragged_m, 20.0 * area_.ragged_m).over(grid_);
+      shift_east = ragged(grid_, draws_, 101, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
+      shift_north = ragged(grid_, draws_, 102, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
     }
     const Vector2d middle(area_.middle_east_m, area_.middle_north_m);
     bool any = false;
@@ -187,13 +201,14 @@ class MaskMaker {
       }
   }
 
-  // The highest of a smooth field: its contours are the patches' borders.
+  // The highest of a field: its contours are the patches' borders.
   void keep_share() {
-    const SmoothField field(draws_.of(100), 0.25 * area_.patch_m, 4.0 * area_.patch_m);
-    const std::vector<double> heights = field.over(grid_);
+    const std::vector<double> heights =
+        ragged(grid_, draws_, 100, 0.25 * area_.patch_m, 4.0 * area_.patch_m);
     // The rest of a window's bed is not made: there the field's own distribution says what is
     // highest.
-    if (grid_.is_window()) return keep_above(normal_exceeded_by(area_.share), heights);
+    if (grid_.is_window())
+      return keep_above(std::hypot(1.0, fine_rms) * normal_exceeded_by(area_.share), heights);
     std::vector<double> within;
     for (std::size_t i = 0; i < values_.size(); ++i)
       if (values_[i] > 0.0) within.push_back(heights[i]);

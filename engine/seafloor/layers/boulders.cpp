@@ -5,12 +5,17 @@
 #include <numbers>
 #include <vector>
 
+#include <ensonify/engine/seafloor/bed/smooth_field.h>
+
 namespace ensonify::engine {
 namespace {
 
 using std::numbers::pi;
 constexpr double largest_boulder_of_median = 5.0;
 constexpr double tail_diameters = 6.0;
+
+// The lower bits of a random number are another one.
+double lower_bits(double random) { return 1024.0 * random - std::floor(1024.0 * random); }
 
 /// One stone: a rounded block with a leaning top, longer one way than the other.
 class Boulder {
@@ -25,10 +30,6 @@ class Boulder {
     corner_ = 2.0 * pi * u[7];
     corner_2_ = 2.0 * pi * u[8];
     lean_ = 0.6 * (u[9] - 0.5);
-    // The lower bits of a random number are another one.
-    const auto lower_bits = [](double random) {
-      return 1024.0 * random - std::floor(1024.0 * random);
-    };
     current_turn_rad_ = 0.8 * (lower_bits(u[5]) - 0.5);
     moat_share_ = 2.0 * lower_bits(u[6]);
     tail_share_ = 2.0 * lower_bits(u[7]);
@@ -70,9 +71,15 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
   check_cover("boulders", boulders.per_hectare, boulders.diameter_m);
   std::vector<double> stones(field.z_m.size(), 0.0);
   const bool sand_moved = boulders.scour_ratio > 0.0 || boulders.tail_ratio > 0.0;
+  const SmoothField crowds(draws.of(2), 8.0 * boulders.diameter_m, 60.0 * boulders.diameter_m);
+  // Of the most that may lie anywhere, as many stay as the place has.
+  const auto stays = [&](double x, double y, double random) {
+    const double even = 0.5 * std::erfc(-crowds.at(x, y) / std::numbers::sqrt2);
+    return random <= std::pow(even, boulders.clustering);
+  };
   std::uint32_t number = 0;
   const auto set_down = [&](double x, double y, const auto& u) {
-    if (!allowed(x, y)) return;
+    if (!allowed(x, y) || (boulders.clustering > 0.0 && !stays(x, y, lower_bits(u[8])))) return;
     ++number;
     const Boulder stone(boulders, u);
     const double half_m = 0.5 * stone.diameter_m();
@@ -103,7 +110,8 @@ void add_boulders(Heightfield& field, const BoulderField& boulders, const LayerD
       }
     });
   };
-  for_each_scattered(field, 1e-4 * boulders.per_hectare, reach_m(boulders), draws, 1, set_down);
+  for_each_scattered(field, 1e-4 * boulders.per_hectare * (1.0 + boulders.clustering),
+                     reach_m(boulders), draws, 1, set_down);
   for (std::size_t i = 0; i < stones.size(); ++i) field.z_m[i] += stones[i];
 }
 
@@ -129,6 +137,9 @@ const ReliefKind<BoulderField>& kind_of(const BoulderField&) {
            &BoulderField::scour_ratio},
           {"tail_ratio", "", 0, 1, "Height of the tail over the height.",
            &BoulderField::tail_ratio},
+          {"clustering", "", 0, 5,
+           "0: boulders lie independently of each other; 2: half of them lie on a fifth of the bed.",
+           &BoulderField::clustering},
           {"current_deg", "degrees", -360, 360,
            "Heading that the current, and so the tails, go to.", &BoulderField::current_rad},
       }};

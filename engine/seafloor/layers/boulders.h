@@ -16,6 +16,9 @@ struct BoulderField {
   double height_ratio = 0.5;     ///< height above the bed over the diameter; the rest is buried
   double scour_ratio = 0.15;     ///< depth of the moat over the height; 0: none
   double tail_ratio = 0.1;       ///< height of the tail over the height; 0: none
+  /// 0: independent places. Above, the number per area changes over 8 to 60 diameters: it is
+  /// (1 + c) v^c times its mean, where v is evenly distributed in (0, 1).
+  double clustering = 2.0;
   double current_rad = 0.0;      ///< heading that the current goes to, and the tails point to
 };
 

@@ -65,7 +65,7 @@ TEST_CASE("Crests have their wavelength and direction: the spectrum's maximum is
     const double heading = heading_deg * pi / 180.0;
     const Bedforms relief{.wavelength_m = 2.5, .height_m = 0.2, .across_crests_rad = heading};
     Spectrum mean(320, 256, 0.2, 0.25);
-    for (std::uint64_t seed = 1; seed <= 6; ++seed) mean.add(crests(relief, seed));
+    for (std::uint64_t seed = 1; seed <= 16; ++seed) mean.add(crests(relief, seed));
     const double k0 = 2.0 * pi / 2.5;
     const double k0x = k0 * std::sin(heading), k0y = k0 * std::cos(heading);
     double all = 0.0, x = 0.0, y = 0.0;
@@ -116,8 +116,11 @@ TEST_CASE("Crests do not fade as a Gaussian field's do") {
   double trains = 0.0, gaussian = 0.0;
   constexpr int seeds = 4;
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    const Bedforms relief{
-        .wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 1.0, .raggedness = 0.0};
+    const Bedforms relief{.wavelength_m = 2.0,
+                          .height_m = 0.2,
+                          .across_crests_rad = 1.0,
+                          .height_spread = 0.2,
+                          .raggedness = 0.0};
     trains += fading(crests(relief, seed), 20);
     Heightfield field = flat(320, 256, 0.2, 0.25);
     add_ripples(field, {.rms_height_m = 0.07, .wavelength_m = 2.0, .across_crests_rad = 1.0}, seed);

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/fractal.h>
@@ -186,6 +187,46 @@ TEST_CASE("Features lie where they are allowed to, whatever the bed's extent") {
   for (int row = 0; row < west.field.rows; ++row)
     for (int column = 201; column < west.field.columns; ++column)
       REQUIRE(west.field.at(column, row) == 0.0);
+}
+
+TEST_CASE("Boulders lie in clusters, as many on average as those that do not") {
+  // Independent places have a variance of counts that is their mean (Poisson's distribution).
+  const auto counts_of = [](double clustering) {
+    constexpr int seeds = 12, points = 600, square = 60;  // squares of 15 m
+    std::vector<double> counts;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      Laid laid(flat(points, points, 0.25, 0.25));
+      add_boulders(laid.field,
+                   {.per_hectare = 300.0,
+                    .diameter_m = 0.6,
+                    .diameter_spread = 0.0,
+                    .scour_ratio = 0.0,
+                    .tail_ratio = 0.0,
+                    .clustering = clustering},
+                   draws(seed), anywhere, laid.marked);
+      constexpr int along = points / square;
+      std::vector<double> of_squares(along * along);
+      std::vector<bool> seen(10000);
+      for (int row = 0; row < points; ++row)
+        for (int column = 0; column < points; ++column) {
+          const std::uint32_t number = laid.marked[laid.field.index(column, row)];
+          if (number == 0 || seen.at(number)) continue;
+          seen[number] = true;
+          of_squares[static_cast<std::size_t>(row / square * along + column / square)] += 1.0;
+        }
+      counts.insert(counts.end(), of_squares.begin(), of_squares.end());
+    }
+    double mean = 0.0, square_sum = 0.0;
+    for (const double count : counts) mean += count / static_cast<double>(counts.size());
+    for (const double count : counts) square_sum += (count - mean) * (count - mean);
+    return std::pair(mean, square_sum / static_cast<double>(counts.size()) / mean);
+  };
+  const auto [scattered, of_scattered] = counts_of(0.0);
+  CHECK(scattered == Approx(300.0 * 0.0225).epsilon(0.05));
+  CHECK(of_scattered == Approx(1.0).epsilon(0.15));
+  const auto [clustered, of_clustered] = counts_of(2.0);
+  CHECK(clustered == Approx(scattered).epsilon(0.1));
+  CHECK(of_clustered > 1.5);
 }
 
 TEST_CASE("A current digs a scour in front of a boulder and leaves a tail behind it") {

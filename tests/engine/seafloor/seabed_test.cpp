@@ -65,22 +65,27 @@ TEST_CASE("A polygon and a disc hold the area that geometry says") {
   CHECK_THROWS_AS(mask_of(disc, grid), std::invalid_argument);
 }
 
-TEST_CASE("Patches take their share within a per cent, with smooth borders") {
-  const Heightfield grid = flat(301, 251, 0.5, 0.5);
+TEST_CASE("Patches take their share within a per cent, with ragged borders") {
+  const Heightfield grid = flat(601, 501, 0.25, 0.25);
   for (const double wanted : {0.1, 0.35, 0.8}) {
     Area area;
     area.share = wanted;
     area.patch_m = 15.0;
     const std::vector<double> mask = mask_of(area, grid);
     CHECK(share(mask) == Approx(wanted).margin(0.01));
-    // A smooth border is short: few points have a neighbour of the other kind. A field of contours
-    // that wind about patches of L metres has some 4 / L metres of border a square metre.
-    int borders = 0;
-    for (int row = 0; row < 251; ++row)
-      for (int column = 0; column + 1 < 301; ++column)
-        borders += mask[grid.index(column, row)] != mask[grid.index(column + 1, row)];
-    CHECK(borders / (250.0 * 300.0) < 0.5 * 4.0 / 15.0);
-    CHECK(borders > 0);
+    // How often lines to the east cross a border, per metre, seen in steps of some points. Contours
+    // that wind about patches of L metres have about 4 / L metres of border in a square metre.
+    const auto crossings_per_m = [&](int step) {
+      int borders = 0, places = 0;
+      for (int row = 0; row < 501; ++row)
+        for (int column = 0; column + step < 601; column += step, ++places)
+          borders += mask[grid.index(column, row)] != mask[grid.index(column + step, row)];
+      return borders / (0.25 * step * places);
+    };
+    CHECK(crossings_per_m(16) < 4.0 / 15.0);
+    // Of a smooth border finer steps find hardly more.
+    CHECK(crossings_per_m(1) > 1.5 * crossings_per_m(16));
+    CHECK(crossings_per_m(1) < 4.0 * crossings_per_m(16));
   }
 }
 
