@@ -37,7 +37,7 @@ class Forks {
     height_.assign(grid.z_m.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
     const double longest_m = 7.0 * relief.wavelength_m;
-    for_each_scattered(grid, per_m2, 3.0 * longest_m, draws, 3, [&](double x, double y, auto& u) {
+    for_each_scattered(grid, per_m2, reach_in_lengths * longest_m, draws, 3, [&](double x, double y, auto& u) {
       const double length_m = relief.wavelength_m * (2.0 + 5.0 * u[2]);
       const double along = relief.across_crests_rad + 0.5 * pi + 0.5 * (u[3] - 0.5);
       add(x, y, length_m * std::sin(along), length_m * std::cos(along), length_m,
@@ -49,7 +49,7 @@ class Forks {
 
  private:
   void add(double x, double y, double east, double north, double length_m, double sign) {
-    const double reach_m = 2.5 * length_m;
+    const double reach_m = reach_in_lengths * length_m;
     for_each_point_near(grid_, x, y, reach_m, [&](int column, int row, double dx, double dy) {
       // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
@@ -70,6 +70,8 @@ class Forks {
           height_[point] *= 1.0 - std::exp(-r2 / (core_m_ * core_m_));
     });
   }
+
+  static constexpr double reach_in_lengths = 1.6;
 
   const Heightfield& grid_;
   double core_m_;
@@ -97,11 +99,21 @@ std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const L
 
 }  // namespace
 
-double crest_profile(double turns, double sharpness, double asymmetry) {
+CrestProfile::CrestProfile(double sharpness, double asymmetry)
+    : rise_(0.5 * (1.0 + asymmetry)), at_step_(steps + 2) {
+  for (std::size_t i = 0; i < at_step_.size(); ++i) {
+    const double off = std::min(0.5 * static_cast<double>(i) / steps, 0.5);
+    at_step_[i] = 1.0 - 2.0 * std::pow(std::sin(pi * off), 2.0 - sharpness);
+  }
+}
+
+double CrestProfile::at(double turns) const {
   const double t = turns - std::floor(turns);
-  const double rise = 0.5 * (1.0 + asymmetry);  // share of the gentle side
-  const double half = t < rise ? 0.5 * (1.0 - t / rise) : 0.5 * (t - rise) / (1.0 - rise);
-  return 1.0 - 2.0 * std::pow(std::sin(pi * half), 2.0 - sharpness);
+  // From the crest: 0 there, 1 in the trough.
+  const double off = t < rise_ ? 1.0 - t / rise_ : (t - rise_) / (1.0 - rise_);
+  const double place = off * steps;
+  const auto step = static_cast<std::size_t>(place);
+  return std::lerp(at_step_[step], at_step_[step + 1], place - static_cast<double>(step));
 }
 
 void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws) {
@@ -123,6 +135,7 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
   const double p = 2.0 - relief.sharpness;
   const double mean =
       1.0 - 2.0 * std::tgamma(0.5 * (p + 1.0)) / (std::sqrt(pi) * std::tgamma(0.5 * p + 1.0));
+  const CrestProfile profile(relief.sharpness, relief.asymmetry);
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t point = field.index(column, row);
@@ -132,7 +145,7 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
       const double ln_height = relief.height_spread * height[point] +
                                ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
       field.z_m[point] += 0.5 * relief.height_m * std::exp(ln_height) * forks.height(point) *
-                          (crest_profile(turns, relief.sharpness, relief.asymmetry) - mean);
+                          (profile.at(turns) - mean);
     }
 }
 

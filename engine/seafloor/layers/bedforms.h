@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
 
 namespace ensonify::engine {
@@ -30,7 +32,17 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 
-/// The profile, between -1 and 1, over the phase; one turn is from trough to trough.
-double crest_profile(double turns, double sharpness, double asymmetry);
+/// The profile, between -1 and 1, over the phase; one turn is from trough to trough. Interpolated
+/// between the steps of a table, to 1e-3 at the edge of the sharpest crest and 1e-5 elsewhere.
+class CrestProfile {
+ public:
+  CrestProfile(double sharpness, double asymmetry);
+  double at(double turns) const;
+
+ private:
+  static constexpr int steps = 2048;  // from crest to trough
+  double rise_;                       // the gentle side's share of a turn
+  std::vector<double> at_step_;
+};
 
 }  // namespace ensonify::engine

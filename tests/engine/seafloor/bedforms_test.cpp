@@ -84,8 +84,9 @@ TEST_CASE("Crests have their wavelength and direction: the spectrum's maximum is
 TEST_CASE("A profile reaches from -1 to 1 and its crests are sharper than its troughs") {
   for (const double sharpness : {0.0, 0.5, 1.0})
     for (const double asymmetry : {0.0, 0.6}) {
+      const CrestProfile profile(sharpness, asymmetry);
       std::vector<double> z;
-      for (int i = 0; i < 10000; ++i) z.push_back(crest_profile(i / 10000.0, sharpness, asymmetry));
+      for (int i = 0; i < 10000; ++i) z.push_back(profile.at(i / 10000.0));
       const auto [low, high] = std::minmax_element(z.begin(), z.end());
       CHECK(*low == Approx(-1.0));
       CHECK(*high == Approx(1.0).margin(1e-3));
@@ -95,8 +96,10 @@ TEST_CASE("A profile reaches from -1 to 1 and its crests are sharper than its tr
         CHECK(moments(z).skewness == Approx(0.0).margin(1e-6));
       else
         CHECK(moments(z).skewness > 0.2);
-      CHECK(crest_profile(-0.3, sharpness, asymmetry) ==
-            Approx(crest_profile(3.7, sharpness, asymmetry)));
+      CHECK(profile.at(-0.3) == Approx(profile.at(3.7)));
+      // Between the crest and the trough of the gentle side: 1 - 2 sin^p(pi / 4).
+      CHECK(profile.at(0.25 * (1.0 + asymmetry)) ==
+            Approx(1.0 - 2.0 * std::pow(0.5, 1.0 - 0.5 * sharpness)).margin(1e-9));
     }
 }
 
