@@ -35,7 +35,7 @@ const std::vector<Key<Area>>& area_keys() {
       {"steepest_deg", "degrees", {0, 90}, "Only where it is as gentle or gentler.",
        at(&Area::steepest_rad)},
       {"on", "", {}, "Only where the patches so far have left this material.", at(&Area::on)},
-      {"share", "", {0, 1}, "Of all that, a share in patches with smooth borders.",
+      {"share", "", {0, 1}, "Of all that, a share in patches with ragged borders.",
        at(&Area::share)},
       {"patch_m", "m", {0.1, 100e3}, "Typical size of such a patch.", at(&Area::patch_m)},
       {"border_m", "m", {0, 10e3}, "Relief fades in over this width.", at(&Area::border_m)},

@@ -100,7 +100,7 @@ double normal_exceeded_by(double probability) {
   return low;
 }
 
-constexpr double fine_rms = 0.15;    // of ragged(), over that of its smooth part
+constexpr double fine_rms = 0.15;  // of ragged(), over that of its smooth part
 constexpr double finest_wave_m = 0.5;
 
 /// A smooth field whose contours are ragged at all scales: with waves a sixteenth as long as its

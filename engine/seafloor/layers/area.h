@@ -30,7 +30,7 @@ struct Area {
   std::optional<double> shallowest_m, deepest_m;     ///< depth of the bed before its layers
   std::optional<double> gentlest_rad, steepest_rad;  ///< its slope, averaged over the border
   std::string on;         ///< where the map has this material; empty: anywhere
-  double share = 1.0;     ///< of all that, a share in patches with smooth borders
+  double share = 1.0;     ///< of all that, a share in patches with ragged borders
   double patch_m = 30.0;  ///< typical size of such a patch
   double border_m = 1.0;  ///< relief fades in over this width
   double ragged_m = 0.0;  ///< rms distance of the border from where the limits above have it

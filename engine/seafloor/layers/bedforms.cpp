@@ -37,12 +37,13 @@ class Forks {
     height_.assign(grid.z_m.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
     const double longest_m = 7.0 * relief.wavelength_m;
-    for_each_scattered(grid, per_m2, reach_in_lengths * longest_m, draws, 3, [&](double x, double y, auto& u) {
-      const double length_m = relief.wavelength_m * (2.0 + 5.0 * u[2]);
-      const double along = relief.across_crests_rad + 0.5 * pi + 0.5 * (u[3] - 0.5);
-      add(x, y, length_m * std::sin(along), length_m * std::cos(along), length_m,
-          u[4] < 0.5 ? -1.0 : 1.0);
-    });
+    for_each_scattered(
+        grid, per_m2, reach_in_lengths * longest_m, draws, 3, [&](double x, double y, auto& u) {
+          const double length_m = relief.wavelength_m * (2.0 + 5.0 * u[2]);
+          const double along = relief.across_crests_rad + 0.5 * pi + 0.5 * (u[3] - 0.5);
+          add(x, y, length_m * std::sin(along), length_m * std::cos(along), length_m,
+              u[4] < 0.5 ? -1.0 : 1.0);
+        });
   }
   double turns(std::size_t point) const { return turns_[point]; }
   double height(std::size_t point) const { return height_[point]; }

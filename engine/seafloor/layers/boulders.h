@@ -19,7 +19,7 @@ struct BoulderField {
   /// 0: independent places. Above, the number per area changes over 8 to 60 diameters: it is
   /// (1 + c) v^c times its mean, where v is evenly distributed in (0, 1).
   double clustering = 2.0;
-  double current_rad = 0.0;      ///< heading that the current goes to, and the tails point to
+  double current_rad = 0.0;  ///< heading that the current goes to, and the tails point to
 };
 
 /// Adds such boulders, each only if `allowed` is true of its middle. Sets `marked` to a stone's
