@@ -27,9 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// To be raised when a seafloor's options make another mesh than they did.
-constexpr int seafloor_version = 3;
-
 // The analysis of this many faces takes about as long as the echoes of one ping.
 constexpr std::size_t faces_per_ping = 5000;
 

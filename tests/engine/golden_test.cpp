@@ -21,6 +21,7 @@
 
 #include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/ping_all.h>
 
@@ -134,4 +135,48 @@ TEST_CASE("the bytes of a run are the same on every instruction set of the kerne
   }
   hwy::SetSupportedTargetsForTest(0);
   CHECK(targets >= 2);
+}
+
+// If this fails because seafloors are meant to change, raise seafloor_version and copy the new
+// hash: without a new version, runs would take the analysis of the old seafloor from a cache.
+TEST_CASE("a seafloor that changes has another version, so that no cache has the old one") {
+  if (!has_fused_multiply_add()) {
+    WARN("skipped: the hash is that of machines with AVX2 and fused multiply-adds");
+    return;
+  }
+  const Scene scene = parse_scene(R"(version = 1
+seed = 3
+[seafloor]
+extent_east_m = 60
+extent_north_m = 50
+cell_m = 0.2
+depth_m = 15
+fractal.height_at_1m_m = 0
+[[seafloor.patches]]
+share = 0.4
+patch_m = 8
+[[seafloor.crests]]
+wavelength_m = 1.5
+[[seafloor.trawl_marks]]
+[[seafloor.pits]]
+per_hectare = 200
+[[seafloor.outcrops]]
+roughness_at_1m_m = 0
+[[seafloor.boulders]]
+per_hectare = 150
+[[objects]]
+shape = "boulder"
+count = 5
+[[objects]]
+shape = "debris"
+count = 3
+)",
+                                  "versioned", {}, {});
+  const Seafloor floor = make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects);
+  std::string bytes;
+  append(bytes, floor.mesh.positions);
+  append(bytes, floor.mesh.faces);
+  append(bytes, floor.face_label);
+  CHECK(seafloor_version == 4);
+  CHECK(xxh128(bytes) == "f146b3295858e71f17ea3e590ad4297e");
 }
