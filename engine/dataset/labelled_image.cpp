@@ -46,7 +46,7 @@ class PixelMap {
   bool in_row_ = false;
 };
 
-/// Calls f for each layer that find_targets() and encode_masks() read.
+/// Calls f for each layer that find_targets(), encode_masks() and choose_chips() read.
 template <class F>
 void for_each_label(F&& f) {
   f(&BinLayers::intensity_mean);

@@ -16,11 +16,11 @@ struct Rectangle {
 
 /// A line as pictures and labels, all with the same pixels.
 struct LabelledImage {
-  std::string name;                ///< the sonar's; in ground range with "_ground" appended
-  std::string geometry;            ///< "slant" or "ground"
-  Waterfall labels;                ///< with the layers that find_targets() and encode_masks() read
-  std::vector<std::size_t> pings;  ///< the number of each row's ping, oldest first
-  std::vector<Picture> pictures;   ///< one per display
+  std::string name;      ///< the sonar's; in ground range with "_ground" appended
+  std::string geometry;  ///< "slant" or "ground"
+  Waterfall labels;      ///< only the layers that labels are made from; the others are empty
+  std::vector<std::size_t> pings;        ///< the number of each row's ping, oldest first
+  std::vector<Picture> pictures;         ///< one per display
   double across_m = 0.0, along_m = 0.0;  ///< size of a pixel; along the track on average
 
   Rectangle whole() const { return {0, 0, labels.columns(), labels.rows()}; }

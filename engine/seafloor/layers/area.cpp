@@ -100,13 +100,13 @@ double normal_exceeded_by(double probability) {
   return low;
 }
 
-constexpr double fine_rms = 0.15;  // of ragged(), over that of its smooth part
+constexpr double fine_rms = 0.15;  // of ragged_field(), over that of its smooth part
 constexpr double finest_wave_m = 0.5;
 
 /// A smooth field whose contours are ragged at all scales: with waves a sixteenth as long as its
 /// shortest. Its variance is 1 + fine_rms^2.
-std::vector<double> ragged(const Heightfield& grid, const LayerDraws& draws, std::uint64_t number,
-                           double shortest_m, double longest_m) {
+std::vector<double> ragged_field(const Heightfield& grid, const LayerDraws& draws,
+                                 std::uint64_t number, double shortest_m, double longest_m) {
   std::vector<double> values = SmoothField(draws.of(number), shortest_m, longest_m).over(grid);
   const double finest_m = std::max(shortest_m / 16.0, finest_wave_m);
   if (finest_m >= shortest_m) return values;
@@ -149,8 +149,8 @@ class MaskMaker {
     if (polygons.empty() && outlines.empty() && !image && area_.radius_m == 0.0) return;
     std::vector<double> shift_east, shift_north;
     if (area_.ragged_m > 0.0) {
-      shift_east = ragged(grid_, draws_, 101, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
-      shift_north = ragged(grid_, draws_, 102, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
+      shift_east = ragged_field(grid_, draws_, 101, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
+      shift_north = ragged_field(grid_, draws_, 102, 2.5 * area_.ragged_m, 20.0 * area_.ragged_m);
     }
     const Vector2d middle(area_.middle_east_m, area_.middle_north_m);
     bool any = false;
@@ -204,7 +204,7 @@ class MaskMaker {
   // The highest of a field: its contours are the patches' borders.
   void keep_share() {
     const std::vector<double> heights =
-        ragged(grid_, draws_, 100, 0.25 * area_.patch_m, 4.0 * area_.patch_m);
+        ragged_field(grid_, draws_, 100, 0.25 * area_.patch_m, 4.0 * area_.patch_m);
     // The rest of a window's bed is not made: there the field's own distribution says what is
     // highest.
     if (grid_.is_window())
