@@ -14,7 +14,7 @@
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed/detail_in_windows.h>
 #include <ensonify/engine/seafloor/bed/generated_tiles.h>
-#include <ensonify/engine/seafloor/bed/spectral.h>
+#include <ensonify/engine/seafloor/bed/relief_fields.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed/tessellate.h>
 #include <ensonify/engine/seafloor/bed_height.h>
@@ -136,16 +136,17 @@ double heights_bytes(const SeafloorOptions& options, const Heightfield& grid) {
   const auto at_once = [&](double other) { bytes = std::max(bytes, 8.0 * points + other); };
   if (options.kind == SeafloorKind::fractal) {
     if (options.fractal.height_at_1m_m > 0.0)
-      at_once(spectral_field_bytes(grid, fractal_period_m(grid, options.fractal.hurst)));
-    if (options.ripples.rms_height_m > 0.0) at_once(spectral_field_bytes(grid, 0.0));
+      at_once(spectral_field_bytes(grid, fractal_field(grid, options.fractal)));
+    if (options.ripples.rms_height_m > 0.0)
+      at_once(spectral_field_bytes(grid, ripple_field(grid, options.ripples)));
   } else if (options.detail.cell_m > 0.0 && options.detail.height_at_1m_m != 0.0) {
-    at_once(spectral_field_bytes(grid, 0.0));
+    at_once(spectral_field_bytes(grid, SpectralField{}));
   }
   // 16: the bed before all layers, and where a layer lies; 28: the relief of a roughness layer and
   // its marks in addition.
   if (!options.seabed.empty()) at_once(16.0 * points);
   for (const auto& layer : options.seabed.roughness)
-    at_once(28.0 * points + spectral_field_bytes(grid, fractal_period_m(grid, layer.relief.hurst)));
+    at_once(28.0 * points + spectral_field_bytes(grid, fractal_field(grid, layer.relief)));
   return bytes;
 }
 
@@ -428,8 +429,8 @@ bool needs_tiles(const SeafloorOptions& options) {
   }
   const Heightfield grid = fractal_grid(options);
   return !fits_one_transform(grid, options.fractal.height_at_1m_m > 0.0
-                                       ? fractal_period_m(grid, options.fractal.hurst)
-                                       : 0.0);
+                                       ? fractal_field(grid, options.fractal)
+                                       : SpectralField{});
 }
 
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,

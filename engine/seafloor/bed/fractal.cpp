@@ -32,7 +32,12 @@ SpectralField fractal_field(const Heightfield& grid, const FractalRelief& relief
   const double k0 = relief.longest_m > 0.0 ? 2.0 * std::numbers::pi / relief.longest_m : 0.0;
 
   SpectralField what;
-  what.period_m = fractal_period_m(grid, h);
+  // A period for both directions: a long strip would have too few long waves across it and too much
+  // power along it.
+  what.period_m = (h > 0.7 ? 4.0 : 2.0) *
+                  std::max(grid.columns * grid.cell_east_m, grid.rows * grid.cell_north_m);
+  // Over it the correlation of this form falls to less than 5e-4.
+  what.reach_m = 1.5 * relief.longest_m;
   if (relief.spectrum == FractalSpectrum::variogram) {
     // Phi(k) = C |k|^-(2H+2) is the 2-D spectrum with the variogram sigma^2 d^2H.
     const double c = sigma * sigma * std::pow(2.0, 2.0 * h - 1.0) * h * std::tgamma(1.0 + h) /

@@ -50,6 +50,7 @@ SpectralField ripple_field(const Heightfield& grid, const RippleRelief& relief) 
   SpectralField what;
   // Wavenumber steps of at most a quarter of the width, however small the field.
   what.period_m = 4.0 * relief.wavelength_m / relief.relative_width;
+  what.reach_m = what.period_m;
   what.amplitude = [=, exponent = -0.5 * (relief.hurst + 1.0)](double kx, double ky) {
     const auto around = [&](double cx, double cy) {
       return std::pow((kx - cx) * (kx - cx) + (ky - cy) * (ky - cy) + kw2, exponent);

@@ -4,64 +4,106 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/grid_transform.h>
+#include <ensonify/engine/seafloor/bed/wave_bands.h>
 
 namespace ensonify::engine {
 namespace {
+
+using std::numbers::pi;
 
 constexpr double max_cells = 536870912.0;  // 2^29: 4 GiB
 
 struct Size {
   int columns, rows;
+  double cells() const { return static_cast<double>(columns) * rows; }
 };
-Size size_of(const Heightfield& field, double period_m) {
-  return {fast_length(std::max(2.0 * field.columns, period_m / field.cell_east_m)),
-          fast_length(std::max(2.0 * field.rows, period_m / field.cell_north_m))};
+
+/// Cells of a period, east and north.
+struct Lengths {
+  double columns, rows;
+};
+Lengths lengths_of(const Heightfield& field, const SpectralField& what) {
+  const auto along = [&](int points, double cell_m) {
+    const double length = std::max(2.0 * points, what.period_m / cell_m);
+    return what.reach_m > 0.0 ? std::min(length, points + what.reach_m / cell_m) : length;
+  };
+  return {along(field.columns, field.cell_east_m), along(field.rows, field.cell_north_m)};
 }
 
-}  // namespace
+/// Of the transform whose period the field has.
+Size size_of(const Heightfield& field, const SpectralField& what) {
+  const auto [columns, rows] = lengths_of(field, what);
+  return {fast_length(columns), fast_length(rows)};
+}
 
-void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise) {
-  // Not a structured binding: the compiler of the fuzz targets, Clang 14, cannot capture one.
-  const Size size = size_of(field, what.period_m);
-  const int columns = size.columns;
-  const int rows = size.rows;
-  if (static_cast<double>(columns) * rows > max_cells)
-    throw std::invalid_argument(fmt::format(
-        "relief: it needs a field of {} x {} cells, {:.0f} GB; use larger cells or a smaller "
-        "extent (the longer side counts)",
-        columns, rows, 8e-9 * columns * rows));
-  const auto width = static_cast<std::size_t>(columns);
-  const std::size_t stride = 2 * (width / 2 + 1);  // room for a row of complex numbers
+/// Of the transform for short waves. What kept_share() leaves of them has a correlation of less
+/// than 5e-4 over the margin.
+Size size_of_short_waves(const Heightfield& field) {
+  constexpr int margin = 96;
+  return {fast_length(field.columns + margin), fast_length(field.rows + margin)};
+}
+
+/// Whether long waves on a coarser lattice save more than they cost.
+bool has_bands(const Heightfield& field, const Size& whole) {
+  return whole.cells() > 2.0 * size_of_short_waves(field).cells();
+}
+
+LatticeWindow window_of(const Heightfield& field) { return {0, 0, field.columns, field.rows}; }
+
+/// The coarser lattice without heights, from which the field's points are interpolated.
+Heightfield coarser_lattice(const Heightfield& field) {
+  const LatticeWindow window = window_of(field).coarser();
+  Heightfield lattice;
+  lattice.columns = window.columns;
+  lattice.rows = window.rows;
+  lattice.cell_east_m = band_ratio * field.cell_east_m;
+  lattice.cell_north_m = band_ratio * field.cell_north_m;
+  return lattice;
+}
+
+double points_per_wave(const Heightfield& field, double kx, double ky) {
+  const double x = kx * field.cell_east_m, y = ky * field.cell_north_m;
+  return 2.0 * pi / std::sqrt(x * x + y * y);
+}
+
+std::size_t count(int number) { return static_cast<std::size_t>(number); }
+
+/// The heights at the field's points, row by row, of a field whose period is a transform's. Its
+/// white noise begins at the number `first` of the stream.
+GridTransform::Values one_transform(const Heightfield& field, const Size& size,
+                                    const SpectralField& what, const RandomStream& noise,
+                                    std::uint64_t first) {
+  const auto [columns, rows] = size;
   const GridTransform transform(rows, columns);
-  const GridTransform::Values values = transform.allocate();
+  const std::size_t stride = transform.stride();
+  GridTransform::Values values = transform.allocate();
   double* const heights = values.get();
   auto* const spectrum = reinterpret_cast<std::complex<double>*>(heights);
 
   // The noise is made in space, so that its transform has the symmetry of a real field.
-  for (std::size_t row = 0; row < static_cast<std::size_t>(rows); ++row)
-    noise.normal(std::span(heights + row * stride, width), row * width);
+  for (std::size_t row = 0; row < count(rows); ++row)
+    noise.normal(std::span(heights + row * stride, count(columns)), first + row * count(columns));
   transform.forward(heights);
 
   // Each term of the transform of M white numbers has the power M, and FFTW's inverse lacks the
   // factor 1/M, so a filter f gives the variance sum(f^2)/M. This is the integral of amplitude^2
   // if f = amplitude * sqrt(M dkx dky), where M dkx dky = (2 pi)^2 / (dx dy).
-  const double dkx = 2.0 * std::numbers::pi / (columns * field.cell_east_m);
-  const double dky = 2.0 * std::numbers::pi / (rows * field.cell_north_m);
-  const double cells = static_cast<double>(columns) * rows;
-  const double root_area = std::sqrt(dkx * dky);
-  const double to_filter = std::sqrt(cells) * root_area;
+  const double dkx = 2.0 * pi / (columns * field.cell_east_m);
+  const double dky = 2.0 * pi / (rows * field.cell_north_m);
+  const double to_filter = std::sqrt(size.cells()) * std::sqrt(dkx * dky);
   double calibration = 0.0;  // the integral of weight * amplitude^2
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column <= columns / 2; ++column) {
-      std::complex<double>& term =
-          spectrum[static_cast<std::size_t>(row) * (stride / 2) + static_cast<std::size_t>(column)];
+      std::complex<double>& term = spectrum[count(row) * (stride / 2) + count(column)];
       if (row == 0 && column == 0) {
         term = 0.0;
         continue;
@@ -78,33 +120,105 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
   transform.backward(heights);
 
   const double calibrate = what.weight ? std::sqrt(what.calibrated_m2 / calibration) : 1.0;
-  const double scale = calibrate / cells;
-  const auto height_at = [&](int column, int row) {
-    return scale *
-           heights[static_cast<std::size_t>(row) * stride + static_cast<std::size_t>(column)];
+  const double scale = calibrate / size.cells();
+  for (std::size_t row = 0; row < count(field.rows); ++row)
+    for (std::size_t column = 0; column < count(field.columns); ++column)
+      heights[row * count(field.columns) + column] = scale * heights[row * stride + column];
+  return values;
+}
+
+/// The heights at the field's points, row by row: in one transform, or its short waves in one and
+/// its long ones, `level` lattices up, interpolated.
+GridTransform::Values make_waves(const Heightfield& field, const SpectralField& what,
+                                 const RandomStream& noise, int level = 0) {
+  const Size whole = size_of(field, what);
+  const std::uint64_t first = static_cast<std::uint64_t>(level) << 40;  // beyond any transform's
+  if (!has_bands(field, whole)) return one_transform(field, whole, what, noise, first);
+
+  SpectralField longer = level == 0 ? calibrated(what, field) : what;
+  SpectralField shorter = longer;
+  longer.amplitude = [&field, amplitude = shorter.amplitude](double kx, double ky) {
+    const double share = handed_over_share(points_per_wave(field, kx, ky));
+    return share == 0.0 ? 0.0 : share * amplitude(kx, ky);
   };
-  double mean = 0.0;
-  for (int row = 0; row < field.rows; ++row)
-    for (int column = 0; column < field.columns; ++column) mean += height_at(column, row);
-  mean /= static_cast<double>(field.columns) * field.rows;
-  for (int row = 0; row < field.rows; ++row)
-    for (int column = 0; column < field.columns; ++column)
-      field.at(column, row) += height_at(column, row) - mean;
+  shorter.amplitude = [&field, amplitude = shorter.amplitude](double kx, double ky) {
+    const double share = kept_share(points_per_wave(field, kx, ky));
+    return share == 0.0 ? 0.0 : share * amplitude(kx, ky);
+  };
+  const Heightfield coarser = coarser_lattice(field);
+  const GridTransform::Values long_waves = make_waves(coarser, longer, noise, level + 1);
+  GridTransform::Values values =
+      one_transform(field, size_of_short_waves(field), shorter, noise, first);
+  const auto points = [](const Heightfield& of) { return count(of.columns) * count(of.rows); };
+  add_interpolated({long_waves.get(), points(coarser)}, window_of(field),
+                   {values.get(), points(field)});
+  return values;
 }
 
-bool fits_one_transform(const Heightfield& field, double period_m) {
-  const Size size = size_of(field, period_m);
-  return static_cast<double>(size.columns) * size.rows <= max_cells;
+}  // namespace
+
+void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise) {
+  if (!fits_one_transform(field, what)) {
+    const Size size = size_of(field, what);
+    throw std::invalid_argument(fmt::format(
+        "relief: it needs a field of {} x {} cells, {:.0f} GB; use larger cells or a smaller "
+        "extent (the longer side counts)",
+        size.columns, size.rows, 8e-9 * size.cells()));
+  }
+  const GridTransform::Values values = make_waves(field, what, noise);
+  double mean_m = 0.0;
+  for (std::size_t i = 0; i < field.z_m.size(); ++i) mean_m += values.get()[i];
+  mean_m /= static_cast<double>(field.z_m.size());
+  for (std::size_t i = 0; i < field.z_m.size(); ++i) field.z_m[i] += values.get()[i] - mean_m;
 }
 
-double fractal_period_m(const Heightfield& field, double hurst) {
-  return (hurst > 0.7 ? 4.0 : 2.0) *
-         std::max(field.columns * field.cell_east_m, field.rows * field.cell_north_m);
+SpectralField calibrated(SpectralField what, const Heightfield& field) {
+  if (!what.weight) return what;
+  const auto [columns, rows] = lengths_of(field, what);
+  const double dkx = 2.0 * pi / (columns * field.cell_east_m);
+  const double dky = 2.0 * pi / (rows * field.cell_north_m);
+  double sum = 0.0;
+  // A square of wavenumbers, in steps of the transform's.
+  const auto take = [&](double x, double y, double side) {
+    if (2.0 * std::abs(x) > columns || 2.0 * std::abs(y) > rows || (x == 0.0 && y == 0.0)) return;
+    const double amplitude = what.amplitude(x * dkx, y * dky);
+    sum += what.weight(x * dkx, y * dky) * amplitude * amplitude * side * side * dkx * dky;
+  };
+  constexpr int longest = 64;
+  constexpr int cells = 2 * longest + 1;  // from the inner to the outer border of a ring
+  for (int row = -longest; row <= longest; ++row)
+    for (int column = -longest; column <= longest; ++column) take(column, row, 1.0);
+  // Rings of twice the wavenumber, in cells that grow with it.
+  for (double inner = longest + 0.5; 2.0 * inner < std::max(columns, rows); inner *= 2.0) {
+    const double side = inner / cells;
+    for (int row = -2 * cells; row < 2 * cells; ++row)
+      for (int column = -2 * cells; column < 2 * cells; ++column) {
+        const double x = (column + 0.5) * side, y = (row + 0.5) * side;
+        if (std::max(std::abs(x), std::abs(y)) > inner) take(x, y, side);
+      }
+  }
+  const double scale = std::sqrt(what.calibrated_m2 / sum);
+  what.amplitude = [scale, amplitude = std::move(what.amplitude)](double kx, double ky) {
+    return scale * amplitude(kx, ky);
+  };
+  what.weight = nullptr;
+  return what;
 }
 
-double spectral_field_bytes(const Heightfield& field, double period_m) {
-  const auto [columns, rows] = size_of(field, period_m);
-  return sizeof(double) * (columns + 2.0) * rows;
+bool fits_one_transform(const Heightfield& field, const SpectralField& what) {
+  return size_of(field, what).cells() <= max_cells;
+}
+
+double spectral_field_bytes(const Heightfield& field, const SpectralField& what) {
+  const Size whole = size_of(field, what);
+  const auto bytes_of = [](const Size& size) {
+    return sizeof(double) * (size.columns + 2.0) * size.rows;
+  };
+  if (!has_bands(field, whole)) return bytes_of(whole);
+  // The long waves are at most as large as what made them.
+  const Heightfield coarser = coarser_lattice(field);
+  const double between = sizeof(double) * static_cast<double>(field.columns) * coarser.rows;
+  return spectral_field_bytes(coarser, what) + bytes_of(size_of_short_waves(field)) + between;
 }
 
 }  // namespace ensonify::engine

@@ -16,24 +16,31 @@ struct SpectralField {
   OverWavenumber amplitude;
   /// The field repeats after this length, or after twice the heightfield if that is longer.
   double period_m = 0.0;
+  /// Heights this far apart, or further, are as good as independent: the field may repeat at this
+  /// distance from the heightfield. 0: at no distance.
+  double reach_m = 0.0;
   /// If set, the field is scaled until the integral of weight * amplitude^2 over the field's
   /// wavenumbers is calibrated_m2; with a weight of 1 this is the variance.
   OverWavenumber weight;
   double calibrated_m2 = 0.0;
 };
 
-/// Adds a part of such a field, minus the mean of that part. Throws std::invalid_argument if the
-/// field has more than 2^29 cells, std::bad_alloc if it does not fit in memory.
+/// Adds a part of such a field, minus the mean of that part. The long waves of a field whose period
+/// is much longer than the heightfield are made on coarser lattices (wave_bands.h). Throws
+/// std::invalid_argument if a period has more than 2^29 cells, std::bad_alloc if it does not fit in
+/// memory.
 void add_spectral_field(Heightfield& field, const SpectralField& what, const RandomStream& noise);
 
-/// Whether the field has at most 2^29 cells; only the size of the heightfield is used.
-bool fits_one_transform(const Heightfield& field, double period_m);
+/// The field with the factor that its weight asks for in its amplitude, and without a weight: the
+/// integral as a sum over the longest waves, then over wider and wider steps of wavenumber.
+SpectralField calibrated(SpectralField what, const Heightfield& field);
 
-/// The period of a fractal field over a heightfield, the same in both directions: a long strip
-/// would have too few long waves across it and too much power along it.
-double fractal_period_m(const Heightfield& field, double hurst);
+// Of the heightfield only the size is used, of the field only its lengths.
 
-/// The bytes that add_spectral_field() allocates; only the size of the heightfield is used.
-double spectral_field_bytes(const Heightfield& field, double period_m);
+/// Whether a period has at most 2^29 cells.
+bool fits_one_transform(const Heightfield& field, const SpectralField& what);
+
+/// The bytes that add_spectral_field() allocates at the same time.
+double spectral_field_bytes(const Heightfield& field, const SpectralField& what);
 
 }  // namespace ensonify::engine

@@ -1,7 +1,6 @@
 #include <ensonify/engine/seafloor/bed/tiled_field.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -11,107 +10,17 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/bed/wave_bands.h>
+
 namespace ensonify::engine {
 namespace {
 
 using std::numbers::pi;
 
-constexpr int ratio = 4;  // from lattice to lattice
-constexpr int taps = 12;  // of the interpolation from one to the next
-constexpr int taps_before = taps / 2 - 1;
-
-// A band hands over to the next coarser one between 48 and 16 of its points per wave. Those 16 are
-// 4 points of the coarser lattice, which can be interpolated well.
-constexpr double shortest_handed_over = 16.0, longest_kept = 48.0;
-
 // Spacing, in points, at which the coarse grid may lie beyond the bed's last block.
 constexpr int coarse_margin = 12;
 
-/// From 0 to 1 with three continuous derivatives.
-double smooth_step(double t) {
-  const double u = std::clamp(t, 0.0, 1.0);
-  return u * u * u * u * (35.0 - 84.0 * u + 70.0 * u * u - 20.0 * u * u * u);
-}
-
-/// The share of a wave that the next, coarser band has, by the number of points per wave: 0 for
-/// short waves, 1 for long ones.
-double handed_over(double points_per_wave) {
-  return smooth_step(std::log(points_per_wave / shortest_handed_over) /
-                     std::log(longest_kept / shortest_handed_over));
-}
-
-/// Modified Bessel function of order 0, by its series.
-double bessel_i0(double x) {
-  double term = 1.0, sum = 1.0;
-  for (int k = 1; k < 40; ++k) {
-    term *= 0.25 * x * x / (static_cast<double>(k) * k);
-    sum += term;
-  }
-  return sum;
-}
-
-/// Weights of the points around a place that lies `phase` quarters behind a point of the coarser
-/// lattice: a sinc in Kaiser's window. It keeps waves of 4 points and more, and suppresses their
-/// images at 4/3 points.
-std::array<double, taps> interpolation(int phase) {
-  constexpr double beta = 8.0;
-  std::array<double, taps> weights{};
-  double sum = 0.0;
-  for (int i = 0; i < taps; ++i) {
-    const double t = i - taps_before - static_cast<double>(phase) / ratio;
-    const double u = t / (0.5 * taps);
-    const double sinc = t == 0.0 ? 1.0 : std::sin(pi * t) / (pi * t);
-    const double window = u * u < 1.0 ? bessel_i0(beta * std::sqrt(1.0 - u * u)) : 0.0;
-    weights[static_cast<std::size_t>(i)] = sinc * window;
-    sum += sinc * window;
-  }
-  for (double& weight : weights) weight /= sum;
-  return weights;
-}
-
-std::int64_t floor_div(std::int64_t a, std::int64_t b) { return (a - (a % b + b) % b) / b; }
-
-/// The integral of weight * amplitude^2 over the wavenumbers of a single transform of this period:
-/// the sum over its longest waves, then over rings of twice the wavenumber in cells that grow with
-/// it.
-double calibration_of(const SpectralField& what, const Heightfield& grid) {
-  const double columns = std::max(2.0 * grid.columns, what.period_m / grid.cell_east_m);
-  const double rows = std::max(2.0 * grid.rows, what.period_m / grid.cell_north_m);
-  const double dkx = 2.0 * pi / (columns * grid.cell_east_m);
-  const double dky = 2.0 * pi / (rows * grid.cell_north_m);
-  double sum = 0.0;
-  // A square of wavenumbers, in steps of the transform's.
-  const auto take = [&](double x, double y, double side) {
-    if (2.0 * std::abs(x) > columns || 2.0 * std::abs(y) > rows || (x == 0.0 && y == 0.0)) return;
-    const double amplitude = what.amplitude(x * dkx, y * dky);
-    sum += what.weight(x * dkx, y * dky) * amplitude * amplitude * side * side * dkx * dky;
-  };
-  constexpr int longest = 64;
-  constexpr int cells = 2 * longest + 1;  // from the inner to the outer border of a ring
-  for (int row = -longest; row <= longest; ++row)
-    for (int column = -longest; column <= longest; ++column) take(column, row, 1.0);
-  for (double inner = longest + 0.5; 2.0 * inner < std::max(columns, rows); inner *= 2.0) {
-    const double side = inner / cells;
-    for (int row = -2 * cells; row < 2 * cells; ++row)
-      for (int column = -2 * cells; column < 2 * cells; ++column) {
-        const double x = (column + 0.5) * side, y = (row + 0.5) * side;
-        if (std::max(std::abs(x), std::abs(y)) > inner) take(x, y, side);
-      }
-  }
-  return sum;
-}
-
 }  // namespace
-
-TiledField::Window TiledField::Window::coarser() const {
-  const auto first = [](std::int64_t place) { return floor_div(place, ratio) - taps_before; };
-  const auto end = [&](std::int64_t place) {
-    return floor_div(place + points - 1, ratio) + taps / 2 + 1;
-  };
-  // One more where it depends on the place.
-  const auto most = static_cast<int>(std::max(end(column) - first(column), end(row) - first(row)));
-  return {first(column), first(row), most};
-}
 
 TiledField::~TiledField() = default;
 
@@ -124,15 +33,16 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
       number_(number) {
   if (grid.cell_north_m != grid.cell_east_m)
     throw std::invalid_argument("relief: tiles need square cells");
-  if (what_.weight) calibrate_ = std::sqrt(what_.calibrated_m2 / calibration_of(what_, grid));
+  what_ = calibrated(std::move(what_), grid);
 
   const double side_m =
       std::max({what_.period_m, 2.0 * grid.columns * cell_m_, 2.0 * grid.rows * cell_m_});
   while (std::pow(side_m / spacing_m(band_count_), 2) > coarse_cells) ++band_count_;
   // All blocks have the same place on the next five lattices, and within a point on others.
-  Window window{0, 0, block_points};
+  LatticeWindow window{0, 0, block_points, block_points};
   for (std::size_t band = 0; band < band_count_; ++band) {
-    bands_.push_back(make_band(band, window.points + 1));
+    // One more, because on a coarser lattice the number of points depends on the place.
+    bands_.push_back(make_band(band, window.columns + 1));
     window = window.coarser();
   }
 
@@ -154,16 +64,16 @@ TiledField::TiledField(const Heightfield& grid, SpectralField what, std::uint64_
 }
 
 double TiledField::spacing_m(std::size_t band) const {
-  return cell_m_ * std::pow(static_cast<double>(ratio), static_cast<double>(band));
+  return cell_m_ * std::pow(double{band_ratio}, static_cast<double>(band));
 }
 
 /// Of the waves that belong to a band, or, after the last one, to the rest.
 double TiledField::amplitude(std::size_t band, double kx, double ky) const {
   const double length_m = 2.0 * pi / std::hypot(kx, ky);
   double share = 1.0;
-  if (band > 0) share = std::sin(0.5 * pi * handed_over(length_m / spacing_m(band - 1)));
-  if (band < band_count_) share *= std::cos(0.5 * pi * handed_over(length_m / spacing_m(band)));
-  return share == 0.0 ? 0.0 : share * calibrate_ * what_.amplitude(kx, ky);
+  if (band > 0) share = handed_over_share(length_m / spacing_m(band - 1));
+  if (band < band_count_) share *= kept_share(length_m / spacing_m(band));
+  return share == 0.0 ? 0.0 : share * what_.amplitude(kx, ky);
 }
 
 /// The band with its kernel, for windows of `points` points. White noise of variance 1 at points
@@ -249,62 +159,32 @@ void TiledField::fill_filter(Band& band) {
 }
 
 void TiledField::add_block(int column, int row, std::vector<double>& z_m) const {
-  const std::vector<double> block = waves(
-      0, {std::int64_t{column} * block_points, std::int64_t{row} * block_points, block_points});
+  const std::vector<double> block =
+      waves(0, {std::int64_t{column} * block_points, std::int64_t{row} * block_points, block_points,
+                block_points});
   for (std::size_t i = 0; i < block.size(); ++i) z_m[i] += block[i];
 }
 
 /// The heights of a band and of all longer waves, at points of the band's lattice.
-std::vector<double> TiledField::waves(std::size_t band, const Window& window) const {
-  const auto points = static_cast<std::size_t>(window.points);
+std::vector<double> TiledField::waves(std::size_t band, const LatticeWindow& window) const {
   if (band == band_count_) {
-    std::vector<double> heights(points * points);
-    for (std::size_t row = 0; row < points; ++row)
-      for (std::size_t column = 0; column < points; ++column)
-        heights[row * points + column] =
+    const auto columns = static_cast<std::size_t>(window.columns);
+    const auto rows = static_cast<std::size_t>(window.rows);
+    std::vector<double> heights(columns * rows);
+    for (std::size_t row = 0; row < rows; ++row)
+      for (std::size_t column = 0; column < columns; ++column)
+        heights[row * columns + column] =
             coarse_.at(static_cast<int>(window.column) + coarse_margin + static_cast<int>(column),
                        static_cast<int>(window.row) + coarse_margin + static_cast<int>(row));
     return heights;
   }
   std::vector<double> heights = waves_of(band, window);
-
-  // What is longer, from the coarser lattice: first along the rows, then across them.
-  const Window wide = window.coarser();
-  const std::vector<double> longer = waves(band + 1, wide);
-  const auto wide_points = static_cast<std::size_t>(wide.points);
-  std::array<std::array<double, taps>, ratio> weights;
-  for (int phase = 0; phase < ratio; ++phase)
-    weights[static_cast<std::size_t>(phase)] = interpolation(phase);
-  const auto place_of = [](std::int64_t place, std::int64_t first) {
-    const std::int64_t before = floor_div(place, ratio);
-    return std::pair(static_cast<std::size_t>(before - taps_before - first),
-                     static_cast<std::size_t>(place - before * ratio));
-  };
-  std::vector<double> along(wide_points * points);
-  for (std::size_t column = 0; column < points; ++column) {
-    const auto [first, phase] =
-        place_of(window.column + static_cast<std::int64_t>(column), wide.column);
-    for (std::size_t row = 0; row < wide_points; ++row) {
-      double sum = 0.0;
-      for (std::size_t i = 0; i < taps; ++i)
-        sum += weights[phase][i] * longer[row * wide_points + first + i];
-      along[row * points + column] = sum;
-    }
-  }
-  for (std::size_t row = 0; row < points; ++row) {
-    const auto [first, phase] = place_of(window.row + static_cast<std::int64_t>(row), wide.row);
-    double* const to = heights.data() + row * points;
-    for (std::size_t i = 0; i < taps; ++i) {
-      const double weight = weights[phase][i];
-      const double* const from = along.data() + (first + i) * points;
-      for (std::size_t column = 0; column < points; ++column) to[column] += weight * from[column];
-    }
-  }
+  add_interpolated(waves(band + 1, window.coarser()), window, heights);
   return heights;
 }
 
 /// The heights of one band. The transform goes round, and what comes round stays in the margin.
-std::vector<double> TiledField::waves_of(std::size_t number, const Window& window) const {
+std::vector<double> TiledField::waves_of(std::size_t number, const LatticeWindow& window) const {
   const Band& band = bands_[number];
   const auto length = static_cast<std::size_t>(band.transform.columns());
   const std::size_t stride = band.transform.stride();
@@ -323,12 +203,13 @@ std::vector<double> TiledField::waves_of(std::size_t number, const Window& windo
   for (std::size_t i = 0; i < band.filter.size(); ++i) spectrum[i] *= band.filter[i];
   band.transform.backward(values.get());
 
-  const auto points = static_cast<std::size_t>(window.points);
+  const auto columns = static_cast<std::size_t>(window.columns);
+  const auto rows = static_cast<std::size_t>(window.rows);
   const auto margin = static_cast<std::size_t>(band.reach);
-  std::vector<double> heights(points * points);
-  for (std::size_t row = 0; row < points; ++row)
-    std::copy_n(values.get() + (row + margin) * stride + margin, points,
-                heights.data() + row * points);
+  std::vector<double> heights(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row)
+    std::copy_n(values.get() + (row + margin) * stride + margin, columns,
+                heights.data() + row * columns);
   return heights;
 }
 

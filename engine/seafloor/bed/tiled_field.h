@@ -7,6 +7,7 @@
 #include <ensonify/engine/seafloor/bed/grid_transform.h>
 #include <ensonify/engine/seafloor/bed/heightfield.h>
 #include <ensonify/engine/seafloor/bed/spectral.h>
+#include <ensonify/engine/seafloor/bed/wave_bands.h>
 
 namespace ensonify::engine {
 
@@ -40,12 +41,6 @@ class TiledField {
   int bands() const { return static_cast<int>(bands_.size()); }
 
  private:
-  /// A part of a lattice, row by row.
-  struct Window {
-    std::int64_t column, row;
-    int points;  // in both directions
-    Window coarser() const;
-  };
   struct Band {
     int reach;                   // of the kernel, in points to each side
     std::vector<double> kernel;  // (2 reach + 1)^2; empty when there is a filter
@@ -56,12 +51,11 @@ class TiledField {
   double spacing_m(std::size_t band) const;
   Band make_band(std::size_t band, int points) const;
   static void fill_filter(Band& band);
-  std::vector<double> waves(std::size_t band, const Window& window) const;
-  std::vector<double> waves_of(std::size_t band, const Window& window) const;
+  std::vector<double> waves(std::size_t band, const LatticeWindow& window) const;
+  std::vector<double> waves_of(std::size_t band, const LatticeWindow& window) const;
 
   double cell_m_;
   SpectralField what_;
-  double calibrate_ = 1.0;
   std::uint64_t seed_;
   Purpose purpose_;
   std::uint64_t number_;
