@@ -27,7 +27,7 @@ struct GroundTexture {
   /// squared sine.
   double glint_share = 0.0, glints_per_m2 = 10.0;
   double variation_db = 0.0;  ///< rms of the slow change of strength
-  double variation_m = 20.0;  ///< the longest scale of it; it goes down to 1 m
+  double variation_m = 40.0;  ///< the longest scale of it; it goes down to 1 m
 
   /// Shape of a patch at a grazing angle; below 5 degrees that at 5. Infinite if all are alike.
   double shape_at(double grazing_rad) const;
@@ -44,7 +44,8 @@ struct GroundTexture {
 /// have the shapes of a recording at 600 kHz over a mixed bed: 0.8 to 1.6 at 8 to 14 degrees
 /// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp). Its share of points
 /// was chosen so that skew, kurtosis and bright samples at 8 to 20 degrees are those of two
-/// recordings (bench/realism). The others follow by the kind of bed, and are not measured.
+/// recordings (bench/realism), and so was its slow change. The others follow by the kind of bed, and
+/// are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the

@@ -18,6 +18,7 @@ from pathlib import Path
 # What tells simulated pictures from real ones; levels over range and angle depend on the scene.
 SHOWN = (
     "kurtosis", "bright_per_10000", "contrast", "skew", "range_correlation", "track_correlation",
+    "tone_change",
     "ping_brightness", "column_over_bed", "first_return_wander", "first_return_overshoot",
     "clipped_share",
 )

@@ -10,14 +10,15 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/bed_drift.h>
+#include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t block_pings = 8, block_samples = 16;
 constexpr std::size_t fewest = 20;  // blocks or samples that give a value
+constexpr double normal_median_square = 0.4549;  // of a normal distribution of variance 1
 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
 
@@ -139,6 +140,7 @@ struct Samples {
   std::vector<double> overshoot_db;
   std::vector<double> row_brightness;            // the bed's mean over that of the pings around
   std::array<std::optional<double>, 2> drift_m;  // of the bed per ping, by side
+  std::array<std::vector<double>, tone_lags.size()> tone_changes_db2;
   std::size_t clipped = 0, all = 0;
 };
 
@@ -159,6 +161,7 @@ void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_
   const std::vector<Block> blocks = blocks_of(line, side, bed, first, end);
   to.blocks.insert(to.blocks.end(), blocks.begin(), blocks.end());
   to.drift_m[static_cast<std::size_t>(side)] = bed_drift_m(line, side, bed, first, end);
+  add_tone_changes(line, side, bed, first, end, to.tone_changes_db2);
   std::vector<double> first_m, brightness;
   for (std::size_t ping = first; ping < end; ++ping) {
     const std::span<const float> row = line.row(side, ping);
@@ -280,6 +283,9 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   for (std::size_t i = 0; i < track_lags.size(); ++i)
     add(fmt::format("track_correlation_{}", track_lags[i]),
         of_blocks(samples, 8, 70, [i](const Block& b) { return b.track_correlation[i]; }));
+  for (std::size_t i = 0; i < tone_lags.size(); ++i)
+    add(fmt::format("tone_change_over_{}_pings_db", tone_lags[i]),
+        std::sqrt(median(samples.tone_changes_db2[i]) / normal_median_square));
   add("sideways_drift_m",
       sideways_drift_m(samples.drift_m[0], samples.drift_m[1]).value_or(unknown));
   add("ping_brightness", 1.4826 * median(samples.row_brightness));  // sd of a normal distribution

@@ -21,7 +21,9 @@ struct LineStatistic {
 /// mean of the water column and the bed (find_bed()). Grazing angles are those of a level bed
 /// there: asin(range of the first return / range). Blocks are 8 pings x 16 samples of the bed; the
 /// local mean of a sample is that of its block, and a correlation is between samples of one block,
-/// about its mean. Medians over blocks are robust against objects and shadows.
+/// about its mean. Medians over blocks are robust against objects and shadows. A change of tone is
+/// between the levels of blocks at the same range, as the standard deviation of a normal
+/// distribution with the same median square; speckle alone gives 0.54 dB.
 std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
                                            std::size_t end);
 

@@ -38,6 +38,8 @@ void use_conditions(Scene& scene) {
     scene.arrivals.surface = true;
     scene.arrivals.burst_m = 0.3;
     for (Sonar& sonar : scene.sonars) use_survey_recorder(sonar.receiver);
+    // As displays at sea: beds get darker with range. By Lambert's law they would need 50.
+    scene.display.spreading = 30.0;
   } else if (scene.conditions == Conditions::ideal) {
     scene.texture = false;
   }

@@ -5,8 +5,8 @@
 namespace ensonify::engine {
 
 /// Changes the options of a scene that has default values to what its conditions stand for.
-/// Conditions::survey: motion (unless the track is from a file), other arrivals and the recorder of
-/// each sonar, as instruments have them at sea. Conditions::ideal: no texture.
+/// Conditions::survey: motion (unless the track is from a file), other arrivals, the recorder of
+/// each sonar and the display's gain over range, as they are at sea. Conditions::ideal: no texture.
 /// Conditions::by_preset: survey if a sonar has a preset; otherwise no change.
 void use_conditions(Scene& scene);
 

@@ -176,9 +176,10 @@ const std::vector<Section<Scene>>& scene_sections() {
        {
            {"conditions", "", {},
             "What keys that are not given stand for. survey: a vehicle that moves, the sea "
-            "surface's echo, transmit leakage, and a recorder with noise and three looks. ideal: "
-            "none of these, and even ground (texture = false), for exact levels. auto: survey if a "
-            "sonar has a preset; otherwise ideal, but with texture.",
+            "surface's echo, transmit leakage, a recorder with noise and three looks, and a "
+            "display on which beds get darker with range. ideal: none of these, and even ground "
+            "(texture = false), for exact levels. auto: survey if a sonar has a preset; otherwise "
+            "ideal, but with texture.",
             at(&Scene::conditions), {"auto", "ideal", "survey"}},
            {"seed", "", {0, largest_seed}, "Seed of all random numbers.", at(&Scene::seed)},
            {"speckle", "", {},

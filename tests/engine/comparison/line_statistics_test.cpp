@@ -2,6 +2,8 @@
 #include <map>
 #include <random>
 
+#include <fmt/format.h>
+
 #include "support/catch.h"
 #include "support/data.h"
 
@@ -110,6 +112,31 @@ TEST_CASE("statistics tell texture, correlation and clipping from speckle") {
   for (std::vector<float>* side : {&clipped.port, &clipped.starboard})
     for (float& value : *side) value = std::min(value, 1517.43f);  // a tenth of them: sqrt(ln 10)
   CHECK(numbers_of(clipped).at("clipped_share") == Approx(0.1).margin(0.005));
+}
+
+TEST_CASE("changes of tone along the track are those of the bed and of the speckle's blocks") {
+  // 8 x 16 samples of speckle have a mean power of the relative deviation 1 / sqrt(128).
+  const double speckle_db = 10.0 / std::log(10.0) / std::sqrt(128.0);
+  RecordedLine line = speckled_line();
+  for (const char* lag : {"8", "32", "128"})
+    CHECK(numbers_of(line).at(fmt::format("tone_change_over_{}_pings_db", lag)) ==
+          Approx(std::sqrt(2.0) * speckle_db).epsilon(0.05));
+  // Tones of 3 dB that last 32 pings.
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal(0.0, 3.0);
+  for (std::vector<float>* side : {&line.port, &line.starboard})
+    for (std::size_t begin = 0; begin < samples; begin += 16)
+      for (std::size_t ping = 0; ping < pings; ping += 32) {
+        const auto factor = static_cast<float>(std::pow(10.0, normal(random) / 20.0));
+        for (std::size_t i = ping; i < std::min(ping + 32, pings); ++i)
+          for (std::size_t k = begin; k < std::min(begin + 16, samples); ++k)
+            (*side)[i * samples + k] *= factor;
+      }
+  const double changed_db = std::sqrt(2.0 * (9.0 + speckle_db * speckle_db));
+  const auto found = numbers_of(line);
+  CHECK(found.at("tone_change_over_32_pings_db") == Approx(changed_db).epsilon(0.1));
+  CHECK(found.at("tone_change_over_128_pings_db") == Approx(changed_db).epsilon(0.1));
+  CHECK(found.at("tone_change_over_8_pings_db") < 0.4 * changed_db);  // a quarter of them changes
 }
 
 TEST_CASE("a recorder's scale changes no statistic, and a line equals itself") {

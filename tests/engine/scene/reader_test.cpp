@@ -680,6 +680,7 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
     });
     const bool rest = scene.arrivals.surface && scene.arrivals.burst_m > 0.0;
     CHECK(sonars == rest);
+    CHECK((scene.display.spreading == 30.0) == rest);
     return sonars && rest;
   };
   const std::string two = "[sonar.a]\n[sonar.b]\n", preset = "preset = \"klein-5000\"\n";
