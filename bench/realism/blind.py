@@ -4,6 +4,7 @@
     blind.py make DATA FOLDER RUN...     writes 60 crops, half of them real, sheets and a key
     blind.py match FOLDER (RECORDING IMITATED)...
                                          the same, of recorded samples and of their imitation
+    blind.py objects FOLDER REAL DATASET the same, of pictures of objects
     blind.py score FOLDER                reads FOLDER/answers.txt and prints the accuracy
 
 DATA is the folder of real images, as for judge.py; each RUN the folder of a run, whose first
@@ -15,6 +16,10 @@ written: a line per crop, its number and `real` or `simulated`. The interval is 
 `match` takes recordings and the XTF files of runs of what `ensonify imitate` made of them. Both have
 the same pings and samples, and a crop has the same 128 x 128 of them in either. Only bed without
 objects and shadows of its own counts, because these are not imitated. It needs the Python module.
+
+`objects` takes REAL, which has one folder of pictures per class (bench/transfer/cut_boxes.py cuts them
+from pictures with boxes), and a DATASET with chips of these classes, as scenes/transfer_targets.toml
+makes. Classes have equal numbers of crops. All are reduced to 128 x 128 pixels and stretched as above.
 """
 
 import json
@@ -33,6 +38,13 @@ MATCHED = 128  # pings and samples of a crop
 PER_SHEET, PER_ROW, SHOWN_PX = 20, 5, 256
 
 
+def stretched(values):
+    """A grey picture from the 1st percentile of the values to the 99th."""
+    low, high = np.percentile(values, [1, 99])
+    scaled = np.clip((values - low) / max(high - low, 1e-9), 0.0, 1.0)
+    return Image.fromarray((255.0 * scaled).astype(np.uint8))
+
+
 def crop_of(path, draw):
     """A crop that is bed for the most part; None if ten places have none."""
     picture = np.asarray(Image.open(path).convert("L"), dtype=float)
@@ -45,9 +57,7 @@ def crop_of(path, draw):
         bright = max(20.0, 0.5 * np.percentile(picture, 75))  # not the water column
         if np.median(crop) > bright and (blobs < 0.3 * np.median(blobs)).mean() < 0.25:
             half = crop.reshape(SIDE // 2, 2, SIDE // 2, 2).mean((1, 3))
-            low, high = np.percentile(half, [1, 99])
-            scaled = np.clip((half - low) / max(high - low, 1.0), 0.0, 1.0)
-            return Image.fromarray((255.0 * scaled).astype(np.uint8))
+            return stretched(half)
     return None
 
 
@@ -119,14 +129,33 @@ def match(folder, pairs):
         both = {kind: line[kind][side][top:top + MATCHED, left:left + MATCHED]
                 for kind in ("real", "simulated")}
         if all(map(plain_bed, both.values())):
-            shown = np.sqrt(both[kinds[len(crops)]])
-            low, high = np.percentile(shown, [1, 99])
-            scaled = np.clip((shown - low) / (high - low), 0.0, 1.0)
             crops.append((kinds[len(crops)], f"{line['name']} {side} {top} {left}",
-                          Image.fromarray((255.0 * scaled).astype(np.uint8))))
+                          stretched(np.sqrt(both[kinds[len(crops)]]))))
         if len(crops) == CROPS:
             return write(folder, crops)
     sys.exit(f"only {len(crops)} of {CROPS} crops show plain bed; give more recordings")
+
+
+def objects(folder, real, dataset):
+    pictures = {"real": {}, "simulated": {}}
+    for kind in sorted(path for path in real.iterdir() if path.is_dir()):
+        pictures["real"][kind.name] = sorted(kind.glob("*.png"))
+        pictures["simulated"][kind.name] = []
+    for file in sorted(dataset.glob("samples/*/chips/*.json")):
+        of = json.loads(file.read_text())["of"]
+        if of in pictures["simulated"]:
+            pictures["simulated"][of].append(file.with_suffix(".png"))
+    draw, crops = random.Random(SEED), []
+    for kind, by_class in pictures.items():
+        each = CROPS // 2 // max(len(by_class), 1)
+        for name, paths in by_class.items():
+            if len(paths) < each:
+                sys.exit(f"{len(paths)} {kind} pictures of class {name}, {each} are needed")
+            crops += [(kind, str(path), stretched(np.asarray(
+                Image.open(path).convert("L").resize((MATCHED, MATCHED), Image.BOX), dtype=float)))
+                for path in draw.sample(paths, each)]
+    draw.shuffle(crops)
+    write(folder, crops)
 
 
 def write(folder, crops):
@@ -181,6 +210,8 @@ def main():
         make(Path(arguments[1]), Path(arguments[2]), arguments[3:])
     elif len(arguments) >= 4 and len(arguments) % 2 == 0 and arguments[0] == "match":
         match(Path(arguments[1]), list(zip(arguments[2::2], arguments[3::2])))
+    elif len(arguments) == 4 and arguments[0] == "objects":
+        objects(*map(Path, arguments[1:]))
     elif len(arguments) == 2 and arguments[0] == "score":
         score(Path(arguments[1]))
     else:

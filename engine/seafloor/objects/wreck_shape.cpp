@@ -326,6 +326,8 @@ class Wreck {
       forecastle();
     masts(from, to);
     deck_gear(from, to);
+    rails(from, to);
+    clutter(from, to);
   }
 
   void house(double at) {
@@ -437,6 +439,50 @@ class Wreck {
       solids_.block(at + Vector3d(0.0, 0.0, 0.4 * size), {size, 0.8 * size, size});
       solids_.taper(at + Vector3d(-0.9 * size, 0.0, 0.6 * size),
                     at + Vector3d(0.9 * size, 0.0, 0.6 * size), 0.35 * size, 0.35 * size, 10);
+    }
+  }
+
+  /// What is left of the rail along the gunwale: posts, and pieces of its upper bar.
+  void rails(double from, double to) {
+    if (type_ == Type::barge || type_ == Type::submarine) return;
+    solids_.begin_part(hull);
+    const double thick = 0.8 * plate_m_, high = std::min(1.0, 0.15 * lines_.depth_m);
+    const double standing = draws_.between(0.2, 1.0 - 0.4 * wear_);
+    const int count = std::clamp(static_cast<int>(length_m_ / 2.0), 8, 40);
+    for (const double side : {-1.0, 1.0})
+      for (int i = 0; i < count; ++i) {
+        const bool stands = draws_.chance(standing);
+        const double s = 0.08 + 0.86 * i / count, next = s + 0.86 / count;
+        if (!stands || s < from + 0.02 || next > to - 0.02) continue;
+        const auto top = [&](double at) {
+          return Vector3d(0.97 * side * lines_.half_breadth_m(at), length_m_ * (at - 0.5),
+                          lines_.top_m(at) + high);
+        };
+        bar(solids_, top(s) - Vector3d(0.0, 0.0, 1.2 * high), top(s), thick, thick);
+        bar(solids_, top(s), top(next), thick, thick);
+      }
+  }
+
+  /// What has fallen on the deck, or on the bottom of an open hull: planks, pipes and boxes.
+  void clutter(double from, double to) {
+    if (type_ == Type::submarine) return;
+    solids_.begin_part(wreck_debris);
+    const int count = static_cast<int>((to - from) * draws_.between(15.0, 30.0 + 40.0 * wear_));
+    for (int i = 0; i < count; ++i) {
+      const std::size_t mark = solids_.mark();
+      const double s = draws_.between(from + 0.04, to - 0.04);
+      const double across = draws_.between(-0.85, 0.85), long_m = draws_.between(0.04, 0.3);
+      const double thick = std::clamp(0.03 * lines_.beam_m, 0.08, 0.6) * draws_.between(0.5, 1.5);
+      const double turn = draws_.between(0.0, pi), lean = draws_.between(-0.4, 0.4);
+      const bool box = draws_.chance(0.3);
+      if (!open_ && in_hatch(s, across)) continue;
+      const double floor = open_ ? lines_.keel_m(s) + 0.15 * lines_.depth_m : deck_m(s, across);
+      const double wide = open_ ? 0.6 : 1.0;
+      solids_.block(Vector3d::Zero(),
+                    {box ? 3.0 * thick : long_m * lines_.beam_m, box ? 2.0 * thick : thick, thick});
+      solids_.move(mark, motion({wide * across * lines_.half_breadth_m(s), length_m_ * (s - 0.5),
+                                 floor + 0.6 * thick},
+                                0.0, lean, turn));
     }
   }
 
