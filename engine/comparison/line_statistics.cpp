@@ -301,7 +301,11 @@ std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t
   return all;
 }
 
-double ComparedStatistic::ratio() const { return std::abs(b - a) / spread; }
+double ComparedStatistic::ratio() const {
+  constexpr double rounding = 1e-5;  // of a file: JSF has the time of a sample in nanoseconds
+  const double difference = std::abs(b - a);
+  return difference <= rounding * std::abs(a) ? 0.0 : difference / spread;
+}
 
 std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b) {
   const std::size_t pings = a.pings.size(), half = pings / 2;

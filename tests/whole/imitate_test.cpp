@@ -164,6 +164,8 @@ TEST_CASE("texture, glints and the transmit burst of a run come back from its re
 like = "sandy gravel"
 texture_shape = 0.3
 glint_share = 0.15
+variation_db = 1.5
+variation_m = 20
 [arrivals]
 burst_m = 0.8
 )");
@@ -180,7 +182,8 @@ burst_m = 0.8
   CHECK(value_of(keys, "arrivals.burst_m") == Approx(0.8).margin(0.1));
   CHECK(value_of(keys, "sonar.sidescan.looks") == 2);
   // The ground's own changes of level pass for gain in part: 29 to 33 over four seeds. The material
-  // is the first, the first, the third and the eleventh of them.
+  // is the first, the first, the third and the eleventh of them. With larger changes of level, as
+  // gravel has by default, it is less certain.
   CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(3.5));
   const std::vector<std::string> near = all["materials"];
   CAPTURE(near);
