@@ -81,16 +81,13 @@ GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_
 
 bool GridScan::take(std::span<const RayFan> fans) {
   if (!usable_) return false;
-  if (tables_.size() < fans.size()) tables_.resize(fans.size());
   if (runs_.size() < fans.size()) runs_.resize(fans.size());
   face_count_ = other_count_;
   std::size_t most = other_count_;
   for (const RayFan& fan : fans) most += fan.grid->rays();
   make_room(most);
-  for (std::size_t i = 0; i < fans.size(); ++i) {
-    if (tables_[i].grid() != fans[i].grid.get()) tables_[i].take(fans[i].grid);
-    if (!take(fans[i], tables_[i], runs_[i])) return false;
-  }
+  for (std::size_t i = 0; i < fans.size(); ++i)
+    if (!take(fans[i], tables_.of(fans[i].grid), runs_[i])) return false;
   return true;
 }
 

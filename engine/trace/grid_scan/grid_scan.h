@@ -57,8 +57,8 @@ class GridScan {
   const refine::HeightGrid* grid_;
   GridArrays arrays_{};
   bool usable_ = false;
-  double longest_edge_m_ = 0.0;    // a bound
-  std::vector<FanTables> tables_;  // by fan
+  double longest_edge_m_ = 0.0;  // a bound
+  KnownFanTables tables_;
   std::vector<FanRuns> runs_;
 
   // The walks of a fan.
