@@ -95,6 +95,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
   const std::size_t planes = fan.planes(), elevations = fan.elevations();
   walk_count_ = 0;
   of_plane_.assign(planes, {});
+  below_nadir_.assign(planes, 0);
   for (std::size_t plane = 0; plane < planes; ++plane) {
     if (tables.uneven[plane]) return false;
     if (tables.left_out_from[plane] == 0 &&
@@ -105,7 +106,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
     if (!(std::abs(line.normal.z()) * grid_->steepest() <= allowed_slope * level)) return false;
     // The rays below the direction straight down in the plane.
     const Vector2d down = -line.up;
-    std::size_t below = 0;
+    std::size_t& below = below_nadir_[plane];
     if (down.x() > 0.0) {
       const double q = down.y() / (down.x() + std::abs(down.y()));
       const auto first = tables.ascending.begin() + 1;
@@ -113,8 +114,12 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
           std::lower_bound(first, first + static_cast<std::ptrdiff_t>(elevations), q) - first);
     }
     if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
-    if (below > 0 && !begin_walk(fan, line, plane, false, below)) return false;
   }
+  // After all others, since they are short: walks that go on together should end together.
+  for (std::size_t plane = 0; plane < planes; ++plane)
+    if (below_nadir_[plane] > 0 &&
+        !begin_walk(fan, Line(fan, plane), plane, false, below_nadir_[plane]))
+      return false;
   const auto lanes = static_cast<std::size_t>(walks_together());
   const std::size_t groups = (walk_count_ + lanes - 1) / lanes;
   const std::size_t room = elevations + 1;

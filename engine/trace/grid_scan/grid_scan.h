@@ -69,6 +69,7 @@ class GridScan {
     std::size_t outwards = none, inwards = none;
   };
   std::vector<PlaneWalks> of_plane_;
+  std::vector<std::size_t> below_nadir_;        // by plane: rays
   CacheLines<std::uint64_t> intervals_, seen_;  // by walk
 
   // The faces that are hit.
