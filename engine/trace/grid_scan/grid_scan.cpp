@@ -295,27 +295,26 @@ void GridScan::make_room(std::size_t faces) {
       corners_[i][corner] = static_cast<std::uint32_t>(corner * rows + i);
 }
 
-std::uint32_t GridScan::row_of(std::uint64_t face) {
+/// Without a branch on whether the face is known, which is as good as random: its row is written
+/// either way, and kept if it is new.
+void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
   Known& known = known_[(face * 0x9e3779b97f4a7c15) >> 52];
   static_assert(known_faces == 1 << (64 - 52));
-  if (known.face == face && known.turn == turn_) return known.row;
-  const auto row = static_cast<std::uint32_t>(face_count_++);
-  known = {face, row, turn_};
-  faces_[row] = face;
+  const bool is_new = known.face != face || known.turn != turn_;
   const std::uint64_t cell_row = face >> GridFace::row;
   const std::uint64_t column = (face & 0xffffffff) >> GridFace::column;
-  numbers_[row] = static_cast<std::uint32_t>(
+  const auto number = static_cast<std::uint32_t>(
       2 * (cell_row * static_cast<std::uint64_t>(arrays_.cells_across) + column) + (face & 1));
-  return row;
-}
-
-void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
-  const std::uint32_t row = row_of(face);
+  faces_[face_count_] = face;
+  numbers_[face_count_] = number;
+  const std::uint32_t row = is_new ? static_cast<std::uint32_t>(face_count_) : known.row;
+  face_count_ += is_new ? 1 : 0;
+  known = {face, row, turn_};
   if ((face >> GridFace::far & 1) != 0) far_.push_back(found_);
   runs.begin[found_] = begin;
   runs.end[found_] = end;
   runs.index[found_] = row;
-  runs.face[found_++] = numbers_[row];
+  runs.face[found_++] = number;
 }
 
 /// Appends the runs of a plane, from its walks.

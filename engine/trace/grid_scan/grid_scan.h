@@ -51,7 +51,6 @@ class GridScan {
   void collect(const RayFan& fan, const FanTables& tables, std::size_t plane, FanRuns& runs);
   void add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs);
   void trim(const RayFan& fan, FanRuns& runs);
-  std::uint32_t row_of(std::uint64_t face);
   void make_room(std::size_t faces);
 
   const refine::HeightGrid* grid_;
