@@ -93,6 +93,41 @@ bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_
   return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
 }
 
+/// What of a patch is most nearly a mirror.
+struct Mirror {
+  Vector3d offset;  // from the patch's middle
+  Extent one, other;
+
+  double cross_section_m2(double wavelength_m) const {
+    return one.power_m2(wavelength_m) * other.power_m2(wavelength_m) /
+           (wavelength_m * wavelength_m);
+  }
+};
+
+/// The physical optics of a patch seen from a distance; none where it has no glint.
+std::optional<Mirror> mirror_of(const FlatPart& patch, const Vector3d& away, double wavelength_m) {
+  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
+  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
+  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
+  // a long patch is not that of the middle.
+  const double along_m = -away.dot(along), across_m = -away.dot(across);
+  const double bend_along_rad = double(patch.bend_along_rad);
+  const double bend_across_rad = double(patch.bend_across_rad);
+  // Most are inclined too far even at the range of the middle, which is not nearer.
+  const double middle_m2 = away.squaredNorm();
+  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
+      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
+    return std::nullopt;
+  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
+                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const double range_m = (away + offset).norm();
+  const Extent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
+  if (!one.reaches()) return std::nullopt;
+  const Extent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
+  if (!other.reaches()) return std::nullopt;
+  return Mirror{offset, one, other};
+}
+
 /// The sine of how far a normal of the block is inclined to the sonar, at most, where its patch has
 /// a glint.
 double glint_reach(const PatchBlock& block, double wavelength_m) {
@@ -217,13 +252,17 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
   return seen;
 }
 
-/// Whether a ball may reach into the fan's beam.
+/// Whether a ball may reach into the fan's beam and range.
 bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
+  return (middle - view_->fan->origin).norm() <= view_->fan->range_m + radius_m &&
+         may_be_in_beam(middle, radius_m);
+}
+
+bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Vector3d away = middle - fan.origin;
-  const double distance_m = away.norm(), side_m = away.dot(fan.array_axis);
-  return distance_m <= fan.range_m + radius_m && away.dot(fan.middle) >= -radius_m &&
-         std::abs(side_m) <= radius_m + fan.grid->sin_truncation * distance_m;
+  return away.dot(fan.middle) >= -radius_m &&
+         std::abs(away.dot(fan.array_axis)) <= radius_m + fan.grid->sin_truncation * away.norm();
 }
 
 void ObjectEchoes::look_at(const PatchedObject& object) {
@@ -245,6 +284,7 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
   if (!small && !(specular > 0.0)) return;
   const std::span<const FlatPart> patches = object.patches;
   for (const PatchBlock& block : object.blocks) {
+    if (!may_be_in_beam(block.middle, block.radius_m)) continue;
     const bool may_glint =
         specular > 0.0 &&
         block.may_face(fan.origin, glint_reach(block, wavelength_m_), label.two_sided);
@@ -285,33 +325,6 @@ void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, double
        .surface = patch.surface});
 }
 
-/// The physical optics of a patch seen from a distance; none where it has no glint.
-std::optional<ObjectEchoes::Mirror> ObjectEchoes::mirror_of(const FlatPart& patch,
-                                                            const Vector3d& away,
-                                                            double wavelength_m) {
-  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
-  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
-  // a long patch is not that of the middle.
-  const double along_m = -away.dot(along), across_m = -away.dot(across);
-  const double bend_along_rad = double(patch.bend_along_rad);
-  const double bend_across_rad = double(patch.bend_across_rad);
-  // Most are inclined too far even at the range of the middle, which is not nearer.
-  const double middle_m2 = away.squaredNorm();
-  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
-      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
-    return std::nullopt;
-  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
-                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
-  const double range_m = (away + offset).norm();
-  const Extent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
-  if (!one.reaches()) return std::nullopt;
-  const Extent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
-  if (!other.reaches()) return std::nullopt;
-  return Mirror{offset, one.power_m2(wavelength_m) * other.power_m2(wavelength_m) /
-                            (wavelength_m * wavelength_m)};
-}
-
 void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, double specular,
                              const PatchedObject& object) {
   const std::optional<Mirror> mirror = mirror_of(patch, away, wavelength_m_);
@@ -324,8 +337,8 @@ void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, double
   if (!(seen > 0.0)) return;
   glints_.push_back({.range_m = time_range_m,
                      .spread_m = 0.0,
-                     .energy = seen * line.weight * specular * mirror->cross_section_m2 /
-                               std::pow(line.range_m, 4),
+                     .energy = seen * line.weight * specular *
+                               mirror->cross_section_m2(wavelength_m_) / std::pow(line.range_m, 4),
                      .place = place,
                      .grazing_rad = 0.5 * pi,
                      .label = object.label,
@@ -487,9 +500,9 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const auto to_part = way_into_bed(to, part.depth_m, part);
   if (!to_part || !(to_part->arrival.dot(patch.normal.cast<double>()) < 0.0)) return;
   const Vector3d off = patch.middle - part.flat.middle;
-  const auto mirror =
-      mirror_of(patch, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival,
-                wavelength_m_ * to_part->sediment->sound_speed_ratio);
+  const double wavelength_m = wavelength_m_ * to_part->sediment->sound_speed_ratio;
+  const auto mirror = mirror_of(
+      patch, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival, wavelength_m);
   if (!mirror) return;
   const Vector3d from_part = off + mirror->offset;
   const auto way =
@@ -499,7 +512,7 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   if (!(sight.energy > 0.0)) return;
   glints_.push_back({.range_m = sight.time_range_m,
                      .spread_m = 0.0,
-                     .energy = sight.energy * specular * mirror->cross_section_m2,
+                     .energy = sight.energy * specular * mirror->cross_section_m2(wavelength_m),
                      .place = to + from_part,
                      .grazing_rad = 0.5 * pi,
                      .label = group.label,

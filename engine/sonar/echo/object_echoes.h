@@ -120,12 +120,7 @@ class ObjectEchoes {
   void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, double sine,
                  const PatchedObject& object, const scatter::BackscatterTable& table);
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
-  struct Mirror {            // the glint of a patch
-    Eigen::Vector3d offset;  // from the patch's middle to what is most nearly a mirror
-    double cross_section_m2;
-  };
-  static std::optional<Mirror> mirror_of(const FlatPart& patch, const Eigen::Vector3d& away,
-                                         double wavelength_m);
+  bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
   struct BuriedWay {  // to a place in the bed, from the sonar
     scatter::BuriedPath path;
     const scatter::Sediment* sediment;
