@@ -200,27 +200,32 @@ double ObjectEchoes::time_share(const Vector3d& away) const {
   return sound_speed_mps_ / profile_->mean_speed_mps(from_m, from_m - away.z());
 }
 
-/// Where a ray ends, or infinity; and the label there.
-double ObjectEchoes::first_hit_m(std::size_t plane, std::size_t ray, int& label) const {
-  constexpr double nothing = std::numeric_limits<double>::infinity();
+/// Where a ray and the one above it end, or infinity; and the labels there.
+std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane,
+                                                               std::size_t ray) const {
   const RayFan& fan = *view_->fan;
+  std::array<FirstHit, 2> ends;
   if (!first_.runs) {
-    const Hit& hit = first_.hits[plane * fan.elevations() + ray];
-    if (!hit) return nothing;
-    label = labels_->label_of(hit.face);
-    return hit.t;
+    for (std::size_t k = 0; k < 2; ++k)
+      if (const Hit& hit = first_.hits[plane * fan.elevations() + ray + k])
+        ends[k] = {hit.t, labels_->label_of(hit.face)};
+    return ends;
   }
   const FanRuns& runs = *first_.runs;
   const auto begin = runs.end.begin() + static_cast<std::ptrdiff_t>(runs.first[plane]);
-  const auto end = runs.end.begin() + static_cast<std::ptrdiff_t>(runs.first[plane + 1]);
-  const auto found = std::upper_bound(begin, end, static_cast<std::uint32_t>(ray));
-  if (found == end) return nothing;
-  const auto run = static_cast<std::size_t>(found - runs.end.begin());
-  if (runs.begin[run] > ray) return nothing;
-  label = labels_->label_of(runs.face[run]);
-  const double range_m = runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[ray] +
-                                               runs.pole[run] * fan.grid->sin_elevation[ray]);
-  return range_m > 0.0 ? range_m : nothing;
+  const std::size_t end = runs.first[plane + 1];
+  const auto found = std::upper_bound(begin, runs.end.begin() + static_cast<std::ptrdiff_t>(end),
+                                      static_cast<std::uint32_t>(ray));
+  auto run = static_cast<std::size_t>(found - runs.end.begin());
+  for (std::size_t k = 0; k < 2; ++k, ++ray) {
+    if (run < end && runs.end[run] <= ray) ++run;
+    if (run == end || runs.begin[run] > ray) continue;
+    const double range_m = runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[ray] +
+                                                 runs.pole[run] * fan.grid->sin_elevation[ray]);
+    if (range_m > 0.0) ends[k].range_m = range_m;
+    ends[k].label = labels_->label_of(runs.face[run]);
+  }
+  return ends;
 }
 
 /// How much of the sound reaches a place: of the four rays that surround it, the share that goes at
@@ -239,16 +244,16 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
       beside(grid.planes, line.sin_azimuth, [](const FanGrid::Plane& p) { return p.sin_azimuth; });
   const auto ray = beside(grid.sin_elevation, line.sin_elevation, [](double sine) { return sine; });
   double seen = 0.0;
-  for (const std::size_t p : {0, 1})
+  for (const std::size_t p : {0, 1}) {
+    const std::array<FirstHit, 2> ends = first_hits(plane.first - 1 + p, ray.first - 1);
     for (const std::size_t j : {0, 1}) {
       const double share =
           (p ? plane.second : 1.0 - plane.second) * (j ? ray.second : 1.0 - ray.second);
-      int label = -1;
-      const double first_m = first_hit_m(plane.first - 1 + p, ray.first - 1 + j, label);
-      const bool hidden =
-          first_m < time_range_m - tolerance_m_ && (own_label < 0 || label != own_label);
+      const bool hidden = ends[j].range_m < time_range_m - tolerance_m_ &&
+                          (own_label < 0 || ends[j].label != own_label);
       if (!hidden) seen += share;
     }
+  }
   return seen;
 }
 
