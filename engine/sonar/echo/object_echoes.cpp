@@ -263,6 +263,7 @@ bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
          may_be_in_beam(middle, radius_m);
 }
 
+/// The same at any range: what is a little beyond the fan's still counts in its last bin.
 bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Vector3d away = middle - fan.origin;
