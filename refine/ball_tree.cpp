@@ -14,10 +14,16 @@ constexpr std::uint32_t most_in_leaf = 8;
 BallTree::BallTree(Triangles triangles) : triangles_(triangles), order_(triangles.faces.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
   if (!order_.empty()) grow(0, static_cast<std::uint32_t>(order_.size()));
+  corners_.reserve(order_.size());
+  for (const std::uint32_t number : order_) {
+    const Face& face = triangles_.faces[number];
+    corners_.push_back({triangles_.positions[face[0]], triangles_.positions[face[1]],
+                        triangles_.positions[face[2]]});
+  }
 }
 
 std::size_t BallTree::bytes() const {
-  return nodes_.size() * sizeof(Node) + order_.size() * sizeof(std::uint32_t);
+  return nodes_.size() * sizeof(Node) + order_.size() * (sizeof(std::uint32_t) + sizeof(Corners));
 }
 
 /// Adds the node over order_[first] to order_[end - 1], and those below it.

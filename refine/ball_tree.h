@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,7 +28,9 @@ class BallTree {
   const Triangles& triangles() const { return triangles_; }
   std::size_t bytes() const;
 
-  /// Calls take(face) for every triangle that the volumes can touch, and for some others.
+  using Corners = std::array<Eigen::Vector3f, 3>;
+  /// Calls take(face, its Corners) for every triangle that the volumes can touch, and for some
+  /// others.
   template <class Take>
   void walk(const ViewTest& view, Take&& take) const {
     for (std::size_t i = 0; i < nodes_.size();) {
@@ -36,7 +39,10 @@ class BallTree {
         i = node.next;
         continue;
       }
-      for (std::uint32_t k = 0; k < node.count; ++k) take(order_[node.first + k]);
+      for (std::uint32_t k = 0; k < node.count; ++k) {
+        const std::size_t place = std::size_t{node.first} + k;
+        take(order_[place], corners_[place]);
+      }
       ++i;
     }
   }
@@ -54,6 +60,7 @@ class BallTree {
   Triangles triangles_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
+  std::vector<Corners> corners_;  // in that order, so that a walk reads them one after another
 };
 
 }  // namespace ensonify::refine

@@ -18,7 +18,9 @@ ExactFaces GridFootprint::query(std::span<const FanVolume> volumes) {
   point_count_ = face_count_ = 0;
   tiles_.for_each(
       [this](const HeightGrid::Tile& tile, int column, int row) { take_tile(tile, column, row); });
-  bodies_->walk(tiles_.view(), [this](std::uint32_t face) { take_body(face); });
+  bodies_->walk(tiles_.view(), [this](std::uint32_t face, const BallTree::Corners& corners) {
+    take_body(face, corners);
+  });
   return {std::span(points_).first(point_count_), std::span(faces_).first(face_count_),
           std::span(source_faces_).first(face_count_)};
 }
@@ -93,11 +95,10 @@ void GridFootprint::take_block(const HeightGrid::Tile& tile, int tile_column, in
                                  tile.z(column + i, row + j)};
 }
 
-void GridFootprint::take_body(std::uint32_t face) {
+void GridFootprint::take_body(std::uint32_t face, const BallTree::Corners& corners) {
   make_room(3, 1);
   const auto first = static_cast<std::uint32_t>(point_count_);
-  for (const std::uint32_t corner : bodies_->triangles().faces[face])
-    points_[point_count_++] = bodies_->triangles().positions[corner];
+  for (const Eigen::Vector3f& corner : corners) points_[point_count_++] = corner;
   faces_[face_count_] = {first, first + 1, first + 2};
   source_faces_[face_count_++] = static_cast<std::uint32_t>(grid_->faces()) + face;
 }

@@ -31,7 +31,7 @@ class GridFootprint {
                int end_row) const;
   void take_tile(const HeightGrid::Tile& tile, int tile_column, int tile_row);
   void take_block(const HeightGrid::Tile& tile, int tile_column, int tile_row, int column, int row);
-  void take_body(std::uint32_t face);
+  void take_body(std::uint32_t face, const BallTree::Corners& corners);
   void make_room(std::size_t points, std::size_t faces);
 
   const HeightGrid* grid_;

@@ -1,6 +1,7 @@
 #include <ensonify/engine/trace/ray_fan.h>
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -64,6 +65,27 @@ std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_ra
   return planes;
 }
 
+/// Where a growing function is surely below a value, and where it surely is not.
+struct Known {
+  double below, above;
+};
+/// From two guesses, by the secant method. Nothing is known where that does not find the place.
+template <class Growing>
+Known nearly_at(const Growing& function, double value, double guess, double other_guess) {
+  constexpr double close = 5e-14;  // far more than rounding moves the place
+  double x = guess, next = other_guess, off = function(x) - value;
+  for (int step = 0; step < 12 && std::abs(next - x) > 0.1 * close; ++step) {
+    const double next_off = function(next) - value;
+    const double slope = (next_off - off) / (next - x);
+    x = next;
+    off = next_off;
+    next = x - off / slope;
+  }
+  if (function(next - close) < value && function(next + close) >= value)
+    return {next - 2.0 * close, next + 2.0 * close};
+  return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+}
+
 }  // namespace
 
 FanGrid::FanGrid(const FanLayout& layout)
@@ -99,14 +121,21 @@ FanGrid::FanGrid(const FanLayout& layout)
            (1.0 - range_share - rising_share) * by_angle;
   };
   elevation_rad.resize(static_cast<std::size_t>(layout.elevations));
-  double below = -half_sector;
+  double below = -half_sector, step_rad = 2.0 * half_sector / layout.elevations;
   for (std::size_t j = 0; j < elevation_rad.size(); ++j) {
     const double wanted = static_cast<double>(j) / static_cast<double>(elevation_rad.size() - 1);
+    const Known known = nearly_at(distribution, wanted, below, below + step_rad);
+    const double before = below;
     double above = half_sector;
     for (int step = 0; step < 60 && above - below > 1e-15; ++step) {
       const double middle_of = 0.5 * (below + above);
-      (distribution(middle_of) < wanted ? below : above) = middle_of;
+      const bool lower = middle_of <= known.below   ? true
+                         : middle_of >= known.above ? false
+                                                    : distribution(middle_of) < wanted;
+      below = lower ? middle_of : below;
+      above = lower ? above : middle_of;
     }
+    step_rad = below - before;
     elevation_rad[j] = below;
   }
   elevation_rad.back() = half_sector;

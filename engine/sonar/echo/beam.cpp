@@ -57,6 +57,14 @@ void fill_row(const Shading& shading, double nearness, double step, std::span<fl
   }
 }
 
+/// That of most sonars is made once: its 33,000 integrals take as long as several pings.
+std::shared_ptr<const ArrayTable> array_table(int side_lobes, const Shading& shading) {
+  if (side_lobes > 0 || shading != Shading())
+    return std::make_shared<const ArrayTable>(side_lobes, shading);
+  static const auto usual = std::make_shared<const ArrayTable>(side_lobes, shading);
+  return usual;
+}
+
 /// A measure of a direction's angle that grows from -2 to 2 over a turn and takes no arc tangent.
 double diamond_angle(double abeam, double down) {
   const double t = down / (std::abs(abeam) + std::abs(down));
@@ -134,7 +142,10 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
     : focused_(sonar.focused && sonar.focus_zones_m.empty() && sonar.beams == 1),
       same_arrays_(receive.length_m == transmit.length_m && receive.shading == transmit.shading &&
                    sonar.beams == 1),
-      transmit_table_(sonar.side_lobes, transmit.shading),
+      transmit_table_(array_table(sonar.side_lobes, transmit.shading)),
+      receive_table_(receive.shading == transmit.shading
+                         ? transmit_table_
+                         : array_table(sonar.side_lobes, receive.shading)),
       vertical_{VerticalTable(sonar.vertical, Side::port),
                 VerticalTable(sonar.vertical, Side::starboard)} {
   const bool zones = !sonar.focus_zones_m.empty();
@@ -151,8 +162,6 @@ Beam::Beam(const Sonar& sonar, const LineArray& transmit, const LineArray& recei
   receive_ = array(receive, true, 0.0);
   for (const double zone_m : sonar.focus_zones_m)
     zones_per_m_.push_back(static_cast<float>(1.0 / zone_m));
-  if (receive.shading != transmit.shading)
-    receive_table_.emplace(sonar.side_lobes, receive.shading);
 }
 
 // As the kernel has it; LineArray::nearness() with Sonar::defocus() without its sign.
@@ -172,12 +181,12 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   const VerticalTable& vertical = vertical_table(side);
   const double sent = vertical.power(direction.dot(motion.abeam), direction.dot(motion.down));
   const auto cosine = static_cast<float>(cos_elevation);
-  const ArrayTable::Row row = transmit_table_.row(nearness_at(transmit_, range_m));
+  const ArrayTable::Row row = transmit_table_->row(nearness_at(transmit_, range_m));
   float sum = 0.0f;
   if (motion.steady && same_arrays_) {
     for (const BeamSample& sample : samples) {
       const float one_way =
-          transmit_table_.value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
+          transmit_table_->value(row, cosine * sample.sin_azimuth * transmit_.x_per_sine);
       sum += sample.width_rad * one_way * one_way;
     }
     return cos_elevation * sent * sent * row.scale * row.scale * sum;
@@ -196,7 +205,7 @@ double Beam::two_way(Side side, std::span<const BeamSample> samples, double cos_
   for (const BeamSample& sample : samples) {
     const float sine = cosine * sample.sin_azimuth;
     const float transmitted =
-        transmit_table_.value(row, (sine + sent_shift) * transmit_.x_per_sine);
+        transmit_table_->value(row, (sine + sent_shift) * transmit_.x_per_sine);
     if (transmitted > 0.0f)
       sum += sample.width_rad * transmitted *
              receive_table().value(heard_row, (sine + shift) * receive_.x_per_sine);

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -114,10 +114,8 @@ class Beam {
   std::span<const float> zones_per_m() const { return zones_per_m_; }
   /// Whether the transmit and the receive array have the same pattern.
   bool same_arrays() const { return same_arrays_; }
-  const ArrayTable& transmit_table() const { return transmit_table_; }
-  const ArrayTable& receive_table() const {
-    return receive_table_ ? *receive_table_ : transmit_table_;
-  }
+  const ArrayTable& transmit_table() const { return *transmit_table_; }
+  const ArrayTable& receive_table() const { return *receive_table_; }
   const VerticalTable& vertical_table(Side side) const {
     return vertical_[static_cast<std::size_t>(side)];
   }
@@ -130,8 +128,7 @@ class Beam {
   bool focused_, same_arrays_;
   std::vector<float> zones_per_m_;
   Array transmit_, receive_;
-  ArrayTable transmit_table_;
-  std::optional<ArrayTable> receive_table_;  ///< only for another shading
+  std::shared_ptr<const ArrayTable> transmit_table_, receive_table_;
   std::array<VerticalTable, 2> vertical_;
 };
 

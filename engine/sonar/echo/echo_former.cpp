@@ -151,20 +151,21 @@ void EchoFormer::cut_runs(const FanRuns& runs, std::size_t plane) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t run = first + i;
     const std::uint16_t label = labels_.label_of(runs.face[run]);
+    const Label& of_face = labels_[label];
     // The back of a two-sided face is its front, turned.
-    const double sign = runs.distance[run] > 0.0 && labels_[label].two_sided ? -1.0 : 1.0;
+    const double sign = runs.distance[run] > 0.0 && of_face.two_sided ? -1.0 : 1.0;
     PieceTable::Piece piece{.begin = runs.begin[run],
                             .end = 0,
                             .index = runs.index[run],
                             .label = label,
-                            .strengths_from = strengths_from_[labels_[label].sediment],
+                            .strengths_from = strengths_from_[of_face.sediment],
                             .level = sign * runs.level[run],
                             .pole = sign * runs.pole[run],
                             .distance = sign * runs.distance[run]};
     const std::uint32_t end_of_run = runs.end[run];
     for (; piece.begin < end_of_run; piece.begin = piece.end) {
-      piece.end = std::min(
-          {end_of_run, piece.begin + max_rays_from[piece.begin], piece.begin + max_rays_[i]});
+      const std::uint32_t most = std::min(std::uint32_t{max_rays_from[piece.begin]}, max_rays_[i]);
+      piece.end = std::min(end_of_run, piece.begin + most);
       pieces_.add(piece);
     }
   }

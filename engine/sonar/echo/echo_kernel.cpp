@@ -144,11 +144,12 @@ struct ArrayRow {
   VF share, columns_per_x, scale;
 };
 HWY_INLINE ArrayRow array_row(const PlaneBeam& beam, const PlaneBeam::Array& array, VF range_m) {
-  const VF one = set(1.0f), last = set(static_cast<float>(array.columns - 1));
+  const float last = static_cast<float>(array.columns - 1);
+  const VF one = set(1.0f);
+  if (beam.focused) return {hn::Zero(i32), hn::Zero(f), set(last / array.reach), one};
   VF nearness = set(array.nearness_m) / range_m;
   if (array.zone_count > 0) nearness = nearness * defocus(beam, array, range_m);
-  const VF columns_per_x = last / (nearness + set(array.reach));
-  if (beam.focused) return {hn::Zero(i32), hn::Zero(f), columns_per_x, one};
+  const VF columns_per_x = set(last) / (nearness + set(array.reach));
   const VF all = nearness / (nearness + set(float(array_middle_nearness)));
   const VF place =
       hn::Min(all * set(float(array_rows)), set(static_cast<float>(array_rows) - 1.001f));
@@ -160,6 +161,7 @@ HWY_INLINE VF array_value(const PlaneBeam& beam, const PlaneBeam::Array& array, 
                           VF x) {
   const VF place = hn::Abs(x) * row.columns_per_x;
   const auto inside = place < set(static_cast<float>(array.columns - 1));
+  if (hn::AllFalse(f, inside)) return hn::Zero(f);  // many, where only the near field reaches
   const VI column = hn::ConvertTo(i32, hn::IfThenElseZero(inside, place));
   const VF right = place - hn::ConvertTo(f, column);
   const VI at = row.values + column;
@@ -187,7 +189,9 @@ HWY_INLINE VF two_way(const PlaneBeam& beam, VF range_m, VF cosine, VF sine) {
   }
   const ArrayRow row = array_row(beam, beam.transmit, range_m);
   const ArrayRow heard_row = beam.same_arrays ? row : array_row(beam, beam.receive, range_m);
-  const VF sent_x = set(beam.transmit.offset_m * beam.transmit.x_per_sine) / range_m;
+  VF sent_x = set(0.0f);
+  if (beam.transmit.offset_m != 0.0f)  // one of several beams
+    sent_x = set(beam.transmit.offset_m * beam.transmit.x_per_sine) / range_m;
   VF sum = set(0.0f);
   for (std::size_t i = 0; i < beam.sample_count; ++i) {
     const BeamSample& sample = beam.samples[i];

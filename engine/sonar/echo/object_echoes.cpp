@@ -93,6 +93,41 @@ bool beyond_reach(double foot_m, double length_m, double bend_rad, double range_
   return off_m > 0.0 && off_m * off_m > reach * reach * range_m2;
 }
 
+/// What of a patch is most nearly a mirror.
+struct Mirror {
+  Vector3d offset;  // from the patch's middle
+  Extent one, other;
+
+  double cross_section_m2(double wavelength_m) const {
+    return one.power_m2(wavelength_m) * other.power_m2(wavelength_m) /
+           (wavelength_m * wavelength_m);
+  }
+};
+
+/// The physical optics of a patch seen from a distance; none where it has no glint.
+std::optional<Mirror> mirror_of(const FlatPart& patch, const Vector3d& away, double wavelength_m) {
+  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
+  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
+  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
+  // a long patch is not that of the middle.
+  const double along_m = -away.dot(along), across_m = -away.dot(across);
+  const double bend_along_rad = double(patch.bend_along_rad);
+  const double bend_across_rad = double(patch.bend_across_rad);
+  // Most are inclined too far even at the range of the middle, which is not nearer.
+  const double middle_m2 = away.squaredNorm();
+  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
+      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
+    return std::nullopt;
+  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
+                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
+  const double range_m = (away + offset).norm();
+  const Extent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
+  if (!one.reaches()) return std::nullopt;
+  const Extent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
+  if (!other.reaches()) return std::nullopt;
+  return Mirror{offset, one, other};
+}
+
 /// The sine of how far a normal of the block is inclined to the sonar, at most, where its patch has
 /// a glint.
 double glint_reach(const PatchBlock& block, double wavelength_m) {
@@ -165,27 +200,32 @@ double ObjectEchoes::time_share(const Vector3d& away) const {
   return sound_speed_mps_ / profile_->mean_speed_mps(from_m, from_m - away.z());
 }
 
-/// Where a ray ends, or infinity; and the label there.
-double ObjectEchoes::first_hit_m(std::size_t plane, std::size_t ray, int& label) const {
-  constexpr double nothing = std::numeric_limits<double>::infinity();
+/// Where a ray and the one above it end, or infinity; and the labels there.
+std::array<ObjectEchoes::FirstHit, 2> ObjectEchoes::first_hits(std::size_t plane,
+                                                               std::size_t ray) const {
   const RayFan& fan = *view_->fan;
+  std::array<FirstHit, 2> ends;
   if (!first_.runs) {
-    const Hit& hit = first_.hits[plane * fan.elevations() + ray];
-    if (!hit) return nothing;
-    label = labels_->label_of(hit.face);
-    return hit.t;
+    for (std::size_t k = 0; k < 2; ++k)
+      if (const Hit& hit = first_.hits[plane * fan.elevations() + ray + k])
+        ends[k] = {hit.t, labels_->label_of(hit.face)};
+    return ends;
   }
   const FanRuns& runs = *first_.runs;
   const auto begin = runs.end.begin() + static_cast<std::ptrdiff_t>(runs.first[plane]);
-  const auto end = runs.end.begin() + static_cast<std::ptrdiff_t>(runs.first[plane + 1]);
-  const auto found = std::upper_bound(begin, end, static_cast<std::uint32_t>(ray));
-  if (found == end) return nothing;
-  const auto run = static_cast<std::size_t>(found - runs.end.begin());
-  if (runs.begin[run] > ray) return nothing;
-  label = labels_->label_of(runs.face[run]);
-  const double range_m = runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[ray] +
-                                               runs.pole[run] * fan.grid->sin_elevation[ray]);
-  return range_m > 0.0 ? range_m : nothing;
+  const std::size_t end = runs.first[plane + 1];
+  const auto found = std::upper_bound(begin, runs.end.begin() + static_cast<std::ptrdiff_t>(end),
+                                      static_cast<std::uint32_t>(ray));
+  auto run = static_cast<std::size_t>(found - runs.end.begin());
+  for (std::size_t k = 0; k < 2; ++k, ++ray) {
+    if (run < end && runs.end[run] <= ray) ++run;
+    if (run == end || runs.begin[run] > ray) continue;
+    const double range_m = runs.distance[run] / (runs.level[run] * fan.grid->cos_elevation[ray] +
+                                                 runs.pole[run] * fan.grid->sin_elevation[ray]);
+    if (range_m > 0.0) ends[k].range_m = range_m;
+    ends[k].label = labels_->label_of(runs.face[run]);
+  }
+  return ends;
 }
 
 /// How much of the sound reaches a place: of the four rays that surround it, the share that goes at
@@ -204,26 +244,31 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
       beside(grid.planes, line.sin_azimuth, [](const FanGrid::Plane& p) { return p.sin_azimuth; });
   const auto ray = beside(grid.sin_elevation, line.sin_elevation, [](double sine) { return sine; });
   double seen = 0.0;
-  for (const std::size_t p : {0, 1})
+  for (const std::size_t p : {0, 1}) {
+    const std::array<FirstHit, 2> ends = first_hits(plane.first - 1 + p, ray.first - 1);
     for (const std::size_t j : {0, 1}) {
       const double share =
           (p ? plane.second : 1.0 - plane.second) * (j ? ray.second : 1.0 - ray.second);
-      int label = -1;
-      const double first_m = first_hit_m(plane.first - 1 + p, ray.first - 1 + j, label);
-      const bool hidden =
-          first_m < time_range_m - tolerance_m_ && (own_label < 0 || label != own_label);
+      const bool hidden = ends[j].range_m < time_range_m - tolerance_m_ &&
+                          (own_label < 0 || ends[j].label != own_label);
       if (!hidden) seen += share;
     }
+  }
   return seen;
 }
 
-/// Whether a ball may reach into the fan's beam.
+/// Whether a ball may reach into the fan's beam and range.
 bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
+  return (middle - view_->fan->origin).norm() <= view_->fan->range_m + radius_m &&
+         may_be_in_beam(middle, radius_m);
+}
+
+/// The same at any range: what is a little beyond the fan's still counts in its last bin.
+bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Vector3d away = middle - fan.origin;
-  const double distance_m = away.norm(), side_m = away.dot(fan.array_axis);
-  return distance_m <= fan.range_m + radius_m && away.dot(fan.middle) >= -radius_m &&
-         std::abs(side_m) <= radius_m + fan.grid->sin_truncation * distance_m;
+  return away.dot(fan.middle) >= -radius_m &&
+         std::abs(away.dot(fan.array_axis)) <= radius_m + fan.grid->sin_truncation * away.norm();
 }
 
 void ObjectEchoes::look_at(const PatchedObject& object) {
@@ -245,6 +290,7 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
   if (!small && !(specular > 0.0)) return;
   const std::span<const FlatPart> patches = object.patches;
   for (const PatchBlock& block : object.blocks) {
+    if (!may_be_in_beam(block.middle, block.radius_m)) continue;
     const bool may_glint =
         specular > 0.0 &&
         block.may_face(fan.origin, glint_reach(block, wavelength_m_), label.two_sided);
@@ -285,33 +331,6 @@ void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, double
        .surface = patch.surface});
 }
 
-/// The physical optics of a patch seen from a distance; none where it has no glint.
-std::optional<ObjectEchoes::Mirror> ObjectEchoes::mirror_of(const FlatPart& patch,
-                                                            const Vector3d& away,
-                                                            double wavelength_m) {
-  const Vector3d along = patch.along.cast<double>(), across = patch.across.cast<double>();
-  const double length_m = double(patch.length_m), width_m = double(patch.width_m);
-  // The foot of the line of sight, and the patch's place nearest to it. Its range counts, which on
-  // a long patch is not that of the middle.
-  const double along_m = -away.dot(along), across_m = -away.dot(across);
-  const double bend_along_rad = double(patch.bend_along_rad);
-  const double bend_across_rad = double(patch.bend_across_rad);
-  // Most are inclined too far even at the range of the middle, which is not nearer.
-  const double middle_m2 = away.squaredNorm();
-  if (beyond_reach(along_m, length_m, bend_along_rad, middle_m2, wavelength_m) ||
-      beyond_reach(across_m, width_m, bend_across_rad, middle_m2, wavelength_m))
-    return std::nullopt;
-  const Vector3d offset = std::clamp(along_m, -0.5 * length_m, 0.5 * length_m) * along +
-                          std::clamp(across_m, -0.5 * width_m, 0.5 * width_m) * across;
-  const double range_m = (away + offset).norm();
-  const Extent one(length_m, bend_along_rad, along_m / range_m, range_m, wavelength_m);
-  if (!one.reaches()) return std::nullopt;
-  const Extent other(width_m, bend_across_rad, across_m / range_m, range_m, wavelength_m);
-  if (!other.reaches()) return std::nullopt;
-  return Mirror{offset, one.power_m2(wavelength_m) * other.power_m2(wavelength_m) /
-                            (wavelength_m * wavelength_m)};
-}
-
 void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, double specular,
                              const PatchedObject& object) {
   const std::optional<Mirror> mirror = mirror_of(patch, away, wavelength_m_);
@@ -324,8 +343,8 @@ void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, double
   if (!(seen > 0.0)) return;
   glints_.push_back({.range_m = time_range_m,
                      .spread_m = 0.0,
-                     .energy = seen * line.weight * specular * mirror->cross_section_m2 /
-                               std::pow(line.range_m, 4),
+                     .energy = seen * line.weight * specular *
+                               mirror->cross_section_m2(wavelength_m_) / std::pow(line.range_m, 4),
                      .place = place,
                      .grazing_rad = 0.5 * pi,
                      .label = object.label,
@@ -487,9 +506,9 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   const auto to_part = way_into_bed(to, part.depth_m, part);
   if (!to_part || !(to_part->arrival.dot(patch.normal.cast<double>()) < 0.0)) return;
   const Vector3d off = patch.middle - part.flat.middle;
-  const auto mirror =
-      mirror_of(patch, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival,
-                wavelength_m_ * to_part->sediment->sound_speed_ratio);
+  const double wavelength_m = wavelength_m_ * to_part->sediment->sound_speed_ratio;
+  const auto mirror = mirror_of(
+      patch, off + std::sqrt(to_part->path.spreading_m2) * to_part->arrival, wavelength_m);
   if (!mirror) return;
   const Vector3d from_part = off + mirror->offset;
   const auto way =
@@ -499,7 +518,7 @@ void ObjectEchoes::add_buried_glint(const BuriedPart& part, const BuriedGroup& g
   if (!(sight.energy > 0.0)) return;
   glints_.push_back({.range_m = sight.time_range_m,
                      .spread_m = 0.0,
-                     .energy = sight.energy * specular * mirror->cross_section_m2,
+                     .energy = sight.energy * specular * mirror->cross_section_m2(wavelength_m),
                      .place = to + from_part,
                      .grazing_rad = 0.5 * pi,
                      .label = group.label,

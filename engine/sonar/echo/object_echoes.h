@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -111,7 +113,11 @@ class ObjectEchoes {
   };
   bool see(const Eigen::Vector3d& away, Line& line) const;
   double seen_share(const Line& line, double time_range_m, int own_label) const;
-  double first_hit_m(std::size_t plane, std::size_t ray, int& label) const;
+  struct FirstHit {  // of a ray
+    double range_m = std::numeric_limits<double>::infinity();
+    int label = -1;
+  };
+  std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
   double time_share(const Eigen::Vector3d& away) const;
   void look_at(const PatchedObject& object);
   void add_glint(const FlatPart& patch, const Eigen::Vector3d& away, double specular,
@@ -120,12 +126,7 @@ class ObjectEchoes {
   void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, double sine,
                  const PatchedObject& object, const scatter::BackscatterTable& table);
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
-  struct Mirror {            // the glint of a patch
-    Eigen::Vector3d offset;  // from the patch's middle to what is most nearly a mirror
-    double cross_section_m2;
-  };
-  static std::optional<Mirror> mirror_of(const FlatPart& patch, const Eigen::Vector3d& away,
-                                         double wavelength_m);
+  bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
   struct BuriedWay {  // to a place in the bed, from the sonar
     scatter::BuriedPath path;
     const scatter::Sediment* sediment;

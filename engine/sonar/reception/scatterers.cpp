@@ -236,6 +236,8 @@ void Scatterers::place_patches(const Frame& frame, const BinLayers& bins, Memory
        {&patches.x, &patches.y, &patches.step_x, &patches.step_y, &patches.row, &patches.glint_row})
     of_bin->resize(reach_.size());
   patches.glint_share.resize(reach_.size());
+  patches.strengths.resize(reach_.size() * (2 * columns_ / columns_per_cell));
+  patches.known = false;
   for (std::size_t n = 0; n < reach_.size(); ++n) {
     if (n >= bins.intensity_mean.size() || !(bins.intensity_mean[n] > 0.0f) ||
         (bins.x_m[n] == 0.0f && bins.y_m[n] == 0.0f)) {
@@ -286,7 +288,7 @@ void Scatterers::place_side_lobes(const BinLayers& bins, Memory& memory) const {
   }
 }
 
-void Scatterers::gather(const Memory& memory, int look, std::span<const float> power, float* re,
+void Scatterers::gather(Memory& memory, int look, std::span<const float> power, float* re,
                         float* im) const {
   sum_cells(
       {.across_cell = memory.across_cell.data(),
@@ -312,12 +314,15 @@ void Scatterers::gather(const Memory& memory, int look, std::span<const float> p
                                           .glint_row = memory.patches.glint_row.data(),
                                           .glint_share = memory.patches.glint_share.data(),
                                           .quantiles = TexturedGround::quantiles().values().data(),
-                                          .key = ground_.key()},
+                                          .key = ground_.key(),
+                                          .strengths = memory.patches.strengths.data(),
+                                          .known = memory.patches.known},
        .weights = weights_.data(),
        .columns_per_cell = columns_per_cell,
        .last_column = columns_ - 1,
        .re = re,
        .im = im});
+  memory.patches.known = true;
 }
 
 }  // namespace ensonify::engine

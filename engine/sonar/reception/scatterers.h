@@ -58,9 +58,9 @@ class Scatterers {
   /// Finds the cells of each bin whose intensity_mean is above 0, from the places in `bins`.
   void place(const ArrayFrame& array_frame, const BinLayers& bins, Memory& memory) const;
   /// The complex field of one look, with the variance `power` in each bin; 0 where a bin has no
-  /// cells. All arrays have whole groups of bins (signal_kernel.h).
-  void gather(const Memory& memory, int look, std::span<const float> power, float* re,
-              float* im) const;
+  /// cells. All arrays have whole groups of bins (signal_kernel.h). The first look after place()
+  /// keeps the patches' strengths for the others.
+  void gather(Memory& memory, int look, std::span<const float> power, float* re, float* im) const;
   const TexturedGround& ground() const { return ground_; }
   /// Integral of the two-way power pattern along the array, m, at a bin's range.
   double width_m(std::size_t bin) const { return width_of_bin_m_[bin]; }

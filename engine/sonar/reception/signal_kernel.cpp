@@ -66,9 +66,8 @@ HWY_INLINE VF wrapped(VF t) { return t - hn::Round(t); }
 
 /// -ln u, where u is (the upper 24 bits + 1/2) / 2^24.
 HWY_INLINE VF exponential(VU random) {
-  const VF u = (to_float(hn::ShiftRight<8>(random)) + set(0.5f)) * set(0x1p-24f);
-  const VU bits = hn::BitCast(fu, u);
-  const VF exponent = to_float(hn::ShiftRight<23>(bits)) - set(127.0f);
+  const VU bits = hn::BitCast(fu, to_float(hn::ShiftRight<8>(random)) + set(0.5f));  // of 2^24 u
+  const VF exponent = to_float(hn::ShiftRight<23>(bits)) - set(127.0f + 24.0f);
   const VF p =
       hn::BitCast(f, hn::Or(hn::And(bits, hn::Set(fu, 0x007fffffu)), hn::Set(fu, 0x3f800000u))) -
       set(1.0f);
@@ -107,6 +106,26 @@ HWY_INLINE VF patch_strength(const CellSums::Texture& of, VU x, VU y, hn::Vec<I>
   const VU more = random * hn::Set(fu, 0x9e3779b1u);
   const VF points = hn::GatherIndex(f, of.quantiles, glint_row + column_of(more));
   return patch + glint_share * (points - patch);
+}
+
+/// Real and imaginary parts of complex numbers of a table.
+struct Complex {
+  VF re, im;
+};
+HWY_INLINE Complex gather_complex(const float* table, hn::Vec<I> index) {
+#if HWY_TARGET == HWY_SCALAR
+  const auto at = index + index;
+  return {hn::GatherIndex(f, table, at), hn::GatherIndex(f, table + 1, at)};
+#else  // both at once
+  constexpr hn::RepartitionToWide<U> both;
+  constexpr hn::RebindToSigned<decltype(both)> wide;
+  const auto pairs = [&](hn::Vec<HalfI> half) HWY_ATTR {
+    return hn::BitCast(f, hn::GatherIndex(both, reinterpret_cast<const std::uint64_t*>(table),
+                                          hn::PromoteTo(wide, half)));
+  };
+  const VF low = pairs(hn::LowerHalf(index)), high = pairs(hn::UpperHalf(hi, index));
+  return {hn::ConcatEven(f, high, low), hn::ConcatOdd(f, high, low)};
+#endif
 }
 
 /// The convolution at the bin whose value `middle` points to.
@@ -185,15 +204,16 @@ template <bool textured>
 HWY_INLINE void sum_all_cells(const CellSums& sums) {
   const CellSums::Texture& of = sums.texture;
   const VU one = hn::Set(fu, 1u);
-  const VF step = set(sums.columns_per_cell);
+  const VF step = set(sums.columns_per_cell), jitter_step = set(sums.columns_per_cell / 256.0f);
   const auto last = hn::Set(fi, static_cast<std::int32_t>(sums.last_column));
+  float* strengths = of.strengths;
   for (std::size_t n = 0; n < sums.bins; n += hn::Lanes(f)) {
     if (sums.cells[n / signal_group] == 0) {
       hn::StoreU(hn::Zero(f), f, sums.re + n);
       hn::StoreU(hn::Zero(f), f, sums.im + n);
       continue;
     }
-    VU across = hn::LoadU(fu, sums.across_cell + n);
+    const VU across = hn::LoadU(fu, sums.across_cell + n);
     VU within = hn::LoadU(fu, sums.across_within + n);
     // From cell to cell along, the line goes by whole cells across and a part, which rounding may
     // make a whole one: that of a slope just below 0.
@@ -206,9 +226,17 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     const VU within_step =
         hn::ShiftLeft<8>(hn::BitCast(fu, hn::ConvertTo(fi, part * set(0x1p24f))));
     const VU key = hn::LoadU(fu, sums.key + n) + hn::Set(fu, sums.common_key);
+    // Products with the numbers of the cell go from cell to cell by sums, which are cheaper.
+    const VU cell = hn::LoadU(fu, sums.first_cell + n);
+    const VU golden = hn::Set(fu, 0x9e3779b9u), mix_across = hn::Set(fu, 0xcc9e2d51u),
+             mix_along = hn::Set(fu, 0x1b873593u);
+    // Neighbouring rows of cells are offset by the golden section of a cell.
+    VU stagger = cell * golden;
+    VU mixed_along = cell * mix_along + key;
+    VU mixed_across = across * mix_across;
+    const VU mixed_step = across_step * mix_across;
     const auto row = hn::BitCast(fi, hn::LoadU(fu, sums.first_weight + n));
-    const VF turns = hn::LoadU(f, sums.phase_turns + n);
-    VU cell = hn::LoadU(fu, sums.first_cell + n);
+    const VF turns = hn::LoadU(f, sums.phase_turns + n) * set(0x1p-24f);
     VF begin = hn::LoadU(f, sums.first_column + n);
     VU patch_x = one, patch_y = one, step_x = one, step_y = one;
     auto patch_row = row, glint_row = row;
@@ -228,32 +256,32 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
     }
     VF sum_re = hn::Zero(f), sum_im = hn::Zero(f), squares = hn::Zero(f);
     for (std::uint32_t i = sums.cells[n / signal_group]; i > 0; --i) {
-      // Neighbouring rows of cells are offset by the golden section of a cell.
-      const VU stagger = cell * hn::Set(fu, 0x9e3779b9u);
       const VU place = within + stagger;
-      const VU its_across = across + hn::IfThenElseZero(hn::Lt(place, stagger), one);
-      VU random = its_across * hn::Set(fu, 0xcc9e2d51u);
+      VU random = mixed_across + hn::IfThenElseZero(hn::Lt(place, stagger), mix_across);
       random = hn::Xor(random, hn::ShiftRight<15>(random));
-      random = scrambled(random + (cell * hn::Set(fu, 0x1b873593u) + key));
+      random = scrambled(random + mixed_along);
       // Takes new random bits from the product, whose upper bits are as evenly distributed.
       const VU more = random * hn::Set(fu, 0x9e3779b1u);
 
-      const VF jitter = to_float(hn::ShiftRight<24>(random)) * set(1.0f / 256.0f);
-      const VF column = hn::Abs(begin + jitter * step);
-      const auto index = row + hn::Min(hn::ConvertTo(fi, column), last);
-      const auto pair = index + index;
-      const VF weight_re = hn::GatherIndex(f, sums.weights, pair);
-      const VF weight_im = hn::GatherIndex(f, sums.weights, pair + hn::Set(fi, 1));
+      const VF jitter = to_float(hn::ShiftRight<24>(random)) * jitter_step;
+      const VF column = hn::Abs(begin + jitter);
+      const auto [weight_re, weight_im] =
+          gather_complex(sums.weights, row + hn::Min(hn::ConvertTo(fi, column), last));
 
       const VF own = to_float(hn::And(random, hn::Set(fu, 0xffffu))) * set(0x1p-16f);
-      const VF way = to_float(hn::ShiftRight<8>(place)) * set(0x1p-24f) * turns;
+      const VF way = to_float(hn::ShiftRight<8>(place)) * turns;
       const VF t = wrapped(own + way);
       VF power = exponential(more);
       if (textured && uneven) {
-        power =
-            power * patch_strength(of, patch_x, patch_y, patch_row, glint_row, glint_share, glints);
-        patch_x = patch_x + step_x;
-        patch_y = patch_y + step_y;
+        if (!of.known) {
+          hn::StoreU(
+              patch_strength(of, patch_x, patch_y, patch_row, glint_row, glint_share, glints), f,
+              strengths);
+          patch_x = patch_x + step_x;
+          patch_y = patch_y + step_y;
+        }
+        power = power * hn::LoadU(f, strengths);
+        strengths += hn::Lanes(f);
       }
       const VF magnitude = hn::Sqrt(power);
       const VF s = magnitude * sine_of_turns(t);
@@ -261,10 +289,12 @@ HWY_INLINE void sum_all_cells(const CellSums& sums) {
       sum_re = sum_re + (weight_re * c - weight_im * s);
       sum_im = sum_im + (weight_re * s + weight_im * c);
       squares = squares + (weight_re * weight_re + weight_im * weight_im);
-      cell = cell + one;
       begin = begin + step;
       within = within + within_step;
-      across = across + across_step + hn::IfThenElseZero(hn::Lt(within, within_step), one);
+      stagger = stagger + golden;
+      mixed_along = mixed_along + mix_along;
+      mixed_across =
+          mixed_across + mixed_step + hn::IfThenElseZero(hn::Lt(within, within_step), mix_across);
     }
     const VF scale = hn::Sqrt(hn::LoadU(f, sums.power + n) / hn::Max(squares, set(1e-6f)));
     hn::StoreU(sum_re * scale, f, sums.re + n);

@@ -76,6 +76,10 @@ struct CellSums {
     const float* glint_share;
     const float* quantiles;
     std::uint32_t key;
+    /// The strengths of the patches in the order in which they are summed, which are the same for
+    /// all looks: the first look writes them, the others read them.
+    float* strengths;
+    bool known;
   } texture;
   // The table:
   const float* weights;  ///< real and imaginary part of each column

@@ -35,6 +35,8 @@ class TexturedGround {
     std::vector<std::uint32_t> x, y, step_x, step_y;
     std::vector<std::uint32_t> row, glint_row;  ///< where rows begin in quantiles()
     std::vector<float> glint_share;
+    std::vector<float> strengths;  ///< of all scatterers, as sum_cells() finds them
+    bool known = false;            ///< whether it has
   };
   /// A bin's first scatterer, local metres; the way from each to the next; and rows_of() its
   /// length.

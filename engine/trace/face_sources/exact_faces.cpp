@@ -96,7 +96,7 @@ struct ObjectFaces {
     list.faces.clear();
     list.numbers.clear();
     view.look_at(volumes);
-    objects->walk(view, [&](std::uint32_t face) {
+    objects->walk(view, [&](std::uint32_t face, const refine::BallTree::Corners&) {
       list.faces.push_back(objects->triangles().faces[face]);
       list.numbers.push_back(static_cast<std::uint32_t>(grid->faces()) + face);
     });

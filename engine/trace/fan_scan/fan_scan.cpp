@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 /// Memory of one query; it grows to the largest fan's need and is kept.
 struct Scratch {
-  FanTables tables;
+  KnownFanTables known_tables;
   ScanBatch batch;
   CacheLines<double> crossings;
   CacheLines<std::int64_t> counts;
@@ -70,19 +70,20 @@ class FanScan final : public Intersector {
   void intersect(const RayFan& fan, std::span<Hit> hits) const override {
     check_fan(fan, hits);
     if (hits.empty()) return;
-    const Borrowed scratch(*this, fan);
-    const ScanArgs args = scan(fan, *scratch, true);
+    const Borrowed scratch(*this);
+    const FanTables& tables = scratch->known_tables.of(fan.grid);
+    const ScanArgs args = scan(fan, tables, *scratch, true);
     for (std::size_t plane = 0; plane < fan.planes(); ++plane)
-      finish(args, fan, plane, hits.subspan(plane * fan.elevations()), *scratch);
+      finish(args, fan, tables, plane, hits.subspan(plane * fan.elevations()), *scratch);
   }
 
   bool list_runs(const RayFan& fan, FanRuns& runs) const override {
     check_frame(fan);
-    const Borrowed scratch(*this, fan);
-    const FanTables& tables = scratch->tables;
+    const Borrowed scratch(*this);
+    const FanTables& tables = scratch->known_tables.of(fan.grid);
     if (std::ranges::find(tables.uneven, 1) != tables.uneven.end()) return false;
     runs.start(*fan.grid);
-    const ScanArgs args = scan(fan, *scratch, false);
+    const ScanArgs args = scan(fan, tables, *scratch, false);
     const RunRows rows{runs.begin.data(), runs.end.data(),  runs.index.data(),   runs.face.data(),
                        runs.level.data(), runs.pole.data(), runs.distance.data()};
     std::int64_t count = 0;
@@ -101,21 +102,9 @@ class FanScan final : public Intersector {
   }
 
  private:
-  /// Scratch memory from the pool, with the fan's tables; returned by the destructor.
+  /// Scratch memory from the pool; returned by the destructor.
   class Borrowed {
    public:
-    Borrowed(const FanScan& owner, const RayFan& fan) : Borrowed(owner) {
-      if (scratch_->tables.grid() != fan.grid.get()) scratch_->tables.take(fan.grid);
-    }
-    ~Borrowed() {
-      const std::lock_guard lock(owner_.pool_mutex_);
-      owner_.pool_.push_back(std::move(scratch_));
-    }
-    Borrowed(const Borrowed&) = delete;
-    Scratch& operator*() const { return *scratch_; }
-    Scratch* operator->() const { return scratch_.get(); }
-
-   private:
     explicit Borrowed(const FanScan& owner) : owner_(owner) {
       const std::lock_guard lock(owner.pool_mutex_);
       if (owner.pool_.empty()) {
@@ -127,13 +116,22 @@ class FanScan final : public Intersector {
         owner.pool_.pop_back();
       }
     }
+    ~Borrowed() {
+      const std::lock_guard lock(owner_.pool_mutex_);
+      owner_.pool_.push_back(std::move(scratch_));
+    }
+    Borrowed(const Borrowed&) = delete;
+    Scratch& operator*() const { return *scratch_; }
+    Scratch* operator->() const { return scratch_.get(); }
+
+   private:
     const FanScan& owner_;
     std::unique_ptr<Scratch> scratch_;
   };
 
   /// Fills the z-buffer with what the fan's rays are nearest to. Reading it must clear it.
-  ScanArgs scan(const RayFan& fan, Scratch& scratch, bool hits_wanted) const {
-    const FanTables& tables = scratch.tables;
+  ScanArgs scan(const RayFan& fan, const FanTables& tables, Scratch& scratch,
+                bool hits_wanted) const {
     ScanArgs args = args_for(fan, tables);
     args.blocks_met = at_least(scratch.blocks_met, blocks_.boxes_in_row() + widest_vector);
     find_blocks(args);
@@ -165,9 +163,8 @@ class FanScan final : public Intersector {
   }
 
   /// Writes one plane's hits; may overwrite hits of later planes.
-  void finish(const ScanArgs& args, const RayFan& fan, std::size_t plane, std::span<Hit> hits,
-              Scratch& scratch) const {
-    const FanTables& tables = scratch.tables;
+  void finish(const ScanArgs& args, const RayFan& fan, const FanTables& tables, std::size_t plane,
+              std::span<Hit> hits, Scratch& scratch) const {
     const std::int64_t from = tables.left_out_from[plane], until = tables.left_out_until[plane];
     finish_rays(args, fan, plane, 0, from, hits, scratch);
     write_misses(hits.data() + from, until - from);

@@ -14,6 +14,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double rounding = 1e-12;  // elevations this close may be in either order
+constexpr std::size_t most_known = 32;
 
 }  // namespace
 
@@ -103,6 +104,17 @@ void FanTables::lay_lines(double span) {
     };
     lines[step] = bits(bad[step] ? -below[step] : below[step]) | bits(rise[step]) << 32;
   }
+}
+
+const FanTables& KnownFanTables::of(const std::shared_ptr<const FanGrid>& grid) {
+  auto found = std::ranges::find(known_, grid.get(), [](const auto& one) { return one->grid(); });
+  if (found == known_.end()) {
+    if (known_.size() < most_known) known_.push_back(std::make_unique<FanTables>());
+    found = known_.end() - 1;
+    (*found)->take(grid);
+  }
+  std::rotate(known_.begin(), found, found + 1);
+  return *known_.front();
 }
 
 }  // namespace ensonify::engine

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/trace/fan_scan/elevation_order.h>
@@ -44,6 +45,17 @@ class FanTables {
   void lay_lines(double span);
 
   std::shared_ptr<const FanGrid> grid_;
+};
+
+/// The tables of the grids that were asked for last: the sides of a sonar that rolls take turns
+/// with a few.
+class KnownFanTables {
+ public:
+  /// As FanTables::take(), if they are not known. Good until the next call.
+  const FanTables& of(const std::shared_ptr<const FanGrid>& grid);
+
+ private:
+  std::vector<std::unique_ptr<FanTables>> known_;  // the last one first
 };
 
 }  // namespace ensonify::engine

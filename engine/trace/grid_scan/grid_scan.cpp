@@ -81,16 +81,13 @@ GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_
 
 bool GridScan::take(std::span<const RayFan> fans) {
   if (!usable_) return false;
-  if (tables_.size() < fans.size()) tables_.resize(fans.size());
   if (runs_.size() < fans.size()) runs_.resize(fans.size());
   face_count_ = other_count_;
   std::size_t most = other_count_;
   for (const RayFan& fan : fans) most += fan.grid->rays();
   make_room(most);
-  for (std::size_t i = 0; i < fans.size(); ++i) {
-    if (tables_[i].grid() != fans[i].grid.get()) tables_[i].take(fans[i].grid);
-    if (!take(fans[i], tables_[i], runs_[i])) return false;
-  }
+  for (std::size_t i = 0; i < fans.size(); ++i)
+    if (!take(fans[i], tables_.of(fans[i].grid), runs_[i])) return false;
   return true;
 }
 
@@ -98,6 +95,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
   const std::size_t planes = fan.planes(), elevations = fan.elevations();
   walk_count_ = 0;
   of_plane_.assign(planes, {});
+  below_nadir_.assign(planes, 0);
   for (std::size_t plane = 0; plane < planes; ++plane) {
     if (tables.uneven[plane]) return false;
     if (tables.left_out_from[plane] == 0 &&
@@ -108,7 +106,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
     if (!(std::abs(line.normal.z()) * grid_->steepest() <= allowed_slope * level)) return false;
     // The rays below the direction straight down in the plane.
     const Vector2d down = -line.up;
-    std::size_t below = 0;
+    std::size_t& below = below_nadir_[plane];
     if (down.x() > 0.0) {
       const double q = down.y() / (down.x() + std::abs(down.y()));
       const auto first = tables.ascending.begin() + 1;
@@ -116,8 +114,12 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
           std::lower_bound(first, first + static_cast<std::ptrdiff_t>(elevations), q) - first);
     }
     if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
-    if (below > 0 && !begin_walk(fan, line, plane, false, below)) return false;
   }
+  // After all others, since they are short: walks that go on together should end together.
+  for (std::size_t plane = 0; plane < planes; ++plane)
+    if (below_nadir_[plane] > 0 &&
+        !begin_walk(fan, Line(fan, plane), plane, false, below_nadir_[plane]))
+      return false;
   const auto lanes = static_cast<std::size_t>(walks_together());
   const std::size_t groups = (walk_count_ + lanes - 1) / lanes;
   const std::size_t room = elevations + 1;
@@ -293,27 +295,26 @@ void GridScan::make_room(std::size_t faces) {
       corners_[i][corner] = static_cast<std::uint32_t>(corner * rows + i);
 }
 
-std::uint32_t GridScan::row_of(std::uint64_t face) {
+/// Without a branch on whether the face is known, which is as good as random: its row is written
+/// either way, and kept if it is new.
+void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
   Known& known = known_[(face * 0x9e3779b97f4a7c15) >> 52];
   static_assert(known_faces == 1 << (64 - 52));
-  if (known.face == face && known.turn == turn_) return known.row;
-  const auto row = static_cast<std::uint32_t>(face_count_++);
-  known = {face, row, turn_};
-  faces_[row] = face;
+  const bool is_new = known.face != face || known.turn != turn_;
   const std::uint64_t cell_row = face >> GridFace::row;
   const std::uint64_t column = (face & 0xffffffff) >> GridFace::column;
-  numbers_[row] = static_cast<std::uint32_t>(
+  const auto number = static_cast<std::uint32_t>(
       2 * (cell_row * static_cast<std::uint64_t>(arrays_.cells_across) + column) + (face & 1));
-  return row;
-}
-
-void GridScan::add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs) {
-  const std::uint32_t row = row_of(face);
+  faces_[face_count_] = face;
+  numbers_[face_count_] = number;
+  const std::uint32_t row = is_new ? static_cast<std::uint32_t>(face_count_) : known.row;
+  face_count_ += is_new ? 1 : 0;
+  known = {face, row, turn_};
   if ((face >> GridFace::far & 1) != 0) far_.push_back(found_);
   runs.begin[found_] = begin;
   runs.end[found_] = end;
   runs.index[found_] = row;
-  runs.face[found_++] = numbers_[row];
+  runs.face[found_++] = number;
 }
 
 /// Appends the runs of a plane, from its walks.

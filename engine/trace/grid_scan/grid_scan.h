@@ -51,14 +51,13 @@ class GridScan {
   void collect(const RayFan& fan, const FanTables& tables, std::size_t plane, FanRuns& runs);
   void add_run(std::uint32_t begin, std::uint32_t end, std::uint64_t face, FanRuns& runs);
   void trim(const RayFan& fan, FanRuns& runs);
-  std::uint32_t row_of(std::uint64_t face);
   void make_room(std::size_t faces);
 
   const refine::HeightGrid* grid_;
   GridArrays arrays_{};
   bool usable_ = false;
-  double longest_edge_m_ = 0.0;    // a bound
-  std::vector<FanTables> tables_;  // by fan
+  double longest_edge_m_ = 0.0;  // a bound
+  KnownFanTables tables_;
   std::vector<FanRuns> runs_;
 
   // The walks of a fan.
@@ -69,6 +68,7 @@ class GridScan {
     std::size_t outwards = none, inwards = none;
   };
   std::vector<PlaneWalks> of_plane_;
+  std::vector<std::size_t> below_nadir_;        // by plane: rays
   CacheLines<std::uint64_t> intervals_, seen_;  // by walk
 
   // The faces that are hit.
