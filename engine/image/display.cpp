@@ -5,7 +5,9 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 
 #include <ensonify/engine/sonar/reception/recorder.h>
@@ -150,31 +152,43 @@ std::array<double, 3> viridis(double t) {
   return colour;
 }
 
-/// Steps of brightness by level, from a table where all levels of a cell have the same step. The
-/// step must not fall with the level. The table has 256 cells per octave, each filled at its first
-/// use.
+/// Steps of brightness by level, from a table of where they begin. The step must not fall with the
+/// level. The table has 256 cells per octave, each filled at its first use.
 template <class StepOf>
 class StepTable {
  public:
-  explicit StepTable(const StepOf& step_of) : step_of_(step_of), steps_(cells, unknown) {}
+  explicit StepTable(const StepOf& step_of) : step_of_(step_of), cells_(cells) {}
   std::size_t at(double level) {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(static_cast<float>(level));
-    const std::uint32_t cell = (bits >> dropped_bits) - first_cell;
-    if (cell >= cells) return step_of_(level);
-    if (steps_[cell] == unknown) steps_[cell] = step_in(cell);
-    return steps_[cell] == several ? step_of_(level) : steps_[cell];
+    const std::uint32_t number = (bits >> dropped_bits) - first_cell;
+    if (number >= cells) return step_of_(level);
+    Cell& cell = cells_[number];
+    if (cell.step == unknown) cell = filled(number);
+    if (cell.step == several) return step_of_(level);
+    return cell.step + (level >= cell.next_from ? 1 : 0);
   }
 
  private:
-  /// The step at both ends of a cell, and a little beyond them, since a level is rounded to find
-  /// its cell.
-  std::uint32_t step_in(std::uint32_t cell) const {
-    const auto end = [](std::uint32_t number) {
-      return static_cast<double>(std::bit_cast<float>((first_cell + number) << dropped_bits));
+  struct Cell {
+    std::uint32_t step = unknown;  ///< the least one
+    double next_from = 0.0;        ///< the level at which the next one begins
+  };
+
+  /// From one end of a cell to the other, and a little beyond them, since a level is rounded to
+  /// find its cell.
+  Cell filled(std::uint32_t number) const {
+    const auto end = [](std::uint32_t of) {
+      return static_cast<double>(std::bit_cast<float>((first_cell + of) << dropped_bits));
     };
-    const std::size_t low = step_of_(end(cell) * (1.0 - 1e-6)),
-                      high = step_of_(end(cell + 1) * (1.0 + 1e-6));
-    return low == high ? static_cast<std::uint32_t>(low) : several;
+    double low = end(number) * (1.0 - 1e-6), high = end(number + 1) * (1.0 + 1e-6);
+    const std::size_t step = step_of_(low), last = step_of_(high);
+    if (last > step + 1) return {several};
+    Cell cell{static_cast<std::uint32_t>(step), std::numeric_limits<double>::infinity()};
+    if (last == step) return cell;
+    for (double middle = low; low < (middle = std::midpoint(low, high)) && middle < high;)
+      (step_of_(middle) == step ? low : high) = middle;
+    cell.next_from = high;
+    return cell;
   }
 
   static constexpr int dropped_bits = 23 - 8;
@@ -182,7 +196,7 @@ class StepTable {
   static constexpr std::uint32_t first_cell = (127 - 28) << 8;  // from 2^-28 to 2^8
   static constexpr std::uint32_t cells = 36 << 8;
   const StepOf& step_of_;
-  std::vector<std::uint32_t> steps_;
+  std::vector<Cell> cells_;
 };
 
 }  // namespace
@@ -311,7 +325,8 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
       const std::size_t from =
           display.slant_range_correction ? levels.over_ground(row, column) : column;
       const std::size_t step = from == Levels::none ? 0 : steps.at(levels.at(row, from));
-      pixel = std::copy_n(&palette[step * pixel_bytes], pixel_bytes, pixel);
+      const std::uint8_t* colour = &palette[step * pixel_bytes];
+      for (std::size_t k = 0; k < pixel_bytes; ++k) *pixel++ = colour[k];
     }
   return picture;
 }
