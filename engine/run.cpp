@@ -54,7 +54,7 @@ RunReport make_run(const Scene& scene, const fs::path& folder, const RunControl&
                .control = control,
                .threads = refine::thread_count(control.threads),
                .scene_toml = dump_scene(scene, false)};
-  OutputFolder output(folder);
+  OutputFolder output(folder, control.staged);
   const Clock::time_point start = Clock::now();
   Simulator simulator(scene,
                       {.cache = control.cache,

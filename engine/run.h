@@ -67,6 +67,9 @@ struct RunControl {
   MemoryLimit memory = {};                                ///< as in Preparation
   std::size_t verify_pings = 0;  ///< how many pings are compared with the exact reference
   bool growing_picture = true;   ///< whether pictures are written during the run
+  /// Whether the caller moves the folder to its place with refine::put_in_place(), which syncs its
+  /// files. Otherwise run() syncs each (of a run of one part).
+  bool staged = false;
   /// The parts to make of a run in several parts. A run of which a share is made is completed by
   /// merge_run().
   Shard shard = {};

@@ -318,6 +318,7 @@ class Generator {
              .seafloor = kept,
              .memory = memory_each_,
              .growing_picture = false,
+             .staged = true,
              .on_outputs =
                  [&](const RunOutputs& outputs) {
                    products = write_products(recipe_.options(), sample, outputs, staging.path());

@@ -10,7 +10,8 @@ namespace ensonify::engine {
 
 namespace fs = std::filesystem;
 
-OutputFolder::OutputFolder(fs::path folder) : folder_(std::move(folder)) {
+OutputFolder::OutputFolder(fs::path folder, bool staged)
+    : folder_(std::move(folder)), staged_(staged) {
   made_ = refine::make_folder(folder_);
 }
 
@@ -23,7 +24,10 @@ OutputFolder::~OutputFolder() {
 
 void OutputFolder::write(const std::string& name, std::span<const std::byte> content) {
   const Clock::time_point start = Clock::now();
-  refine::write_file(folder_ / name, content);
+  if (staged_)
+    refine::write_staged(folder_ / name, content);
+  else
+    refine::write_file(folder_ / name, content);
   const FileRecord record{name, content.size(), xxh128(content)};
   const std::lock_guard lock(mutex_);
   disk_s_ += seconds_since(start);

@@ -15,13 +15,14 @@ namespace ensonify::engine {
 /// Several threads may write.
 class OutputFolder {
  public:
-  /// Throws std::system_error if the folder cannot be made or written to.
-  explicit OutputFolder(std::filesystem::path folder);
+  /// A staged folder's files are synced later, all at once, by refine::put_in_place(). Throws
+  /// std::system_error if the folder cannot be made or written to.
+  OutputFolder(std::filesystem::path folder, bool staged);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Throws std::system_error as refine::write_file().
+  /// Throws std::system_error as refine::write_file() or, if staged, write_staged().
   void write(const std::string& name, std::span<const std::byte> content);
   void keep() { kept_ = true; }
   /// By name, whatever the order of writing.
@@ -31,6 +32,7 @@ class OutputFolder {
 
  private:
   std::filesystem::path folder_;
+  bool staged_;
   bool made_ = false;
   bool kept_ = false;
   std::mutex mutex_;  // of the members below
