@@ -153,14 +153,15 @@ std::array<double, 3> viridis(double t) {
 }
 
 /// Steps of brightness by level, from a table of where they begin. The step must not fall with the
-/// level. The table has 256 cells per octave, each filled at its first use.
+/// level. The table has 256 cells per octave and one for all levels below, each filled at its first
+/// use.
 template <class StepOf>
 class StepTable {
  public:
   explicit StepTable(const StepOf& step_of) : step_of_(step_of), cells_(cells) {}
   std::size_t at(double level) {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(static_cast<float>(level));
-    const std::uint32_t number = (bits >> dropped_bits) - first_cell;
+    const std::uint32_t number = std::max(bits >> dropped_bits, below) - below;
     if (number >= cells) return step_of_(level);
     Cell& cell = cells_[number];
     if (cell.step == unknown) cell = filled(number);
@@ -177,10 +178,10 @@ class StepTable {
   /// From one end of a cell to the other, and a little beyond them, since a level is rounded to
   /// find its cell.
   Cell filled(std::uint32_t number) const {
-    const auto end = [](std::uint32_t of) {
-      return static_cast<double>(std::bit_cast<float>((first_cell + of) << dropped_bits));
+    const auto begin = [](std::uint32_t of) {
+      return of == 0 ? 0.0 : double{std::bit_cast<float>((below + of) << dropped_bits)};
     };
-    double low = end(number) * (1.0 - 1e-6), high = end(number + 1) * (1.0 + 1e-6);
+    double low = begin(number) * (1.0 - 1e-6), high = begin(number + 1) * (1.0 + 1e-6);
     const std::size_t step = step_of_(low), last = step_of_(high);
     if (last > step + 1) return {several};
     Cell cell{static_cast<std::uint32_t>(step), std::numeric_limits<double>::infinity()};
@@ -193,8 +194,8 @@ class StepTable {
 
   static constexpr int dropped_bits = 23 - 8;
   static constexpr std::uint32_t unknown = ~0u, several = ~0u - 1;
-  static constexpr std::uint32_t first_cell = (127 - 28) << 8;  // from 2^-28 to 2^8
-  static constexpr std::uint32_t cells = 36 << 8;
+  static constexpr std::uint32_t below = ((127 - 28) << 8) - 1;  // of 2^-28
+  static constexpr std::uint32_t cells = (36 << 8) + 1;          // up to 2^8
   const StepOf& step_of_;
   std::vector<Cell> cells_;
 };
@@ -325,8 +326,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
       const std::size_t from =
           display.slant_range_correction ? levels.over_ground(row, column) : column;
       const std::size_t step = from == Levels::none ? 0 : steps.at(levels.at(row, from));
-      const std::uint8_t* colour = &palette[step * pixel_bytes];
-      for (std::size_t k = 0; k < pixel_bytes; ++k) *pixel++ = colour[k];
+      for (std::size_t k = 0; k < pixel_bytes; ++k) *pixel++ = palette[step * pixel_bytes + k];
     }
   return picture;
 }
