@@ -19,6 +19,9 @@ namespace {
 constexpr std::size_t equalised_pixels = 500'000;  // more would not change the histogram
 constexpr std::size_t depressions = 180;           // half degrees, from level to nadir
 
+/// The greatest value of a channel.
+double full_of(int bits) { return bits == 16 ? 65535.0 : 255.0; }
+
 std::size_t port_columns(const Sonar& sonar) {
   return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
 }
@@ -300,34 +303,49 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
     return std::pow(level * scale, 0.5 * display.gamma);
   };
 
-  const bool coloured = display.palette == Palette::copper || display.palette == Palette::bronze;
-  Picture picture{columns, rows, coloured ? 3 : 1, {}, bits};
-  const double full = bits == 16 ? 65535.0 : 255.0;
-  const auto channels = static_cast<std::size_t>(picture.channels);
-  const std::size_t pixel_bytes = channels * (bits == 16 ? 2 : 1);
-  std::vector<std::uint8_t> palette;  // the bytes of a pixel for each brightness
-  for (double step = 0.0; step <= full; step += 1.0) {
-    const std::array<double, 3> colour = colour_of(display.palette, step / full);
-    for (std::size_t k = 0; k < channels; ++k) {
-      const auto value = static_cast<unsigned>(std::lround(full * colour[k]));
-      if (bits == 16) palette.push_back(static_cast<std::uint8_t>(value >> 8));
-      palette.push_back(static_cast<std::uint8_t>(value & 0xff));
-    }
-  }
-
+  const double full = full_of(bits);
   const auto step_of = [&](double level) {
     return static_cast<std::size_t>(std::lround(full * std::clamp(brightness(level), 0.0, 1.0)));
   };
   StepTable steps(step_of);
-  picture.pixels.resize(rows * columns * pixel_bytes);
+  Picture picture{columns, rows, 1, {}, bits};
+  picture.pixels.resize(rows * columns * (bits == 16 ? 2 : 1));
   std::uint8_t* pixel = picture.pixels.data();
   for (std::size_t row = rows; row-- > 0;)
     for (std::size_t column = 0; column < columns; ++column) {
       const std::size_t from =
           display.slant_range_correction ? levels.over_ground(row, column) : column;
       const std::size_t step = from == Levels::none ? 0 : steps.at(levels.at(row, from));
-      for (std::size_t k = 0; k < pixel_bytes; ++k) *pixel++ = palette[step * pixel_bytes + k];
+      if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
+      *pixel++ = static_cast<std::uint8_t>(step & 0xff);
     }
+  return painted(std::move(picture), display.palette);
+}
+
+Picture painted(Picture grey, Palette palette) {
+  if (palette == Palette::grey) return grey;
+  const bool wide = grey.bits == 16,
+             coloured = palette == Palette::copper || palette == Palette::bronze;
+  Picture picture{grey.width, grey.height, coloured ? 3 : 1, {}, grey.bits};
+  const auto channels = static_cast<std::size_t>(picture.channels);
+  const std::size_t pixel_bytes = channels * (wide ? 2 : 1);
+  const double full = full_of(grey.bits);
+  std::vector<std::uint8_t> colours;  // the bytes of a pixel for each brightness
+  for (double step = 0.0; step <= full; step += 1.0) {
+    const std::array<double, 3> colour = colour_of(palette, step / full);
+    for (std::size_t k = 0; k < channels; ++k) {
+      const auto value = static_cast<unsigned>(std::lround(full * colour[k]));
+      if (wide) colours.push_back(static_cast<std::uint8_t>(value >> 8));
+      colours.push_back(static_cast<std::uint8_t>(value & 0xff));
+    }
+  }
+  picture.pixels.resize(grey.pixels.size() * channels);
+  std::uint8_t* pixel = picture.pixels.data();
+  for (auto from = grey.pixels.begin(); from != grey.pixels.end();) {
+    std::size_t step = *from++;
+    if (wide) step = step << 8 | *from++;
+    for (std::size_t k = 0; k < pixel_bytes; ++k) *pixel++ = colours[step * pixel_bytes + k];
+  }
   return picture;
 }
 

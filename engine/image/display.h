@@ -73,6 +73,10 @@ class Renderer {
 Picture render(const Waterfall& waterfall, const Display& display, const Calibration& calibration,
                int bits = 8);
 
+/// A grey picture in the colours of a palette: what a Renderer makes with that palette in place of
+/// grey.
+Picture painted(Picture grey, Palette palette);
+
 /// Red, green and blue, each 0 to 1, for a brightness from 0 to 1.
 std::array<double, 3> colour_of(Palette palette, double brightness);
 

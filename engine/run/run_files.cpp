@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <future>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -146,20 +148,30 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
   };
   if (output.one_recording)
     add_recordings(0, pings.images.size(), std::string(common_recording) + ending);
+  // Where each pixel of the picture is one of the layers, it is rendered once for both.
+  const bool picture_is_preview =
+      output.exr && output.png_bits == 8 && !scene.display.slant_range_correction;
   for (std::size_t i = 0; i < pings.images.size(); ++i) {
     const Waterfall& image = pings.images[i];
     const std::string name = image.sonar.name + ending;
+    const std::shared_future<Picture> preview =
+        std::async(std::launch::deferred, preview_of, std::cref(scene), std::cref(image),
+                   std::cref(simulator), i)
+            .share();
     for (const OutputFormat& format : output_formats())
       if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
           layers && output.*format.wanted)
-        tasks.push_back([&, layers, name, i, extension = format.name] {
+        tasks.push_back([&, layers, name, preview, extension = format.name] {
           ImageOrigin own = origin;
-          own.preview = [&] { return preview_of(scene, image, simulator, i); };
+          own.preview = [&] { return preview.get(); };
           take(fmt::format("{}.{}", name, extension), (*layers)(image, own));
         });
     if (!output.one_recording) add_recordings(i, i + 1, name);
-    tasks.push_back(
-        [&, name, i] { take(name + ".png", encode_picture(scene, image, simulator, i)); });
+    tasks.push_back([&, name, i, preview] {
+      take(name + ".png", picture_is_preview
+                              ? encode_png(painted(preview.get(), scene.display.palette))
+                              : encode_picture(scene, image, simulator, i));
+    });
     tasks.push_back([&, name] { take(name + "_pings.csv", bytes_of(pings_csv(image))); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
       tasks.push_back([&, name, i] {
