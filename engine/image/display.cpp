@@ -189,7 +189,8 @@ class StepTable {
     if (last > step + 1) return {several};
     Cell cell{static_cast<std::uint32_t>(step), std::numeric_limits<double>::infinity()};
     if (last == step) return cell;
-    for (double middle = low; low < (middle = std::midpoint(low, high)) && middle < high;)
+    for (double middle = std::midpoint(low, high); low < middle && middle < high;
+         middle = std::midpoint(low, high))
       (step_of_(middle) == step ? low : high) = middle;
     cell.next_from = high;
     return cell;
