@@ -17,7 +17,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t fewest = 20;  // blocks or samples that give a value
+constexpr std::size_t fewest = 20;               // blocks or samples that give a value
 constexpr double normal_median_square = 0.4549;  // of a normal distribution of variance 1
 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
