@@ -174,7 +174,9 @@ void add_spectral_field(Heightfield& field, const SpectralField& what, const Ran
 
 SpectralField calibrated(SpectralField what, const Heightfield& field) {
   if (!what.weight) return what;
-  const auto [columns, rows] = lengths_of(field, what);
+  // Not a structured binding: the compiler of the fuzz targets, Clang 14, cannot capture one.
+  const Lengths lengths = lengths_of(field, what);
+  const double columns = lengths.columns, rows = lengths.rows;
   const double dkx = 2.0 * pi / (columns * field.cell_east_m);
   const double dky = 2.0 * pi / (rows * field.cell_north_m);
   double sum = 0.0;
