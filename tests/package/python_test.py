@@ -450,9 +450,9 @@ class Sessions(unittest.TestCase):
         with self.assertRaises(ensonify.Error):
             ensonify.Simulator({"track": {"pingz": 1}})
         program = ("import ensonify, resource\n"
-                   "resource.setrlimit(resource.RLIMIT_AS, (3 << 30, resource.RLIM_INFINITY))\n"
+                   "resource.setrlimit(resource.RLIMIT_AS, (2 << 30, resource.RLIM_INFINITY))\n"
                    "try:\n"
-                   "    ensonify.Simulator({'seafloor': {'extent_east_m': 4900, 'extent_north_m': 4900, 'cell_m': 0.5}})\n"
+                   "    ensonify.Simulator({'seafloor': {'extent_east_m': 5700, 'extent_north_m': 5700, 'cell_m': 0.5}})\n"
                    "except ensonify.MemoryError as error:\n"
                    "    print(error)\n")
         result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
