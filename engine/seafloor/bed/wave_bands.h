@@ -11,8 +11,8 @@ namespace ensonify::engine {
 /// independent bands has the spectrum of the field.
 constexpr int band_ratio = 4;
 
-/// The share of a wave's amplitude that is made on a lattice where it has so many points: 1 for
-/// short waves, 0 for long ones.
+/// The share of a wave's amplitude that is made on a lattice, by the number of its points per wave:
+/// 1 for short waves, 0 for long ones.
 double kept_share(double points_per_wave);
 /// The share that is left to the next, coarser lattice.
 double handed_over_share(double points_per_wave);
