@@ -1,6 +1,5 @@
 #include <ensonify/engine/comparison/tone_change.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -17,7 +17,7 @@ double kept_share(double points_per_wave);
 /// The share that is left to the next, coarser lattice.
 double handed_over_share(double points_per_wave);
 
-/// From 0 to 1 with three continuous derivatives, as t does; level outside.
+/// Rises from 0 at t = 0 to 1 at t = 1, with three continuous derivatives; constant outside.
 double smooth_step(double t);
 
 /// A part of an endless lattice. Point 0 of the coarser lattice lies on point 0.
