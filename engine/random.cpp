@@ -1,5 +1,6 @@
 #include <ensonify/engine/random.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -24,16 +25,22 @@ void box_muller(double& a, double& b) {
 void RandomStream::uniform(std::span<double> out, std::uint64_t first) const {
   using Philox = r123::Philox4x64;
   const Philox::key_type key{{seed_, static_cast<std::uint64_t>(purpose_)}};
-  std::uint64_t drawn_block = ~std::uint64_t{0};
-  Philox::ctr_type drawn{};
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const std::uint64_t index = first + i;
-    if (index / 4 != drawn_block) {
-      drawn_block = index / 4;
-      drawn = Philox{}({{drawn_block, belongs_to_[0], belongs_to_[1], belongs_to_[2]}}, key);
-    }
-    out[i] = to_unit(drawn[index % 4]);
+  const auto draw = [&](std::uint64_t block) {
+    return Philox{}({{block, belongs_to_[0], belongs_to_[1], belongs_to_[2]}}, key);
+  };
+  constexpr std::size_t numbers = 4;  // of a block
+  std::size_t i = 0;
+  const auto take_some = [&](std::size_t end) {
+    const Philox::ctr_type drawn = draw((first + i) / numbers);
+    for (std::size_t k = (first + i) % numbers; i < end; ++i, ++k) out[i] = to_unit(drawn[k]);
+  };
+  const std::size_t before_block = (numbers - first % numbers) % numbers;
+  if (before_block > 0 && !out.empty()) take_some(std::min(before_block, out.size()));
+  for (; i + numbers <= out.size(); i += numbers) {
+    const Philox::ctr_type drawn = draw((first + i) / numbers);
+    for (std::size_t k = 0; k < numbers; ++k) out[i + k] = to_unit(drawn[k]);
   }
+  if (i < out.size()) take_some(out.size());
 }
 
 void RandomStream::normal(std::span<double> out, std::uint64_t first) const {

@@ -161,12 +161,11 @@ Picture cell(const Recipe& recipe, std::size_t number, const SampleScene& sample
     return std::array{static_cast<std::size_t>(corner[0]) * panel_width / line.columns(),
                       static_cast<std::size_t>(corner[1]) * height / line.rows()};
   };
-  for (const Target& target : find_targets(line)) {
+  for (const auto& [instance, target] : find_outlines(line)) {
     // Boxes around features of the bed, such as furrows, would hide them.
-    if (seafloor.label_of_instance(target.instance).feature) continue;
+    if (seafloor.label_of_instance(instance).feature) continue;
     const Outline& shown = target.body.area_px > 0 ? target.body : target.shadow;
-    const std::string& name =
-        seafloor.classes[seafloor.label_of_instance(target.instance).class_id];
+    const std::string& name = seafloor.classes[seafloor.label_of_instance(instance).class_id];
     const Rgb& colour =
         bright[static_cast<std::size_t>(std::ranges::find(classes, name) - classes.begin()) %
                bright.size()];

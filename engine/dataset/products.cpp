@@ -180,14 +180,12 @@ class Products {
     for (std::size_t r = 1; r < image.pictures.size(); ++r)
       labels.pictures.push_back(fmt::format("{}.r{}.png", stem, r));
     std::map<std::uint32_t, TargetLabel> labels_shown;
-    const auto add_label = [&](Target target) {
-      const std::uint32_t instance = target.instance;
-      labels_shown.emplace(instance, label_of(std::move(target)));
-    };
     if (whole)
-      for (const auto& [instance, record] : line_targets_) add_label(record.target);
+      for (const auto& [instance, record] : line_targets_)
+        labels_shown.emplace(instance, label_of(instance, record.target));
     else
-      for (Target& target : find_targets(shown.labels)) add_label(std::move(target));
+      for (auto& [instance, outlines] : find_outlines(shown.labels))
+        labels_shown.emplace(instance, label_of(instance, std::move(outlines)));
     if (edge_px > 0) labels_shown = with_outlines_in(image.labels, std::move(labels_shown));
     MaskOptions masks{.shadow_class = static_cast<std::uint16_t>(shadow_class_), .names = names_};
     std::string yolo;
@@ -200,12 +198,11 @@ class Products {
       }
       labels.targets.push_back(std::move(label));
     }
-    for (const Mask& mask : encode_masks(image.labels, masks)) {
+    const Masks encoded = encode_masks(image.labels, masks);
+    for (const Mask& mask : encoded.files)
       write(fmt::format("{}.{}.png", stem, mask.name), mask.png);
-      if (mask.name != "class") continue;
-      for (const std::uint16_t number : mask.numbers)
-        if (number > 0 && number != ignored_class) labels.classes.push_back(classes_[number - 1u]);
-    }
+    for (const std::uint16_t number : encoded.class_numbers)
+      if (number > 0 && number != ignored_class) labels.classes.push_back(classes_[number - 1u]);
     write_text(stem + ".json", labels_json(labels));
     for (const std::string& picture : labels.pictures)
       write_text(picture.substr(0, picture.size() - std::string(".png").size()) + ".txt", yolo);
@@ -238,12 +235,11 @@ class Products {
 
   /// The label of a target in a part of the line. Position and contrast are measured in the whole
   /// line; the outlines are those in the part.
-  TargetLabel label_of(Target shown) const {
-    const TargetRecord& whole = line_targets_.at(shown.instance);
+  TargetLabel label_of(std::uint32_t instance, TargetOutlines shown) const {
+    const TargetRecord& whole = line_targets_.at(instance);
     TargetLabel label{.record = whole, .category_id = category(whole.class_name)};
     Target& target = label.record.target;
-    target.body = std::move(shown.body);
-    target.shadow = std::move(shown.shadow);
+    static_cast<TargetOutlines&>(target) = std::move(shown);
     const bool body_lost = whole.target.body.area_px > 0 && target.body.area_px == 0;
     label.shown_fraction = body_lost ? 0.0
                                      : static_cast<double>(shown_part(target).area_px) /
@@ -263,10 +259,9 @@ class Products {
   static std::map<std::uint32_t, TargetLabel> with_outlines_in(
       const Waterfall& resampled, std::map<std::uint32_t, TargetLabel> labels) {
     std::map<std::uint32_t, TargetLabel> seen;
-    for (Target& target : find_targets(resampled)) {
-      TargetLabel& label = seen[target.instance] = std::move(labels.at(target.instance));
-      label.record.target.body = std::move(target.body);
-      label.record.target.shadow = std::move(target.shadow);
+    for (auto& [instance, outlines] : find_outlines(resampled)) {
+      TargetLabel& label = seen[instance] = std::move(labels.at(instance));
+      static_cast<TargetOutlines&>(label.record.target) = std::move(outlines);
     }
     return seen;
   }

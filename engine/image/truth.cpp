@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include <ensonify/scatter/decibel.h>
 
@@ -140,12 +140,6 @@ class Marks {
   std::uint32_t count_ = 0;
 };
 
-/// One target while its parts are collected.
-struct Sums {
-  Target target;
-  std::vector<std::size_t> body_parts, shadow_parts;  // areas, one per polygon
-};
-
 void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {
   std::vector<std::size_t> order(areas.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -153,6 +147,26 @@ void largest_first(Outline& outline, const std::vector<std::size_t>& areas) {
   std::vector<std::vector<Corner>> sorted;
   for (const std::size_t i : order) sorted.push_back(std::move(outline.polygons[i]));
   outline.polygons = std::move(sorted);
+}
+
+std::map<std::uint32_t, TargetOutlines> find_outlines(Marks& marks) {
+  std::map<std::uint32_t, TargetOutlines> found;
+  std::map<std::uint64_t, std::vector<std::size_t>> areas;  // by mark, one per polygon
+  const auto outline_of = [&](std::uint64_t mark) -> Outline& {
+    TargetOutlines& target = found[static_cast<std::uint32_t>(mark / 2)];
+    return mark % 2 == 1 ? target.shadow : target.body;
+  };
+  for (int row = 0; row < marks.rows(); ++row)
+    for (int column = 0; column < marks.columns(); ++column)
+      if (const std::uint64_t mark = marks.mark(column, row);
+          mark != 0 && marks.is_new(column, row))
+        areas[mark].push_back(marks.add_part(column, row, outline_of(mark)));
+  for (const auto& [mark, of_parts] : areas) {
+    Outline& outline = outline_of(mark);
+    largest_first(outline, of_parts);
+    marks.find_holes(mark, outline);
+  }
+  return found;
 }
 
 /// Sets range, side, ping and contrast of a target that has its outlines.
@@ -192,28 +206,19 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
 
 }  // namespace
 
+std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall) {
+  Marks marks(waterfall);
+  return find_outlines(marks);
+}
+
 std::vector<Target> find_targets(const Waterfall& waterfall) {
   Marks marks(waterfall);
-  std::map<std::uint32_t, Sums> found;
-  for (int row = 0; row < marks.rows(); ++row)
-    for (int column = 0; column < marks.columns(); ++column) {
-      const std::uint64_t mark = marks.mark(column, row);
-      if (mark == 0 || !marks.is_new(column, row)) continue;
-      Sums& sums = found[static_cast<std::uint32_t>(mark / 2)];
-      const bool shadow = mark % 2 == 1;
-      (shadow ? sums.shadow_parts : sums.body_parts)
-          .push_back(marks.add_part(column, row, shadow ? sums.target.shadow : sums.target.body));
-    }
   std::vector<Target> targets;
-  for (auto& [instance, sums] : found) {
-    Target& target = sums.target;
+  for (auto& [instance, outlines] : find_outlines(marks)) {
+    Target& target = targets.emplace_back();
+    static_cast<TargetOutlines&>(target) = std::move(outlines);
     target.instance = instance;
-    largest_first(target.body, sums.body_parts);
-    largest_first(target.shadow, sums.shadow_parts);
-    marks.find_holes(2 * std::uint64_t{instance}, target.body);
-    marks.find_holes(2 * std::uint64_t{instance} + 1, target.shadow);
     measure(waterfall, marks, target);
-    targets.push_back(std::move(target));
   }
   return targets;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -26,11 +27,15 @@ struct Outline {
   std::vector<std::size_t> runs;
 };
 
-/// What a picture shows of one object, or of one feature of the bed.
-struct Target {
+/// Where a picture shows one object, or one feature of the bed.
+struct TargetOutlines {
+  Outline body;    ///< pixels of region object or seabed with its `instance`
+  Outline shadow;  ///< pixels of region shadow with its `shadow_instance`
+};
+
+/// What a picture shows of it.
+struct Target : TargetOutlines {
   std::uint32_t instance = 0;
-  Outline body;            ///< pixels of region object or seabed with this `instance`
-  Outline shadow;          ///< pixels of region shadow with this `shadow_instance`
   double range_m = 0.0;    ///< mean slant range of the body; without a body, of the shadow
   Side side = Side::port;  ///< with most of its pixels
   double ping = 0.0;       ///< mean ping of its pixels, numbered as in the run
@@ -41,6 +46,7 @@ struct Target {
 };
 
 /// All objects and features with a pixel, or a shadow pixel, in the waterfall, by instance.
+std::map<std::uint32_t, TargetOutlines> find_outlines(const Waterfall& waterfall);
 std::vector<Target> find_targets(const Waterfall& waterfall);
 
 }  // namespace ensonify::engine

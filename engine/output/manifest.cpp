@@ -66,10 +66,10 @@ std::string xxh128_of_file(const std::filesystem::path& file) {
   XXH3_128bits_reset(state.get());
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  std::vector<char> block(std::size_t{1} << 20);
-  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) ||
-         stream.gcount() > 0)
-    XXH3_128bits_update(state.get(), block.data(), static_cast<std::size_t>(stream.gcount()));
+  constexpr std::streamsize block_bytes = 1 << 20;
+  const auto block = std::make_unique_for_overwrite<char[]>(block_bytes);
+  while (stream.read(block.get(), block_bytes) || stream.gcount() > 0)
+    XXH3_128bits_update(state.get(), block.get(), static_cast<std::size_t>(stream.gcount()));
   // Not the file's fault, which those who use its content report.
   if ((!stream.is_open() || stream.bad()) &&
       (errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO))

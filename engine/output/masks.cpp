@@ -31,7 +31,7 @@ std::vector<std::uint16_t> numbers_in(std::span<const std::uint16_t> pixels) {
 
 }  // namespace
 
-std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskOptions& options) {
+Masks encode_masks(const Waterfall& waterfall, const MaskOptions& options) {
   const BinLayers& layers = waterfall.pixels;
   const std::size_t rows = waterfall.rows(), columns = waterfall.columns();
   const auto number = [](std::uint32_t label) {
@@ -66,11 +66,11 @@ std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskOptions& op
                              : std::uint16_t{0};
     }
   const std::vector<std::string> names_of_regions(region_names.begin(), region_names.end());
-  return {{"class", encode_png8(waterfall, classes, options.names.classes), numbers_in(classes)},
-          {"sediment", encode_png8(waterfall, sediments, options.names.materials),
-           numbers_in(sediments)},
-          {"instance", encode_png16(columns, instances), numbers_in(instances)},
-          {"region", encode_png8(waterfall, regions, names_of_regions), numbers_in(regions)}};
+  return {{{"class", encode_png8(waterfall, classes, options.names.classes)},
+           {"sediment", encode_png8(waterfall, sediments, options.names.materials)},
+           {"instance", encode_png16(columns, instances)},
+           {"region", encode_png8(waterfall, regions, names_of_regions)}},
+          numbers_in(classes)};
 }
 
 }  // namespace ensonify::engine

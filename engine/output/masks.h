@@ -19,7 +19,10 @@ inline constexpr std::uint16_t ignored_instance = max_labels;
 struct Mask {
   std::string name;  ///< class, sediment, instance or region
   std::vector<std::byte> png;
-  std::vector<std::uint16_t> numbers;  ///< the values of its pixels, each once, ascending
+};
+struct Masks {
+  std::vector<Mask> files;
+  std::vector<std::uint16_t> class_numbers;  ///< of the class mask's pixels, each once, ascending
 };
 
 /// What the masks of an image show.
@@ -38,6 +41,6 @@ struct MaskOptions {
 /// region: its number.
 /// The files of class, sediment and region have a text `names`, a JSON list: entry k is the name of
 /// number k. Throws std::invalid_argument for a class or sediment above 254.
-std::vector<Mask> encode_masks(const Waterfall& waterfall, const MaskOptions& options);
+Masks encode_masks(const Waterfall& waterfall, const MaskOptions& options);
 
 }  // namespace ensonify::engine

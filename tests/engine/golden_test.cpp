@@ -177,6 +177,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 5);
+  CHECK(seafloor_version == 6);
   CHECK(xxh128(bytes) == "f146b3295858e71f17ea3e590ad4297e");
 }

@@ -31,7 +31,7 @@ struct GridTransform::Plans {
 
 void GridTransform::Free::operator()(double* values) const { fftw_free(values); }
 
-GridTransform::GridTransform(int rows, int columns)
+GridTransform::GridTransform(int rows, int columns, Ways ways)
     : rows_(rows), columns_(columns), plans_(std::make_unique<Plans>()) {
   // An estimate does not touch the array, but wants one with the alignment of those to come.
   const Values example(fftw_alloc_real(16));
@@ -39,9 +39,12 @@ GridTransform::GridTransform(int rows, int columns)
   double* const values = example.get();
   auto* const spectrum = reinterpret_cast<fftw_complex*>(values);
   const std::lock_guard lock(planner());
-  plans_->forward = fftw_plan_dft_r2c_2d(rows, columns, values, spectrum, FFTW_ESTIMATE);
+  if (ways == Ways::both) {
+    plans_->forward = fftw_plan_dft_r2c_2d(rows, columns, values, spectrum, FFTW_ESTIMATE);
+    if (!plans_->forward) throw std::bad_alloc();
+  }
   plans_->backward = fftw_plan_dft_c2r_2d(rows, columns, spectrum, values, FFTW_ESTIMATE);
-  if (!plans_->forward || !plans_->backward) throw std::bad_alloc();
+  if (!plans_->backward) throw std::bad_alloc();
 }
 
 GridTransform::~GridTransform() = default;

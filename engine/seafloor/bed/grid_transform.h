@@ -14,8 +14,10 @@ class GridTransform {
   };
   using Values = std::unique_ptr<double, Free>;
 
+  enum class Ways { both, backward };
+
   /// `columns` must be even. Throws std::bad_alloc.
-  GridTransform(int rows, int columns);
+  GridTransform(int rows, int columns, Ways ways);
   ~GridTransform();
   GridTransform(GridTransform&&) noexcept;
   GridTransform& operator=(GridTransform&&) = delete;
@@ -27,7 +29,7 @@ class GridTransform {
   /// Throws std::bad_alloc.
   Values allocate() const;
   /// Both without a factor: one after the other multiplies by rows * columns. Only for arrays of
-  /// allocate().
+  /// allocate(). forward() is only for a transform of both ways.
   void forward(double* values) const;
   void backward(double* values) const;
 

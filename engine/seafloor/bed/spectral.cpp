@@ -9,6 +9,7 @@
 #include <span>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -83,44 +84,49 @@ GridTransform::Values one_transform(const Heightfield& field, const Size& size,
                                     const SpectralField& what, const RandomStream& noise,
                                     std::uint64_t first) {
   const auto [columns, rows] = size;
-  const GridTransform transform(rows, columns);
-  const std::size_t stride = transform.stride();
+  const GridTransform transform(rows, columns, GridTransform::Ways::backward);
+  const std::size_t stride = transform.stride(), terms = stride / 2;
   GridTransform::Values values = transform.allocate();
   double* const heights = values.get();
   auto* const spectrum = reinterpret_cast<std::complex<double>*>(heights);
 
-  // The noise is made in space, so that its transform has the symmetry of a real field.
-  for (std::size_t row = 0; row < count(rows); ++row)
-    noise.normal(std::span(heights + row * stride, count(columns)), first + row * count(columns));
-  transform.forward(heights);
-
-  // Each term of the transform of M white numbers has the power M, and FFTW's inverse lacks the
-  // factor 1/M, so a filter f gives the variance sum(f^2)/M. This is the integral of amplitude^2
-  // if f = amplitude * sqrt(M dkx dky), where M dkx dky = (2 pi)^2 / (dx dy).
+  // FFTW's inverse sums the terms, so the mean power of a term is amplitude^2 dkx dky. It is that
+  // of a complex number whose two parts are normal with half of it.
   const double dkx = 2.0 * pi / (columns * field.cell_east_m);
   const double dky = 2.0 * pi / (rows * field.cell_north_m);
-  const double to_filter = std::sqrt(size.cells()) * std::sqrt(dkx * dky);
+  const double to_part = std::sqrt(0.5 * dkx * dky);
   double calibration = 0.0;  // the integral of weight * amplitude^2
-  for (int row = 0; row < rows; ++row)
+  std::vector<double> amplitudes(terms);
+  for (int row = 0; row < rows; ++row) {
+    const double ky = dky * signed_frequency(row, rows);
+    std::size_t used = 0;  // the terms up to the last one that has power
     for (int column = 0; column <= columns / 2; ++column) {
-      std::complex<double>& term = spectrum[count(row) * (stride / 2) + count(column)];
-      if (row == 0 && column == 0) {
-        term = 0.0;
-        continue;
-      }
       const double kx = dkx * column;
-      const double ky = dky * signed_frequency(row, rows);
-      const double amplitude = what.amplitude(kx, ky);
-      if (what.weight) {
-        const int partners = column == 0 || column == columns / 2 ? 1 : 2;  // k and -k
-        calibration += partners * what.weight(kx, ky) * amplitude * amplitude * dkx * dky;
-      }
-      term *= amplitude * to_filter;
+      double& amplitude = amplitudes[count(column)];
+      amplitude = row == 0 && column == 0 ? 0.0 : what.amplitude(kx, ky);
+      if (amplitude == 0.0) continue;
+      used = count(column) + 1;
+      if (!what.weight) continue;
+      const int partners = column == 0 || column == columns / 2 ? 1 : 2;  // k and -k
+      calibration += partners * what.weight(kx, ky) * amplitude * amplitude * dkx * dky;
+    }
+    double* const parts = heights + count(row) * stride;
+    noise.normal(std::span(parts, 2 * used), first + count(row) * stride);
+    for (std::size_t i = 0; i < used; ++i)
+      spectrum[count(row) * terms + i] *= to_part * amplitudes[i];
+    std::fill(parts + 2 * used, parts + stride, 0.0);
+  }
+  // A real field's terms at k and -k are conjugate. Both are stored where kx is 0 or Nyquist's.
+  for (const std::size_t column : {std::size_t{0}, terms - 1})
+    for (std::size_t row = 0; row <= count(rows) / 2; ++row) {
+      const std::complex<double> term = spectrum[row * terms + column];
+      const std::size_t partner = (count(rows) - row) % count(rows);
+      spectrum[partner * terms + column] =
+          partner == row ? std::numbers::sqrt2 * term.real() : std::conj(term);
     }
   transform.backward(heights);
 
-  const double calibrate = what.weight ? std::sqrt(what.calibrated_m2 / calibration) : 1.0;
-  const double scale = calibrate / size.cells();
+  const double scale = what.weight ? std::sqrt(what.calibrated_m2 / calibration) : 1.0;
   for (std::size_t row = 0; row < count(field.rows); ++row)
     for (std::size_t column = 0; column < count(field.columns); ++column)
       heights[row * count(field.columns) + column] = scale * heights[row * stride + column];

@@ -84,7 +84,7 @@ TiledField::Band TiledField::make_band(std::size_t number, int points) const {
   const double d = spacing_m(number);
   for (int reach = first_reach;; reach *= 2) {
     const int length = fast_length(10.0 * reach);
-    const GridTransform wide(length, length);
+    const GridTransform wide(length, length, GridTransform::Ways::backward);
     const GridTransform::Values values = wide.allocate();
     auto* const spectrum = reinterpret_cast<std::complex<double>*>(values.get());
     const double dk = 2.0 * pi / (length * d);
@@ -102,7 +102,8 @@ TiledField::Band TiledField::make_band(std::size_t number, int points) const {
     Band band{
         reach,
         std::vector<double>(static_cast<std::size_t>(across) * static_cast<std::size_t>(across)),
-        GridTransform(fast_length(points + 2 * reach), fast_length(points + 2 * reach)),
+        GridTransform(fast_length(points + 2 * reach), fast_length(points + 2 * reach),
+                      GridTransform::Ways::both),
         {}};
     // It fades out from half its reach on.
     const auto fading = [&](int place) {

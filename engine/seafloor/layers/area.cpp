@@ -51,25 +51,53 @@ bool inside_any(const std::vector<Polygon>& polygons, const Vector2d& p) {
   return odd;
 }
 
-/// Sliding means of `width` points along lines that are `stride` apart; NaN does not count.
-void mean_along(std::vector<double>& values, std::size_t lines, std::size_t line_stride,
-                std::size_t points, std::size_t point_stride, std::size_t half) {
-  std::vector<double> line(points);
-  for (std::size_t l = 0; l < lines; ++l) {
-    double* const first = values.data() + l * line_stride;
-    for (std::size_t i = 0; i < points; ++i) line[i] = first[i * point_stride];
-    double sum = 0.0, count = 0.0;
-    const auto take = [&](std::size_t i, double sign) {
-      if (std::isnan(line[i])) return;
-      sum += sign * line[i];
-      count += sign;
-    };
-    for (std::size_t i = 0; i < std::min(half, points); ++i) take(i, 1.0);
-    for (std::size_t i = 0; i < points; ++i) {
-      if (i + half < points) take(i + half, 1.0);
-      if (i > half) take(i - half - 1, -1.0);
-      // In steps of 2^-30, of which sums are exact: nothing of a mask is left where it has ended.
-      first[i * point_stride] = count > 0.5 ? std::round(sum / count * 0x1p30) * 0x1p-30 : line[i];
+/// A sum of values that are not NaN, and their number.
+struct KnownSum {
+  double sum = 0.0, count = 0.0;
+  void add(double value, double times) {
+    const bool known = value == value;
+    sum += known ? times * value : 0.0;
+    count += known ? times : 0.0;
+  }
+  /// The mean; `otherwise` if nothing is known. In steps of 2^-30, of which sums are exact: nothing
+  /// of a mask is left where it has ended.
+  double mean_or(double otherwise) const {
+    // To this magnitude a sum is rounded to the step.
+    constexpr double rounding = 1.5 * 0x1p22;
+    return count > 0.5 ? (sum / count + rounding) - rounding : otherwise;
+  }
+};
+
+/// Sliding means over the 2 half + 1 rows about each; NaN does not count.
+void mean_across_rows(std::vector<double>& values, std::size_t rows, std::size_t columns,
+                      std::size_t half) {
+  const std::vector<double> from = values;
+  std::vector<KnownSum> sums(columns);
+  const auto take = [&](std::size_t row, double times) {
+    for (std::size_t i = 0; i < columns; ++i) sums[i].add(from[row * columns + i], times);
+  };
+  for (std::size_t row = 0; row < std::min(half, rows); ++row) take(row, 1.0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (row + half < rows) take(row + half, 1.0);
+    if (row > half) take(row - half - 1, -1.0);
+    double* const to = values.data() + row * columns;
+    for (std::size_t i = 0; i < columns; ++i) to[i] = sums[i].mean_or(to[i]);
+  }
+}
+
+/// Sliding means over the 2 half + 1 columns about each; NaN does not count.
+void mean_across_columns(std::vector<double>& values, std::size_t rows, std::size_t columns,
+                         std::size_t half) {
+  std::vector<double> from(columns);
+  for (std::size_t row = 0; row < rows; ++row) {
+    double* const to = values.data() + row * columns;
+    std::copy_n(to, columns, from.begin());
+    KnownSum sum;
+    for (std::size_t i = 0; i < std::min(half, columns); ++i) sum.add(from[i], 1.0);
+    for (std::size_t i = 0; i < columns; ++i) {
+      if (i + half < columns) sum.add(from[i + half], 1.0);
+      if (i > half) sum.add(from[i - half - 1], -1.0);
+      to[i] = sum.mean_or(from[i]);
     }
   }
 }
@@ -83,9 +111,9 @@ std::vector<double> blurred(std::vector<double> values, const Heightfield& grid,
   };
   for (int pass = 0; pass < 3; ++pass) {
     if (half(grid.cell_east_m) > 0)
-      mean_along(values, rows, columns, columns, 1, half(grid.cell_east_m));
+      mean_across_columns(values, rows, columns, half(grid.cell_east_m));
     if (half(grid.cell_north_m) > 0)
-      mean_along(values, columns, 1, rows, columns, half(grid.cell_north_m));
+      mean_across_rows(values, rows, columns, half(grid.cell_north_m));
   }
   return values;
 }

@@ -13,8 +13,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// How much of the slope at which a plane's line could turn back is allowed.
-constexpr double allowed_slope = 0.5;
+// How much of the slope at which a plane's line could turn back is allowed. The rounding of a
+// crossing grows by 1 / (1 - allowed_slope), for which `rounding` has room.
+constexpr double allowed_slope = 0.95;
 // A bound, with much to spare, on the rounding of a crossing, relative to the range and to the
 // length of the edge.
 constexpr double rounding = 1e-11;

@@ -23,12 +23,13 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, without ignor
     layers.sediment[i] = 6;
     layers.instance[i] = i == 4 ? 300 : i == 5 ? 7 : 0;
   }
-  const std::vector<Mask> masks = encode_masks(line, {.ignored = {7}});
+  const Masks encoded = encode_masks(line, {.ignored = {7}});
+  const std::vector<Mask>& masks = encoded.files;
   REQUIRE(masks.size() == 4);
   CHECK(masks[0].name == "class");
   CHECK(png_pixels(masks[0].png, false) ==
         std::vector<std::uint16_t>{255, 9, 9, 9, 9, 255, 0, 9, 0, 4});
-  CHECK(masks[0].numbers == std::vector<std::uint16_t>{0, 4, 9, 255});
+  CHECK(encoded.class_numbers == std::vector<std::uint16_t>{0, 4, 9, 255});
   CHECK(masks[1].name == "sediment");
   CHECK(png_pixels(masks[1].png, false) ==
         std::vector<std::uint16_t>{255, 6, 6, 6, 6, 255, 255, 6, 255, 6});
@@ -43,7 +44,8 @@ TEST_CASE("masks have the layers' numbers, the newest ping on top, without ignor
   layers.shadow_instance[8] = 7;
   layers.shadow_instance[3] = 300;
   const Mask with_shadows =
-      encode_masks(line, {.ignored = {7}, .shadow_class = 2, .names = {{"none", "a"}, {}}})[0];
+      encode_masks(line, {.ignored = {7}, .shadow_class = 2, .names = {{"none", "a"}, {}}})
+          .files[0];
   CHECK(png_pixels(with_shadows.png, false) ==
         std::vector<std::uint16_t>{255, 9, 9, 255, 9, 255, 0, 9, 2, 4});
   const std::string_view bytes(reinterpret_cast<const char*>(with_shadows.png.data()),
