@@ -20,6 +20,7 @@ enum class Purpose : std::uint64_t {
   navigation = 11,
   object_place = 20,
   object_shape = 21,
+  object_scour = 22,
   roughness_layer = 30,
   crest_layer = 31,
   furrow_layer = 32,

@@ -44,8 +44,9 @@ struct GroundTexture {
 /// have the shapes of a recording at 600 kHz over a mixed bed: 0.8 to 1.6 at 8 to 14 degrees
 /// grazing, 3 at 14 to 20 and high ones above (tests/physics/texture_test.cpp). Its share of points
 /// was chosen so that skew, kurtosis and bright samples at 8 to 20 degrees are those of two
-/// recordings (bench/realism), and so was its slow change. The others follow by the kind of bed,
-/// and are not measured.
+/// recordings, and its slow change so that levels change as theirs over 1 to 16 m of the track, and
+/// forms of 0.6 to 2.4 m have their contrast and skew (bench/realism). The others follow by the
+/// kind of bed, and are not measured.
 GroundTexture ground_texture_of(const Sediment& sediment);
 
 /// Quantiles of gamma distributions of mean 1, for random numbers: rows by shape, columns by the

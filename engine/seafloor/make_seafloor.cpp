@@ -21,6 +21,7 @@
 #include <ensonify/engine/seafloor/layers/bed_labels.h>
 #include <ensonify/engine/seafloor/layers/seabed_in_windows.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
+#include <ensonify/engine/seafloor/objects/scour.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_reader.h>
@@ -288,8 +289,10 @@ void add_object(PlacedObjects::One& object, Seafloor& seafloor) {
   object.mesh = {};
 }
 
+/// `scoured`, if given, are the heights of the grid, from which it is made again where objects have
+/// scours.
 void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
-                 std::span<const Material> materials, Seafloor& seafloor) {
+                 std::span<const Material> materials, Heightfield* scoured, Seafloor& seafloor) {
   if (tables.empty()) return;
   const auto require_labels = [&](std::size_t count, std::string_view what) {
     if (count + seafloor.labels.size() > max_labels)
@@ -299,6 +302,15 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
   };
   require_labels(count_of(tables), "objects");
   PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials);
+  if (any_scoured(tables)) {
+    if (!scoured)
+      throw std::invalid_argument(
+          "objects: scour_ratio and tail_ratio need a bed of heights that is made at once, not a "
+          "mesh and not one in tiles; leave them out");
+    add_scours(*scoured, placed, tables, seed);
+    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(*scoured));
+    seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  }
   std::size_t parts = 0;
   for (const PlacedObjects::One& object : placed.objects) parts += object.parts.size();
   require_labels(parts, "parts of objects");
@@ -321,9 +333,10 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
 }
 
 void add_objects_and_count(std::span<const ObjectOptions> objects, std::uint64_t seed,
-                           std::span<const Material> materials, Seafloor& seafloor) {
+                           std::span<const Material> materials, Heightfield* scoured,
+                           Seafloor& seafloor) {
   const std::size_t bed_vertices = seafloor.vertices - seafloor.mesh.positions.size();
-  add_objects(objects, seed, materials, seafloor);
+  add_objects(objects, seed, materials, scoured, seafloor);
   seafloor.vertices = bed_vertices + seafloor.mesh.positions.size();
   seafloor.faces = seafloor.first_in_mesh() + seafloor.mesh.faces.size();
 }
@@ -451,6 +464,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     return open_analysed(options.progressive.path);
   }
   Seafloor seafloor;
+  Ground ground;
   if (options.kind == SeafloorKind::mesh) {
     seafloor.mesh = make_mesh(options, seafloor, plan);
     seafloor.vertices = seafloor.mesh.positions.size();
@@ -462,7 +476,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
   } else {
     if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
     require_bed(options, plan, form);
-    const Ground ground = make_ground(options, seed);
+    ground = make_ground(options, seed);
     require_faces(options, ground.field, plan, form);
     seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(ground.field));
     seafloor.mesh.world_origin = ground.field.world_origin;
@@ -472,7 +486,8 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     seafloor.mean_bed_m = seafloor.grid->mean_height_m();
     label_bed(ground.field, *seafloor.grid, ground.map, count_of(objects), seafloor);
   }
-  add_objects_and_count(objects, seed, materials, seafloor);
+  add_objects_and_count(objects, seed, materials,
+                        options.kind == SeafloorKind::mesh ? nullptr : &ground.field, seafloor);
   if (form == BedForm::mesh) take_bed_to_mesh(seafloor);
   return seafloor;
 }
@@ -482,7 +497,7 @@ Seafloor make_seafloor_in_tiles(const SeafloorOptions& options, std::uint64_t se
                                 std::span<const Material> materials, const TileFile& tiles) {
   Seafloor seafloor;
   take_bed_in_tiles(options, seed, tiles, seafloor);
-  add_objects_and_count(objects, seed, materials, seafloor);
+  add_objects_and_count(objects, seed, materials, nullptr, seafloor);
   return seafloor;
 }
 

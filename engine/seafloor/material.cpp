@@ -42,7 +42,7 @@ constexpr std::array covers = {
 /// What grows and lies on a rough solid, its plates and its edges are uneven at all angles. Typical
 /// values.
 constexpr scatter::GroundTexture of_rough_solids{
-    .patch_m = 0.1, .shape = 0.3, .exponent = 0.0, .variation_db = 3.0, .variation_m = 4.0};
+    .patch_m = 0.1, .shape = 0.3, .exponent = 0.0, .variation_db = 5.0, .variation_m = 5.0};
 
 bool is_solid(std::string_view name) {
   const std::vector<scatter::NamedSolid> solids = scatter::named_solids();

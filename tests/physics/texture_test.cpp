@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "support/catch.h"
@@ -271,4 +272,45 @@ TEST_CASE("the slow variation has the mean 1 and the rms of its key") {
   }
   CHECK(sum / count == Approx(1.0).epsilon(0.01));
   CHECK(std::sqrt(squares / count - db * db / (count * count)) == Approx(2.0).epsilon(0.05));
+}
+
+TEST_CASE("the slow variation is stronger over longer distances, and strong patches are few") {
+  // Octaves of 16, 8, 4, 2 m, with variances as the root of the scale.
+  const GroundTexture texture{.variation_db = 1.0, .variation_m = 16.0};
+  const TexturedGround ground({{}, texture}, 0.05, 1);
+  // The ln factor at x, and the same a distance to the east of it.
+  const auto change = [&](double distance_m) {
+    double squares = 0.0;
+    std::vector<double> all;
+    BinLayers bins;
+    bins.assign(16 * 2);
+    std::ranges::fill(bins.sediment, 1u);
+    for (int place = 0; place < 20000; ++place) {
+      for (std::size_t n = 0; n < bins.x_m.size(); ++n) {
+        bins.x_m[n] = static_cast<float>(37.3 * place + (n < 16 ? 0.0 : distance_m));
+        bins.y_m[n] = static_cast<float>(11.7 * place);
+      }
+      std::vector<float> direct(bins.x_m.size(), 1.0f);
+      ground.vary(bins, direct);
+      const double here = std::log(direct[15]), there = std::log(direct[31]);
+      squares += (there - here) * (there - here);
+      all.push_back(here);
+    }
+    const auto count = static_cast<double>(all.size());
+    const double mean = std::accumulate(all.begin(), all.end(), 0.0) / count;
+    double second = 0.0, third = 0.0;
+    for (const double here : all) {
+      second += std::pow(here - mean, 2) / count;
+      third += std::pow(here - mean, 3) / count;
+    }
+    return std::pair(std::sqrt(squares / count), third / std::pow(second, 1.5));
+  };
+  const auto [near, skew] = change(1.0);
+  const double far = change(16.0).first, farther = change(200.0).first;
+  CAPTURE(near, far, farther, skew);
+  // One octave is apart by 2 (1 - correlation) of its variance, and independent beyond two cells.
+  CHECK(farther == Approx(std::numbers::sqrt2 * std::numbers::ln10 / 10.0).epsilon(0.03));
+  CHECK((near < 0.65 * far && far < 1.1 * farther));
+  CHECK(skew > 0.4);
+  CHECK(skew < 1.5);
 }

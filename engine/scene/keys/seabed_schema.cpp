@@ -38,7 +38,7 @@ const std::vector<Key<Area>>& area_keys() {
       {"share", "", {0, 1}, "Of all that, a share in patches with ragged borders.",
        at(&Area::share)},
       {"patch_m", "m", {0.1, 100e3}, "Typical size of such a patch.", at(&Area::patch_m)},
-      {"border_m", "m", {0, 10e3}, "Relief fades in over this width.", at(&Area::border_m)},
+      {"border_m", "m", {0, 10e3}, "Relief fades in over this width, and two sediments mix.", at(&Area::border_m)},
       {"ragged_m", "m", {0, 10e3},
        "How far, rms, the border of a polygon, disc or image strays from its line.",
        at(&Area::ragged_m)},

@@ -32,7 +32,7 @@ struct Area {
   std::string on;         ///< where the map has this material; empty: anywhere
   double share = 1.0;     ///< of all that, a share in patches with ragged borders
   double patch_m = 30.0;  ///< typical size of such a patch
-  double border_m = 1.0;  ///< relief fades in over this width
+  double border_m = 1.0;  ///< relief fades in over this width, and two sediments mix
   double ragged_m = 0.0;  ///< rms distance of the border from where the limits above have it
   int number = 0;         ///< of the random numbers of patches and relief; 0: its place in the list
 };

@@ -1,6 +1,7 @@
 #include <ensonify/engine/seafloor/layers/seabed.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
@@ -47,12 +48,20 @@ class LayerStack {
     }
   }
 
-  void lay_patch(const Patch& patch, const Mask& mask) {
-    if (patch.rise_m != 0.0) {
-      const std::vector<double> weight = softened(mask, field_, patch.area.border_m);
-      for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += patch.rise_m * weight[i];
-    }
-    paint(patch.material, patch.class_name, [&](std::size_t i) { return mask[i] > 0.0; });
+  void lay_patch(const Patch& patch, const Mask& mask, const LayerDraws& draws) {
+    const std::vector<double> weight = softened(mask, field_, patch.area.border_m);
+    for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += patch.rise_m * weight[i];
+    // Within the border, both beds lie point by point among each other.
+    paint(patch.material, patch.class_name, [&](std::size_t i) {
+      if (weight[i] == 0.0 || weight[i] == 1.0) return weight[i] == 1.0;
+      const auto columns = static_cast<std::size_t>(field_.columns);
+      std::array<double, 1> draw;
+      draws
+          .of(200, field_.first_column + static_cast<std::int64_t>(i % columns),
+              field_.first_row + static_cast<std::int64_t>(i / columns))
+          .uniform(draw);
+      return draw[0] <= weight[i];
+    });
   }
 
   template <class Relief>
@@ -197,8 +206,8 @@ SeabedMap lay_seabed(Heightfield& field, const SeabedOptions& options, const std
   if (options.empty()) return {{{material, "seabed"}}, {}};
   LayerStack layers(field, material, seed, roughness);
   layers.each(options.patches, "patches", Purpose::seabed_patch,
-              [&](const Patch& patch, const Mask& mask, const LayerDraws&) {
-                layers.lay_patch(patch, mask);
+              [&](const Patch& patch, const Mask& mask, const LayerDraws& draws) {
+                layers.lay_patch(patch, mask, draws);
               });
   for_each_relief_list(options, [&]<class Relief>(const std::vector<ReliefLayer<Relief>>& list) {
     const ReliefKind<Relief>& kind = kind_of(Relief{});

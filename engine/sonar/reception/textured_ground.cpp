@@ -33,14 +33,14 @@ std::uint32_t beginning_of(float row) {
   return static_cast<std::uint32_t>(std::max(row + 0.5f, 0.0f)) * GammaTable::columns;
 }
 
-/// Amplitudes of ln intensity by octave: the variance of a scale goes with the scale, so that the
-/// spectrum along a line falls with the squared wavenumber.
+/// Amplitudes of ln intensity by octave: the variance of a scale goes with the root of the scale,
+/// so that the spectrum along a line falls with the wavenumber to the power 1.5.
 std::vector<float> octaves_of(const GroundTexture& texture) {
   std::vector<float> amplitudes;
   double variance = 0.0;
   for (double scale_m = texture.variation_m; scale_m > shortest_m; scale_m *= 0.5) {
-    variance += scale_m;
-    amplitudes.push_back(static_cast<float>(std::sqrt(scale_m)));
+    variance += std::sqrt(scale_m);
+    amplitudes.push_back(static_cast<float>(std::sqrt(std::sqrt(scale_m))));
   }
   // Smooth interpolation leaves the share (26 / 35)^2 of the corners' variance: the mean over both
   // axes of u^2 + (1 - u)^2, with u = 3 t^2 - 2 t^3.
@@ -55,13 +55,52 @@ std::uint32_t hashed(std::uint32_t h) {  // the finaliser of Appleby's MurmurHas
   return h ^ (h >> 16);
 }
 
-/// A sum of four even numbers, of variance 1: nearly normal.
+/// Numbers of variance 1 that are skewed as strong patches on weaker ground are: a sum of four even
+/// numbers, which is nearly normal, and a share of its square.
+constexpr float square_share = 0.35f;
+constexpr int sums = 4 * 255 + 1;
+float number_of(std::uint32_t sum) {
+  const float z = (static_cast<float>(sum) - 510.0f) * 0.0067658f;  // 1 / sqrt(4 (256^2 - 1) / 12)
+  // The fourth moment of z is 2.7.
+  return (z + square_share * (z * z - 1.0f)) * 0.909756f;  // 1 / sqrt(1 + 1.7 square_share^2)
+}
 float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
   const std::uint32_t h = hashed(static_cast<std::uint32_t>(x) * 0xcc9e2d51u +
                                  hashed(static_cast<std::uint32_t>(y) * 0x1b873593u + key));
-  const std::uint32_t sum = (h & 255u) + ((h >> 8) & 255u) + ((h >> 16) & 255u) + (h >> 24);
-  return (static_cast<float>(sum) - 510.0f) * 0.0067658f;  // 1 / sqrt(4 (256^2 - 1) / 12)
+  return number_of((h & 255u) + ((h >> 8) & 255u) + ((h >> 16) & 255u) + (h >> 24));
 }
+
+/// The logarithm of the mean of exp(weight * number), by weight.
+class LnMeanExp {
+ public:
+  LnMeanExp() {
+    std::vector<double> share{1.0};  // of each sum
+    for (int i = 0; i < 4; ++i) {
+      std::vector<double> more(share.size() + 255, 0.0);
+      for (std::size_t k = 0; k < share.size(); ++k)
+        for (std::size_t byte = 0; byte < 256; ++byte) more[k + byte] += share[k] / 256.0;
+      share = std::move(more);
+    }
+    for (std::size_t i = 0; i < at_step_.size(); ++i) {
+      double mean = 0.0;
+      for (std::uint32_t sum = 0; sum < sums; ++sum)
+        mean += share[sum] * std::exp(static_cast<double>(i) / per_unit * number_of(sum));
+      at_step_[i] = static_cast<float>(std::log(mean));
+    }
+  }
+  /// For weights from 0 to `highest`.
+  float at(float weight) const {
+    const float place = weight * per_unit;
+    const auto step = static_cast<std::size_t>(place);
+    return at_step_[step] +
+           (at_step_[step + 1] - at_step_[step]) * (place - static_cast<float>(step));
+  }
+
+  static constexpr int highest = 2, per_unit = 64;
+
+ private:
+  std::array<float, highest * per_unit + 2> at_step_;
+};
 
 }  // namespace
 
@@ -128,12 +167,10 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
   places.glint_share[n] = glints ? of_angle.glint_share : 0.0f;
 }
 
-/// Octaves of lattice noise: nearly normal numbers at the corners, interpolated smoothly. Between
-/// corners the sum of each octave has the variance of its squared weights; the mean of its
-/// exponential is taken out with the cumulants of the corners' numbers, so that the factor's mean
-/// is 1 everywhere.
+/// Octaves of lattice noise: skewed numbers at the corners, interpolated smoothly. The mean of each
+/// corner's exponential is taken out, so that the factor's mean is 1 everywhere.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m) const {
-  constexpr float fourth_cumulant = -0.3f;  // of a sum of four even numbers of variance 1
+  static const LnMeanExp ln_mean_exp;
   double per_m = 1.0 / kind.texture.variation_m;
   float sum = 0.0f;
   for (std::size_t octave = 0; octave < kind.octaves.size(); ++octave, per_m *= 2.0) {
@@ -147,9 +184,7 @@ float TexturedGround::variation(const Kind& kind, double x_m, double y_m) const 
     for (std::int32_t corner = 0; corner < 4; ++corner) {
       const std::int32_t right = corner & 1, up = corner >> 1;
       const float weight = kind.octaves[octave] * (right ? u : 1.0f - u) * (up ? v : 1.0f - v);
-      const float square = weight * weight;
-      sum += weight * number_at(cell_x + right, cell_y + up, key) - 0.5f * square -
-             fourth_cumulant / 24.0f * square * square;
+      sum += weight * number_at(cell_x + right, cell_y + up, key) - ln_mean_exp.at(weight);
     }
   }
   return std::exp(sum);

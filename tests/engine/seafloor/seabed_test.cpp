@@ -201,6 +201,7 @@ TEST_CASE("The map's materials and classes reach the faces, and relief follows `
   bed.seabed.patches[1].rise_m = 0.3;
   bed.seabed.patches[1].area.radius_m = 6.0;
   bed.seabed.patches[1].area.middle_east_m = 15.0;
+  for (Patch& patch : bed.seabed.patches) patch.area.border_m = 0.0;
   bed.seabed.crests.resize(1);
   bed.seabed.crests[0].area.on = "sandy mud";
   bed.seabed.crests[0].area.border_m = 0.0;
@@ -275,6 +276,29 @@ TEST_CASE("Boulders have instances, except in a layer with too many of them") {
   CHECK(many.warnings[0].starts_with("seafloor.boulders.0: its "));
   REQUIRE(!many.features.empty());
   CHECK(many.features[0].layer == "boulders.1");
+}
+
+TEST_CASE("Across the border of a patch its share falls as a softened mask does") {
+  Heightfield field = flat(401, 401, 0.25, 0.25);
+  SeabedOptions seabed;
+  seabed.patches.resize(1);
+  seabed.patches[0].material = "sandy mud";
+  seabed.patches[0].area.polygon_m = {{-60, -60}, {0.1, -60}, {0.1, 60}, {-60, 60}};
+  seabed.patches[0].area.border_m = 12.0;
+  const std::vector<double> weight =
+      softened(mask_of(seabed.patches[0].area, field), field, seabed.patches[0].area.border_m);
+  const SeabedMap map = lay_seabed(field, seabed, "medium sand", 3);
+  for (int column = 170; column <= 230; column += 5) {
+    double mud = 0.0;
+    for (int row = 0; row < field.rows; ++row)
+      mud += map.point_kind[field.index(column, row)] != 0 ? 1.0 / field.rows : 0.0;
+    const double expected = weight[field.index(column, 200)];
+    CAPTURE(column, expected);
+    // Four standard deviations of a share of 401 points.
+    CHECK(mud == Approx(expected).margin(0.1));
+    if (expected == 0.0 || expected == 1.0) CHECK(mud == Approx(expected).margin(1e-9));
+  }
+  CHECK(weight[field.index(200, 200)] == Approx(0.5).margin(0.05));
 }
 
 TEST_CASE("Ripples lie on the sediment and not on the rock") {

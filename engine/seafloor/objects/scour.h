@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include <ensonify/engine/seafloor/bed/heightfield.h>
+#include <ensonify/engine/seafloor/objects/object_options.h>
+#include <ensonify/engine/seafloor/objects/objects.h>
+
+namespace ensonify::engine {
+
+/// Whether a current has moved the bed about the objects of one of these tables.
+bool any_scoured(std::span<const ObjectOptions> tables);
+
+/// Moves the bed about objects at their final places, as their tables ask: a moat, half as deep in
+/// the lee, and a tail behind them. What lies under an object stays, so that it still stands on it.
+/// Depths are shares of the object's height over the bed, of which half lies lower. The moat is
+/// half as wide as that height and the tail six times as long. Both change along the object at
+/// random.
+void add_scours(Heightfield& bed, const PlacedObjects& placed,
+                std::span<const ObjectOptions> tables, std::uint64_t seed);
+
+}  // namespace ensonify::engine

@@ -1,0 +1,92 @@
+#include <ensonify/engine/seafloor/objects/scour.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/temporary_folder.h"
+
+#include <ensonify/engine/seafloor/make_seafloor.h>
+
+using namespace ensonify::engine;
+
+namespace {
+
+/// A box on a level bed, in a current to the east.
+ObjectOptions scoured_box(double scour_ratio, double tail_ratio) {
+  ObjectOptions box;
+  box.shape = "box";
+  box.size.length_m = 6.0;
+  box.size.width_m = 3.0;
+  box.size.shape_height_m = 2.0;
+  box.scour_ratio = scour_ratio;
+  box.tail_ratio = tail_ratio;
+  box.current_rad = 0.5 * std::numbers::pi;
+  return box;
+}
+
+SeafloorOptions level_bed() {
+  SeafloorOptions bed;
+  bed.extent_east_m = bed.extent_north_m = 60.0;
+  bed.cell_m = 0.2;
+  bed.depth_m = 15.0;
+  bed.fractal.height_at_1m_m = 0.0;
+  return bed;
+}
+
+/// What the current has added to the bed under a place.
+double moved_m(const Seafloor& seafloor, double x_m, double y_m) {
+  return BedGrid(seafloor).height_m(x_m, y_m) + 15.0;
+}
+
+/// The mean over seeds, so that the random share has its mean of 1.
+double mean_moved_m(const ObjectOptions& box, double x_m, double y_m) {
+  constexpr int seeds = 60;
+  double sum = 0.0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed)
+    sum += moved_m(make_seafloor(level_bed(), seed, std::vector{box}, {}), x_m, y_m);
+  return sum / seeds;
+}
+
+}  // namespace
+
+TEST_CASE("a moat has its depth a half height from an object, and is half as deep in the lee") {
+  const ObjectOptions box = scoured_box(0.2, 0.0);
+  // Upstream, beside and downstream; the box reaches to 1.5 m east and 3 m north. Places of the
+  // grid, which has a point in the middle.
+  CHECK(mean_moved_m(box, -2.6, 0.0) == Approx(-0.4).epsilon(0.15));
+  CHECK(mean_moved_m(box, 0.0, 4.0) == Approx(-0.3).epsilon(0.15));
+  CHECK(mean_moved_m(box, 2.6, 0.0) == Approx(-0.2).epsilon(0.15));
+}
+
+TEST_CASE("what lies under an object and far from it stays, and so does the object") {
+  const SeafloorOptions bed = level_bed();
+  const Seafloor plain = make_seafloor(bed, 1, std::vector{scoured_box(0.0, 0.0)}, {});
+  const Seafloor scoured = make_seafloor(bed, 1, std::vector{scoured_box(0.3, 0.3)}, {});
+  CHECK(moved_m(scoured, 0.0, 0.0) == Approx(0.0).margin(1e-5));
+  CHECK(moved_m(scoured, 1.0, 2.0) == Approx(0.0).margin(1e-5));
+  CHECK(moved_m(scoured, -10.0, 0.0) == Approx(0.0).margin(1e-5));
+  CHECK(moved_m(scoured, 0.0, 14.0) == Approx(0.0).margin(1e-5));
+  CHECK(moved_m(scoured, -2.6, 0.0) < -0.1);
+  CHECK(scoured.objects[0].middle_m == plain.objects[0].middle_m);
+  CHECK(scoured.faces == plain.faces);
+}
+
+TEST_CASE("the tail lies in the lee and is highest a quarter of its length away") {
+  const ObjectOptions box = scoured_box(0.0, 0.2);
+  CHECK(mean_moved_m(box, 1.5 + 3.0, 0.0) == Approx(0.4).epsilon(0.15));
+  CHECK(mean_moved_m(box, -4.6, 0.0) == Approx(0.0).margin(1e-5));
+  CHECK(mean_moved_m(box, 1.5 + 12.4, 0.0) == Approx(0.0).margin(1e-5));
+}
+
+TEST_CASE("scours are refused where the bed is a mesh") {
+  const ensonify::tests::TemporaryFolder folder;
+  SeafloorOptions bed = level_bed();
+  bed.kind = SeafloorKind::mesh;
+  bed.mesh.path = folder / "bed.obj";
+  ensonify::tests::write_text(bed.mesh.path,
+                              "v -9 -9 -5\nv 9 -9 -5\nv 9 9 -5\nv -9 9 -5\nf 1 2 3\nf 1 3 4\n");
+  CHECK_THROWS_WITH(make_seafloor(bed, 1, std::vector{scoured_box(0.1, 0.0)}, {}),
+                    Catch::Contains("scour_ratio"));
+}
