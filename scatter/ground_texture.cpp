@@ -39,12 +39,12 @@ double GroundTexture::glint_shape() const {
 // water's within 2 %, that of sandy gravel (-1 phi) is 1.34 times it, rock has 2.5 times.
 GroundTexture ground_texture_of(const Sediment& sediment) {
   if (sediment.sound_speed_ratio < 1.05)  // silt and clay
-    return {.shape = 0.8, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.1};
+    return {.shape = 0.8, .glint_share = 0.03, .glints_per_m2 = 3.0, .variation_db = 2.0};
   if (sediment.sound_speed_ratio < 1.33)  // sand
-    return {.shape = 0.5, .glint_share = 0.2, .glints_per_m2 = 8.0, .variation_db = 2.8};
+    return {.shape = 0.5, .glint_share = 0.2, .glints_per_m2 = 8.0, .variation_db = 2.5};
   if (sediment.sound_speed_ratio < 2.0)  // gravel and stones
-    return {.shape = 0.3, .glint_share = 0.15, .glints_per_m2 = 20.0, .variation_db = 3.2};
-  return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 3.4};  // rock
+    return {.shape = 0.3, .glint_share = 0.15, .glints_per_m2 = 20.0, .variation_db = 3.0};
+  return {.shape = 0.25, .glint_share = 0.1, .glints_per_m2 = 10.0, .variation_db = 3.2};  // rock
 }
 
 // From large values x downwards, over even steps of ln x: the share of larger values, and what they

@@ -57,12 +57,12 @@ std::uint32_t hashed(std::uint32_t h) {  // the finaliser of Appleby's MurmurHas
 
 /// Numbers of variance 1 that are skewed as strong patches on weaker ground are: a sum of four even
 /// numbers, which is nearly normal, and a share of its square.
-constexpr float square_share = 0.35f;
+constexpr float square_share = 0.2f;
 constexpr int sums = 4 * 255 + 1;
 float number_of(std::uint32_t sum) {
   const float z = (static_cast<float>(sum) - 510.0f) * 0.0067658f;  // 1 / sqrt(4 (256^2 - 1) / 12)
   // The fourth moment of z is 2.7.
-  return (z + square_share * (z * z - 1.0f)) * 0.909756f;  // 1 / sqrt(1 + 1.7 square_share^2)
+  return (z + square_share * (z * z - 1.0f)) * 0.967673f;  // 1 / sqrt(1 + 1.7 square_share^2)
 }
 float number_at(std::int32_t x, std::int32_t y, std::uint32_t key) {
   const std::uint32_t h = hashed(static_cast<std::uint32_t>(x) * 0xcc9e2d51u +
@@ -115,9 +115,11 @@ float TexturedGround::rows_of(double length_m) {
 
 TexturedGround::TexturedGround(std::vector<GroundTexture> by_material, double bin_m,
                                std::uint64_t seed) {
-  std::array<double, 1> random;
+  std::array<double, 2> random;
   RandomStream(seed, Purpose::ground_texture).uniform(random);
   key_ = static_cast<std::uint32_t>(random[0] * 0x1p32 - 1.0);
+  along_x_ = std::cos(std::numbers::pi * random[1]);
+  along_y_ = std::sin(std::numbers::pi * random[1]);
   for (const GroundTexture& texture : by_material) {
     Kind kind{.texture = texture,
               .units_per_m = units_per_patch / texture.patch_m,
@@ -168,24 +170,36 @@ void TexturedGround::place(std::size_t n, std::uint32_t material, float grazing_
 }
 
 /// Octaves of lattice noise: skewed numbers at the corners, interpolated smoothly. The mean of each
-/// corner's exponential is taken out, so that the factor's mean is 1 everywhere.
+/// corner's exponential is taken out, so that the factor's mean is 1 everywhere. Forms are longer
+/// in one direction, as a current leaves them, and each octave is shifted by those before it, which
+/// tears its cells; its numbers do not depend on theirs, so the mean stays.
 float TexturedGround::variation(const Kind& kind, double x_m, double y_m) const {
   static const LnMeanExp ln_mean_exp;
+  constexpr double longer = 1.6;  // of the forms, and as much narrower
+  constexpr double shift = 0.6;   // of a cell, per standard deviation of an octave before
+  const double along = (x_m * along_x_ + y_m * along_y_) / longer;
+  const double across = (x_m * along_y_ - y_m * along_x_) * longer;
   double per_m = 1.0 / kind.texture.variation_m;
+  double before = 0.0, before_that = 0.0;  // values of the last octaves, in standard deviations
   float sum = 0.0f;
   for (std::size_t octave = 0; octave < kind.octaves.size(); ++octave, per_m *= 2.0) {
-    const double x = x_m * per_m, y = y_m * per_m;
+    const double x = along * per_m + shift * before, y = across * per_m + shift * before_that;
     const double floor_x = std::floor(x), floor_y = std::floor(y);
     const auto smooth = [](double t) { return static_cast<float>(t * t * (3.0 - 2.0 * t)); };
     const float u = smooth(x - floor_x), v = smooth(y - floor_y);
     const auto cell_x = static_cast<std::int32_t>(floor_x);
     const auto cell_y = static_cast<std::int32_t>(floor_y);
     const std::uint32_t key = key_ + static_cast<std::uint32_t>(octave + 1) * 0x9e3779b9u;
+    float value = 0.0f;
     for (std::int32_t corner = 0; corner < 4; ++corner) {
       const std::int32_t right = corner & 1, up = corner >> 1;
-      const float weight = kind.octaves[octave] * (right ? u : 1.0f - u) * (up ? v : 1.0f - v);
-      sum += weight * number_at(cell_x + right, cell_y + up, key) - ln_mean_exp.at(weight);
+      const float weight = (right ? u : 1.0f - u) * (up ? v : 1.0f - v);
+      value += weight * number_at(cell_x + right, cell_y + up, key);
+      sum -= ln_mean_exp.at(kind.octaves[octave] * weight);
     }
+    sum += kind.octaves[octave] * value;
+    before_that = before;
+    before = static_cast<double>(value);
   }
   return std::exp(sum);
 }

@@ -53,7 +53,7 @@ class TexturedGround {
   static void leave_even(std::size_t n, Places& places);
 
   /// Multiplies the expected echo of each bin by the slow variation of its material's strength
-  /// there, a lognormal factor of mean 1. It is found once per group of bins.
+  /// there, a factor of mean 1. It is found once per group of bins.
   void vary(const BinLayers& bins, std::span<float> direct) const;
 
  private:
@@ -78,6 +78,7 @@ class TexturedGround {
   std::vector<Kind> kinds_;
   bool patchy_ = false, varies_ = false;
   std::uint32_t key_;
+  double along_x_, along_y_;  // of the unit vector along the forms of the slow variation
 };
 
 }  // namespace ensonify::engine
