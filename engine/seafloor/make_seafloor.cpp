@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <system_error>
@@ -302,11 +303,12 @@ void add_objects(std::span<const ObjectOptions> tables, std::uint64_t seed,
   };
   require_labels(count_of(tables), "objects");
   PlacedObjects placed = place_objects(tables, seed, BedGrid(seafloor), materials);
-  if (any_scoured(tables)) {
+  if (const std::optional<std::size_t> first = first_scoured(tables)) {
     if (!scoured)
       throw std::invalid_argument(
-          "objects: scour_ratio and tail_ratio need a bed of heights that is made at once, not a "
-          "mesh and not one in tiles; leave them out");
+          fmt::format("objects.{}: scour_ratio and tail_ratio need a bed of heights that is made "
+                      "at once, not a mesh and not one in tiles; leave them out",
+                      *first));
     add_scours(*scoured, placed, tables, seed);
     seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(*scoured));
     seafloor.mean_bed_m = seafloor.grid->mean_height_m();

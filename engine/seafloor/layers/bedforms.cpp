@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/bed/interpolated.h>
+#include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 
 namespace ensonify::engine {

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
 
 namespace ensonify::engine {

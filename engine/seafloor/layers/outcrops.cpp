@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/fractal.h>
+#include <ensonify/engine/seafloor/bed/points_near.h>
 
 namespace ensonify::engine {
 namespace {

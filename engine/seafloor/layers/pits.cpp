@@ -5,6 +5,8 @@
 #include <numbers>
 #include <vector>
 
+#include <ensonify/engine/seafloor/bed/points_near.h>
+
 namespace ensonify::engine {
 namespace {
 

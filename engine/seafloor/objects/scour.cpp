@@ -4,13 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
-#include <ensonify/engine/seafloor/layers/layer_draws.h>
 
 namespace ensonify::engine {
 namespace {
@@ -27,7 +28,7 @@ bool is_scoured(const ObjectOptions& table) {
 /// What one object stands on, and what lies about it.
 class Scour {
  public:
-  /// `bed` is without scours, and must outlive this.
+  /// `bed` must outlive this.
   Scour(const Heightfield& bed, const refine::TriangleMesh& mesh) : bed_(bed) { find_base(mesh); }
 
   void add_to(Heightfield& bed, const ObjectOptions& table, const RandomStream& draws) const {
@@ -158,17 +159,22 @@ class Scour {
 
 }  // namespace
 
-bool any_scoured(std::span<const ObjectOptions> tables) {
-  return std::ranges::any_of(tables, is_scoured);
+std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables) {
+  const auto found = std::ranges::find_if(tables, is_scoured);
+  if (found == tables.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - tables.begin());
 }
 
 void add_scours(Heightfield& bed, const PlacedObjects& placed,
                 std::span<const ObjectOptions> tables, std::uint64_t seed) {
-  const Heightfield before = bed;
+  // All are found on the bed as it was.
+  std::vector<std::pair<std::size_t, Scour>> scours;  // by object
   for (std::size_t i = 0; i < placed.objects.size(); ++i)
-    if (const ObjectOptions& table = tables[placed.objects[i].record.table]; is_scoured(table))
-      Scour(before, placed.objects[i].mesh)
-          .add_to(bed, table, RandomStream(seed, Purpose::object_scour, {i}));
+    if (is_scoured(tables[placed.objects[i].record.table]))
+      scours.emplace_back(i, Scour(bed, placed.objects[i].mesh));
+  for (const auto& [i, scour] : scours)
+    scour.add_to(bed, tables[placed.objects[i].record.table],
+                 RandomStream(seed, Purpose::object_scour, {i}));
 }
 
 }  // namespace ensonify::engine

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include <ensonify/engine/seafloor/bed/heightfield.h>
@@ -9,8 +11,8 @@
 
 namespace ensonify::engine {
 
-/// Whether a current has moved the bed about the objects of one of these tables.
-bool any_scoured(std::span<const ObjectOptions> tables);
+/// The first table about whose objects a current has moved the bed.
+std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables);
 
 /// Moves the bed about objects at their final places, as their tables ask: a moat, half as deep in
 /// the lee, and a tail behind them. What lies under an object stays, so that it still stands on it.
