@@ -33,7 +33,7 @@ struct TargetOutlines {
   Outline shadow;  ///< pixels of region shadow with its `shadow_instance`
 };
 
-/// What a picture shows of it.
+/// What a picture shows of one object, or of one feature of the bed.
 struct Target : TargetOutlines {
   std::uint32_t instance = 0;
   double range_m = 0.0;    ///< mean slant range of the body; without a body, of the shadow

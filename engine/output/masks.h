@@ -20,6 +20,7 @@ struct Mask {
   std::string name;  ///< class, sediment, instance or region
   std::vector<std::byte> png;
 };
+/// All masks of a picture.
 struct Masks {
   std::vector<Mask> files;
   std::vector<std::uint16_t> class_numbers;  ///< of the class mask's pixels, each once, ascending

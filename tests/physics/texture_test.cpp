@@ -308,7 +308,7 @@ TEST_CASE("the slow variation is stronger over longer distances, and strong patc
   const auto [near, skew] = change(1.0);
   const double far = change(16.0).first, farther = change(200.0).first;
   CAPTURE(near, far, farther, skew);
-  // One octave is apart by 2 (1 - correlation) of its variance, and independent beyond two cells.
+  // Independent numbers differ by sqrt(2) of their rms; over a part of a cell they differ by less.
   CHECK(farther == Approx(std::numbers::sqrt2 * std::numbers::ln10 / 10.0).epsilon(0.03));
   CHECK((near < 0.65 * far && far < 1.1 * farther));
   CHECK(skew > 0.4);

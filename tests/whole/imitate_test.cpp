@@ -164,7 +164,7 @@ TEST_CASE("texture, glints and the transmit burst of a run come back from its re
 like = "sandy gravel"
 texture_shape = 0.3
 glint_share = 0.15
-variation_db = 1.5
+variation_db = 0.5
 variation_m = 20
 [arrivals]
 burst_m = 0.8
@@ -181,9 +181,13 @@ burst_m = 0.8
   // Its leakage is seen over twice that range.
   CHECK(value_of(keys, "arrivals.burst_m") == Approx(0.8).margin(0.1));
   CHECK(value_of(keys, "sonar.sidescan.looks") == 2);
-  // The ground's own changes of level pass for gain in part: 30 to 35 over four seeds. The material
-  // is then the first to the ninth that imitate names, so it is only checked on even ground, above.
-  CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(5.5));
+  // The ground's own changes of level pass for gain in part: 27 to 32 over four seeds. The material
+  // is the first for three of them and the twelfth for one. With larger changes of level, as gravel
+  // has by default, it is less certain: the first to the ninth.
+  CHECK(value_of(keys, "sonar.sidescan.tvg_spreading") == Approx(30.0).margin(3.5));
+  const std::vector<std::string> near = all["materials"];
+  CAPTURE(near);
+  CHECK(std::ranges::find(near, "sandy gravel") - near.begin() < 3);
 }
 
 TEST_CASE("what imitate cannot use it refuses, and leaves nothing") {

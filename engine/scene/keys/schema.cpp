@@ -679,7 +679,7 @@ const Section<ObjectOptions>& object_section() {
           {"follow_slope", "", {}, "Whether it is tilted as the bed below it.",
            at(&ObjectOptions::follow_slope)},
           {"scour_ratio", "", {0, 1},
-           "Depth of the moat that a current has dug about it, over its height above the bed. Only "
+           "Depth of the moat that a current has dug around it, over its height above the bed. Only "
            "for a bed of heights that is made at once.",
            at(&ObjectOptions::scour_ratio)},
           {"tail_ratio", "", {0, 1}, "Height of the sand in its lee, over its height.",

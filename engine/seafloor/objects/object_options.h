@@ -35,7 +35,7 @@ struct ObjectOptions {
   double height_m = 0.0;
   double burial = 0.0;        ///< instead of height_m: share of its height that is sunk in
   bool follow_slope = false;  ///< whether it tilts with the bed below it
-  // What a current has moved about it, see scour.h: shares of its height, and where it flows to.
+  // What a current has moved around it, see scour.h: shares of its height, and where it flows to.
   double scour_ratio = 0.0, tail_ratio = 0.0, current_rad = 0.0;
   // Rotations about its middle: heading turns y clockwise from north, then pitch lifts the y end,
   // then roll lowers the x side.

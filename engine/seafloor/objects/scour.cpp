@@ -25,7 +25,7 @@ bool is_scoured(const ObjectOptions& table) {
   return table.scour_ratio > 0.0 || table.tail_ratio > 0.0;
 }
 
-/// What one object stands on, and what lies about it.
+/// What one object stands on, and how high it is.
 class Scour {
  public:
   /// `bed` must outlive this.

@@ -11,10 +11,10 @@
 
 namespace ensonify::engine {
 
-/// The first table about whose objects a current has moved the bed.
+/// The first table whose objects have moats or tails.
 std::optional<std::size_t> first_scoured(std::span<const ObjectOptions> tables);
 
-/// Moves the bed about objects at their final places, as their tables ask: a moat, half as deep in
+/// Moves the bed around objects at their final places, as their tables ask: a moat, half as deep in
 /// the lee, and a tail behind them. What lies under an object stays, so that it still stands on it.
 /// Depths are shares of the object's height over the bed, of which half lies lower. The moat is
 /// half as wide as that height and the tail six times as long. Both change along the object at
