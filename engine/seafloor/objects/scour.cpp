@@ -119,7 +119,7 @@ class Scour {
     for (int row = south; row < south + rows; ++row)
       for (int column = west; column < west + columns; ++column) {
         const double widths = std::sqrt(square_at(column, row)) / width_m;
-        if (!(widths > 0.0 && widths < moat_widths)) continue;
+        if (!(widths < moat_widths)) continue;
         const Vector2d from = Vector2d(bed_.x_m(column), bed_.y_m(row)) - box_.center();
         const double open = 0.75 - 0.25 * from.normalized().dot(down);
         const double fading = std::min(1.0, 2.0 - 2.0 * widths / moat_widths);
