@@ -124,7 +124,7 @@ HeightGrid::HeightGrid(std::shared_ptr<HeightTiles> tiles)
              shape.x_m.size() * shape.y_m.size(),
              shape.mean_height_m,
              {{x_.front(), y_.front(), shape.lowest_m}, {x_.back(), y_.back(), shape.highest_m}},
-             std::numeric_limits<double>::infinity()};
+             Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity())};
   make_levels(in_file_->ranges());
 }
 
@@ -329,7 +329,7 @@ void HeightGridBuilder::count_vertices(std::span<const std::uint64_t> north) {
 }
 
 /// From the greatest steps along the rows and the columns: every face has one edge of each.
-double HeightGridBuilder::steepest() const {
+Eigen::Vector2d HeightGridBuilder::steepest() const {
   constexpr auto points = static_cast<std::size_t>(HeightGrid::tile_points);
   float greatest_x = 0.0f, greatest_y = 0.0f;
   for (int tile_row = 0; tile_row < grid_.tile_rows(); ++tile_row)
@@ -361,8 +361,8 @@ double HeightGridBuilder::steepest() const {
       least = std::min(least, double{lines[i + 1]} - double{lines[i]});
     return least;
   };
-  return (1.0 + 1e-6) * std::hypot(double{greatest_x} / narrowest(grid_.x()),
-                                   double{greatest_y} / narrowest(grid_.y()));
+  return (1.0 + 1e-6) * Eigen::Vector2d(double{greatest_x} / narrowest(grid_.x()),
+                                        double{greatest_y} / narrowest(grid_.y()));
 }
 
 HeightGrid HeightGridBuilder::finish() && {

@@ -98,8 +98,9 @@ class HeightGrid {
   double mean_height_m() const { return counts_.mean_height_m; }
   /// Of the vertices; both corners are zero without faces.
   const Bounds& bounds() const { return counts_.bounds; }
-  /// A bound on the slope of every face (rise over run); infinite if tiles are in a file.
-  double steepest() const { return counts_.steepest; }
+  /// Bounds on the slope of every face (rise over run), eastwards and northwards; infinite if tiles
+  /// are in a file.
+  const Eigen::Vector2d& steepest() const { return counts_.steepest; }
 
   std::span<const float> x() const { return x_; }  ///< of each column, m
   std::span<const float> y() const { return y_; }  ///< of each row, m
@@ -162,7 +163,7 @@ class HeightGrid {
     std::uint64_t faces = 0, vertices = 0;
     double mean_height_m = 0.0;
     Bounds bounds;
-    double steepest = std::numeric_limits<double>::infinity();
+    Eigen::Vector2d steepest = Eigen::Vector2d::Zero();
   };
   struct Level {
     int columns = 0, rows = 0;
@@ -218,7 +219,7 @@ class HeightGridBuilder {
  private:
   void take_heights(std::span<const double> z_m);
   void take_cells(std::span<const double> north);
-  double steepest() const;
+  Eigen::Vector2d steepest() const;
   void count_vertices(std::span<const std::uint64_t> north);
 
   HeightGrid grid_;

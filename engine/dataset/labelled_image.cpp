@@ -46,6 +46,16 @@ class PixelMap {
   bool in_row_ = false;
 };
 
+/// std::copy_n() for runs that may be short: it costs more than a few numbers do.
+template <class Value>
+void copy(const Value* from, std::size_t count, Value* to) {
+  constexpr std::size_t few = 8;
+  if (count > few)
+    std::copy_n(from, count, to);
+  else
+    for (std::size_t i = 0; i < count; ++i) to[i] = from[i];
+}
+
 /// Calls f for each layer that find_targets(), encode_masks() and choose_chips() read.
 template <class F>
 void for_each_label(F&& f) {
@@ -68,11 +78,7 @@ void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage
     for_each_label([&](auto layer) {
       const auto* source = (from.labels.pixels.*layer).data();
       auto* target = (to.labels.pixels.*layer).data();
-      for (const Run& run : runs)
-        if (run.count == 1)
-          target[run.to] = source[run.from];
-        else
-          std::copy_n(source + run.from, run.count, target + run.to);
+      for (const Run& run : runs) copy(source + run.from, run.count, target + run.to);
     });
   }
 }
@@ -90,8 +96,8 @@ void gather(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
         Picture{to.labels.columns(), to.labels.rows(), source.channels, {}});
     target.pixels.assign(target.width * target.height * channels, 0);
     for (const Run& run : map.runs())
-      std::copy_n(source.pixels.data() + in_picture(run.from, from) * channels,
-                  run.count * channels, target.pixels.data() + in_picture(run.to, to) * channels);
+      copy(source.pixels.data() + in_picture(run.from, from) * channels, run.count * channels,
+           target.pixels.data() + in_picture(run.to, to) * channels);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +33,17 @@ std::vector<double> interpolated(const Heightfield& grid, double step_m,
   take_samples(static_cast<std::int64_t>(west) + static_cast<std::int64_t>(first_column),
                static_cast<std::int64_t>(south) + static_cast<std::int64_t>(first_row), columns,
                std::span(samples));
+  struct Along {
+    std::size_t first;
+    std::array<double, 4> weights;
+  };
+  std::vector<Along> along(static_cast<std::size_t>(grid.columns));
+  for (int column = 0; column < grid.columns; ++column) {
+    const double x = grid.x_m(column) / step_m - west;
+    const auto left = static_cast<std::size_t>(x);
+    along[static_cast<std::size_t>(column)] = {left - 1 - first_column,
+                                               catmull_rom(x - static_cast<double>(left))};
+  }
   std::vector<double> values(grid.z_m.size());
   std::vector<double> line(columns);
   for (int row = 0; row < grid.rows; ++row) {
@@ -44,11 +56,9 @@ std::vector<double> interpolated(const Heightfield& grid, double step_m,
         line[column] += across[i] * samples[(below - 1 + i - first_row) * columns + column];
     }
     for (int column = 0; column < grid.columns; ++column) {
-      const double x = grid.x_m(column) / step_m - west;
-      const auto left = static_cast<std::size_t>(x);
-      const auto along = catmull_rom(x - static_cast<double>(left));
+      const auto& [first, weights] = along[static_cast<std::size_t>(column)];
       double sum = 0.0;
-      for (std::size_t i = 0; i < 4; ++i) sum += along[i] * line[left - 1 + i - first_column];
+      for (std::size_t i = 0; i < 4; ++i) sum += weights[i] * line[first + i];
       values[grid.index(column, row)] = sum;
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <stdexcept>
 
@@ -71,16 +72,19 @@ struct KnownSum {
 /// Sliding means over the 2 half + 1 rows about each; NaN does not count.
 void mean_across_rows(std::vector<double>& values, std::size_t rows, std::size_t columns,
                       std::size_t half) {
-  const std::vector<double> from = values;
+  const std::size_t kept_rows = std::min(half, rows) + 1;
+  std::vector<double> kept(kept_rows * columns);  // the last rows, as they were before
   std::vector<KnownSum> sums(columns);
-  const auto take = [&](std::size_t row, double times) {
-    for (std::size_t i = 0; i < columns; ++i) sums[i].add(from[row * columns + i], times);
+  const auto add = [&](const double* from, double times) {
+    for (std::size_t i = 0; i < columns; ++i) sums[i].add(from[i], times);
   };
-  for (std::size_t row = 0; row < std::min(half, rows); ++row) take(row, 1.0);
+  for (std::size_t row = 0; row < std::min(half, rows); ++row) add(&values[row * columns], 1.0);
   for (std::size_t row = 0; row < rows; ++row) {
-    if (row + half < rows) take(row + half, 1.0);
-    if (row > half) take(row - half - 1, -1.0);
-    double* const to = values.data() + row * columns;
+    double* const to = &values[row * columns];
+    double* const before = &kept[row % kept_rows * columns];
+    if (row + half < rows) add(to + half * columns, 1.0);
+    if (row > half) add(before, -1.0);  // row - half - 1
+    std::copy_n(to, columns, before);
     for (std::size_t i = 0; i < columns; ++i) to[i] = sums[i].mean_or(to[i]);
   }
 }
@@ -271,7 +275,8 @@ std::vector<double> area_mask(const Area& area, const AreaGround& ground, const 
 }
 
 std::vector<double> softened(std::vector<double> mask, const Heightfield& grid, double width_m) {
-  return blurred(std::move(mask), grid, width_m);
+  const bool has_border = std::ranges::adjacent_find(mask, std::not_equal_to()) != mask.end();
+  return has_border ? blurred(std::move(mask), grid, width_m) : mask;
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> crossing_sides(const Polygon& polygon) {

@@ -28,12 +28,17 @@ void check(const Bedforms& relief, double cell_m) {
         cell_m, relief.wavelength_m, 0.25 * relief.wavelength_m));
 }
 
+bool is_left_out(std::span<const double> weight, std::size_t point) {
+  return !weight.empty() && weight[point] == 0.0;
+}
+
 /// Pairs of places where a crest ends or forks: about the first the phase turns once to one side,
 /// about the second once to the other, so that between them there is a crest more or less.
 class Forks {
  public:
-  Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
-      : grid_(grid), core_m_(0.35 * relief.wavelength_m) {
+  Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws,
+        std::span<const double> weight)
+      : grid_(grid), weight_(weight), core_m_(0.35 * relief.wavelength_m) {
     turns_.assign(grid.z_m.size(), 0.0);
     height_.assign(grid.z_m.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
@@ -53,6 +58,8 @@ class Forks {
   void add(double x, double y, double east, double north, double length_m, double sign) {
     const double reach_m = reach_in_lengths * length_m;
     for_each_point_near(grid_, x, y, reach_m, [&](int column, int row, double dx, double dy) {
+      const std::size_t point = grid_.index(column, row);
+      if (is_left_out(weight_, point)) return;
       // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
       const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
@@ -63,7 +70,6 @@ class Forks {
         const double rest = std::min(1.0, 2.0 * (1.0 - away));
         window = rest * rest * (3.0 - 2.0 * rest);
       }
-      const std::size_t point = grid_.index(column, row);
       turns_[point] +=
           sign * window * std::atan2(ax * by - ay * bx, ax * bx + ay * by) / (2.0 * pi);
       // The profile has no value at the turning points themselves: a saddle of a crest's width.
@@ -76,6 +82,7 @@ class Forks {
   static constexpr double reach_in_lengths = 1.6;
 
   const Heightfield& grid_;
+  std::span<const double> weight_;
   double core_m_;
   std::vector<double> turns_, height_;
 };
@@ -118,7 +125,8 @@ double CrestProfile::at(double turns) const {
   return std::lerp(at_step_[step], at_step_[step + 1], place - static_cast<double>(step));
 }
 
-void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws) {
+void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
+                std::span<const double> weight) {
   check(relief, std::max(field.cell_east_m, field.cell_north_m));
   if (relief.height_m == 0.0) return;
   const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
@@ -127,7 +135,7 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
   const std::vector<double> bend = bends.over(field), height = heights.over(field);
   const std::vector<double> shift = ragged(field, relief.wavelength_m, draws, 4);
   const std::vector<double> near_height = ragged(field, relief.wavelength_m, draws, 5);
-  const Forks forks(field, relief, draws);
+  const Forks forks(field, relief, draws, weight);
   const double ragged_ln = 4.0 * relief.raggedness;
   // A phase of rms slope k0 * bend turns the crests by bend, and changes their spacing by as much.
   const double bend_turns = relief.bend_rad / (relief.wavelength_m * bends.slope_per_m());
@@ -141,6 +149,7 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t point = field.index(column, row);
+      if (is_left_out(weight, point)) continue;
       const double turns =
           (field.x_m(column) * east + field.y_m(row) * north) / relief.wavelength_m +
           bend_turns * bend[point] + relief.raggedness * shift[point] + forks.turns(point);

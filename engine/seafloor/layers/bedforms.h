@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <ensonify/engine/seafloor/layers/relief_kind.h>
@@ -26,9 +27,11 @@ struct Bedforms {
   double forks = 3.0;  ///< pairs of fork and end in a square of 10 x 10 wavelengths
 };
 
-/// Adds them, with a mean of zero over a wavelength. Throws std::invalid_argument for values that
-/// no crests have and cells longer than a quarter of the wavelength.
-void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws);
+/// Adds them, with a mean of zero over a wavelength, at the points whose weight is not 0 (no
+/// weights: at all). Throws std::invalid_argument for values that no crests have and cells longer
+/// than a quarter of the wavelength.
+void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
+                std::span<const double> weight = {});
 
 const ReliefKind<Bedforms>& kind_of(const Bedforms&);
 

@@ -29,11 +29,14 @@ struct ReliefValue {
 };
 
 /// How a layer is added to a level field. The function's type decides how the layer joins the bed.
-/// `marked` takes the number of a feature, from 1, at the points that belong to it.
+/// `marked` takes the number of a feature, from 1, at the points that belong to it. `weight` is the
+/// softened area, 0 to 1.
 
-/// All over the area, fading out at its border. The layer has no features.
+/// All over the area, fading out at its border: where `weight` is 0, the heights are not used. The
+/// layer has no features.
 template <class Relief>
-using AddEverywhere = void (*)(Heightfield&, const Relief&, const LayerDraws&);
+using AddEverywhere = void (*)(Heightfield&, const Relief&, const LayerDraws&,
+                               std::span<const double> weight);
 /// The same with features, which end where the area does.
 template <class Relief>
 using AddMarked = void (*)(Heightfield&, const Relief&, const LayerDraws&,
@@ -42,8 +45,8 @@ using AddMarked = void (*)(Heightfield&, const Relief&, const LayerDraws&,
 template <class Relief>
 using AddScattered = void (*)(Heightfield&, const Relief&, const LayerDraws&, const Allowed&,
                               std::span<std::uint32_t> marked);
-/// Ground that rises from below the bed where `weight` (the softened area, 0 to 1) grows, and
-/// covers what lies lower. It has no features.
+/// Ground that rises from below the bed where `weight` grows, and covers what lies lower. It has no
+/// features.
 template <class Relief>
 using AddRising = void (*)(Heightfield&, const Relief&, const LayerDraws&,
                            std::span<const double> weight, std::span<std::uint32_t> marked);

@@ -5,7 +5,8 @@
 namespace ensonify::engine {
 namespace {
 
-void add_roughness(Heightfield& field, const FractalRelief& relief, const LayerDraws& draws) {
+void add_roughness(Heightfield& field, const FractalRelief& relief, const LayerDraws& draws,
+                   std::span<const double> /*weight*/) {
   if (draws.roughness)
     draws.roughness->add(field, relief, draws);
   else

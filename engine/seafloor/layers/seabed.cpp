@@ -80,8 +80,9 @@ class LayerStack {
   Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
             AddEverywhere<Relief> add) {
     Heightfield relief = level();
-    add(relief, layer.relief, draws);
-    return lay_fading(layer, mask, relief, Marks(relief.z_m.size(), 1));
+    const std::vector<double> weight = softened(mask, field_, layer.area.border_m);
+    add(relief, layer.relief, draws, weight);
+    return lay_fading(relief, weight, Marks(relief.z_m.size(), 1));
   }
   template <class Relief>
   Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
@@ -89,7 +90,7 @@ class LayerStack {
     Heightfield relief = level();
     Marks marked(relief.z_m.size(), 0);
     add(relief, layer.relief, draws, marked);
-    return lay_fading(layer, mask, relief, std::move(marked));
+    return lay_fading(relief, softened(mask, field_, layer.area.border_m), std::move(marked));
   }
   template <class Relief>
   Marks lay(const ReliefLayer<Relief>& layer, const Mask& mask, const LayerDraws& draws,
@@ -126,10 +127,7 @@ class LayerStack {
   }
 
   /// Relief that fades out at the area's border; marks beyond its middle are cleared.
-  template <class Relief>
-  Marks lay_fading(const ReliefLayer<Relief>& layer, const Mask& mask, const Heightfield& relief,
-                   Marks marked) {
-    const std::vector<double> weight = softened(mask, field_, layer.area.border_m);
+  Marks lay_fading(const Heightfield& relief, const std::vector<double>& weight, Marks marked) {
     for (std::size_t i = 0; i < weight.size(); ++i) field_.z_m[i] += weight[i] * relief.z_m[i];
     for (std::size_t i = 0; i < weight.size(); ++i)
       if (!(weight[i] > 0.5)) marked[i] = 0;

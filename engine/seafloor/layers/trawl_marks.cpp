@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace ensonify::engine {
@@ -18,6 +19,12 @@ struct Wander {
     double sum = 0.0;
     for (std::size_t i = 0; i < length_m.size(); ++i)
       sum += std::sin(2.0 * pi * way_m / length_m[i] + phase[i]);
+    return sum / std::sqrt(2.0);
+  }
+  /// A bound on its change over a metre.
+  double steepest_per_m() const {
+    double sum = 0.0;
+    for (const double length : length_m) sum += 2.0 * pi / length;
     return sum / std::sqrt(2.0);
   }
 };
@@ -68,24 +75,29 @@ class Tow {
       wander_.length_m[w] = 150.0 + 700.0 * u[4 + w];
       wander_.phase[w] = 2.0 * pi * u[8 + w];
     }
+    sideways_per_m_ = std::abs(north_) + std::abs(east_) * marks.wander_m * wander_.steepest_per_m();
   }
 
   struct Change {
     double height_m = 0.0;
     std::uint32_t door = 0;  // 1 or 2, where its mark is
+    double clear_m = 0.0;    // nor is there any change as far as this to the east
   };
   Change at(double x_m, double y_m) const {
     const double dx = x_m - x_m_, dy = y_m - y_m_;
     const double across = dx * north_ - dy * east_;
     const double reach = 2.0 * marks_.width_m;
     const double from_mean_door = std::abs(std::abs(across) - 0.5 * marks_.door_spacing_m);
-    if (from_mean_door > Wander::most * marks_.wander_m + Door::most_off_m + reach) return {};
+    const double strip = Wander::most * marks_.wander_m + Door::most_off_m + reach;
+    if (from_mean_door > strip) return {.clear_m = (from_mean_door - strip) / sideways_per_m_};
     const double way = dx * east_ + dy * north_;
     const double from_middle = across - marks_.wander_m * wander_.at(way);
-    Change change;
+    Change change{.clear_m = std::numeric_limits<double>::infinity()};
     for (const std::uint32_t number : {1u, 2u}) {
       const Door& door = number == 1 ? port_ : starboard_;
-      if (std::abs(from_middle - door.mean_offset_m()) > Door::most_off_m + reach) continue;
+      const double away = std::abs(from_middle - door.mean_offset_m()) - Door::most_off_m - reach;
+      change.clear_m = std::min(change.clear_m, std::max(away, 0.0) / sideways_per_m_);
+      if (away > 0.0) continue;
       const double from_door = from_middle - door.offset_m(way);
       if (std::abs(from_door) > reach) continue;
       // The Gaussian's second derivative: its integral is zero.
@@ -102,6 +114,7 @@ class Tow {
   Door port_, starboard_;
   double x_m_, y_m_, east_, north_, depth_m_;
   Wander wander_{};
+  double sideways_per_m_;  // a bound: how fast a place to the east comes nearer to a door
 };
 
 }  // namespace
@@ -112,13 +125,17 @@ void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDra
   for (int i = 0; i < marks.count; ++i) {
     const Tow tow(field, marks, draws, i);
     for (int row = 0; row < field.rows; ++row)
-      for (int column = 0; column < field.columns; ++column)
-        if (const Tow::Change change = tow.at(field.x_m(column), field.y_m(row));
-            change.height_m != 0.0) {
+      for (int column = 0; column < field.columns;) {
+        const Tow::Change change = tow.at(field.x_m(column), field.y_m(row));
+        if (change.height_m != 0.0) {
           const std::size_t point = field.index(column, row);
           field.z_m[point] += change.height_m;
           if (change.door != 0) marked[point] = 2 * static_cast<std::uint32_t>(i) + change.door;
         }
+        constexpr double rounding = 1.0 - 1e-9;
+        column += 1 + static_cast<int>(std::min(rounding * change.clear_m / field.cell_east_m,
+                                                static_cast<double>(field.columns)));
+      }
   }
 }
 

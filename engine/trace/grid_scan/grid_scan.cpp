@@ -77,7 +77,7 @@ GridScan::GridScan(const refine::HeightGrid& grid) : grid_(&grid), known_(known_
              .cells_up = static_cast<std::int64_t>(cells_up),
              .tiles_across = grid.tile_columns()};
   longest_edge_m_ =
-      std::hypot(widest_step(grid.x()), widest_step(grid.y())) * std::hypot(1.0, grid.steepest());
+      std::hypot(widest_step(grid.x()), widest_step(grid.y())) * std::hypot(1.0, grid.steepest().norm());
 }
 
 bool GridScan::take(std::span<const RayFan> fans) {
@@ -103,8 +103,11 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
         tables.left_out_until[plane] == static_cast<std::int64_t>(elevations))
       continue;
     const Line line(fan, plane);
-    const double level = line.normal.head<2>().norm();
-    if (!(std::abs(line.normal.z()) * grid_->steepest() <= allowed_slope * level)) return false;
+    // The slope that counts is that along the level part of the plane's normal.
+    const Vector2d level = line.normal.head<2>();
+    if (!(std::abs(line.normal.z()) * level.cwiseAbs().dot(grid_->steepest()) <=
+          allowed_slope * level.squaredNorm()))
+      return false;
     // The rays below the direction straight down in the plane.
     const Vector2d down = -line.up;
     std::size_t& below = below_nadir_[plane];
@@ -158,9 +161,10 @@ bool GridScan::left_at_border(const Line& line, std::size_t walk) const {
   const GridWalks& walks = walks_[walk / lanes];
   const std::size_t lane = walk % lanes;
   if (walks.left_grid[lane] == 0) return true;
-  const bool north_south = walks.left_column[lane] == walks.right_column[lane];
-  const double across = std::abs(north_south ? line.normal.y() : line.normal.x());
-  return std::abs(line.normal.z()) * grid_->steepest() <= allowed_slope * across && across > 0.0;
+  const int along = walks.left_column[lane] == walks.right_column[lane] ? 1 : 0;
+  const double across = std::abs(line.normal[along]);
+  return std::abs(line.normal.z()) * grid_->steepest()[along] <= allowed_slope * across &&
+         across > 0.0;
 }
 
 /// Puts a walk at an edge before the first face that a ray can hit. Returns false if there is none.

@@ -203,6 +203,17 @@ TEST_CASE("Crests are a matter of place: a smaller bed is a part of the larger o
       REQUIRE(small.at(column, row) == Approx(large.at(column + 50, row + 40)).margin(1e-9));
 }
 
+TEST_CASE("Crests are left out where their area has no weight, and the same elsewhere") {
+  const Bedforms relief{.wavelength_m = 2.0, .height_m = 0.2, .across_crests_rad = 0.4};
+  Heightfield everywhere = flat(201, 161, 0.2, 0.2), half = everywhere;
+  std::vector<double> weight(half.z_m.size(), 0.0);
+  for (std::size_t i = 0; i < weight.size(); ++i) weight[i] = i % 201 < 100 ? 0.3 : 0.0;
+  add_crests(everywhere, relief, draws(7));
+  add_crests(half, relief, draws(7), weight);
+  for (std::size_t i = 0; i < weight.size(); ++i)
+    REQUIRE(half.z_m[i] == (weight[i] > 0.0 ? everywhere.z_m[i] : 0.0));
+}
+
 TEST_CASE("Crests with values outside their ranges are refused") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Bedforms& wrong :

@@ -105,6 +105,8 @@ TEST_CASE("A softened mask rises over the width asked for and keeps its amount")
     steepest = std::max(steepest, soft[grid.index(column + 1, 4)] - soft[grid.index(column, 4)]);
   CHECK(steepest < 0.06);  // 6 m are 60 points
   CHECK(softened(mask, grid, 0.0) == mask);
+  std::ranges::fill(mask, 1.0);
+  CHECK(softened(mask, grid, 6.0) == mask);
 }
 
 TEST_CASE("Bands of depth and slope follow the bed") {

@@ -293,6 +293,21 @@ TEST_CASE("Fans with equal rays each get their runs from a scanned grid") {
   CHECK(count.differences == 0);
 }
 
+TEST_CASE("A grid is scanned whose cliffs run across the planes, however steep they are") {
+  tests::Random random(11);
+  tests::Heights heights = bed(120, 120, 0.1, 0.02, random);
+  for (int row = 0; row < 120; ++row)
+    for (const int column : {75, 76, 90, 105})
+      heights.z_m[static_cast<std::size_t>(row * 120 + column)] += 5.0;
+  Scanned over(heights, {});
+  const RayFan fan =
+      fan_of({.origin = {0.0, 0.0, bed_z_m + 6.0}, .pitch_rad = 0.2}, angles(5.0, 85.0, 0.05));
+  Count count;
+  CHECK(over.compare_runs({&fan, 1}, count));
+  CHECK(count.runs > 100);
+  CHECK(count.differences == 0);
+}
+
 TEST_CASE("Where a grid cannot be scanned, the runs are those of its faces") {
   tests::Random random(10);
   tests::Heights heights = bed(120, 120, 0.1, 0.02, random);
@@ -304,9 +319,9 @@ TEST_CASE("Where a grid cannot be scanned, the runs are those of its faces") {
   }
   SECTION("the sonar is beyond its border") { look.origin.x() = -18.0; }
   SECTION("the sonar is below a crest") { heights.z_m[60 * 120 + 60] = bed_z_m + 7.0; }
-  SECTION("a cliff is steeper than the planes") {
-    for (int row = 0; row < 120; ++row)
-      heights.z_m[static_cast<std::size_t>(row * 120 + 90)] += 5.0;
+  SECTION("a cliff that faces the planes is steeper than they are") {
+    for (int column = 0; column < 120; ++column)
+      heights.z_m[static_cast<std::size_t>(90 * 120 + column)] += 5.0;
     look.pitch_rad = 0.2;
   }
   SECTION("there are many objects") {
