@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <vector>
+
+#include <ensonify/engine/seafloor/bed/catmull_rom.h>
 
 namespace ensonify::engine {
 namespace {
@@ -21,12 +26,70 @@ struct Wander {
       sum += std::sin(2.0 * pi * way_m / length_m[i] + phase[i]);
     return sum / std::sqrt(2.0);
   }
-  /// A bound on its change over a metre.
-  double steepest_per_m() const {
-    double sum = 0.0;
-    for (const double length : length_m) sum += 2.0 * pi / length;
-    return sum / std::sqrt(2.0);
+};
+
+/// A part of a way, in metres.
+struct Stretch {
+  double from_m, to_m;
+};
+
+/// The values of a Wander along a stretch, interpolated between points: in a window of a bed they
+/// have the bits of the whole bed's.
+class WanderAlong {
+ public:
+  WanderAlong(const Wander& wander, const Stretch& stretch)
+      : first_(std::floor(stretch.from_m / step_m)) {
+    const auto count = static_cast<std::size_t>(std::ceil(stretch.to_m / step_m) - first_) + 2;
+    for (std::size_t i = 0; i < count; ++i)
+      values_.push_back(wander.at((first_ + static_cast<double>(i)) * step_m));
   }
+  double at(double way_m) const {
+    const double place = way_m / step_m - first_;
+    const auto i = static_cast<std::size_t>(place);
+    return std::lerp(values_[i], values_[i + 1], place - static_cast<double>(i));
+  }
+
+ private:
+  static constexpr double step_m = 1.0;  // of waves that are 150 m long or longer
+  double first_;
+  std::vector<double> values_;
+};
+
+/// The fine furrows of the sweeps and the ground gear: normal numbers of variance 1, interpolated
+/// (catmull_rom) on a lattice that is narrow across the way and long along it.
+class Sweep {
+ public:
+  Sweep(const LayerDraws& draws, std::int64_t tow, const Stretch& stretch, double half_width_m,
+        double cell_m)
+      : across_m_(std::max(0.3, 2.0 * cell_m)),
+        first_row_(std::floor(stretch.from_m / along_m) - 1.0),
+        first_column_(std::floor(-half_width_m / across_m_) - 1.0),
+        columns_(static_cast<std::size_t>(std::ceil(half_width_m / across_m_) - first_column_) + 3) {
+    const double rows = std::ceil(stretch.to_m / along_m) - first_row_ + 3.0;
+    numbers_.resize(static_cast<std::size_t>(rows) * columns_);
+    for (std::size_t row = 0; row * columns_ < numbers_.size(); ++row)
+      draws.of(4, tow, static_cast<std::int64_t>(first_row_) + static_cast<std::int64_t>(row))
+          .normal(std::span(numbers_).subspan(row * columns_, columns_));
+    // The mean sum of the squared weights of catmull_rom is 57 / 70 along each axis.
+    for (double& number : numbers_) number *= 70.0 / 57.0;
+  }
+  double at(double way_m, double across_m) const {
+    const double along = way_m / along_m - first_row_, aside = across_m / across_m_ - first_column_;
+    const auto row = static_cast<std::size_t>(along), column = static_cast<std::size_t>(aside);
+    const auto of_row = catmull_rom(along - static_cast<double>(row));
+    const auto of_column = catmull_rom(aside - static_cast<double>(column));
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t k = 0; k < 4; ++k)
+        sum += of_row[i] * of_column[k] * numbers_[(row - 1 + i) * columns_ + column - 1 + k];
+    return sum;
+  }
+
+ private:
+  static constexpr double along_m = 12.0;
+  double across_m_, first_row_, first_column_;
+  std::size_t columns_;
+  std::vector<double> numbers_;
 };
 
 class Door {
@@ -71,11 +134,22 @@ class Tow {
     east_ = std::sin(heading);
     north_ = std::cos(heading);
     depth_m_ = marks.depth_m * (0.35 + 0.65 * u[3]);  // marks of several ages
+    Wander wander{};
     for (std::size_t w = 0; w < 4; ++w) {
-      wander_.length_m[w] = 150.0 + 700.0 * u[4 + w];
-      wander_.phase[w] = 2.0 * pi * u[8 + w];
+      wander.length_m[w] = 150.0 + 700.0 * u[4 + w];
+      wander.phase[w] = 2.0 * pi * u[8 + w];
     }
-    sideways_per_m_ = std::abs(north_) + std::abs(east_) * marks.wander_m * wander_.steepest_per_m();
+    Stretch stretch{std::numeric_limits<double>::infinity(),
+                    -std::numeric_limits<double>::infinity()};
+    for (const int column : {0, grid.columns - 1})
+      for (const int row : {0, grid.rows - 1}) {
+        const double way_m = way(grid.x_m(column), grid.y_m(row));
+        stretch = {std::min(stretch.from_m, way_m), std::max(stretch.to_m, way_m)};
+      }
+    wander_.emplace(wander, stretch);
+    if (marks.sweep_depth_m > 0.0)
+      sweep_.emplace(draws, i, stretch, 0.5 * marks.door_spacing_m,
+                     std::max(grid.cell_east_m, grid.cell_north_m));
   }
 
   struct Change {
@@ -84,25 +158,24 @@ class Tow {
     double clear_m = 0.0;    // nor is there any change as far as this to the east
   };
   Change at(double x_m, double y_m) const {
-    const double dx = x_m - x_m_, dy = y_m - y_m_;
-    const double across = dx * north_ - dy * east_;
-    const double reach = 2.0 * marks_.width_m;
-    const double from_mean_door = std::abs(std::abs(across) - 0.5 * marks_.door_spacing_m);
-    const double strip = Wander::most * marks_.wander_m + Door::most_off_m + reach;
-    if (from_mean_door > strip) return {.clear_m = (from_mean_door - strip) / sideways_per_m_};
-    const double way = dx * east_ + dy * north_;
-    const double from_middle = across - marks_.wander_m * wander_.at(way);
-    Change change{.clear_m = std::numeric_limits<double>::infinity()};
+    const double across = (x_m - x_m_) * north_ - (y_m - y_m_) * east_;
+    const double half_m = 0.5 * marks_.door_spacing_m, reach_m = 2.0 * marks_.width_m;
+    const double beyond_m = std::abs(across) - half_m - Wander::most * marks_.wander_m -
+                            Door::most_off_m - reach_m;
+    if (beyond_m > 0.0) return {.clear_m = beyond_m / std::abs(north_)};
+    const double way_m = way(x_m, y_m);
+    const double from_middle = across - marks_.wander_m * wander_->at(way_m);
+    Change change;
+    if (const double off = from_middle / half_m; sweep_ && std::abs(off) < 1.0)
+      change.height_m = marks_.sweep_depth_m * (1.0 - off * off) * sweep_->at(way_m, from_middle);
     for (const std::uint32_t number : {1u, 2u}) {
       const Door& door = number == 1 ? port_ : starboard_;
-      const double away = std::abs(from_middle - door.mean_offset_m()) - Door::most_off_m - reach;
-      change.clear_m = std::min(change.clear_m, std::max(away, 0.0) / sideways_per_m_);
-      if (away > 0.0) continue;
-      const double from_door = from_middle - door.offset_m(way);
-      if (std::abs(from_door) > reach) continue;
+      if (std::abs(from_middle - door.mean_offset_m()) > Door::most_off_m + reach_m) continue;
+      const double from_door = from_middle - door.offset_m(way_m);
+      if (std::abs(from_door) > reach_m) continue;
       // The Gaussian's second derivative: its integral is zero.
       const double a2 = std::pow(from_door / (0.5 * marks_.width_m), 2);
-      const double bite = door.bite(way);
+      const double bite = door.bite(way_m);
       change.height_m -= depth_m_ * bite * (1.0 - a2) * std::exp(-0.5 * a2);
       if (bite > 0.1 && a2 < 6.0) change.door = number;
     }
@@ -110,11 +183,15 @@ class Tow {
   }
 
  private:
+  double way(double x_m, double y_m) const {
+    return (x_m - x_m_) * east_ + (y_m - y_m_) * north_;
+  }
+
   const TrawlMarks& marks_;
   Door port_, starboard_;
   double x_m_, y_m_, east_, north_, depth_m_;
-  Wander wander_{};
-  double sideways_per_m_;  // a bound: how fast a place to the east comes nearer to a door
+  std::optional<WanderAlong> wander_;
+  std::optional<Sweep> sweep_;
 };
 
 }  // namespace
@@ -155,6 +232,10 @@ const ReliefKind<TrawlMarks>& kind_of(const TrawlMarks&) {
            &TrawlMarks::width_m},
           {"door_spacing_m", "m", 0.1, 1000, "Between a pair's furrows; typically 20 to 120 m.",
            &TrawlMarks::door_spacing_m},
+          {"sweep_depth_m", "m", 0, 1,
+           "Rms height, midway between the doors, of the fine furrows that the sweeps and the ground "
+           "gear leave; 0: none.",
+           &TrawlMarks::sweep_depth_m},
           {"heading_deg", "degrees", -360, 360,
            "Heading of the tows; half of them go the opposite way.", &TrawlMarks::heading_rad},
           {"heading_spread_deg", "degrees", 0, 180, "Its standard deviation.",

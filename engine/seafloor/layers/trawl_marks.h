@@ -9,12 +9,14 @@ namespace ensonify::engine {
 
 /// Marks of otter trawls: pairs of furrows, one of each door, with berms on both sides. Doors dig
 /// a few centimetres into sand and up to 0.4 m into mud; furrows are typically 0.2 to 2 m wide,
-/// their spacing is the doors', some 20 to 120 m.
+/// their spacing is the doors', some 20 to 120 m. The sweeps and the ground gear between the doors
+/// leave fine furrows along the tow.
 struct TrawlMarks {
   int count = 6;                 ///< pairs; 0: none
   double depth_m = 0.15;         ///< of a fresh furrow below the bed; its berms rise 0.45 of that
   double width_m = 0.8;          ///< between the berms' inner feet
   double door_spacing_m = 40.0;  ///< between the furrows of a pair
+  double sweep_depth_m = 0.005;  ///< rms height of the fine furrows midway between; 0: none
   double heading_rad = 0.0;      ///< of the tows
   double heading_spread_rad = 0.2;  ///< its standard deviation; half of the tows go the other way
   double wander_m = 3.0;            ///< rms distance from a straight line
@@ -22,7 +24,7 @@ struct TrawlMarks {
 
 /// Adds such marks, of tows drawn over the grid, which take nothing away: a furrow's cross-section
 /// and its berms' are equal. Sets `marked` to a mark's number, from 1, at the points of its furrow
-/// and berms: each door's is a mark. Throws std::invalid_argument for values that no marks have.
+/// and berms: each door's is a mark; the fine furrows between them belong to none. Throws std::invalid_argument for values that no marks have.
 void add_trawl_marks(Heightfield& field, const TrawlMarks& marks, const LayerDraws& draws,
                      std::span<std::uint32_t> marked);
 

@@ -145,6 +145,39 @@ TEST_CASE("What a trawl's door digs out lies next to the furrow: no volume is lo
   CHECK(std::abs(sum) < 0.05 * size);
 }
 
+TEST_CASE("Between a trawl's doors lie fine furrows along the tow, of the requested height") {
+  TrawlMarks marks{.count = 1,
+                   .depth_m = 0.0,
+                   .door_spacing_m = 8.0,
+                   .sweep_depth_m = 0.01,
+                   .heading_spread_rad = 0.0,
+                   .wander_m = 0.0};
+  double squares = 0.0, along = 0.0, across = 0.0;
+  constexpr int seeds = 80, columns = 1000, rows = 400;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    Laid laid(flat(columns, rows, 0.1, 0.15));
+    add_trawl_marks(laid.field, marks, draws(seed), laid.marked);
+    for (int row = 0; row + 7 < rows; ++row)
+      for (int column = 0; column + 5 < columns; ++column) {
+        const double z = laid.field.at(column, row);
+        squares += z * z;
+        along += z * laid.field.at(column, row + 7);
+        across += z * laid.field.at(column + 5, row);
+      }
+  }
+  // The height falls as 1 - x^2 from the middle to the doors: its square is 8/15 of the middle's on
+  // average. A tow that is drawn over a bed of 100 m has 1.25 % of that beyond the border.
+  const double of_strip = 8.0 / 15.0 * 8.0 * 0.9875 * marks.sweep_depth_m * marks.sweep_depth_m;
+  CHECK(squares * 0.1 / (seeds * (rows - 7.0)) == Approx(of_strip).epsilon(0.05));
+  CHECK(along > 0.95 * squares);            // 1 m further
+  CHECK(std::abs(across) < 0.25 * squares);  // half a metre aside
+
+  marks.sweep_depth_m = 0.0;
+  Laid none(flat(200, 200, 0.5, 0.5));
+  add_trawl_marks(none.field, marks, draws(1), none.marked);
+  CHECK(std::ranges::count(none.field.z_m, 0.0) == std::ssize(none.field.z_m));
+}
+
 TEST_CASE("Pits have the requested number, width and depth, and are marked inside") {
   const PitRelief relief{.per_hectare = 30.0,
                          .diameter_m = 6.0,
