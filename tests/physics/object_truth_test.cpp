@@ -365,6 +365,38 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
   }
 }
 
+TEST_CASE("What a bin saw lies at its range, on crests seen edge-on too") {
+  Scene scene = level_scene({});
+  scene.seafloor.cell_m = 0.1;
+  scene.seafloor.extent_east_m = 50.0;
+  scene.seafloor.extent_north_m = 20.0;
+  scene.sonars[0].range_m = 26.0;
+  scene.sonars[0].bins = 520;
+  scene.sonars[0].elevations = 1500;
+  scene.seafloor.seabed.boulders.resize(1);
+  scene.seafloor.seabed.boulders[0].relief = {
+      .per_hectare = 1500.0, .diameter_m = 1.2, .height_ratio = 0.7};
+  scene.seafloor.seabed.crests.resize(1);
+  scene.seafloor.seabed.crests[0].relief = {
+      .wavelength_m = 1.5, .height_m = 0.25, .across_crests_rad = 1.5};
+  const Image image(scene);
+  const BinLayers& pixels = image.waterfall.pixels;
+  const std::size_t columns = image.waterfall.columns();
+  int lit = 0;
+  double farthest_m = 0.0;
+  for (std::size_t i = 0; i < pixels.region.size(); ++i) {
+    // The mean of several places, as in layover, lies nearer.
+    if (pixels.fraction[i] == 0.0f || pixels.layover[i] != 0) continue;
+    ++lit;
+    const Vector3d place(pixels.x_m[i], pixels.y_m[i], pixels.z_m[i]);
+    const Vector3d sonar = image.waterfall.pings[i / columns].pose.position;
+    farthest_m = std::max(farthest_m, std::abs((place - sonar).norm() - pixels.range_m[i]));
+  }
+  CHECK(lit > 20'000);
+  // Between two rays, an echo lies over the ranges between their places.
+  CHECK(farthest_m < 0.3);
+}
+
 TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixels lie on it") {
   Scene scene = level_scene({thing("box", 12.0, 0.0)});
   scene.seafloor.cell_m = 0.15;

@@ -113,7 +113,7 @@ class Wreck {
     lines_.rake_m = drawn(of.rake) * lines_.depth_m;
     lines_.stern_rise_m = draws_.between(0.2, 0.55) * lines_.depth_m;
     plate_m_ = std::clamp(0.012 * lines_.beam_m, 0.03, 0.15);
-    open_ = type_ != Type::submarine && draws_.chance(length_m_ < 16.0 ? 0.5 : 0.2);
+    open_ = type_ != Type::submarine && draws_.chance(length_m_ < 16.0 ? 0.6 : 0.4);
     bulwark_m_ = std::min(1.1, 0.18 * lines_.depth_m);
     wear_ = draws_.between(0.0, 1.0);
     for (double& phase : phases_) phase = draws_.between(0.0, 2.0 * pi);
@@ -218,6 +218,35 @@ class Wreck {
     for (const Vector2d& hatch : hatches_)
       if (hatch.x() > from && hatch.y() < to) heap(hatch);
     if (open_ && from < 0.3 && to > 0.6) heap({0.35, 0.55});
+    infill(from, to);
+  }
+
+  /// Sediment, and what has fallen on it: an uneven floor in the hull.
+  void infill(double from, double to) {
+    solids_.begin_part(wreck_debris);
+    constexpr int across_cells = 12;
+    const int rows = 3 * stations(from, to);
+    const double level = open_ ? draws_.between(0.5, 0.92) : draws_.between(0.25, 0.6);
+    const double first = std::max(from, 0.02), last = std::min(to, 0.97);
+    PlateGrid grid{
+        .rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
+    for (int r = 0; r <= rows; ++r)
+      for (int c = 0; c <= across_cells; ++c) {
+        // Not in rows, which would show.
+        const bool at_end = r == 0 || r == rows, at_side = c == 0 || c == across_cells;
+        const double along = draws_.between(-0.3, 0.3), aside = draws_.between(-0.3, 0.3);
+        const double s = first + (last - first) * (r + (at_end ? 0.0 : along)) / rows;
+        const double across = 1.0 - 2.0 * (c + (at_side ? 0.0 : aside)) / across_cells;
+        const double up = std::min(
+            0.95, level + 0.1 * noise(0.6 * s, 2.0 * across) + draws_.between(-0.06, 0.06));
+        // As wide as the hull is where the floor is lowest.
+        const double keel = lines_.keel_m(s), deep = lines_.top_m(s) - keel;
+        const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
+        const Vector3d at(half * across, length_m_ * (s - 0.5), keel + up * deep);
+        grid.front.push_back(at);
+        grid.back.push_back(at - Vector3d(0.0, 0.0, 0.08 * lines_.depth_m));
+      }
+    solids_.plate(grid);
   }
 
   void rib(double s, double lost) {
@@ -237,9 +266,9 @@ class Wreck {
     const double middle = 0.5 * (hold.x() + hold.y());
     const double floor = lines_.keel_m(middle) + plate_m_, deep = lines_.depth_m;
     const double full = draws_.between(0.1, 0.6), half = 0.6 * lines_.half_breadth_m(middle);
-    for (int i = 0; i < 9; ++i) {
+    for (int i = 0; i < 24; ++i) {
       const std::size_t mark = solids_.mark();
-      const double size = draws_.between(0.1, 0.25) * lines_.beam_m;
+      const double size = draws_.between(0.05, 0.22) * lines_.beam_m;
       solids_.block(Vector3d::Zero(), {size, draws_.between(0.6, 1.5) * size, 0.7 * size});
       const double y = length_m_ * (draws_.between(hold.x(), hold.y()) - 0.5);
       const double x = draws_.between(-half, half), up = draws_.between(0.2, 1.0) * full * deep;
@@ -467,12 +496,12 @@ class Wreck {
   void clutter(double from, double to) {
     if (type_ == Type::submarine) return;
     solids_.begin_part(wreck_debris);
-    const int count = static_cast<int>((to - from) * draws_.between(15.0, 30.0 + 40.0 * wear_));
+    const int count = static_cast<int>((to - from) * draws_.between(70.0, 120.0 + 140.0 * wear_));
     for (int i = 0; i < count; ++i) {
       const std::size_t mark = solids_.mark();
       const double s = draws_.between(from + 0.04, to - 0.04);
-      const double across = draws_.between(-0.85, 0.85), long_m = draws_.between(0.04, 0.3);
-      const double thick = std::clamp(0.03 * lines_.beam_m, 0.08, 0.6) * draws_.between(0.5, 1.5);
+      const double across = draws_.between(-0.9, 0.9), long_m = draws_.between(0.04, 0.3);
+      const double thick = std::clamp(0.03 * lines_.beam_m, 0.06, 0.6) * draws_.between(0.4, 1.6);
       const double turn = draws_.between(0.0, pi), lean = draws_.between(-0.4, 0.4);
       const bool box = draws_.chance(0.3);
       if (!open_ && in_hatch(s, across)) continue;
@@ -543,7 +572,7 @@ class Wreck {
     stretch(0.0, 1.0);
     lie(mark, side * list, trim, 0.0, (draws_.between(0.05, 0.3) + 0.6 * reach) * depth,
         {0.0, 0.0});
-    field(4 + draws_.one_of(14), 1.1);
+    field(10 + draws_.one_of(40), 1.1);
   }
 
   void broken() {
@@ -569,7 +598,7 @@ class Wreck {
           {aside, middle + (bow ? 0.5 : -0.5) * gap});
     }
     const std::size_t mark = solids_.mark();
-    field(10 + draws_.one_of(20), 1.3);
+    field(25 + draws_.one_of(50), 1.3);
     solids_.move(mark, motion({0.0, length_m_ * (at - 0.5), 0.0}, 0.0, 0.0, 0.0));
   }
 
@@ -608,7 +637,7 @@ class Wreck {
     if (draws_.chance(0.6)) heap({0.35, 0.6});  // ballast
     const double sunk_m = draws_.between(0.0, 0.25) * lines_.depth_m;
     lie(mark, radians(draws_.between(-25.0, 25.0)), 0.0, 0.0, sunk_m, {0.0, 0.0});
-    field(6 + draws_.one_of(14), 1.0);
+    field(15 + draws_.one_of(40), 1.0);
   }
 
   /// The sides have fallen outwards over the bottom; boilers, engine and the ends stand out.
@@ -651,7 +680,7 @@ class Wreck {
       const double side = draws_.side(), list = side * radians(draws_.between(20.0, 95.0));
       lie(mark, list, 0.0, heading, sunk_m, {0.0, middle});
     }
-    field(20 + draws_.one_of(25), 0.9);
+    field(40 + draws_.one_of(60), 0.9);
   }
 
   void fallen_sides() {

@@ -512,7 +512,19 @@ std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first_piece, EchoB
       piece.middle[k] = hn::LoadU(quarter, pieces.middles + at);
       piece.change[k] = hn::LoadU(quarter, pieces.changes + at);
     }
-    const double slope = pieces.energy_slope[i];
+    double slope = pieces.energy_slope[i];
+    // A face that is seen nearly edge-on grows in range by more than its neighbours leave it: what
+    // it sees is what it has at the ranges that are left.
+    const double growth_m = 2.0 * pieces.to_end_m[i];
+    if (HWY_UNLIKELY(std::abs(growth_m) - std::abs(until_m - from_m) > to.bin_m)) {
+      const double share = (until_m - from_m) / growth_m;
+      const double shift = (0.5 * (from_m + until_m) - pieces.range_m[i]) / growth_m;
+      slope *= share;
+      for (std::size_t k = 0; k < quarters; ++k) {
+        piece.middle[k] = fma(hn::Set(quarter, shift), piece.change[k], piece.middle[k]);
+        piece.change[k] = piece.change[k] * hn::Set(quarter, share);
+      }
+    }
     double begins = 0.0;  // where a bin's part begins along the piece, 0 to 1
     const auto put_until = [&](std::size_t bin, double ends) HWY_ATTR {
       const double along = 0.5 * (begins + ends) - 0.5;

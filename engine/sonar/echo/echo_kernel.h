@@ -160,6 +160,7 @@ struct PiecesToLay {
   std::size_t count;
   const std::int32_t* answers;
   const double *from_m, *until_m, *energy;
+  const double *range_m, *to_end_m;  ///< of PieceEchoes
   const double *middles, *changes;
   const float *beam_weight, *energy_slope;
   const std::uint16_t* label;

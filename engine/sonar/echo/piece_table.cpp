@@ -60,6 +60,8 @@ PiecesToLay PieceTable::to_lay() const {
           .from_m = from_m.data(),
           .until_m = until_m.data(),
           .energy = energy.data(),
+          .range_m = range_m.data(),
+          .to_end_m = to_end_m.data(),
           .middles = middles.data(),
           .changes = changes.data(),
           .beam_weight = beam_weight.data(),

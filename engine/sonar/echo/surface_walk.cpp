@@ -80,7 +80,7 @@ void SurfaceWalk::begin_surface(std::size_t piece) {
 // there, and hides nothing.
 void SurfaceWalk::end_in_water(std::size_t piece) {
   const double next_m = next_ray_m(piece);
-  if (next_m >= view_->fan->range_m && std::isfinite(next_m)) {
+  if (next_m >= view_->fan->range_m && std::isfinite(next_m) && reaches_range(piece)) {
     continue_beyond_range(piece, next_m);
     caster_ = none;
   } else {
@@ -103,6 +103,19 @@ void SurfaceWalk::end_plane(std::size_t last) {
   // A surface at the upper edge of a fan that looks down hides nothing.
   if (at_edge) caster_ = last_ray(last).z() >= 0.0 ? last : none;
   if (caster_ != none) shade_beyond(caster_);
+}
+
+// Whether the range limit is as near as the surface's next ray may be. A facet seen nearly edge-on
+// does not say so itself: its plane goes on, but it is a crest. So a single ray on it is trusted
+// with twice the last step.
+bool SurfaceWalk::reaches_range(std::size_t piece) const {
+  const PieceTable& pieces = *pieces_;
+  if (pieces.end[piece] - pieces.begin[piece] > 1) return true;
+  const double step_m = pieces.starts_surface[piece]
+                            ? 0.0
+                            : std::abs(pieces.last_ray_m(piece) - pieces.last_ray_m(piece - 1));
+  const double near_m = 2.0 * bin_m_ + 2.0 * longest_edge_m(pieces.index[piece]);
+  return view_->fan->range_m - pieces.last_ray_m(piece) <= std::max(2.0 * step_m, near_m);
 }
 
 // The direction of a piece's last ray.
@@ -136,6 +149,8 @@ void SurfaceWalk::continue_beyond_range(std::size_t piece, double next_m) {
   const std::vector<double>& edge_rad = view_->layout->edge_rad;
   const double half_step_rad = 0.5 * (edge_rad[end + 1] - edge_rad[end]);
   pieces.energy[added] = pieces.energy[piece] * half_step_rad / double(pieces.width_rad[piece]);
+  pieces.range_m[added] = pieces.range_m[piece];
+  pieces.to_end_m[added] = pieces.to_end_m[piece];
   std::copy_n(&pieces.middles[4 * piece], 4, &pieces.middles[4 * added]);
   std::copy_n(&pieces.changes[4 * piece], 4, &pieces.changes[4 * added]);
   pieces.answers[added] = 1;

@@ -60,6 +60,7 @@ class SurfaceWalk {
   void end_plane(std::size_t last);
   Eigen::Vector3d last_ray(std::size_t piece) const;
   double half_m(std::size_t piece) const;
+  bool reaches_range(std::size_t piece) const;
   double next_ray_m(std::size_t piece) const;
   void continue_beyond_range(std::size_t piece, double next_m);
   void shade_beyond(std::size_t caster);
