@@ -64,7 +64,8 @@ class Sweep {
       : across_m_(std::max(0.3, 2.0 * cell_m)),
         first_row_(std::floor(stretch.from_m / along_m) - 1.0),
         first_column_(std::floor(-half_width_m / across_m_) - 1.0),
-        columns_(static_cast<std::size_t>(std::ceil(half_width_m / across_m_) - first_column_) + 3) {
+        columns_(static_cast<std::size_t>(std::ceil(half_width_m / across_m_) - first_column_) +
+                 3) {
     const double rows = std::ceil(stretch.to_m / along_m) - first_row_ + 3.0;
     numbers_.resize(static_cast<std::size_t>(rows) * columns_);
     for (std::size_t row = 0; row * columns_ < numbers_.size(); ++row)
@@ -160,8 +161,8 @@ class Tow {
   Change at(double x_m, double y_m) const {
     const double across = (x_m - x_m_) * north_ - (y_m - y_m_) * east_;
     const double half_m = 0.5 * marks_.door_spacing_m, reach_m = 2.0 * marks_.width_m;
-    const double beyond_m = std::abs(across) - half_m - Wander::most * marks_.wander_m -
-                            Door::most_off_m - reach_m;
+    const double beyond_m =
+        std::abs(across) - half_m - Wander::most * marks_.wander_m - Door::most_off_m - reach_m;
     if (beyond_m > 0.0) return {.clear_m = beyond_m / std::abs(north_)};
     const double way_m = way(x_m, y_m);
     const double from_middle = across - marks_.wander_m * wander_->at(way_m);
@@ -183,9 +184,7 @@ class Tow {
   }
 
  private:
-  double way(double x_m, double y_m) const {
-    return (x_m - x_m_) * east_ + (y_m - y_m_) * north_;
-  }
+  double way(double x_m, double y_m) const { return (x_m - x_m_) * east_ + (y_m - y_m_) * north_; }
 
   const TrawlMarks& marks_;
   Door port_, starboard_;

@@ -169,7 +169,7 @@ TEST_CASE("Between a trawl's doors lie fine furrows along the tow, of the reques
   // average. A tow that is drawn over a bed of 100 m has 1.25 % of that beyond the border.
   const double of_strip = 8.0 / 15.0 * 8.0 * 0.9875 * marks.sweep_depth_m * marks.sweep_depth_m;
   CHECK(squares * 0.1 / (seeds * (rows - 7.0)) == Approx(of_strip).epsilon(0.05));
-  CHECK(along > 0.95 * squares);            // 1 m further
+  CHECK(along > 0.95 * squares);             // 1 m further
   CHECK(std::abs(across) < 0.25 * squares);  // half a metre aside
 
   marks.sweep_depth_m = 0.0;
