@@ -33,6 +33,8 @@ struct Laid {
   float slope = 0.0f;
   bool answers = true;
   float weight = 0.25f;
+  double longer = 1.0;          // the range it would have without its neighbours, over what it has
+  double middle_after_m = 0.0;  // how much farther its middle would be
 };
 
 /// Pieces of one plane: each 5 m to the east at its middle, 2 m farther east at its end.
@@ -44,6 +46,8 @@ PieceTable table_of(const std::vector<Laid>& laid) {
     pieces.add({.label = piece.label});
     pieces.from_m[i] = piece.from_m;
     pieces.until_m[i] = piece.until_m;
+    pieces.range_m[i] = 0.5 * (piece.from_m + piece.until_m) + piece.middle_after_m;
+    pieces.to_end_m[i] = 0.5 * (piece.until_m - piece.from_m) * piece.longer;
     pieces.energy[i] = piece.energy;
     pieces.answers[i] = piece.answers;
     pieces.beam_weight[i] = piece.weight;
@@ -107,6 +111,24 @@ TEST_CASE("a piece's slope moves energy towards its last end and keeps the sum")
   const bool farther = until_m > from_m;
   CHECK(of.energy(farther ? 8 : 9) == Approx(0.4));
   CHECK(of.energy(farther ? 9 : 8) == Approx(0.6));
+}
+
+TEST_CASE("a piece that its neighbours shorten is seen at the ranges that are left") {
+  // 5 m to the east at its middle, at 9 m; over 12 m of range, 4 m farther east. From 4 to 5 m are
+  // left.
+  Bins of;
+  of.plane({{.from_m = 4.0,
+             .until_m = 5.0,
+             .energy = 1.0,
+             .slope = 0.6f,
+             .longer = 12.0,
+             .middle_after_m = 4.5}});
+  const BinLayers& at = of.line().bins;
+  CHECK(at.x_m[8] == Approx(100.0 + 5.0 + 4.0 * (4.25 - 9.0) / 12.0));
+  CHECK(at.x_m[9] == Approx(100.0 + 5.0 + 4.0 * (4.75 - 9.0) / 12.0));
+  // Nor does its energy change more than over that part.
+  CHECK(of.energy(9) - of.energy(8) == Approx(0.25 * 0.6 / 12.0));
+  CHECK(of.energy() == Approx(1.0));
 }
 
 TEST_CASE("laying conserves energy, however many pieces overlap, on every instruction set") {

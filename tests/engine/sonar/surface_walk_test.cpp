@@ -249,6 +249,22 @@ TEST_CASE("a surface that goes on beyond the range gets a piece there, and hides
   CHECK(plane.pieces.count == 1);
 }
 
+TEST_CASE("a crest seen edge-on does not go on beyond the range, however far its plane does") {
+  Plane plane;
+  const std::uint32_t end = plane.first_ray_beyond(range_m);
+  const auto walked = [&](double before_m, double last_m) {
+    plane.fill({{end - 2, end - 1, before_m, 6, 0.0, 0.3}, {end - 1, end, last_m, 6, 0.0, 0.3}});
+    plane.lay_level(1);  // its plane's next ray is beyond the range
+    return plane.walk().size();
+  };
+  CHECK(walked(39.9, 40.0) == 1);
+  CHECK(plane.pieces.count == 2);
+  CHECK(plane.pieces.until_m[1] == 40.0);
+  // Where the last step says that the range is near, the surface goes on.
+  CHECK(walked(48.75, 49.2) == 0);
+  CHECK(plane.pieces.count == 3);
+}
+
 TEST_CASE("a shadow ends where the line of sight leaves the seafloor") {
   Plane plane;
   const std::uint32_t end = plane.first_ray_beyond(30.0);
