@@ -163,7 +163,7 @@ class HeightGrid {
     std::uint64_t faces = 0, vertices = 0;
     double mean_height_m = 0.0;
     Bounds bounds;
-    Eigen::Vector2d steepest = Eigen::Vector2d::Zero();
+    Eigen::Vector2d steepest = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   };
   struct Level {
     int columns = 0, rows = 0;

@@ -46,9 +46,9 @@ class PixelMap {
   bool in_row_ = false;
 };
 
-/// std::copy_n() for runs that may be short: it costs more than a few numbers do.
+/// std::copy_n(), but without its call for a few numbers, which costs more than they do.
 template <class Value>
-void copy(const Value* from, std::size_t count, Value* to) {
+void copy_run(const Value* from, std::size_t count, Value* to) {
   constexpr std::size_t few = 8;
   if (count > few)
     std::copy_n(from, count, to);
@@ -78,7 +78,7 @@ void gather_labels(const LabelledImage& from, const PixelMap& map, LabelledImage
     for_each_label([&](auto layer) {
       const auto* source = (from.labels.pixels.*layer).data();
       auto* target = (to.labels.pixels.*layer).data();
-      for (const Run& run : runs) copy(source + run.from, run.count, target + run.to);
+      for (const Run& run : runs) copy_run(source + run.from, run.count, target + run.to);
     });
   }
 }
@@ -96,8 +96,8 @@ void gather(const LabelledImage& from, const PixelMap& map, LabelledImage& to) {
         Picture{to.labels.columns(), to.labels.rows(), source.channels, {}});
     target.pixels.assign(target.width * target.height * channels, 0);
     for (const Run& run : map.runs())
-      copy(source.pixels.data() + in_picture(run.from, from) * channels, run.count * channels,
-           target.pixels.data() + in_picture(run.to, to) * channels);
+      copy_run(source.pixels.data() + in_picture(run.from, from) * channels, run.count * channels,
+               target.pixels.data() + in_picture(run.to, to) * channels);
   }
 }
 

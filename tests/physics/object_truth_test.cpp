@@ -47,6 +47,18 @@ Scene level_scene(std::vector<ObjectOptions> objects) {
   return scene;
 }
 
+/// The same on a bed of 50 x 20 m with finer cells, and seen with other rays.
+Scene fine_scene(std::vector<ObjectOptions> objects, double cell_m) {
+  Scene scene = level_scene(std::move(objects));
+  scene.seafloor.cell_m = cell_m;
+  scene.seafloor.extent_east_m = 50.0;
+  scene.seafloor.extent_north_m = 20.0;
+  scene.sonars[0].range_m = 26.0;
+  scene.sonars[0].bins = 520;
+  scene.sonars[0].elevations = 1500;
+  return scene;
+}
+
 ObjectOptions thing(const char* shape, double east_m, double north_m) {
   ObjectOptions object;
   object.shape = shape;
@@ -366,13 +378,7 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
 }
 
 TEST_CASE("What a bin saw lies at its range, on crests seen edge-on too") {
-  Scene scene = level_scene({});
-  scene.seafloor.cell_m = 0.1;
-  scene.seafloor.extent_east_m = 50.0;
-  scene.seafloor.extent_north_m = 20.0;
-  scene.sonars[0].range_m = 26.0;
-  scene.sonars[0].bins = 520;
-  scene.sonars[0].elevations = 1500;
+  Scene scene = fine_scene({}, 0.1);
   scene.seafloor.seabed.boulders.resize(1);
   scene.seafloor.seabed.boulders[0].relief = {
       .per_hectare = 1500.0, .diameter_m = 1.2, .height_ratio = 0.7};
@@ -398,13 +404,7 @@ TEST_CASE("What a bin saw lies at its range, on crests seen edge-on too") {
 }
 
 TEST_CASE("Each boulder, pit and furrow of a layer is an instance, and its pixels lie on it") {
-  Scene scene = level_scene({thing("box", 12.0, 0.0)});
-  scene.seafloor.cell_m = 0.15;
-  scene.seafloor.extent_east_m = 50.0;
-  scene.seafloor.extent_north_m = 20.0;
-  scene.sonars[0].range_m = 26.0;
-  scene.sonars[0].bins = 520;
-  scene.sonars[0].elevations = 1500;
+  Scene scene = fine_scene({thing("box", 12.0, 0.0)}, 0.15);
   scene.seafloor.seabed.boulders.resize(1);
   scene.seafloor.seabed.boulders[0].relief = {
       .per_hectare = 300.0, .diameter_m = 1.2, .diameter_spread = 0.2, .height_ratio = 0.7};

@@ -14,6 +14,10 @@ inline std::array<double, 4> catmull_rom(double t) {
           0.5 * (4.0 * t2 - 3.0 * t3 + t), 0.5 * (t3 - t2)};
 }
 
+/// Independent numbers that are interpolated along two axes keep their variance if they are
+/// multiplied by this: the sum of the squared weights has the mean 57 / 70 along each axis.
+inline constexpr double catmull_rom_keeps_variance = 70.0 / 57.0;
+
 /// The factor by which this interpolation changes the amplitude of a wave with a phase step of
 /// `rad_per_point` between points (Keys 1981, the kernel's transform for a = -1/2).
 inline double catmull_rom_response(double rad_per_point) {

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/seafloor/bed/catmull_rom.h>
 #include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
@@ -91,7 +92,6 @@ class Forks {
 /// between the points of a lattice.
 std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const LayerDraws& draws,
                            std::uint64_t what) {
-  // The mean sum of the squared weights of catmull_rom is 57 / 70 along each axis.
   return interpolated(
       grid, 1.2 * wavelength_m,
       [&](std::int64_t column, std::int64_t row, std::size_t columns, std::span<double> samples) {
@@ -101,7 +101,7 @@ std::vector<double> ragged(const Heightfield& grid, double wavelength_m, const L
               .of(what, column + static_cast<std::int64_t>(i % columns),
                   row + static_cast<std::int64_t>(i / columns))
               .normal(number);
-          samples[i] = 70.0 / 57.0 * number[0];
+          samples[i] = catmull_rom_keeps_variance * number[0];
         }
       });
 }

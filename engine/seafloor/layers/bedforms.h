@@ -27,9 +27,9 @@ struct Bedforms {
   double forks = 3.0;  ///< pairs of fork and end in a square of 10 x 10 wavelengths
 };
 
-/// Adds them, with a mean of zero over a wavelength, at the points whose weight is not 0 (no
-/// weights: at all). Throws std::invalid_argument for values that no crests have and cells longer
-/// than a quarter of the wavelength.
+/// Adds them, with a mean of zero over a wavelength, at the points whose weight is not 0, or
+/// everywhere if there are no weights. Throws std::invalid_argument for values that no crests have
+/// and cells longer than a quarter of the wavelength.
 void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
                 std::span<const double> weight = {});
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -44,9 +43,9 @@ class WanderAlong {
       values_.push_back(wander.at((first_ + static_cast<double>(i)) * step_m));
   }
   double at(double way_m) const {
-    const double place = way_m / step_m - first_;
-    const auto i = static_cast<std::size_t>(place);
-    return std::lerp(values_[i], values_[i + 1], place - static_cast<double>(i));
+    const double place = way_m / step_m, before = std::floor(place);
+    const auto i = static_cast<std::size_t>(before - first_);
+    return std::lerp(values_[i], values_[i + 1], place - before);
   }
 
  private:
@@ -71,14 +70,14 @@ class Sweep {
     for (std::size_t row = 0; row * columns_ < numbers_.size(); ++row)
       draws.of(4, tow, static_cast<std::int64_t>(first_row_) + static_cast<std::int64_t>(row))
           .normal(std::span(numbers_).subspan(row * columns_, columns_));
-    // The mean sum of the squared weights of catmull_rom is 57 / 70 along each axis.
-    for (double& number : numbers_) number *= 70.0 / 57.0;
+    for (double& number : numbers_) number *= catmull_rom_keeps_variance;
   }
   double at(double way_m, double across_m) const {
-    const double along = way_m / along_m - first_row_, aside = across_m / across_m_ - first_column_;
-    const auto row = static_cast<std::size_t>(along), column = static_cast<std::size_t>(aside);
-    const auto of_row = catmull_rom(along - static_cast<double>(row));
-    const auto of_column = catmull_rom(aside - static_cast<double>(column));
+    const double along = way_m / along_m, before = std::floor(along);
+    const double aside = across_m / across_m_, port = std::floor(aside);
+    const auto row = static_cast<std::size_t>(before - first_row_);
+    const auto column = static_cast<std::size_t>(port - first_column_);
+    const auto of_row = catmull_rom(along - before), of_column = catmull_rom(aside - port);
     double sum = 0.0;
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t k = 0; k < 4; ++k)
@@ -140,13 +139,11 @@ class Tow {
       wander.length_m[w] = 150.0 + 700.0 * u[4 + w];
       wander.phase[w] = 2.0 * pi * u[8 + w];
     }
-    Stretch stretch{std::numeric_limits<double>::infinity(),
-                    -std::numeric_limits<double>::infinity()};
-    for (const int column : {0, grid.columns - 1})
-      for (const int row : {0, grid.rows - 1}) {
-        const double way_m = way(grid.x_m(column), grid.y_m(row));
-        stretch = {std::min(stretch.from_m, way_m), std::max(stretch.to_m, way_m)};
-      }
+    const double west = grid.x_m(0), east = grid.x_m(grid.columns - 1);
+    const double south = grid.y_m(0), north = grid.y_m(grid.rows - 1);
+    const auto [from_m, to_m] =
+        std::minmax({way(west, south), way(west, north), way(east, south), way(east, north)});
+    const Stretch stretch{from_m, to_m};
     wander_.emplace(wander, stretch);
     if (marks.sweep_depth_m > 0.0)
       sweep_.emplace(draws, i, stretch, 0.5 * marks.door_spacing_m,
@@ -156,7 +153,7 @@ class Tow {
   struct Change {
     double height_m = 0.0;
     std::uint32_t door = 0;  // 1 or 2, where its mark is
-    double clear_m = 0.0;    // nor is there any change as far as this to the east
+    double clear_m = 0.0;    // as far as this to the east there is no change either
   };
   Change at(double x_m, double y_m) const {
     const double across = (x_m - x_m_) * north_ - (y_m - y_m_) * east_;

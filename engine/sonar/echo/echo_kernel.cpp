@@ -513,8 +513,8 @@ std::size_t lay_pieces(const PiecesToLay& pieces, std::size_t first_piece, EchoB
       piece.change[k] = hn::LoadU(quarter, pieces.changes + at);
     }
     double slope = pieces.energy_slope[i];
-    // A face that is seen nearly edge-on grows in range by more than its neighbours leave it: what
-    // it sees is what it has at the ranges that are left.
+    // A piece seen nearly edge-on spans more range than there is between its neighbours. Its place
+    // and its slope are taken at the ranges that it keeps.
     const double growth_m = 2.0 * pieces.to_end_m[i];
     if (HWY_UNLIKELY(std::abs(growth_m) - std::abs(until_m - from_m) > to.bin_m)) {
       const double share = (until_m - from_m) / growth_m;

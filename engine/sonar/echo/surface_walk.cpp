@@ -105,9 +105,9 @@ void SurfaceWalk::end_plane(std::size_t last) {
   if (caster_ != none) shade_beyond(caster_);
 }
 
-// Whether the range limit is as near as the surface's next ray may be. A facet seen nearly edge-on
-// does not say so itself: its plane goes on, but it is a crest. So a single ray on it is trusted
-// with twice the last step.
+// Whether a surface may go on from its last ray to the range limit. The plane of a facet seen
+// nearly edge-on always does, but the facet may be a crest and end at once. So a single ray must be
+// no farther from the limit than two steps between rays, or than facets reach.
 bool SurfaceWalk::reaches_range(std::size_t piece) const {
   const PieceTable& pieces = *pieces_;
   if (pieces.end[piece] - pieces.begin[piece] > 1) return true;

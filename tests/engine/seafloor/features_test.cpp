@@ -178,6 +178,27 @@ TEST_CASE("Between a trawl's doors lie fine furrows along the tow, of the reques
   CHECK(std::ranges::count(none.field.z_m, 0.0) == std::ssize(none.field.z_m));
 }
 
+TEST_CASE("A window of a bed has the bits of the whole bed's trawl marks") {
+  const TrawlMarks marks{.count = 12, .heading_rad = 0.7};
+  Laid whole(flat(900, 700, 0.13, 0.17));
+  add_trawl_marks(whole.field, marks, draws(3), whole.marked);
+  Heightfield window = flat(150, 120, 0.13, 0.17);
+  window.whole_columns = 900;
+  window.whole_rows = 700;
+  window.first_column = 610;
+  window.first_row = 430;
+  Laid part(window);
+  add_trawl_marks(part.field, marks, draws(3), part.marked);
+  int changed = 0;
+  for (int row = 0; row < window.rows; ++row)
+    for (int column = 0; column < window.columns; ++column) {
+      const double z = part.field.at(column, row);
+      changed += z != 0.0;
+      REQUIRE(z == whole.field.at(610 + column, 430 + row));
+    }
+  CHECK(changed > 10'000);
+}
+
 TEST_CASE("Pits have the requested number, width and depth, and are marked inside") {
   const PitRelief relief{.per_hectare = 30.0,
                          .diameter_m = 6.0,
