@@ -1,0 +1,40 @@
+// The program's large arrays lie in large pages (2 MB on x86), which it asks the system for. Their
+// first use then enters the kernel once per large page and not every 4 KB. The library does not do
+// this: how a process gets its memory is for its program to choose.
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+constexpr std::size_t large_page_bytes = 2 << 20;
+
+/// Memory for an array of at least a large page, from the beginning of one; null if there is none.
+void* large_block(std::size_t bytes) {
+  void* block = nullptr;
+  if (::posix_memalign(&block, large_page_bytes, bytes) != 0) return nullptr;
+#ifdef MADV_HUGEPAGE
+  // Whole large pages only: other blocks may follow in the last one.
+  ::madvise(block, bytes / large_page_bytes * large_page_bytes, MADV_HUGEPAGE);
+#endif
+  return block;
+}
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  for (;;) {
+    void* const block = bytes < large_page_bytes ? std::malloc(std::max(bytes, std::size_t{1}))
+                                                 : large_block(bytes);
+    if (block) return block;
+    const std::new_handler handler = std::get_new_handler();
+    if (!handler) throw std::bad_alloc();
+    handler();
+  }
+}
+void operator delete(void* block) noexcept { std::free(block); }
+void operator delete(void* block, std::size_t) noexcept { std::free(block); }
