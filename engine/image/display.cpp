@@ -10,6 +10,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include <Eigen/Core>
+
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -153,6 +155,53 @@ std::array<double, 3> viridis(double t) {
     for (std::size_t k = 0; k < 3; ++k) colour[k] = colour[k] * t + terms[i][k];
   for (double& channel : colour) channel = std::clamp(channel, 0.0, 1.0);
   return colour;
+}
+
+/// A Gaussian's weights at 0, 1, 2 ... pixels, to three standard deviations. Those of both sides
+/// make 1.
+std::vector<float> gaussian(double sigma_px) {
+  std::vector<float> weights;
+  float sum = 0.0f;
+  for (double at = 0.0; at <= std::ceil(3.0 * sigma_px); at += 1.0) {
+    weights.push_back(static_cast<float>(std::exp(-0.5 * at * at / (sigma_px * sigma_px))));
+    sum += (at > 0.0 ? 2.0f : 1.0f) * weights.back();
+  }
+  for (float& weight : weights) weight /= sum;
+  return weights;
+}
+
+using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Weighted sums down the columns. The first and the last row continue beyond the border.
+Plane smoothed_down(const Plane& plane, std::span<const float> weights) {
+  const Eigen::Index reach = std::ssize(weights) - 1, rows = plane.rows();
+  Plane padded(rows + 2 * reach, plane.cols());
+  padded << plane.row(0).replicate(reach, 1), plane, plane.row(rows - 1).replicate(reach, 1);
+  Plane sum = weights[0] * plane;
+  for (Eigen::Index k = 1; k <= reach; ++k)
+    sum += weights[static_cast<std::size_t>(k)] *
+           (padded.middleRows(reach - k, rows) + padded.middleRows(reach + k, rows));
+  return sum;
+}
+
+/// Smooths a grey picture by a Gaussian.
+void smooth(Picture& grey, double sigma_px) {
+  const bool wide = grey.bits == 16;
+  Plane plane(static_cast<Eigen::Index>(grey.height), static_cast<Eigen::Index>(grey.width));
+  const std::uint8_t* from = grey.pixels.data();
+  for (float& value : plane.reshaped<Eigen::RowMajor>()) {
+    value = static_cast<float>(*from++);
+    if (wide) value = 256.0f * value + static_cast<float>(*from++);
+  }
+  const std::vector<float> weights = gaussian(sigma_px);
+  plane = smoothed_down(plane, weights).transpose().eval();
+  plane = smoothed_down(plane, weights).transpose().eval();
+  std::uint8_t* to = grey.pixels.data();
+  for (const float value : plane.reshaped<Eigen::RowMajor>()) {
+    const auto step = static_cast<unsigned>(std::lround(value));
+    if (wide) *to++ = static_cast<std::uint8_t>(step >> 8);
+    *to++ = static_cast<std::uint8_t>(step & 0xff);
+  }
 }
 
 /// Steps of brightness by level, from a table of where they begin. The step must not fall with the
@@ -320,6 +369,7 @@ Picture Renderer::render(const Waterfall& waterfall, int bits) const {
       if (bits == 16) *pixel++ = static_cast<std::uint8_t>(step >> 8);
       *pixel++ = static_cast<std::uint8_t>(step & 0xff);
     }
+  if (display.smoothing_px > 0.0) smooth(picture, display.smoothing_px);
   return painted(std::move(picture), display.palette);
 }
 

@@ -11,9 +11,9 @@ enum class Mapping { gamma, logarithmic, equalised };
 enum class DisplayedLayer { sample, intensity };
 
 /// How a waterfall becomes a picture: time-varied gain, normalisations, then amplitude to
-/// brightness. The layers do not change. Without beam_normalisation, flat_field and equalised
-/// mapping, the picture of a line depends on the scene and that line only, so a line can be shown
-/// at once.
+/// brightness. The layers do not change. Without beam_normalisation, flat_field, equalised mapping
+/// and smoothing, the picture of a line depends on the scene and that line only, so a line can be
+/// shown at once.
 struct Display {
   DisplayedLayer of = DisplayedLayer::sample;
   /// Gain of spreading * log10(range) dB. 30 makes a bed of constant backscatter strength even
@@ -30,6 +30,9 @@ struct Display {
   Mapping mapping = Mapping::gamma;
   double gamma = 0.7;      ///< brightness = amplitude^gamma
   double range_db = 50.0;  ///< of the logarithmic mapping, from black to white
+  /// Standard deviation of the Gaussian that the picture is smoothed by, in pixels: what displays do
+  /// that enlarge or interpolate. 0: not smoothed.
+  double smoothing_px = 0.0;
   Palette palette = Palette::grey;
 };
 

@@ -606,6 +606,10 @@ const std::vector<Section<Scene>>& scene_sections() {
             at(&Scene::display, &Display::gamma)},
            {"range_db", "dB", {1, 200}, "From black to white, of a logarithmic mapping.",
             at(&Scene::display, &Display::range_db)},
+           {"smoothing_px", "px", {0, 20},
+            "Standard deviation of the Gaussian that the picture is smoothed by, as by a display "
+            "that enlarges or interpolates; 0: not smoothed.",
+            at(&Scene::display, &Display::smoothing_px)},
            {"palette", "", {}, "Colours; paper is grey with strong echoes dark.",
             at(&Scene::display, &Display::palette),
             {"grey", "copper", "bronze", "paper", "viridis"}},

@@ -114,6 +114,10 @@ double stripes(std::size_t, std::size_t column, double) {
 
 TEST_CASE("a flat bed stays flat under every normalisation and mapping") {
   const Waterfall waterfall = bed(12, flat);
+  Display smoothed = levelling();
+  smoothed.smoothing_px = 1.5;
+  const auto [least, greatest] = extremes(render16(waterfall, smoothed));
+  CHECK(greatest - least <= 16);
   for (const bool slant : {false, true})
     for (const bool beam : {false, true})
       for (const bool field : {false, true})
@@ -166,6 +170,49 @@ TEST_CASE("flat-fielding removes a pattern over columns, and is idempotent") {
   const auto [darkest, brightest] = extremes(render16(striped, display));
   CHECK(brightest - darkest <= 16);
   leaves_alone(display, bed(10, flat));
+}
+
+TEST_CASE("a smoothed point is a Gaussian of that width, with the brightness of the point") {
+  constexpr std::size_t ping = 20, column = bins + 200;
+  const auto point = [](std::size_t its_ping, std::size_t its_column, double) {
+    return its_ping == ping && its_column == column ? 4.0 : 1.0;
+  };
+  const Waterfall with = bed(40, point), without = bed(40, flat);
+  for (const double sigma_px : {0.6, 1.0, 2.5}) {
+    Display display = levelling();
+    const double height =
+        render16(with, display).at(ping, column) - render16(without, display).at(ping, column);
+    display.smoothing_px = sigma_px;
+    const Bright smoothed = render16(with, display), bed_only = render16(without, display);
+    double sum = 0.0, along = 0.0, across = 0.0;
+    for (std::size_t i = ping - 10; i <= ping + 10; ++i)
+      for (std::size_t k = column - 10; k <= column + 10; ++k) {
+        const double here = smoothed.at(i, k) - bed_only.at(i, k);
+        sum += here;
+        along += here * std::pow(static_cast<double>(i) - ping, 2);
+        across += here * std::pow(static_cast<double>(k) - column, 2);
+      }
+    CAPTURE(sigma_px);
+    CHECK(sum == Approx(height).epsilon(0.01));
+    // Three standard deviations have 97 % of a Gaussian's variance.
+    CHECK(along / sum == Approx(sigma_px * sigma_px).epsilon(0.05));
+    CHECK(across / sum == Approx(sigma_px * sigma_px).epsilon(0.05));
+  }
+}
+
+TEST_CASE("a smoothed picture does not wrap around, and its border keeps its brightness") {
+  const auto half = [](std::size_t, std::size_t column, double) {
+    return column < bins ? 1.0 : 4.0;
+  };
+  Display display = levelling();
+  display.smoothing_px = 2.0;
+  const Waterfall waterfall = bed(8, half);
+  const Bright smoothed = render16(waterfall, display);
+  display.smoothing_px = 0.0;
+  const Bright sharp = render16(waterfall, display);
+  for (std::size_t ping = 0; ping < 8; ++ping)
+    for (const std::size_t column : {std::size_t{0}, std::size_t{2}, columns - 3, columns - 1})
+      CHECK(std::abs(smoothed.at(ping, column) - sharp.at(ping, column)) <= 16);
 }
 
 TEST_CASE(
