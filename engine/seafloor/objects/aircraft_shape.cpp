@@ -10,6 +10,17 @@ using std::numbers::pi;
 
 enum AircraftPart { fuselage, wing, tail, engine, canopy, gear, aircraft_debris };
 
+/// A wing, tailplane or fin.
+struct Wing {
+  Vector3d root;  ///< the middle of its root chord
+  Vector3d out;   ///< unit, from root to tip; not along y
+  double span_m, root_chord_m, tip_chord_m;
+  double sweep = 0.0;  ///< tangent of the angle by which its middle line falls back
+  double thickness = 0.12;
+  double from = 0.0, to = 1.0;  ///< the part of the span that is there; ragged at `from` above 0
+  bool torn = false;            ///< ragged at `to`
+};
+
 /// Makes one aircraft, nose towards y; while its parts are made it stands upright with the axis of
 /// its fuselage at z = 0.
 class Aircraft {
@@ -35,6 +46,7 @@ class Aircraft {
     dihedral_rad_ = radians(draws_.between(swept ? -3.0 : 1.0, swept ? 2.0 : 6.0));
     // A wing lies below, in the middle of, or above the fuselage.
     wing_z_m_ = radius_m_ * (draws_.chance(0.6) ? -0.6 : draws_.between(-0.2, 0.7));
+    worn_ = draws_.between(0.1, 1.0);
   }
 
   void make() {
@@ -66,9 +78,11 @@ class Aircraft {
       for (const Vector2d& p : circle(r, sides_)) {
         const bool torn = (i == 0 && torn_back) || (i == stations && torn_front);
         const double jag = torn ? draws_.between(-0.4, 0.4) * (to - from) / stations : 0.0;
+        const double buckled = 1.0 + worn_ * draws_.between(-0.06, 0.06);
         // Higher than wide, and rising towards the tail.
         const double rise = 0.35 * radius_m_ * std::pow(std::max(0.0, 0.5 - u), 1.5);
-        ring.emplace_back(p.y(), length_m_ * (u + jag - 0.5), 1.15 * p.x() + rise);
+        ring.emplace_back(buckled * p.y(), length_m_ * (u + jag - 0.5),
+                          1.15 * buckled * p.x() + rise);
       }
     }
     solids_.skin(rings);
@@ -82,6 +96,58 @@ class Aircraft {
             .tip_chord_m = tip_share_ * chord_m_,
             .sweep = sweep_,
             .thickness = variant_ == "swept" ? 0.09 : 0.14};
+  }
+
+  /// The skin of a worn wing is buckled, and gone in places; its tip hangs.
+  void add_wing(const Wing& wing) {
+    const Vector3d along = Vector3d::UnitY(), up = wing.out.cross(along).normalized();
+    const double sag = worn_ * draws_.between(-0.07, 0.02);  // of the tip, over the span
+    PlateGrid grid{
+        .rows = wing_cells + 1, .columns = chord_cells + 1, .front = {}, .back = {}, .cut = {}};
+    for (int i = 0; i <= wing_cells; ++i)
+      for (int k = 0; k <= chord_cells; ++k) {
+        const double u = wing.from + (wing.to - wing.from) * i / wing_cells;
+        const double chord = wing.root_chord_m + (wing.tip_chord_m - wing.root_chord_m) * u;
+        const double ahead = 2.0 * k / chord_cells - 1.0;  // from the trailing to the leading edge
+        // Thickest ahead of the middle, sharper behind.
+        const double profile = std::sqrt(1.0 - ahead * ahead) * (0.75 + 0.25 * ahead);
+        const double half = (0.5 * wing.thickness * profile + 0.008) * chord;
+        const double buckle = worn_ * draws_.between(-0.02, 0.02) * chord;
+        const double lift = (up.z() < 0.0 ? -sag : sag) * u * u * wing.span_m + buckle;
+        const Vector3d middle = wing.root + wing.span_m * u * (wing.out - wing.sweep * along) +
+                                0.5 * ahead * chord * along + lift * up;
+        grid.front.push_back(middle + half * up);
+        grid.back.push_back(middle - half * up);
+      }
+    grid.cut = lost_cells(wing);
+    solids_.plate(grid);
+  }
+
+  /// The cells of a wing that are gone, from root to tip and in each row from the trailing edge.
+  std::vector<bool> lost_cells(const Wing& wing) {
+    std::vector<bool> lost(wing_cells * chord_cells);
+    const auto lose = [&](int from, int to, int behind, int ahead) {
+      for (int i = std::max(from, 0); i < std::min(to, wing_cells); ++i)
+        for (int k = behind; k < std::min(ahead, chord_cells); ++k)
+          lost[static_cast<std::size_t>(i * chord_cells + k)] = true;
+    };
+    for (const int from : {1, 11}) {  // a flap, an aileron
+      const int wide = 4 + draws_.one_of(5), deep = 1 + draws_.one_of(2);
+      if (draws_.chance(0.4 * worn_)) lose(from, from + wide, 0, deep);
+    }
+    constexpr int ribs = 5, bay = wing_cells / ribs;
+    const int holes = draws_.one_of(1 + static_cast<int>(6.0 * worn_));
+    for (int n = 0; n < holes; ++n) {  // the skin between some ribs, but not the ribs
+      const int first = draws_.one_of(ribs), bays = 1 + draws_.one_of(2);
+      const int behind = 1 + draws_.one_of(chord_cells - 4), deep = 1 + draws_.one_of(3);
+      for (int rib = first; rib < first + bays; ++rib)
+        lose(rib * bay + 1, (rib + 1) * bay, behind, behind + deep);
+    }
+    for (int k = 0; k < chord_cells; ++k) {  // where it broke
+      if (wing.from > 0.0) lose(0, draws_.one_of(4), k, k + 1);
+      if (wing.torn) lose(wing_cells - draws_.one_of(5), wing_cells, k, k + 1);
+    }
+    return lost;
   }
 
   Vector3d on_wing(const Wing& wing, double u, double ahead) const {
@@ -122,35 +188,29 @@ class Aircraft {
     const double z = 0.2 * radius_m_;
     if (draws_.chance(engines_ >= 2 && variant_ == "straight" ? 0.4 : 0.0)) {
       for (const double side : {-1.0, 1.0})  // twin fins at the ends of the tailplane
-        add_wing(solids_,
-                 {.root = {side * 0.33 * half_span_m_, y, z - 0.4 * high},
+        add_wing({.root = {side * 0.33 * half_span_m_, y, z - 0.4 * high},
                   .out = Vector3d::UnitZ(),
                   .span_m = high,
                   .root_chord_m = 1.1 * chord,
-                  .tip_chord_m = 0.6 * chord},
-                 draws_);
+                  .tip_chord_m = 0.6 * chord});
     } else if (!draws_.chance(0.15)) {
-      add_wing(solids_,
-               {.root = {0.0, y, 0.1 * radius_m_},
+      add_wing({.root = {0.0, y, 0.1 * radius_m_},
                 .out = Vector3d::UnitZ(),
                 .span_m = high + 0.3 * radius_m_,
                 .root_chord_m = 1.3 * chord,
                 .tip_chord_m = 0.6 * chord,
-                .sweep = sweep},
-               draws_);
+                .sweep = sweep});
     }
     for (const double side : {-1.0, 1.0}) {
       const double left = draws_.chance(0.15) ? draws_.between(0.3, 0.7) : 1.0;
-      add_wing(solids_,
-               {.root = {0.0, y, z},
+      add_wing({.root = {0.0, y, z},
                 .out = {side, 0.0, 0.0},
                 .span_m = 0.36 * half_span_m_,
                 .root_chord_m = chord,
                 .tip_chord_m = 0.55 * chord,
                 .sweep = 0.2 + 0.7 * sweep_,
                 .to = left,
-                .torn = left < 1.0},
-               draws_);
+                .torn = left < 1.0});
     }
   }
 
@@ -192,7 +252,7 @@ class Aircraft {
       Wing one = wing_of(i ? 1.0 : -1.0);
       one.to = left[i];
       one.torn = left[i] < 1.0;
-      add_wing(solids_, one, draws_);
+      add_wing(one);
     }
     return left;
   }
@@ -265,7 +325,7 @@ class Aircraft {
       const std::size_t mark = solids_.mark();
       Wing outer = wing_of(side);
       outer.from = left[i];
-      add_wing(solids_, outer, draws_);
+      add_wing(outer);
       const Vector3d middle = solids_.box(mark).center();
       solids_.move(mark, motion(-middle, 0.0, 0.0, 0.0));
       const double roll = draws_.between(-0.15, 0.15), pitch = draws_.between(-0.1, 0.1);
@@ -294,14 +354,12 @@ class Aircraft {
     if (draws_.chance(0.4))
       for (const double side : {-1.0, 1.0})
         if (left[side > 0.0 ? 1 : 0] == 1.0)
-          add_wing(solids_,
-                   {.root = on_wing(wing_of(side), 0.95, -0.2),
+          add_wing({.root = on_wing(wing_of(side), 0.95, -0.2),
                     .out = Vector3d::UnitZ(),
                     .span_m = 0.14 * length_m_,
                     .root_chord_m = 0.16 * length_m_,
                     .tip_chord_m = 0.08 * length_m_,
-                    .sweep = 0.5},
-                   draws_);
+                    .sweep = 0.5});
     lie(mark, inverted);
     torn_off(left);
     field();
@@ -313,12 +371,14 @@ class Aircraft {
                    {0.8 * half_span_m_, 0.48 * length_m_}, draws_);
   }
 
+  static constexpr int wing_cells = 20, chord_cells = 9;  // along the span and the chord
   std::string_view variant_;
   Draws& draws_;
   Solids& solids_;
   int sides_, engines_ = 1;
   double length_m_, radius_m_ = 0.0, wing_y_m_ = 0.0, wing_z_m_ = 0.0, half_span_m_ = 0.0;
   double chord_m_ = 0.0, tip_share_ = 0.0, sweep_ = 0.0, dihedral_rad_ = 0.0;
+  double worn_ = 0.0;  ///< 0 to 1: how buckled and torn its skin is
 };
 
 }  // namespace

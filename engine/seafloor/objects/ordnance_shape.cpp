@@ -45,15 +45,13 @@ void fins(FamilyForm& form, int count, double y, double chord, double r, double 
   for (int k = 0; k < count; ++k) {
     if (form.draws.chance(0.08)) continue;  // lost
     const double angle = turn + 2.0 * pi * k / count;
-    add_wing(form.solids,
-             {.root = {0.3 * r * std::cos(angle), y, 0.3 * r * std::sin(angle)},
-              .out = {std::cos(angle), 0.0, std::sin(angle)},
-              .span_m = reach,
-              .root_chord_m = chord,
-              .tip_chord_m = 0.7 * chord,
-              .sweep = 0.3,
-              .thickness = 0.06},
-             form.draws);
+    add_fin(form.solids, {.root = {0.3 * r * std::cos(angle), y, 0.3 * r * std::sin(angle)},
+                          .out = {std::cos(angle), 0.0, std::sin(angle)},
+                          .span_m = reach,
+                          .root_chord_m = chord,
+                          .tip_chord_m = 0.7 * chord,
+                          .sweep = 0.3,
+                          .thickness = 0.06});
   }
 }
 

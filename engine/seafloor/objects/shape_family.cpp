@@ -87,23 +87,22 @@ void scatter_debris(Solids& solids, int count, double longest_m, const Vector2d&
   }
 }
 
-void add_wing(Solids& solids, const Wing& wing, Draws& draws) {
+void add_fin(Solids& solids, const Fin& fin) {
   constexpr int stations = 5, points = 14;
-  const Vector3d along = Vector3d::UnitY(), up = wing.out.cross(along).normalized();
+  const Vector3d along = Vector3d::UnitY(), up = fin.out.cross(along).normalized();
   std::vector<std::vector<Vector3d>> rings;
   for (int i = 0; i <= stations; ++i) {
-    const double u = wing.from + (wing.to - wing.from) * i / stations;
-    const double chord = wing.root_chord_m + (wing.tip_chord_m - wing.root_chord_m) * u;
+    const double u = double(i) / stations;
+    const double chord = fin.root_chord_m + (fin.tip_chord_m - fin.root_chord_m) * u;
     std::vector<Vector3d>& ring = rings.emplace_back();
     for (int k = 0; k < points; ++k) {
       const double angle = 2.0 * pi * k / points;
       // Thickest at two fifths of the chord, sharper behind.
       const double y = 0.5 * chord * std::cos(angle);
       const double z =
-          0.5 * wing.thickness * chord * std::sin(angle) * (0.75 + 0.25 * std::cos(angle));
-      const double jag = wing.torn && i == stations ? draws.between(0.0, 0.08) : 0.0;
-      ring.push_back(wing.root + wing.span_m * ((u + jag) * wing.out - wing.sweep * u * along) +
-                     y * along + z * up);
+          0.5 * fin.thickness * chord * std::sin(angle) * (0.75 + 0.25 * std::cos(angle));
+      ring.push_back(fin.root + fin.span_m * (u * fin.out - fin.sweep * u * along) + y * along +
+                     z * up);
     }
   }
   solids.skin(rings);

@@ -68,16 +68,14 @@ void bent_plate(Solids& solids, double width_m, double length_m, double thick_m,
 void scatter_debris(Solids& solids, int count, double longest_m, const Eigen::Vector2d& half_axes_m,
                     Draws& draws);
 
-/// A tapered lifting surface: a wing, tailplane, fin or blade.
-struct Wing {
+/// A tapered fin or blade.
+struct Fin {
   Eigen::Vector3d root;  ///< the middle of its root chord
   Eigen::Vector3d out;   ///< unit, from root to tip; not along y
   double span_m, root_chord_m, tip_chord_m;
-  double sweep = 0.0;  ///< tangent of the angle by which its middle line falls back
-  double thickness = 0.12;
-  double from = 0.0, to = 1.0;  ///< the part of the span that is there
-  bool torn = false;            ///< at `to`
+  double sweep;      ///< tangent of the angle by which its middle line falls back
+  double thickness;  ///< over the chord
 };
-void add_wing(Solids& solids, const Wing& wing, Draws& draws);
+void add_fin(Solids& solids, const Fin& fin);
 
 }  // namespace ensonify::engine
