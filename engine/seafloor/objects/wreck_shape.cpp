@@ -202,7 +202,7 @@ class Wreck {
   /// Frames, and in the holds the cargo and the machinery.
   void inside(double from, double to) {
     if (type_ == Type::submarine) return;
-    const int count = std::clamp(static_cast<int>(length_m_ / 1.5), 8, 30);
+    const int count = std::clamp(static_cast<int>(length_m_ / 2.0), 8, 24);
     solids_.begin_part(frame);
     for (int i = 1; i < count; ++i) {
       const double s = 0.05 + 0.9 * i / count;
@@ -211,8 +211,8 @@ class Wreck {
       rib(s, 0.0);
       if (!beam || in_hatch(s, 0.0)) continue;  // of the deck, which shows where the deck is gone
       const double half = lines_.half_breadth_m(s, bulwark_m_ + 3.0 * plate_m_);
-      solids_.block({0.0, length_m_ * (s - 0.5), deck_m(s, 1.0) - 2.6 * plate_m_},
-                    {2.0 * half - plate_m_, 2.2 * plate_m_, 2.6 * plate_m_});
+      solids_.block({0.0, length_m_ * (s - 0.5), deck_m(s, 1.0) - 3.2 * plate_m_},
+                    {2.0 * half - plate_m_, 3.0 * plate_m_, 3.8 * plate_m_});
     }
     solids_.begin_part(cargo);
     for (const Vector2d& hatch : hatches_)
@@ -226,7 +226,7 @@ class Wreck {
     solids_.begin_part(wreck_debris);
     constexpr int across_cells = 12;
     const int rows = 3 * stations(from, to);
-    const double level = open_ ? draws_.between(0.5, 0.92) : draws_.between(0.25, 0.6);
+    const double level = open_ ? draws_.between(0.35, 0.85) : draws_.between(0.25, 0.6);
     const double first = std::max(from, 0.02), last = std::min(to, 0.97);
     PlateGrid grid{
         .rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
@@ -238,7 +238,7 @@ class Wreck {
         const double s = first + (last - first) * (r + (at_end ? 0.0 : along)) / rows;
         const double across = 1.0 - 2.0 * (c + (at_side ? 0.0 : aside)) / across_cells;
         const double up = std::min(
-            0.95, level + 0.1 * noise(0.6 * s, 2.0 * across) + draws_.between(-0.06, 0.06));
+            0.95, level + 0.1 * noise(0.6 * s, 2.0 * across) + draws_.between(-0.04, 0.04));
         // As wide as the hull is where the floor is lowest.
         const double keel = lines_.keel_m(s), deep = lines_.top_m(s) - keel;
         const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
@@ -287,7 +287,7 @@ class Wreck {
     solids_.begin_part(deck);
     constexpr int across_cells = 8;
     const int rows = 2 * stations(from, to);
-    const double rot = 1.6 - 0.8 * wear_;
+    const double rot = 1.3 - 1.1 * wear_;
     PlateGrid grid{
         .rows = rows + 1, .columns = across_cells + 1, .front = {}, .back = {}, .cut = {}};
     for (int r = 0; r <= rows; ++r)
@@ -496,14 +496,17 @@ class Wreck {
   void clutter(double from, double to) {
     if (type_ == Type::submarine) return;
     solids_.begin_part(wreck_debris);
-    const int count = static_cast<int>((to - from) * draws_.between(70.0, 120.0 + 140.0 * wear_));
+    const int count = static_cast<int>((to - from) * draws_.between(35.0, 60.0 + 70.0 * wear_));
     for (int i = 0; i < count; ++i) {
       const std::size_t mark = solids_.mark();
       const double s = draws_.between(from + 0.04, to - 0.04);
       const double across = draws_.between(-0.9, 0.9), long_m = draws_.between(0.04, 0.3);
       const double thick = std::clamp(0.03 * lines_.beam_m, 0.06, 0.6) * draws_.between(0.4, 1.6);
-      const double turn = draws_.between(0.0, pi), lean = draws_.between(-0.4, 0.4);
-      const bool box = draws_.chance(0.3);
+      const bool box = draws_.chance(0.3), beam = draws_.chance(0.5);
+      // Beams and planks fell where they were: across or along the ship, nearly.
+      const double turn = beam ? 0.5 * pi * draws_.one_of(2) + draws_.between(-0.15, 0.15)
+                               : draws_.between(0.0, pi);
+      const double lean = draws_.between(-0.4, 0.4);
       if (!open_ && in_hatch(s, across)) continue;
       const double floor = open_ ? lines_.keel_m(s) + 0.15 * lines_.depth_m : deck_m(s, across);
       const double wide = open_ ? 0.6 : 1.0;
