@@ -503,9 +503,9 @@ class Wreck {
       const double across = draws_.between(-0.9, 0.9), long_m = draws_.between(0.04, 0.3);
       const double thick = std::clamp(0.03 * lines_.beam_m, 0.06, 0.6) * draws_.between(0.4, 1.6);
       const bool box = draws_.chance(0.3), beam = draws_.chance(0.5);
-      // Beams and planks fell where they were: across or along the ship, nearly.
-      const double turn = beam ? 0.5 * pi * draws_.one_of(2) + draws_.between(-0.15, 0.15)
-                               : draws_.between(0.0, pi);
+      // Half of them fell nearly across or along the ship.
+      double turn = beam ? 0.5 * pi * draws_.one_of(2) : draws_.between(0.0, pi);
+      if (beam) turn += draws_.between(-0.15, 0.15);
       const double lean = draws_.between(-0.4, 0.4);
       if (!open_ && in_hatch(s, across)) continue;
       const double floor = open_ ? lines_.keel_m(s) + 0.15 * lines_.depth_m : deck_m(s, across);
