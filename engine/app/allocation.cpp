@@ -1,7 +1,10 @@
-// The program's large arrays lie in large pages (2 MB on x86), which it asks the system for. Their
-// first use then enters the kernel once per large page and not every 4 KB. The library does not do
-// this: how a process gets its memory is for its program to choose.
+// How the program gets its memory; a library leaves that to its user. Large arrays lie in large
+// pages (2 MB on x86), which the system is asked for: their first use then enters the kernel once
+// per large page and not every 4 KB.
 
+#include "allocation.h"
+
+#include <malloc.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -25,6 +28,13 @@ void* large_block(std::size_t bytes) {
 }
 
 }  // namespace
+
+void ensonify::engine::app::keep_freed_memory() {
+#ifdef __GLIBC__
+  ::mallopt(M_MMAP_THRESHOLD, 32 << 20);  // a larger array goes back to the system when it is freed
+  ::mallopt(M_TRIM_THRESHOLD, 64 << 20);
+#endif
+}
 
 void* operator new(std::size_t bytes) {
   for (;;) {
