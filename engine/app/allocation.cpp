@@ -2,9 +2,6 @@
 // pages (2 MB on x86), which the system is asked for: their first use then enters the kernel once
 // per large page and not every 4 KB.
 
-#include "allocation.h"
-
-#include <malloc.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -29,13 +26,7 @@ void* large_block(std::size_t bytes) {
 
 }  // namespace
 
-void ensonify::engine::app::keep_freed_memory() {
-#ifdef __GLIBC__
-  ::mallopt(M_MMAP_THRESHOLD, 32 << 20);  // a larger array goes back to the system when it is freed
-  ::mallopt(M_TRIM_THRESHOLD, 64 << 20);
-#endif
-}
-
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): this is what containers and smart pointers call.
 void* operator new(std::size_t bytes) {
   for (;;) {
     void* const block = bytes < large_page_bytes ? std::malloc(std::max(bytes, std::size_t{1}))
@@ -48,3 +39,4 @@ void* operator new(std::size_t bytes) {
 }
 void operator delete(void* block) noexcept { std::free(block); }
 void operator delete(void* block, std::size_t) noexcept { std::free(block); }
+// NOLINTEND(cppcoreguidelines-no-malloc)

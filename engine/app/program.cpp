@@ -20,7 +20,6 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/refine/triangle_mesh.h>
 
-#include "allocation.h"
 #include "app.h"
 #include "terminal.h"
 
@@ -209,7 +208,6 @@ int run_command_line(int argc, char** argv) {
 }  // namespace
 
 int app::program_main(int argc, char** argv) {
-  keep_freed_memory();
   // A write beyond the file size limit then fails with an error message.
   std::signal(SIGXFSZ, SIG_IGN);
   end_by_fault = std::set_terminate(end_without_memory);

@@ -116,8 +116,8 @@ class Aircraft {
         const double lift = (up.z() < 0.0 ? -sag : sag) * u * u * wing.span_m + buckle;
         const Vector3d middle = wing.root + wing.span_m * u * (wing.out - wing.sweep * along) +
                                 0.5 * ahead * chord * along + lift * up;
-        grid.front.push_back(middle + half * up);
-        grid.back.push_back(middle - half * up);
+        grid.front.emplace_back(middle + half * up);
+        grid.back.emplace_back(middle - half * up);
       }
     grid.cut = lost_cells(wing);
     solids_.plate(grid);
@@ -127,9 +127,11 @@ class Aircraft {
   std::vector<bool> lost_cells(const Wing& wing) {
     std::vector<bool> lost(wing_cells * chord_cells);
     const auto lose = [&](int from, int to, int behind, int ahead) {
-      for (int i = std::max(from, 0); i < std::min(to, wing_cells); ++i)
-        for (int k = behind; k < std::min(ahead, chord_cells); ++k)
-          lost[static_cast<std::size_t>(i * chord_cells + k)] = true;
+      for (int i = from; i < std::min(to, wing_cells); ++i)
+        for (int k = behind; k < std::min(ahead, chord_cells); ++k) {
+          const int cell = i * chord_cells + k;
+          lost[static_cast<std::size_t>(cell)] = true;
+        }
     };
     for (const int from : {1, 11}) {  // a flap, an aileron
       const int wide = 4 + draws_.one_of(5), deep = 1 + draws_.one_of(2);

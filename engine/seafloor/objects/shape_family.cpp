@@ -101,8 +101,8 @@ void add_fin(Solids& solids, const Fin& fin) {
       const double y = 0.5 * chord * std::cos(angle);
       const double z =
           0.5 * fin.thickness * chord * std::sin(angle) * (0.75 + 0.25 * std::cos(angle));
-      ring.push_back(fin.root + fin.span_m * (u * fin.out - fin.sweep * u * along) + y * along +
-                     z * up);
+      ring.emplace_back(fin.root + fin.span_m * (u * fin.out - fin.sweep * u * along) + y * along +
+                        z * up);
     }
   }
   solids.skin(rings);

@@ -244,7 +244,7 @@ class Wreck {
         const double half = 0.97 * lines_.half_breadth_m(s, (1.0 - level + 0.16) * deep);
         const Vector3d at(half * across, length_m_ * (s - 0.5), keel + up * deep);
         grid.front.push_back(at);
-        grid.back.push_back(at - Vector3d(0.0, 0.0, 0.08 * lines_.depth_m));
+        grid.back.emplace_back(at - Vector3d(0.0, 0.0, 0.08 * lines_.depth_m));
       }
     solids_.plate(grid);
   }
@@ -415,7 +415,7 @@ class Wreck {
             0.99 * lines_.half_breadth_m(s) * across,
             length_m_ * (s - 0.5) + lines_.rake_m * std::pow((s - 0.8) / 0.2, 2.0) * (s > 0.8), z);
         grid.front.push_back(at);
-        grid.back.push_back(at - Vector3d(0.0, 0.0, plate_m_));
+        grid.back.emplace_back(at - Vector3d(0.0, 0.0, plate_m_));
       }
     }
     solids_.plate(grid);
