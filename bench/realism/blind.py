@@ -136,7 +136,8 @@ def match(folder, pairs):
     sys.exit(f"only {len(crops)} of {CROPS} crops show plain bed; give more recordings")
 
 
-def objects(folder, real, dataset):
+def objects_of(real, dataset):
+    """Pictures of objects by kind, "real" or "simulated", and class."""
     pictures = {"real": {}, "simulated": {}}
     for kind in sorted(path for path in real.iterdir() if path.is_dir()):
         pictures["real"][kind.name] = sorted(kind.glob("*.png"))
@@ -145,6 +146,11 @@ def objects(folder, real, dataset):
         of = json.loads(file.read_text())["of"]
         if of in pictures["simulated"]:
             pictures["simulated"][of].append(file.with_suffix(".png"))
+    return pictures
+
+
+def objects(folder, real, dataset):
+    pictures = objects_of(real, dataset)
     draw, crops = random.Random(SEED), []
     for kind, by_class in pictures.items():
         each = CROPS // 2 // max(len(by_class), 1)

@@ -217,7 +217,7 @@ class Aircraft {
   }
 
   void with_fuselage() {
-    const bool inverted = draws_.chance(0.25), breaks = draws_.chance(0.35);
+    const bool inverted = draws_.chance(0.25), breaks = draws_.chance(0.18);
     const double broken_at = draws_.between(0.28, 0.42);
     const std::size_t mark = solids_.mark();
     solids_.begin_part(fuselage);
@@ -250,7 +250,7 @@ class Aircraft {
     solids_.begin_part(wing);
     std::array<double, 2> left{1.0, 1.0};
     for (std::size_t i = 0; i < 2; ++i) {
-      if (draws_.chance(0.28)) left[i] = draws_.between(0.3, 0.8);
+      if (draws_.chance(0.15)) left[i] = draws_.between(0.3, 0.8);
       Wing one = wing_of(i ? 1.0 : -1.0);
       one.to = left[i];
       one.torn = left[i] < 1.0;
@@ -311,8 +311,8 @@ class Aircraft {
     const double pitch = radians(draws_.between(-7.0, 5.0));
     solids_.move(mark, motion(Vector3d::Zero(), 0.0, roll, 0.0));
     solids_.move(mark, motion(Vector3d::Zero(), pitch, 0.0, 0.0));
-    // Sunk in by a share of the fuselage, whatever sticks out below it.
-    const double up = draws_.between(0.25, 0.95) * radius_m_ + (inverted ? 0.3 * radius_m_ : 0.0);
+    // Sunk in by a share of the fuselage, hardly deeper than low wings, on which it lies.
+    const double up = draws_.between(0.6, 1.0) * radius_m_ + (inverted ? 0.3 * radius_m_ : 0.0);
     solids_.move(mark, motion({0.0, 0.0, up}, 0.0, 0.0, 0.0));
   }
 
