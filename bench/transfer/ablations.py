@@ -33,7 +33,8 @@ NO_PHYSICS = {
     "artefacts.gain_step_db": "0", "sonar.sidescan.noise": "false",
     "sonar.sidescan.output_noise_db": "{ unset = true }", "sonar.sidescan.focused": "true",
     "sonar.sidescan.array_length_m": "4", "sonar.sidescan.bandwidth_hz": "100e3",
-    "motion.roll.rms_deg": "0", "motion.heading.rms_deg": "0",
+    "motion.roll.wander_deg": "0", "motion.heading.wander_deg": "0", "motion.heave.wander_m": "0",
+    "display.smoothing_px": "0",
 }
 
 # The datasets and what each changes in the recipe.
