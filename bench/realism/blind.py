@@ -136,6 +136,12 @@ def match(folder, pairs):
     sys.exit(f"only {len(crops)} of {CROPS} crops show plain bed; give more recordings")
 
 
+def reduced(path):
+    """The brightness of a picture of an object, MATCHED x MATCHED pixels."""
+    picture = Image.open(path).convert("L").resize((MATCHED, MATCHED), Image.BOX)
+    return np.asarray(picture, dtype=float)
+
+
 def objects_of(real, dataset):
     """Pictures of objects by kind, "real" or "simulated", and class."""
     pictures = {"real": {}, "simulated": {}}
@@ -157,9 +163,8 @@ def objects(folder, real, dataset):
         for name, paths in by_class.items():
             if len(paths) < each:
                 sys.exit(f"{len(paths)} {kind} pictures of class {name}, {each} are needed")
-            crops += [(kind, str(path), stretched(np.asarray(
-                Image.open(path).convert("L").resize((MATCHED, MATCHED), Image.BOX), dtype=float)))
-                for path in draw.sample(paths, each)]
+            crops += [(kind, str(path), stretched(reduced(path)))
+                      for path in draw.sample(paths, each)]
     draw.shuffle(crops)
     write(folder, crops)
 

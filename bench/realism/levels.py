@@ -19,16 +19,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
-from blind import MATCHED, objects_of
+from blind import MATCHED, objects_of, reduced
 
 BORDER, BLACK = 24, 8
 
 
 def levels(path):
-    picture = np.asarray(Image.open(path).convert("L").resize((MATCHED, MATCHED), Image.BOX),
-                         dtype=float)
+    picture = reduced(path)
     border = np.ones(picture.shape, dtype=bool)
     border[BORDER:-BORDER, BORDER:-BORDER] = False
     quarter = MATCHED // 4

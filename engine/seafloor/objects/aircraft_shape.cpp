@@ -45,7 +45,7 @@ class Aircraft {
     sweep_ = swept ? std::tan(radians(draws_.between(30.0, 48.0))) : draws_.between(0.0, 0.08);
     dihedral_rad_ = radians(draws_.between(swept ? -3.0 : 1.0, swept ? 2.0 : 6.0));
     // A wing lies below, in the middle of, or above the fuselage.
-    wing_z_m_ = radius_m_ * (draws_.chance(0.6) ? -0.6 : draws_.between(-0.2, 0.7));
+    wing_z_m_ = radius_m_ * (draws_.chance(0.6) ? -low_wing : draws_.between(-0.2, 0.7));
     worn_ = draws_.between(0.1, 1.0);
   }
 
@@ -311,8 +311,9 @@ class Aircraft {
     const double pitch = radians(draws_.between(-7.0, 5.0));
     solids_.move(mark, motion(Vector3d::Zero(), 0.0, roll, 0.0));
     solids_.move(mark, motion(Vector3d::Zero(), pitch, 0.0, 0.0));
-    // Sunk in by a share of the fuselage, hardly deeper than low wings, on which it lies.
-    const double up = draws_.between(0.6, 1.0) * radius_m_ + (inverted ? 0.3 * radius_m_ : 0.0);
+    // Sunk in by a share of the fuselage, but low wings are not buried.
+    const double up =
+        draws_.between(low_wing, 1.0) * radius_m_ + (inverted ? 0.3 * radius_m_ : 0.0);
     solids_.move(mark, motion({0.0, 0.0, up}, 0.0, 0.0, 0.0));
   }
 
@@ -374,6 +375,7 @@ class Aircraft {
   }
 
   static constexpr int wing_cells = 20, chord_cells = 9;  // along the span and the chord
+  static constexpr double low_wing = 0.6;  // below the fuselage's axis, of its radius
   std::string_view variant_;
   Draws& draws_;
   Solids& solids_;
