@@ -100,12 +100,15 @@ struct Temporary {
   }
 };
 
-void write_all(const std::filesystem::path& file, int descriptor,
+void write_all(const std::filesystem::path& file, int descriptor, std::uint64_t place,
                std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    const ssize_t written =
+        ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));
     if (written < 0 && errno != EINTR) fail(file, "write it", errno);
-    if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+    if (written <= 0) continue;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    place += static_cast<std::uint64_t>(written);
   }
 }
 
@@ -140,7 +143,12 @@ NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::ma
 NewFile::~NewFile() = default;
 
 void NewFile::write(std::span<const std::byte> bytes) {
-  write_all(file_, open_->temporary->descriptor.number, bytes);
+  write_at(end_, bytes);
+  end_ += bytes.size();
+}
+
+void NewFile::write_at(std::uint64_t place, std::span<const std::byte> bytes) {
+  write_all(file_, open_->temporary->descriptor.number, place, bytes);
 }
 
 std::filesystem::path NewFile::temporary() const {
@@ -166,6 +174,12 @@ void write_file(const std::filesystem::path& file,
   whole.commit();
 }
 
+void write_file(const std::filesystem::path& file, const WriteContent& write_content) {
+  NewFile whole(file);
+  write_content(std::bind_front(&NewFile::write_at, &whole));
+  whole.commit();
+}
+
 void write_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   write_file(file, std::span(&bytes, 1));
 }
@@ -175,10 +189,14 @@ void write_file(const std::filesystem::path& file, std::string_view text) {
 }
 
 void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  write_staged(file, [&](const WriteAt& write_at) { write_at(0, bytes); });
+}
+
+void write_staged(const std::filesystem::path& file, const WriteContent& write_content) {
   Descriptor descriptor;
   descriptor.number = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor.number < 0) fail(file, "make it", errno);
-  write_all(file, descriptor.number, bytes);
+  write_content(std::bind_front(write_all, std::cref(file), descriptor.number));
   if (::close(std::exchange(descriptor.number, -1)) != 0) fail(file, "close it", errno);
 }
 

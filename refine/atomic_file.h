@@ -1,12 +1,19 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
 
 namespace ensonify::refine {
+
+/// Writes bytes at a place of a file, which may lie before bytes that are written already.
+using WriteAt = std::function<void(std::uint64_t place, std::span<const std::byte> bytes)>;
+/// Writes a file's content piece by piece, so that it need not be in memory as a whole.
+using WriteContent = std::function<void(const WriteAt& write_at)>;
 
 /// Writes bytes into a file so that at any moment the file is the old one or the complete new one:
 /// temporary file in the same folder, fsync, rename, fsync of the folder. A failure leaves nothing
@@ -18,16 +25,20 @@ void write_file(const std::filesystem::path& file, std::string_view text);
 /// The same for several parts, written one after another.
 void write_file(const std::filesystem::path& file,
                 std::span<const std::span<const std::byte>> parts);
+/// The same piece by piece.
+void write_file(const std::filesystem::path& file, const WriteContent& write_content);
 
-/// The same piece by piece, for content that does not fit in memory. The file appears at commit();
-/// without commit() nothing is left behind.
+/// The same for a writer who keeps the file open. The file appears at commit(); without commit()
+/// nothing is left behind.
 class NewFile {
  public:
   explicit NewFile(const std::filesystem::path& file);
   ~NewFile();
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
+  /// Writes behind what write() has written.
   void write(std::span<const std::byte> bytes);
+  void write_at(std::uint64_t place, std::span<const std::byte> bytes);
   void commit();
   /// The empty temporary file, for a library that writes to a file by its name. It must keep the
   /// file, not replace it.
@@ -37,11 +48,14 @@ class NewFile {
   struct Open;
   std::filesystem::path file_;
   std::unique_ptr<Open> open_;
+  std::uint64_t end_ = 0;  // of what write() has written
 };
 
 /// Writes a file into a private folder, which put_in_place() later syncs as a whole. Throws
 /// std::system_error as write_file does, and then leaves the partial file in the folder.
 void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes);
+/// The same piece by piece.
+void write_staged(const std::filesystem::path& file, const WriteContent& write_content);
 
 /// Moves a folder to a place where nothing is yet: syncs its file system (syncfs, much faster than
 /// an fsync for each of many files), renames, and syncs the folder above. Returns false if

@@ -1,12 +1,14 @@
 #include <ensonify/engine/output/exr.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <exception>
+#include <span>
 #include <stdexcept>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include <Imath/half.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -23,31 +25,44 @@
 namespace ensonify::engine {
 namespace {
 
-/// OpenEXR would leave a truncated file on a full disk, so it writes to memory.
-class MemoryStream final : public Imf::OStream {
+/// Hands OpenEXR's bytes on in large pieces.
+class ExrStream final : public Imf::OStream {
  public:
-  explicit MemoryStream(std::size_t expected_bytes) : Imf::OStream("memory") {
-    bytes.reserve(expected_bytes);
+  explicit ExrStream(const refine::WriteAt& write_at) : Imf::OStream("EXR"), write_at_(write_at) {
+    piece_.reserve(piece_bytes);
   }
 
   void write(const char* data, int count) override {
-    const auto* from = reinterpret_cast<const std::byte*>(data);
-    const auto size = static_cast<std::size_t>(count);
-    if (bytes.size() < place_) bytes.resize(place_);
-    // Overwritten at the end is only the table of lines; new bytes are not cleared beforehand.
-    const std::size_t over = std::min(size, bytes.size() - place_);
-    std::copy_n(from, over, bytes.begin() + offset());
-    bytes.insert(bytes.end(), from + over, from + size);
-    place_ += size;
+    const auto bytes = std::as_bytes(std::span(data, static_cast<std::size_t>(count)));
+    if (piece_.size() + bytes.size() > piece_bytes) write_piece();
+    piece_.insert(piece_.end(), bytes.begin(), bytes.end());
   }
-  std::uint64_t tellp() override { return place_; }
-  void seekp(std::uint64_t place) override { place_ = place; }
-
-  std::vector<std::byte> bytes;
+  std::uint64_t tellp() override { return place_ + piece_.size(); }
+  void seekp(std::uint64_t place) override {
+    write_piece();
+    place_ = place;
+  }
+  /// OpenEXR ignores what is thrown while it closes a file, so that is thrown here again.
+  void finish() { write_piece(); }
 
  private:
-  std::ptrdiff_t offset() const { return static_cast<std::ptrdiff_t>(place_); }
-  std::size_t place_ = 0;
+  void write_piece() {
+    if (error_) std::rethrow_exception(error_);
+    try {
+      write_at_(place_, piece_);
+    } catch (...) {
+      error_ = std::current_exception();
+      throw;
+    }
+    place_ += piece_.size();
+    piece_.clear();
+  }
+
+  static constexpr std::size_t piece_bytes = std::size_t{1} << 18;
+  const refine::WriteAt& write_at_;
+  std::vector<std::byte> piece_;
+  std::uint64_t place_ = 0;  // of the piece
+  std::exception_ptr error_;
 };
 
 Imf::Compression compression(ExrCompression chosen) {
@@ -101,15 +116,14 @@ std::vector<half> luminance(const Waterfall& waterfall, const Picture& picture) 
 
 void set_exr_threads(int threads) { Imf::setGlobalThreadCount(threads > 1 ? threads : 0); }
 
-std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin& origin) {
+void encode_exr(const Waterfall& waterfall, const ImageOrigin& origin,
+                const refine::WriteAt& write_at) {
   if (waterfall.rows() == 0 || waterfall.columns() == 0)
     throw std::invalid_argument("encode_exr: the waterfall has no pixels");
   Imf::Header header = make_header(waterfall, origin);
   Imf::FrameBuffer frame;
-  std::size_t frame_layers = 0;
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (!origin.has_layer(name)) return;
-    ++frame_layers;
     const auto& values = waterfall.pixels.*layer;
     using Value = typename std::decay_t<decltype(values)>::value_type;
     constexpr Imf::PixelType type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
@@ -126,14 +140,13 @@ std::vector<std::byte> encode_exr(const Waterfall& waterfall, const ImageOrigin&
     frame.insert("Y", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(preview.data()), sizeof(half),
                                  sizeof(half) * waterfall.columns()));
   }
-  MemoryStream stream(waterfall.rows() * waterfall.columns() *
-                      (4 * frame_layers + (preview.empty() ? 0 : sizeof(half))));
+  ExrStream stream(write_at);
   {
     Imf::OutputFile file(stream, header);
     file.setFrameBuffer(frame);
     file.writePixels(static_cast<int>(waterfall.rows()));
   }
-  return std::move(stream.bytes);
+  stream.finish();
 }
 
 }  // namespace ensonify::engine

@@ -77,6 +77,10 @@ std::string xxh128_of_file(const std::filesystem::path& file) {
   return digits_of(XXH3_128bits_digest(state.get()));
 }
 
+FileRecord record_of(const std::filesystem::path& folder, const std::string& name) {
+  return {name, std::filesystem::file_size(folder / name), xxh128_of_file(folder / name)};
+}
+
 std::string_view program_version() { return ENSONIFY_VERSION; }
 
 std::string library_versions() { return versions_json().dump(); }

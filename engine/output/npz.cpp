@@ -1,6 +1,8 @@
 #include <ensonify/engine/output/npz.h>
 
 #include <bit>
+#include <cstdint>
+#include <exception>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -41,17 +43,18 @@ std::vector<std::byte> npy(std::string_view type, std::string_view shape,
   return bytes;
 }
 
-/// A ZIP archive in memory, without times or owners.
+/// A ZIP archive without times or owners.
 class Zip {
  public:
-  Zip() : archive_(archive_write_new(), archive_write_free) {
+  explicit Zip(const refine::WriteAt& write_at)
+      : write_at_(write_at), archive_(archive_write_new(), archive_write_free) {
     if (!archive_) throw std::bad_alloc();
     check(archive_write_set_format_zip(archive_.get()));
     // Speckle hardly compresses: level 6 takes three times as long and saves 2 %.
     check(archive_write_set_options(archive_.get(),
                                     "zip:compression=deflate,zip:compression-level=1"));
     check(archive_write_set_bytes_per_block(archive_.get(), 0));
-    check(archive_write_open(archive_.get(), &bytes_, nullptr, write, nullptr));
+    check(archive_write_open(archive_.get(), this, nullptr, write, nullptr));
   }
 
   void add(const std::string& name, std::span<const std::byte> data) {
@@ -68,18 +71,18 @@ class Zip {
       fail();
   }
 
-  std::vector<std::byte> finish() {
-    check(archive_write_close(archive_.get()));
-    return std::move(bytes_);
-  }
+  void finish() { check(archive_write_close(archive_.get())); }
 
  private:
-  static la_ssize_t write(archive*, void* bytes, const void* data, std::size_t size) {
+  static la_ssize_t write(archive*, void* its_zip, const void* data, std::size_t size) {
+    Zip& zip = *static_cast<Zip*>(its_zip);
+    if (zip.error_) return -1;
     try {
-      append(*static_cast<std::vector<std::byte>*>(bytes),
-             {static_cast<const std::byte*>(data), size});
+      zip.write_at_(zip.place_, {static_cast<const std::byte*>(data), size});
+      zip.place_ += size;
       return static_cast<la_ssize_t>(size);
-    } catch (const std::bad_alloc&) {  // an exception must not pass through C code
+    } catch (...) {  // an exception must not pass through C code
+      zip.error_ = std::current_exception();
       return -1;
     }
   }
@@ -87,19 +90,24 @@ class Zip {
     if (result != ARCHIVE_OK) fail();
   }
   [[noreturn]] void fail() const {
+    if (error_) std::rethrow_exception(error_);
     const char* reason = archive_error_string(archive_.get());
     throw std::runtime_error(
         fmt::format("cannot make a NumPy archive: {}", reason ? reason : "no memory left"));
   }
 
-  std::vector<std::byte> bytes_;  // before archive_, whose destructor may still write
+  // Before archive_, whose destructor may still write.
+  const refine::WriteAt& write_at_;
+  std::uint64_t place_ = 0;
+  std::exception_ptr error_;
   std::unique_ptr<archive, decltype(&archive_write_free)> archive_;
 };
 
 }  // namespace
 
-std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin& origin) {
-  Zip zip;
+void encode_npz(const Waterfall& waterfall, const ImageOrigin& origin,
+                const refine::WriteAt& write_at) {
+  Zip zip(write_at);
   const std::string shape = fmt::format("({}, {})", waterfall.rows(), waterfall.columns());
   BinLayers::for_each([&](std::string_view name, auto layer) {
     if (!origin.has_layer(name)) return;
@@ -118,7 +126,7 @@ std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin&
   const std::u32string characters(text.begin(), text.end());
   zip.add("attributes.npy",
           npy(fmt::format("<U{}", characters.size()), "()", std::as_bytes(std::span(characters))));
-  return zip.finish();
+  zip.finish();
 }
 
 std::vector<std::byte> encode_npy(std::span<const double> values, std::size_t rows,

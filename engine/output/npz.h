@@ -6,12 +6,15 @@
 
 #include <ensonify/engine/image/waterfall.h>
 #include <ensonify/engine/output/attributes.h>
+#include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
 /// All layers of a waterfall as a NumPy archive: float32 and uint32 arrays of shape (pings,
-/// columns), named as the layers, and `attributes`, image_attributes() as a JSON string.
-std::vector<std::byte> encode_npz(const Waterfall& waterfall, const ImageOrigin& origin);
+/// columns), named as the layers, and `attributes`, image_attributes() as a JSON string. Throws
+/// what `write_at` throws.
+void encode_npz(const Waterfall& waterfall, const ImageOrigin& origin,
+                const refine::WriteAt& write_at);
 
 /// A NumPy array file of float64, shape (rows, columns), C order. Throws std::invalid_argument
 /// unless values.size() == rows * columns.

@@ -45,8 +45,8 @@ PartRecord write_run(const RunState& run, OutputFolder& output, const Simulator&
   run.report_stage("files", 0, 1);
   PartRecord record =
       run.record_files(pings, simulator, "", run.threads,
-                       [&](const std::string& name, std::span<const std::byte> bytes) {
-                         output.write(name, bytes);
+                       [&](const std::string& name, const refine::WriteContent& write_content) {
+                         output.write(name, write_content);
                        });
   if (run.control.on_outputs)
     run.control.on_outputs({simulator, pings.images, pings.object_visibility});

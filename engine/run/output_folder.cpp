@@ -4,7 +4,6 @@
 #include <utility>
 
 #include <ensonify/engine/clock.h>
-#include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
@@ -22,16 +21,31 @@ OutputFolder::~OutputFolder() {
   if (made_) fs::remove(folder_, ignored);  // only if nothing else is in it
 }
 
-void OutputFolder::write(const std::string& name, std::span<const std::byte> content) {
+void OutputFolder::write(const std::string& name, const refine::WriteContent& write_content) {
   const Clock::time_point start = Clock::now();
+  double content_s = 0.0;
+  const auto timed = [&](const refine::WriteAt& write_at) {
+    const Clock::time_point content_start = Clock::now();
+    double pieces_s = 0.0;
+    write_content([&](std::uint64_t place, std::span<const std::byte> piece) {
+      const Clock::time_point piece_start = Clock::now();
+      write_at(place, piece);
+      pieces_s += seconds_since(piece_start);
+    });
+    content_s = seconds_since(content_start) - pieces_s;
+  };
   if (staged_)
-    refine::write_staged(folder_ / name, content);
+    refine::write_staged(folder_ / name, timed);
   else
-    refine::write_file(folder_ / name, content);
-  const FileRecord record{name, content.size(), xxh128(content)};
+    refine::write_file(folder_ / name, timed);
+  FileRecord record = record_of(folder_, name);
   const std::lock_guard lock(mutex_);
-  disk_s_ += seconds_since(start);
-  records_[name] = record;
+  disk_s_ += seconds_since(start) - content_s;
+  records_[name] = std::move(record);
+}
+
+void OutputFolder::write(const std::string& name, std::span<const std::byte> content) {
+  write(name, [&](const refine::WriteAt& write_at) { write_at(0, content); });
 }
 
 std::vector<FileRecord> OutputFolder::records() const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
@@ -22,13 +23,15 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Throws std::system_error as refine::write_file() or, if staged, write_staged().
+  /// Throws std::system_error as refine::write_file() or, if staged, write_staged(), and what
+  /// `write_content` throws.
+  void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
   void keep() { kept_ = true; }
   /// By name, whatever the order of writing.
   std::vector<FileRecord> records() const;
   const std::filesystem::path& path() const { return folder_; }
-  double disk_s() const { return disk_s_; }  ///< seconds spent in write()
+  double disk_s() const { return disk_s_; }  ///< seconds of write(), without what makes the content
 
  private:
   std::filesystem::path folder_;

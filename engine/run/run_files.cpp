@@ -5,6 +5,8 @@
 #include <functional>
 #include <future>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -24,10 +26,6 @@
 
 namespace ensonify::engine {
 namespace {
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text));
-}
 
 /// How many sonars have a lower frequency, or the same and come before.
 int frequency_rank(std::span<const Sonar> sonars, std::size_t sonar) {
@@ -118,7 +116,7 @@ std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image
 
 PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
                        const Simulator& simulator, const std::string& ending, int threads,
-                       const TakeFile& take) {
+                       const WriteFile& write) {
   const Seafloor& seafloor = simulator.seafloor();
   const OutputOptions& output = scene.output;
   PartRecord record{.pings = pings.pings,
@@ -130,6 +128,12 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
                                  {"repairs", seafloor.repairs}}};
   const ImageOrigin origin{seafloor.mesh.world_origin, scene_hash, record.names, output.encoding};
 
+  const auto write_bytes = [&](const std::string& name, std::span<const std::byte> bytes) {
+    write(name, [&](const refine::WriteAt& write_at) { write_at(0, bytes); });
+  };
+  const auto write_text = [&](const std::string& name, std::string_view text) {
+    write_bytes(name, std::as_bytes(std::span(text)));
+  };
   std::vector<std::function<void()>> tasks;
   const auto add_recordings = [&](std::size_t first, std::size_t end, const std::string& name) {
     std::vector<const OutputFormat*> formats;
@@ -142,8 +146,8 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
       for (std::size_t i = first; i < end; ++i)
         sonars.push_back(recording_of(scene, pings.images[i], simulator, i));
       for (const OutputFormat* format : formats)
-        take(fmt::format("{}.{}", name, format->name),
-             std::get<EncodeRecording>(format->encode)(sonars));
+        write_bytes(fmt::format("{}.{}", name, format->name),
+                    std::get<EncodeRecording>(format->encode)(sonars));
     });
   };
   if (output.one_recording)
@@ -164,24 +168,25 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
         tasks.push_back([&, layers, name, preview, extension = format.name] {
           ImageOrigin own = origin;
           own.preview = [&] { return preview.get(); };
-          take(fmt::format("{}.{}", name, extension), (*layers)(image, own));
+          write(fmt::format("{}.{}", name, extension),
+                [&](const refine::WriteAt& write_at) { (*layers)(image, own, write_at); });
         });
     if (!output.one_recording) add_recordings(i, i + 1, name);
     tasks.push_back([&, name, i, preview] {
-      take(name + ".png", picture_is_preview
-                              ? encode_png(painted(preview.get(), scene.display.palette))
-                              : encode_picture(scene, image, simulator, i));
+      write_bytes(name + ".png", picture_is_preview
+                                     ? encode_png(painted(preview.get(), scene.display.palette))
+                                     : encode_picture(scene, image, simulator, i));
     });
-    tasks.push_back([&, name] { take(name + "_pings.csv", bytes_of(pings_csv(image))); });
+    tasks.push_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
       tasks.push_back([&, name, i] {
-        take(name + "_targets.json",
-             bytes_of(targets_json(target_records(image, seafloor, pings.object_visibility[i]),
-                                   image, seafloor)));
+        write_text(name + "_targets.json",
+                   targets_json(target_records(image, seafloor, pings.object_visibility[i]), image,
+                                seafloor));
       });
     if (output.truth)
       tasks.push_back([&, name, i] {
-        take(name + "_truth.png", encode_truth(scene, image, simulator, i, record.names));
+        write_bytes(name + "_truth.png", encode_truth(scene, image, simulator, i, record.names));
       });
   }
   refine::parallel_for(tasks.size(), threads, [&](std::size_t task, int) { tasks[task](); });

@@ -2,17 +2,19 @@
 
 #include <cstddef>
 #include <functional>
-#include <span>
 #include <string>
+#include <vector>
 
 #include <ensonify/engine/run/part_record.h>
 #include <ensonify/engine/scene/scene.h>
 #include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
-/// Takes the content of a finished file. Several threads may call it at once.
-using TakeFile = std::function<void(const std::string& name, std::span<const std::byte> content)>;
+/// Writes a file. Several threads may call it at once.
+using WriteFile =
+    std::function<void(const std::string& name, const refine::WriteContent& write_content)>;
 
 /// Encodes the files of the pings of a run or of one of its parts, on several threads: for each
 /// sonar NAME the picture, the layers and recordings that the scene asks for, the table of pings
@@ -21,7 +23,7 @@ using TakeFile = std::function<void(const std::string& name, std::span<const std
 /// without files and warnings.
 PartRecord write_files(const Scene& scene, const std::string& scene_hash, ScenePings& pings,
                        const Simulator& simulator, const std::string& ending, int threads,
-                       const TakeFile& take);
+                       const WriteFile& write);
 
 /// The picture of a sonar's pings, as write_files() encodes it.
 std::vector<std::byte> encode_picture(const Scene& scene, const Waterfall& image,

@@ -15,9 +15,9 @@ std::size_t RunState::pings_in_memory(const RunParts& parts) const {
 
 PartRecord RunState::record_files(ScenePings& pings, const Simulator& simulator,
                                   const std::string& ending, int file_threads,
-                                  const TakeFile& take) const {
+                                  const WriteFile& write) const {
   PartRecord record =
-      write_files(scene, xxh128(scene_toml), pings, simulator, ending, file_threads, take);
+      write_files(scene, xxh128(scene_toml), pings, simulator, ending, file_threads, write);
   if (control.verify_pings == 0) record.verification.clear();
   record.surface = report.surface;
   record.warnings = report.extrapolation.behind(warnings);

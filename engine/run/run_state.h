@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,7 +50,7 @@ struct RunState {
   std::size_t pings_in_memory(const RunParts& parts) const;
   /// Writes the files of these pings, as write_files() does.
   PartRecord record_files(ScenePings& pings, const Simulator& simulator, const std::string& ending,
-                          int file_threads, const TakeFile& take) const;
+                          int file_threads, const WriteFile& write) const;
 };
 
 }  // namespace ensonify::engine

@@ -167,9 +167,9 @@ class SeveralParts {
     std::vector<FileRecord> files;
     PartRecord record =
         run_.record_files(pings, simulator, fmt::format("_{}", parts_.number(part)), 1,
-                          [&](const std::string& name, std::span<const std::byte> content) {
-                            refine::write_staged(staging.path() / name, content);
-                            files.push_back({name, content.size(), xxh128(content)});
+                          [&](const std::string& name, const refine::WriteContent& write_content) {
+                            refine::write_staged(staging.path() / name, write_content);
+                            files.push_back(record_of(staging.path(), name));
                           });
     pings.images.clear();
     std::ranges::sort(files, {}, &FileRecord::name);

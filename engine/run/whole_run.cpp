@@ -16,14 +16,6 @@ namespace ensonify::engine {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-FileRecord record_of(const fs::path& folder, const std::string& name) {
-  return {name, fs::file_size(folder / name), xxh128_of_file(folder / name)};
-}
-
-}  // namespace
-
 std::vector<std::string> warnings_of(const PartRecord& run, const std::string& intersector) {
   std::vector<std::string> warnings;
   if (!run.verification.empty()) {

@@ -9,11 +9,12 @@
 #include <ensonify/engine/output/attributes.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
-/// Encodes the layers of a sonar's image.
-using EncodeLayers = std::vector<std::byte> (*)(const Waterfall&, const ImageOrigin&);
+/// Encodes the layers of a sonar's image, piece by piece: they take the most bytes of a run.
+using EncodeLayers = void (*)(const Waterfall&, const ImageOrigin&, const refine::WriteAt&);
 /// Encodes what the sonars' own program would have recorded, of one sonar or of several.
 using EncodeRecording = std::vector<std::byte> (*)(std::span<const Recording>);
 

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <set>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -62,6 +63,29 @@ TEST_CASE("A file holds the bytes written, and a second write replaces them") {
   write_file(folder / "f", "");
   CHECK(content(folder / "f").empty());
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
+}
+
+TEST_CASE("A file can be written piece by piece, also before what is written already") {
+  const TemporaryFolder folder;
+  const auto in_pieces = [](const ensonify::refine::WriteAt& write_at) {
+    write_at(0, std::as_bytes(std::span("....abc", 7)));
+    write_at(7, std::as_bytes(std::span("def", 3)));
+    write_at(1, std::as_bytes(std::span("23", 2)));
+  };
+  write_file(folder / "f", in_pieces);
+  CHECK(content(folder / "f") == ".23.abcdef");
+  fs::create_directory(folder / "staged");
+  ensonify::refine::write_staged(folder / "staged" / "f", in_pieces);
+  CHECK(content(folder / "staged" / "f") == ".23.abcdef");
+
+  CHECK_THROWS_AS(write_file(folder / "f",
+                             [&](const ensonify::refine::WriteAt& write_at) {
+                               in_pieces(write_at);
+                               throw std::runtime_error("the content cannot be made");
+                             }),
+                  std::runtime_error);
+  CHECK(content(folder / "f") == ".23.abcdef");
+  CHECK(names(folder.path()) == std::set<std::string>{"f", "staged"});
 }
 
 TEST_CASE("A file's mode is 0666 minus the umask") {

@@ -11,6 +11,7 @@
 
 #include "support/sample_waterfall.h"
 #include "support/small_recording.h"
+#include "support/written_bytes.h"
 
 namespace ensonify::tests {
 
@@ -25,7 +26,9 @@ struct SmallRun {
     engine::Waterfall waterfall(sonar, 3);
     waterfall.pixels = sample.pixels;
     waterfall.pings = sample.pings;
-    image = as_text(engine::encode_exr(waterfall, {.encoding = {.layers = {"intensity"}}}));
+    image = as_text(written_bytes([&](const refine::WriteAt& write_at) {
+      engine::encode_exr(waterfall, {.encoding = {.layers = {"intensity"}}}, write_at);
+    }));
     table = engine::pings_csv(waterfall);
     manifest =
         nlohmann::json{{"scene", "version = 1\n[sonar.left-right]\nbins = 8\nrange_m = 16.5\n"},

@@ -23,11 +23,13 @@
 #include "support/sample_waterfall.h"
 #include "support/settings.h"
 #include "support/temporary_folder.h"
+#include "support/written_bytes.h"
 
 using namespace ensonify::engine;
 using ensonify::tests::OtherSettings;
 using ensonify::tests::sample_waterfall;
 using ensonify::tests::TemporaryFolder;
+using ensonify::tests::written_bytes;
 
 namespace {
 
@@ -35,12 +37,21 @@ const ImageOrigin origin{{148376.25, 6234000.1, -0.5},
                          "0123456789abcdef",
                          {{"none", "mine", "pot \"A\""}, {"none", "sandy mud"}}};
 
+std::vector<std::byte> exr(const Waterfall& waterfall, const ImageOrigin& its_origin) {
+  return written_bytes([&](const auto& write_at) { encode_exr(waterfall, its_origin, write_at); });
+}
+
+void write_exr(const std::filesystem::path& file, const Waterfall& waterfall,
+               const ImageOrigin& its_origin) {
+  ensonify::refine::write_file(file, exr(waterfall, its_origin));
+}
+
 }  // namespace
 
 TEST_CASE("OpenEXR reads every layer back, bit by bit, and the attributes") {
   const TemporaryFolder folder;
   const Waterfall waterfall = sample_waterfall();
-  ensonify::refine::write_file(folder / "s.exr", encode_exr(waterfall, origin));
+  write_exr(folder / "s.exr", waterfall, origin);
 
   Imf::InputFile file((folder / "s.exr").c_str(), 0);
   const Imf::Header& header = file.header();
@@ -119,7 +130,7 @@ TEST_CASE("An EXR's preview is what viewers of pictures show, oldest ping on top
     picture.pixels.push_back(static_cast<std::uint8_t>(37 * i));
   ImageOrigin with_preview = origin;
   with_preview.preview = [&] { return picture; };
-  ensonify::refine::write_file(folder / "s.exr", encode_exr(waterfall, with_preview));
+  write_exr(folder / "s.exr", waterfall, with_preview);
 
   // The interface with which viewers read pictures. It knows no layer but the colours.
   Imf::RgbaInputFile file((folder / "s.exr").c_str(), 0);
@@ -151,17 +162,23 @@ TEST_CASE("An EXR's preview is what viewers of pictures show, oldest ping on top
                     range_m.size() * sizeof range_m[0]) == 0);
 
   with_preview.preview = [&] { return Picture{1, 1, 1, {0}}; };
-  CHECK_THROWS_AS(encode_exr(waterfall, with_preview), std::invalid_argument);
+  CHECK_THROWS_AS(exr(waterfall, with_preview), std::invalid_argument);
 }
 
 TEST_CASE("An EXR has the same bytes a second time, and in another time zone and locale") {
   const Waterfall waterfall = sample_waterfall(40, 100);
-  const auto bytes = encode_exr(waterfall, origin);
-  CHECK(encode_exr(waterfall, origin) == bytes);
+  const auto bytes = exr(waterfall, origin);
+  CHECK(exr(waterfall, origin) == bytes);
   const OtherSettings other;
-  CHECK(encode_exr(waterfall, origin) == bytes);
+  CHECK(exr(waterfall, origin) == bytes);
+}
+
+TEST_CASE("An EXR reports each piece that cannot be written, also when it is closed") {
+  const Waterfall waterfall = sample_waterfall(40, 1000);
+  CHECK(ensonify::tests::ignored_failures(
+            [&](const auto& write_at) { encode_exr(waterfall, origin, write_at); }) == 0);
 }
 
 TEST_CASE("An EXR without pixels is refused") {
-  CHECK_THROWS_AS(encode_exr(Waterfall(Sonar{}, 0), origin), std::invalid_argument);
+  CHECK_THROWS_AS(exr(Waterfall(Sonar{}, 0), origin), std::invalid_argument);
 }
