@@ -67,7 +67,7 @@ class Smooth {
   std::vector<double> row_;
 };
 
-/// A block of the bed without samples at full scale and without silence.
+/// A block of the bed that is not silent.
 struct Block {
   double grazing_rad, mean, variance, skew, kurtosis;
   std::size_t bright;  ///< samples over 4 times the mean

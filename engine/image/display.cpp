@@ -170,37 +170,47 @@ std::vector<float> gaussian(double sigma_px) {
   return weights;
 }
 
-using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
 
-/// Weighted sums down the columns. The first and the last row continue beyond the border.
-Plane smoothed_down(const Plane& plane, std::span<const float> weights) {
-  const Eigen::Index reach = std::ssize(weights) - 1, rows = plane.rows();
-  Plane padded(rows + 2 * reach, plane.cols());
-  padded << plane.row(0).replicate(reach, 1), plane, plane.row(rows - 1).replicate(reach, 1);
-  Plane sum = weights[0] * plane;
-  for (Eigen::Index k = 1; k <= reach; ++k)
-    sum += weights[static_cast<std::size_t>(k)] *
-           (padded.middleRows(reach - k, rows) + padded.middleRows(reach + k, rows));
+/// The sum of what lies around a place: at(k) and at(-k) have the weight k.
+template <class At>
+Row weighted_sum(std::span<const float> weights, At&& at) {
+  Row sum = weights[0] * at(0);
+  for (Eigen::Index k = 1; k < std::ssize(weights); ++k)
+    sum += weights[static_cast<std::size_t>(k)] * (at(-k) + at(k));
   return sum;
 }
 
-/// Smooths a grey picture by a Gaussian.
+/// Smooths a grey picture by a Gaussian. Beyond the border the outermost pixels continue.
 void smooth(Picture& grey, double sigma_px) {
-  const bool wide = grey.bits == 16;
-  Plane plane(static_cast<Eigen::Index>(grey.height), static_cast<Eigen::Index>(grey.width));
-  const std::uint8_t* from = grey.pixels.data();
-  for (float& value : plane.reshaped<Eigen::RowMajor>()) {
-    value = static_cast<float>(*from++);
-    if (wide) value = 256.0f * value + static_cast<float>(*from++);
-  }
+  const std::vector<std::uint8_t> before = grey.pixels;
   const std::vector<float> weights = gaussian(sigma_px);
-  plane = smoothed_down(plane, weights).transpose().eval();
-  plane = smoothed_down(plane, weights).transpose().eval();
+  const Eigen::Index rows = static_cast<Eigen::Index>(grey.height),
+                     columns = static_cast<Eigen::Index>(grey.width),
+                     reach = std::ssize(weights) - 1;
+  const auto values_of = [&](Eigen::Index row) -> Row {
+    using Bytes =
+        Eigen::Map<const Eigen::Array<std::uint8_t, 1, Eigen::Dynamic>, 0, Eigen::InnerStride<>>;
+    const Eigen::Index bytes = grey.bits / 8;
+    const std::uint8_t* first = &before[static_cast<std::size_t>(
+        std::clamp<Eigen::Index>(row, 0, rows - 1) * columns * bytes)];
+    const Row high = Bytes(first, columns, Eigen::InnerStride<>(bytes)).cast<float>();
+    if (bytes == 1) return high;
+    return 256.0f * high + Bytes(first + 1, columns, Eigen::InnerStride<>(bytes)).cast<float>();
+  };
+  Row beyond(columns + 2 * reach);
   std::uint8_t* to = grey.pixels.data();
-  for (const float value : plane.reshaped<Eigen::RowMajor>()) {
-    const auto step = static_cast<unsigned>(std::lround(value));
-    if (wide) *to++ = static_cast<std::uint8_t>(step >> 8);
-    *to++ = static_cast<std::uint8_t>(step & 0xff);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    beyond.segment(reach, columns) =
+        weighted_sum(weights, [&](Eigen::Index k) { return values_of(row + k); });
+    beyond.head(reach) = beyond[reach];
+    beyond.tail(reach) = beyond[reach + columns - 1];
+    for (const float value : weighted_sum(
+             weights, [&](Eigen::Index k) { return beyond.segment(reach + k, columns); })) {
+      const auto step = static_cast<unsigned>(std::lround(value));
+      if (grey.bits == 16) *to++ = static_cast<std::uint8_t>(step >> 8);
+      *to++ = static_cast<std::uint8_t>(step & 0xff);
+    }
   }
 }
 
