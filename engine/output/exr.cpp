@@ -25,7 +25,7 @@
 namespace ensonify::engine {
 namespace {
 
-/// Hands OpenEXR's bytes on in large pieces.
+/// Collects what OpenEXR writes, and writes it in large pieces.
 class ExrStream final : public Imf::OStream {
  public:
   explicit ExrStream(const refine::WriteAt& write_at) : Imf::OStream("EXR"), write_at_(write_at) {
@@ -42,7 +42,7 @@ class ExrStream final : public Imf::OStream {
     write_piece();
     place_ = place;
   }
-  /// OpenEXR ignores what is thrown while it closes a file, so that is thrown here again.
+  /// OpenEXR ignores errors while it closes a file, so they are thrown here.
   void finish() { write_piece(); }
 
  private:

@@ -66,31 +66,29 @@ class Zip {
     archive_entry_set_perm(entry.get(), 0644);
     archive_entry_set_size(entry.get(), static_cast<la_int64_t>(data.size()));
     check(archive_write_header(archive_.get(), entry.get()));
-    if (archive_write_data(archive_.get(), data.data(), data.size()) !=
-        static_cast<la_ssize_t>(data.size()))
-      fail();
+    const bool whole = archive_write_data(archive_.get(), data.data(), data.size()) ==
+                       static_cast<la_ssize_t>(data.size());
+    check(whole ? ARCHIVE_OK : ARCHIVE_FATAL);
   }
 
   void finish() { check(archive_write_close(archive_.get())); }
 
  private:
+  /// Keeps the first error for check(): an exception must not pass through C code, and libarchive
+  /// leaks memory if it is told of an error.
   static la_ssize_t write(archive*, void* its_zip, const void* data, std::size_t size) {
     Zip& zip = *static_cast<Zip*>(its_zip);
-    if (zip.error_) return -1;
     try {
-      zip.write_at_(zip.place_, {static_cast<const std::byte*>(data), size});
+      if (!zip.error_) zip.write_at_(zip.place_, {static_cast<const std::byte*>(data), size});
       zip.place_ += size;
-      return static_cast<la_ssize_t>(size);
-    } catch (...) {  // an exception must not pass through C code
+    } catch (...) {
       zip.error_ = std::current_exception();
-      return -1;
     }
+    return static_cast<la_ssize_t>(size);
   }
   void check(int result) const {
-    if (result != ARCHIVE_OK) fail();
-  }
-  [[noreturn]] void fail() const {
     if (error_) std::rethrow_exception(error_);
+    if (result == ARCHIVE_OK) return;
     const char* reason = archive_error_string(archive_.get());
     throw std::runtime_error(
         fmt::format("cannot make a NumPy archive: {}", reason ? reason : "no memory left"));
