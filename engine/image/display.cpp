@@ -194,7 +194,7 @@ void smooth(Picture& grey, double sigma_px) {
     const Eigen::Index bytes = grey.bits / 8;
     const std::uint8_t* first = &before[static_cast<std::size_t>(
         std::clamp<Eigen::Index>(row, 0, rows - 1) * columns * bytes)];
-    const Row high = Bytes(first, columns, Eigen::InnerStride<>(bytes)).cast<float>();
+    Row high = Bytes(first, columns, Eigen::InnerStride<>(bytes)).cast<float>();
     if (bytes == 1) return high;
     return 256.0f * high + Bytes(first + 1, columns, Eigen::InnerStride<>(bytes)).cast<float>();
   };

@@ -141,7 +141,7 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
       if (output.*format.wanted && std::holds_alternative<EncodeRecording>(format.encode))
         formats.push_back(&format);
     if (formats.empty()) return;
-    tasks.push_back([&, first, end, name, formats] {
+    tasks.emplace_back([&, first, end, name, formats] {
       std::vector<Recording> sonars;
       for (std::size_t i = first; i < end; ++i)
         sonars.push_back(recording_of(scene, pings.images[i], simulator, i));
@@ -165,27 +165,27 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
     for (const OutputFormat& format : output_formats())
       if (const auto* layers = std::get_if<EncodeLayers>(&format.encode);
           layers && output.*format.wanted)
-        tasks.push_back([&, layers, name, preview, extension = format.name] {
+        tasks.emplace_back([&, layers, name, preview, extension = format.name] {
           ImageOrigin own = origin;
           own.preview = [&] { return preview.get(); };
           write(fmt::format("{}.{}", name, extension),
                 [&](const refine::WriteAt& write_at) { (*layers)(image, own, write_at); });
         });
     if (!output.one_recording) add_recordings(i, i + 1, name);
-    tasks.push_back([&, name, i, preview] {
+    tasks.emplace_back([&, name, i, preview] {
       write_bytes(name + ".png", picture_is_preview
                                      ? encode_png(painted(preview.get(), scene.display.palette))
                                      : encode_picture(scene, image, simulator, i));
     });
-    tasks.push_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
+    tasks.emplace_back([&, name] { write_text(name + "_pings.csv", pings_csv(image)); });
     if (!seafloor.objects.empty() || !seafloor.features.empty())
-      tasks.push_back([&, name, i] {
+      tasks.emplace_back([&, name, i] {
         write_text(name + "_targets.json",
                    targets_json(target_records(image, seafloor, pings.object_visibility[i]), image,
                                 seafloor));
       });
     if (output.truth)
-      tasks.push_back([&, name, i] {
+      tasks.emplace_back([&, name, i] {
         write_bytes(name + "_truth.png", encode_truth(scene, image, simulator, i, record.names));
       });
   }
