@@ -8,6 +8,8 @@
 #include <string_view>
 #include <system_error>
 
+#include <unistd.h>
+
 #include <OpenEXR/OpenEXRConfig.h>
 #include <archive.h>
 #include <fftw3.h>
@@ -78,7 +80,12 @@ std::string xxh128_of_file(const std::filesystem::path& file) {
 }
 
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name) {
-  return {name, std::filesystem::file_size(folder / name), xxh128_of_file(folder / name)};
+  const std::filesystem::path file = folder / name;
+  if (::access(file.c_str(), R_OK) != 0)
+    throw std::system_error(
+        errno, std::generic_category(),
+        file.string() + ": cannot be read back; if it is there, let new files be read (umask)");
+  return {name, std::filesystem::file_size(file), xxh128_of_file(file)};
 }
 
 std::string_view program_version() { return ENSONIFY_VERSION; }

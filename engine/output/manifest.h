@@ -43,8 +43,8 @@ std::string xxh128(std::string_view text);
 /// The hash of a file's content; of an empty content if there is no such file or it may not be
 /// read. Throws std::system_error if descriptors or memory run out or the disk fails.
 std::string xxh128_of_file(const std::filesystem::path& file);
-/// The record of a file in a folder. Throws as xxh128_of_file(), and
-/// std::filesystem::filesystem_error if there is no such file.
+/// The record of a file in a folder. Throws as xxh128_of_file(), and std::system_error if the file
+/// is missing or may not be read.
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name);
 
 /// Versions of the libraries that can affect the bytes of a result, as JSON.

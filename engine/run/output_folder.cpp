@@ -38,6 +38,10 @@ void OutputFolder::write(const std::string& name, const refine::WriteContent& wr
     refine::write_staged(folder_ / name, timed);
   else
     refine::write_file(folder_ / name, timed);
+  {
+    const std::lock_guard lock(mutex_);
+    records_[name] = {};  // to be removed, even if it cannot be read back
+  }
   FileRecord record = record_of(folder_, name);
   const std::lock_guard lock(mutex_);
   disk_s_ += seconds_since(start) - content_s;

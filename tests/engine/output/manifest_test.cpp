@@ -60,6 +60,11 @@ TEST_CASE("The hash of a file is that of its content, or fails if the file canno
   std::ofstream(file) << "content";
   CHECK(xxh128_of_file(file) == xxh128("content"));
   CHECK(xxh128_of_file(folder / "missing") == xxh128(""));
+  const FileRecord record = record_of(folder.path(), file.filename().string());
+  CHECK(record.name == file.filename().string());
+  CHECK(record.size_bytes == 7);
+  CHECK(record.xxh128 == xxh128("content"));
+  CHECK_THROWS_AS(record_of(folder.path(), "missing"), std::system_error);
 
   // The first page of a process is never mapped, and reading it is an error of input. This comes
   // before descriptors lack: the first time that an error's virtual table is checked, UBSan needs
