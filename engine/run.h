@@ -97,7 +97,7 @@ struct RunReport {
   double prepare_s = 0.0;                    ///< seafloor and surface
   double pings_s = 0.0;                      ///< wall time of all pings
   double files_s = 0.0;                      ///< encoding and writing
-  double disk_s = 0.0;                       ///< of all stages, writing alone
+  double disk_s = 0.0;                       ///< of all stages: files written, read back, hashed
 };
 
 /// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the

@@ -75,7 +75,7 @@ struct Temporary {
   bool create(std::string wanted) {
     // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
     descriptor.number =
-        ::openat(folder, wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        ::openat(folder, wanted.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor.number < 0) return false;
     name = std::move(wanted);
     struct stat status {};
@@ -112,6 +112,19 @@ void write_all(const std::filesystem::path& file, int descriptor, std::uint64_t 
   }
 }
 
+std::size_t read_all(const std::filesystem::path& file, int descriptor, std::uint64_t place,
+                     std::span<std::byte> bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t count = ::pread(descriptor, bytes.data() + done, bytes.size() - done,
+                                  static_cast<off_t>(place + done));
+    if (count < 0 && errno != EINTR) fail(file, "read it back", errno);
+    if (count == 0) break;
+    if (count > 0) done += static_cast<std::size_t>(count);
+  }
+  return done;
+}
+
 void sync_folder(const std::filesystem::path& file, int folder) {
   // EINVAL: the file system does not support this for folders.
   if (::fsync(folder) != 0 && errno != EINVAL)
@@ -119,6 +132,10 @@ void sync_folder(const std::filesystem::path& file, int folder) {
 }
 
 }  // namespace
+
+WriteContent content_of(std::span<const std::byte> bytes) {
+  return [bytes](const WriteAt& write_at) { write_at(0, bytes); };
+}
 
 struct NewFile::Open {
   Descriptor folder;
@@ -151,6 +168,10 @@ void NewFile::write_at(std::uint64_t place, std::span<const std::byte> bytes) {
   write_all(file_, open_->temporary->descriptor.number, place, bytes);
 }
 
+std::size_t NewFile::read_at(std::uint64_t place, std::span<std::byte> bytes) const {
+  return read_all(file_, open_->temporary->descriptor.number, place, bytes);
+}
+
 std::filesystem::path NewFile::temporary() const {
   return file_.parent_path() / open_->temporary->name;
 }
@@ -174,9 +195,11 @@ void write_file(const std::filesystem::path& file,
   whole.commit();
 }
 
-void write_file(const std::filesystem::path& file, const WriteContent& write_content) {
+void write_file(const std::filesystem::path& file, const WriteContent& write_content,
+                const ReadBack& read_back) {
   NewFile whole(file);
   write_content(std::bind_front(&NewFile::write_at, &whole));
+  if (read_back) read_back(std::bind_front(&NewFile::read_at, &whole));
   whole.commit();
 }
 
@@ -189,14 +212,16 @@ void write_file(const std::filesystem::path& file, std::string_view text) {
 }
 
 void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-  write_staged(file, [&](const WriteAt& write_at) { write_at(0, bytes); });
+  write_staged(file, content_of(bytes));
 }
 
-void write_staged(const std::filesystem::path& file, const WriteContent& write_content) {
+void write_staged(const std::filesystem::path& file, const WriteContent& write_content,
+                  const ReadBack& read_back) {
   Descriptor descriptor;
-  descriptor.number = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  descriptor.number = ::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor.number < 0) fail(file, "make it", errno);
   write_content(std::bind_front(write_all, std::cref(file), descriptor.number));
+  if (read_back) read_back(std::bind_front(read_all, std::cref(file), descriptor.number));
   if (::close(std::exchange(descriptor.number, -1)) != 0) fail(file, "close it", errno);
 }
 

@@ -14,6 +14,14 @@ namespace ensonify::refine {
 using WriteAt = std::function<void(std::uint64_t place, std::span<const std::byte> bytes)>;
 /// Writes a file's content piece by piece, so that it need not be in memory as a whole.
 using WriteContent = std::function<void(const WriteAt& write_at)>;
+/// The content of bytes that are in memory.
+WriteContent content_of(std::span<const std::byte> bytes);
+
+/// Reads the bytes from a place of a file on. Returns how many there were: fewer than fit only at
+/// the file's end.
+using ReadAt = std::function<std::size_t(std::uint64_t place, std::span<std::byte> bytes)>;
+/// Reads a file that is written, but not in place yet.
+using ReadBack = std::function<void(const ReadAt& read_at)>;
 
 /// Writes bytes into a file so that at any moment the file is the old one or the complete new one:
 /// temporary file in the same folder, fsync, rename, fsync of the folder. A failure leaves nothing
@@ -25,8 +33,9 @@ void write_file(const std::filesystem::path& file, std::string_view text);
 /// The same for several parts, written one after another.
 void write_file(const std::filesystem::path& file,
                 std::span<const std::span<const std::byte>> parts);
-/// The same piece by piece.
-void write_file(const std::filesystem::path& file, const WriteContent& write_content);
+/// The same piece by piece. Also throws what `write_content` and `read_back` throw.
+void write_file(const std::filesystem::path& file, const WriteContent& write_content,
+                const ReadBack& read_back = {});
 
 /// The same for a writer who keeps the file open. The file appears at commit(); without commit()
 /// nothing is left behind.
@@ -38,7 +47,9 @@ class NewFile {
   NewFile& operator=(const NewFile&) = delete;
   /// Writes behind what write() has written.
   void write(std::span<const std::byte> bytes);
+  /// Writes at a place. This does not move the place of write().
   void write_at(std::uint64_t place, std::span<const std::byte> bytes);
+  std::size_t read_at(std::uint64_t place, std::span<std::byte> bytes) const;  ///< as ReadAt
   void commit();
   /// The empty temporary file, for a library that writes to a file by its name. It must keep the
   /// file, not replace it.
@@ -51,11 +62,12 @@ class NewFile {
   std::uint64_t end_ = 0;  // of what write() has written
 };
 
-/// Writes a file into a private folder, which put_in_place() later syncs as a whole. Throws
-/// std::system_error as write_file does, and then leaves the partial file in the folder.
+/// Writes a file into a private folder, which put_in_place() later syncs as a whole. Throws as
+/// write_file does, and then leaves the partial file in the folder.
 void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes);
 /// The same piece by piece.
-void write_staged(const std::filesystem::path& file, const WriteContent& write_content);
+void write_staged(const std::filesystem::path& file, const WriteContent& write_content,
+                  const ReadBack& read_back = {});
 
 /// Moves a folder to a place where nothing is yet: syncs its file system (syncfs, much faster than
 /// an fsync for each of many files), renames, and syncs the folder above. Returns false if

@@ -67,7 +67,7 @@ class Smooth {
   std::vector<double> row_;
 };
 
-/// A block of the bed that is not silent.
+/// A block of the bed whose samples differ.
 struct Block {
   double grazing_rad, mean, variance, skew, kurtosis;
   std::size_t bright;  ///< samples over 4 times the mean
@@ -116,8 +116,9 @@ std::vector<Block> blocks_of(const RecordedLine& line, Side side, std::span<cons
       if (!(block.variance > 0.0)) continue;
       block.skew = third / std::pow(block.variance, 1.5);
       block.kurtosis = fourth / (block.variance * block.variance) - 3.0;
-      const double middle = static_cast<double>(sample + block_samples / 2);
-      block.grazing_rad = std::asin(std::min(static_cast<double>(begin) / middle, 1.0));
+      const std::size_t middle = sample + block_samples / 2;
+      block.grazing_rad =
+          std::asin(std::min(static_cast<double>(begin) / static_cast<double>(middle), 1.0));
       for (std::size_t i = 0; i < range_lags.size(); ++i)
         block.range_correlation[i] = correlation(line, side, ping, sample, block, 0, range_lags[i]);
       for (std::size_t i = 0; i < track_lags.size(); ++i)

@@ -172,7 +172,7 @@ std::vector<float> gaussian(double sigma_px) {
 
 using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
 
-/// The sum of what lies around a place: at(k) and at(-k) have the weight k.
+/// The sum of what lies around a place: at(k) and at(-k) count by weights[k].
 template <class At>
 Row weighted_sum(std::span<const float> weights, At&& at) {
   Row sum = weights[0] * at(0);
@@ -183,26 +183,33 @@ Row weighted_sum(std::span<const float> weights, At&& at) {
 
 /// Smooths a grey picture by a Gaussian. Beyond the border the outermost pixels continue.
 void smooth(Picture& grey, double sigma_px) {
-  const std::vector<std::uint8_t> before = grey.pixels;
   const std::vector<float> weights = gaussian(sigma_px);
   const Eigen::Index rows = static_cast<Eigen::Index>(grey.height),
                      columns = static_cast<Eigen::Index>(grey.width),
                      reach = std::ssize(weights) - 1;
-  const auto values_of = [&](Eigen::Index row) -> Row {
+  // The rows that a row's sum needs, as they were before they were smoothed.
+  std::vector<Row> near(2 * weights.size() - 1);
+  const auto values = [&](Eigen::Index row) -> Row& {
+    return near[static_cast<std::size_t>(row) % near.size()];
+  };
+  const auto load = [&](Eigen::Index row) {
     using Bytes =
         Eigen::Map<const Eigen::Array<std::uint8_t, 1, Eigen::Dynamic>, 0, Eigen::InnerStride<>>;
     const Eigen::Index bytes = grey.bits / 8;
-    const std::uint8_t* first = &before[static_cast<std::size_t>(
-        std::clamp<Eigen::Index>(row, 0, rows - 1) * columns * bytes)];
-    Row high = Bytes(first, columns, Eigen::InnerStride<>(bytes)).cast<float>();
-    if (bytes == 1) return high;
-    return 256.0f * high + Bytes(first + 1, columns, Eigen::InnerStride<>(bytes)).cast<float>();
+    const std::uint8_t* first = &grey.pixels[static_cast<std::size_t>(row * columns * bytes)];
+    values(row) = Bytes(first, columns, Eigen::InnerStride<>(bytes)).cast<float>();
+    if (bytes == 2)
+      values(row) = 256.0f * values(row) +
+                    Bytes(first + 1, columns, Eigen::InnerStride<>(bytes)).cast<float>();
   };
+  for (Eigen::Index row = 0; row < std::min(reach, rows); ++row) load(row);
   Row beyond(columns + 2 * reach);
   std::uint8_t* to = grey.pixels.data();
   for (Eigen::Index row = 0; row < rows; ++row) {
-    beyond.segment(reach, columns) =
-        weighted_sum(weights, [&](Eigen::Index k) { return values_of(row + k); });
+    if (row + reach < rows) load(row + reach);
+    beyond.segment(reach, columns) = weighted_sum(weights, [&](Eigen::Index k) -> const Row& {
+      return values(std::clamp<Eigen::Index>(row + k, 0, rows - 1));
+    });
     beyond.head(reach) = beyond[reach];
     beyond.tail(reach) = beyond[reach + columns - 1];
     for (const float value : weighted_sum(

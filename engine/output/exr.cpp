@@ -48,6 +48,7 @@ class ExrStream final : public Imf::OStream {
  private:
   void write_piece() {
     if (error_) std::rethrow_exception(error_);
+    if (piece_.empty()) return;
     try {
       write_at_(place_, piece_);
     } catch (...) {

@@ -7,8 +7,7 @@
 #include <new>
 #include <string_view>
 #include <system_error>
-
-#include <unistd.h>
+#include <utility>
 
 #include <OpenEXR/OpenEXRConfig.h>
 #include <archive.h>
@@ -53,6 +52,22 @@ std::string digits_of(XXH128_hash_t hash) {
   return digits;
 }
 
+constexpr std::size_t block_bytes = 1 << 20;
+
+/// The hash of what is read block by block. `read` fills a block and returns how much it read:
+/// nothing at the end.
+template <class Read>
+std::string hash_of_blocks(Read&& read) {
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              &XXH3_freeState);
+  if (!state) throw std::bad_alloc();
+  XXH3_128bits_reset(state.get());
+  const auto block = std::make_unique_for_overwrite<std::byte[]>(block_bytes);
+  while (const std::size_t bytes = read(std::span(block.get(), block_bytes)))
+    XXH3_128bits_update(state.get(), block.get(), bytes);
+  return digits_of(XXH3_128bits_digest(state.get()));
+}
+
 }  // namespace
 
 std::string xxh128(std::span<const std::byte> bytes) {
@@ -62,30 +77,31 @@ std::string xxh128(std::span<const std::byte> bytes) {
 std::string xxh128(std::string_view text) { return xxh128(std::as_bytes(std::span(text))); }
 
 std::string xxh128_of_file(const std::filesystem::path& file) {
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                              &XXH3_freeState);
-  if (!state) throw std::bad_alloc();
-  XXH3_128bits_reset(state.get());
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  constexpr std::streamsize block_bytes = 1 << 20;
-  const auto block = std::make_unique_for_overwrite<char[]>(block_bytes);
-  while (stream.read(block.get(), block_bytes) || stream.gcount() > 0)
-    XXH3_128bits_update(state.get(), block.get(), static_cast<std::size_t>(stream.gcount()));
-  // Not the file's fault, which those who use its content report.
-  if ((!stream.is_open() || stream.bad()) &&
-      (errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO))
+  std::string hash = hash_of_blocks([&](std::span<std::byte> block) {
+    stream.read(reinterpret_cast<char*>(block.data()), std::ssize(block));
+    return static_cast<std::size_t>(stream.gcount());
+  });
+  // What is the file's own fault is reported by those who use its content.
+  if (stream.is_open() ? stream.bad() && errno != EISDIR
+                       : errno == ENOMEM || errno == EMFILE || errno == ENFILE || errno == EIO)
     throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be read");
-  return digits_of(XXH3_128bits_digest(state.get()));
+  return hash;
 }
 
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name) {
-  const std::filesystem::path file = folder / name;
-  if (::access(file.c_str(), R_OK) != 0)
-    throw std::system_error(
-        errno, std::generic_category(),
-        file.string() + ": cannot be read back; if it is there, let new files be read (umask)");
-  return {name, std::filesystem::file_size(file), xxh128_of_file(file)};
+  return {name, std::filesystem::file_size(folder / name), xxh128_of_file(folder / name)};
+}
+
+FileRecord record_of(const std::string& name, const refine::ReadAt& read_at) {
+  std::uint64_t place = 0;
+  std::string hash = hash_of_blocks([&](std::span<std::byte> block) {
+    const std::size_t bytes = read_at(place, block);
+    place += bytes;
+    return bytes;
+  });
+  return {name, place, std::move(hash)};
 }
 
 std::string_view program_version() { return ENSONIFY_VERSION; }

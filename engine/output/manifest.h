@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <ensonify/refine/atomic_file.h>
+
 namespace ensonify::engine {
 
 /// A file in a run's folder. The hash is XXH3 with 128 bits, as `xxhsum -H2` prints it.
@@ -43,9 +45,12 @@ std::string xxh128(std::string_view text);
 /// The hash of a file's content; of an empty content if there is no such file or it may not be
 /// read. Throws std::system_error if descriptors or memory run out or the disk fails.
 std::string xxh128_of_file(const std::filesystem::path& file);
-/// The record of a file in a folder. Throws as xxh128_of_file(), and std::system_error if the file
-/// is missing or may not be read.
+/// The record of a file in a folder. Throws as xxh128_of_file(), and
+/// std::filesystem::filesystem_error if there is no such file.
 FileRecord record_of(const std::filesystem::path& folder, const std::string& name);
+/// The record of a file from what refine::write_file() and write_staged() read back: of the bytes
+/// that this process wrote, whatever others do in the folder. Throws what `read_at` throws.
+FileRecord record_of(const std::string& name, const refine::ReadAt& read_at);
 
 /// Versions of the libraries that can affect the bytes of a result, as JSON.
 std::string library_versions();

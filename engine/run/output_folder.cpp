@@ -34,22 +34,19 @@ void OutputFolder::write(const std::string& name, const refine::WriteContent& wr
     });
     content_s = seconds_since(content_start) - pieces_s;
   };
+  FileRecord record;
+  const auto read_back = [&](const refine::ReadAt& read_at) { record = record_of(name, read_at); };
   if (staged_)
-    refine::write_staged(folder_ / name, timed);
+    refine::write_staged(folder_ / name, timed, read_back);
   else
-    refine::write_file(folder_ / name, timed);
-  {
-    const std::lock_guard lock(mutex_);
-    records_[name] = {};  // to be removed, even if it cannot be read back
-  }
-  FileRecord record = record_of(folder_, name);
+    refine::write_file(folder_ / name, timed, read_back);
   const std::lock_guard lock(mutex_);
   disk_s_ += seconds_since(start) - content_s;
   records_[name] = std::move(record);
 }
 
 void OutputFolder::write(const std::string& name, std::span<const std::byte> content) {
-  write(name, [&](const refine::WriteAt& write_at) { write_at(0, content); });
+  write(name, refine::content_of(content));
 }
 
 std::vector<FileRecord> OutputFolder::records() const {

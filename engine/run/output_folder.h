@@ -31,7 +31,7 @@ class OutputFolder {
   /// By name, whatever the order of writing.
   std::vector<FileRecord> records() const;
   const std::filesystem::path& path() const { return folder_; }
-  double disk_s() const { return disk_s_; }  ///< seconds of write(), without what makes the content
+  double disk_s() const { return disk_s_; }  ///< as RunReport::disk_s
 
  private:
   std::filesystem::path folder_;

@@ -129,7 +129,7 @@ PartRecord write_files(const Scene& scene, const std::string& scene_hash, SceneP
   const ImageOrigin origin{seafloor.mesh.world_origin, scene_hash, record.names, output.encoding};
 
   const auto write_bytes = [&](const std::string& name, std::span<const std::byte> bytes) {
-    write(name, [&](const refine::WriteAt& write_at) { write_at(0, bytes); });
+    write(name, refine::content_of(bytes));
   };
   const auto write_text = [&](const std::string& name, std::string_view text) {
     write_bytes(name, std::as_bytes(std::span(text)));

@@ -165,12 +165,13 @@ class SeveralParts {
   void write_part(const Simulator& simulator, ScenePings& pings, std::size_t part) {
     StagingFolder staging(run_.folder / parts_.folder(part));
     std::vector<FileRecord> files;
-    PartRecord record =
-        run_.record_files(pings, simulator, fmt::format("_{}", parts_.number(part)), 1,
-                          [&](const std::string& name, const refine::WriteContent& write_content) {
-                            refine::write_staged(staging.path() / name, write_content);
-                            files.push_back(record_of(staging.path(), name));
-                          });
+    PartRecord record = run_.record_files(
+        pings, simulator, fmt::format("_{}", parts_.number(part)), 1,
+        [&](const std::string& name, const refine::WriteContent& write_content) {
+          refine::write_staged(
+              staging.path() / name, write_content,
+              [&](const refine::ReadAt& read_at) { files.push_back(record_of(name, read_at)); });
+        });
     pings.images.clear();
     std::ranges::sort(files, {}, &FileRecord::name);
     record.files = std::move(files);

@@ -9,7 +9,10 @@ import struct
 import subprocess
 import tempfile
 import termios
+import threading
 import unittest
+
+END = b"\0end\0"
 
 program = os.environ["ENSONIFY_PROGRAM"]
 scene = """version = 1
@@ -38,15 +41,19 @@ def shown(arguments, columns, stream, folder):
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     process = subprocess.Popen([program, *arguments], cwd=folder, env={**os.environ, "TERM": "xterm"},
                                **{"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, stream: its})
-    os.close(its)
+    def end():
+        process.wait()
+        os.write(its, END)
+    waiter = threading.Thread(target=end)
+    waiter.start()
+    # A mark ends the text, not the end of the terminal: Linux can report that one too early.
     text = b""
-    try:
-        while block := os.read(ours, 65536):
-            text += block
-    except OSError:  # the terminal is closed
-        pass
+    while not text.endswith(END):
+        text += os.read(ours, 65536)
+    waiter.join()
+    os.close(its)
     os.close(ours)
-    return process.wait(), text.decode()
+    return process.returncode, text.removesuffix(END).decode()
 
 
 class OnATerminal(unittest.TestCase):

@@ -64,7 +64,16 @@ TEST_CASE("The hash of a file is that of its content, or fails if the file canno
   CHECK(record.name == file.filename().string());
   CHECK(record.size_bytes == 7);
   CHECK(record.xxh128 == xxh128("content"));
-  CHECK_THROWS_AS(record_of(folder.path(), "missing"), std::system_error);
+  CHECK_THROWS_AS(record_of(folder.path(), "missing"), std::filesystem::filesystem_error);
+
+  const std::vector<std::byte> long_content(2'500'000, std::byte{7});  // several blocks
+  FileRecord read_back;
+  ensonify::refine::write_file(
+      folder / "long", ensonify::refine::content_of(long_content),
+      [&](const ensonify::refine::ReadAt& read_at) { read_back = record_of("long", read_at); });
+  CHECK(read_back.name == "long");
+  CHECK(read_back.size_bytes == long_content.size());
+  CHECK(read_back.xxh128 == xxh128(long_content));
 
   // The first page of a process is never mapped, and reading it is an error of input. This comes
   // before descriptors lack: the first time that an error's virtual table is checked, UBSan needs
