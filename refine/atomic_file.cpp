@@ -225,12 +225,28 @@ void write_staged(const std::filesystem::path& file, const WriteContent& write_c
   if (::close(std::exchange(descriptor.number, -1)) != 0) fail(file, "close it", errno);
 }
 
-bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place) {
-  const std::filesystem::path above = place.has_parent_path() ? place.parent_path() : ".";
-  Descriptor parent, itself;
+void sync_files(const std::filesystem::path& folder) {
+  Descriptor itself;
   itself.number = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (itself.number < 0) fail(folder, "open it", errno);
   if (::syncfs(itself.number) != 0) fail(folder, "write it to the disk (syncfs)", errno);
+}
+
+void move_files(const std::filesystem::path& from, const std::filesystem::path& to,
+                std::span<const std::string> names) {
+  Descriptor folder;
+  folder.number = ::open(to.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder.number < 0) fail(to, "open it", errno);
+  for (const std::string& name : names)
+    if (::rename((from / name).c_str(), (to / name).c_str()) != 0)
+      fail(to / name, "put it in place (rename)", errno);
+  sync_folder(to, folder.number);
+}
+
+bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place) {
+  const std::filesystem::path above = place.has_parent_path() ? place.parent_path() : ".";
+  sync_files(folder);
+  Descriptor parent;
   parent.number = ::open(above.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (parent.number < 0) fail(above, "open it", errno);
   if (::rename(folder.c_str(), place.c_str()) != 0) {
@@ -245,7 +261,11 @@ bool make_folder(const std::filesystem::path& folder) {
   std::error_code error;
   const bool made = std::filesystem::create_directories(folder, error);
   if (error) fail(folder, "make this folder", error.value());
-  if (::access(folder.c_str(), W_OK) != 0) fail(folder, "write into this folder", errno);
+  if (::access(folder.c_str(), W_OK) != 0) {
+    const int reason = errno;
+    if (made) std::filesystem::remove(folder, error);  // as under a umask that forbids writing
+    fail(folder, "write into this folder", reason);
+  }
   return made;
 }
 

@@ -69,9 +69,16 @@ void write_staged(const std::filesystem::path& file, std::span<const std::byte> 
 void write_staged(const std::filesystem::path& file, const WriteContent& write_content,
                   const ReadBack& read_back = {});
 
-/// Moves a folder to a place where nothing is yet: syncs its file system (syncfs, much faster than
-/// an fsync for each of many files), renames, and syncs the folder above. Returns false if
-/// something is there already. Throws std::system_error as write_file does.
+/// Writes the files of a folder to the disk: syncs their file system (syncfs, much faster than an
+/// fsync for each of many files). Throws std::system_error.
+void sync_files(const std::filesystem::path& folder);
+/// Moves files to another folder of the same file system, in their order, over what has their names
+/// there, and syncs that folder. Throws std::system_error at the first that cannot be moved.
+void move_files(const std::filesystem::path& from, const std::filesystem::path& to,
+                std::span<const std::string> names);
+
+/// Moves a folder to a place where nothing is yet: sync_files(), rename, fsync of the folder above.
+/// Returns false if something is there already. Throws std::system_error as write_file does.
 bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place);
 
 /// Makes a folder to write into, and its missing parents. Returns false if it exists already.

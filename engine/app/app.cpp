@@ -140,10 +140,13 @@ SignalWatch::SignalWatch(bool interrupts) {
   };
   action.sa_flags = interrupts ? 0 : SA_RESTART;
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  // A closed terminal; nohup ignores it.
+  if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
 }
 
 SignalWatch::~SignalWatch() {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  if (std::signal(SIGHUP, SIG_IGN) != SIG_IGN) std::signal(SIGHUP, SIG_DFL);
   ::close(wakes_);
 }
 

@@ -97,7 +97,8 @@ void print_object(const nlohmann::ordered_json& json);
 /// Writes warnings to stderr, one per line.
 void print_warnings(std::span<const std::string> warnings);
 
-/// Records SIGINT and SIGTERM during its life, instead of ending the program.
+/// Records SIGINT, SIGTERM and SIGHUP during its life, instead of ending the program. Under nohup
+/// SIGHUP stays ignored.
 class SignalWatch {
  public:
   /// A signal ends a waiting read or write only if `interrupts`. Throws std::system_error if the

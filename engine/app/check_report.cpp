@@ -14,15 +14,15 @@ std::string csv(const std::vector<AgreementRow>& rows) {
   for (const std::string_view verdict : verdict_names) out += fmt::format(",{}", verdict);
   out +=
       ",largest_dt_m,largest_dt_relative,largest_dt_of_tolerance,coarse,unlike_static,wrong_index,"
-      "wrong_run,over_limit\n";
+      "wrong_run,over_limit,overlap\n";
   for (const AgreementRow& row : rows) {
     out += fmt::format("{},{},{},{}", row.surface, row.intersector,
                        ray_source_names[static_cast<std::size_t>(row.source)], row.rays);
     for (const std::uint64_t count : row.verdicts) out += fmt::format(",{}", count);
-    out += fmt::format(",{:.3g},{:.3g},{:.3g},{},{},{},{},{}\n", row.largest_dt_m,
+    out += fmt::format(",{:.3g},{:.3g},{:.3g},{},{},{},{},{},{}\n", row.largest_dt_m,
                        row.largest_dt_relative, row.largest_dt_of_tolerance, row.coarse,
                        row.unlike_static, row.wrong_index, row.wrong_run,
-                       fmt::join(exceeded_limits(row), "+"));
+                       fmt::join(exceeded_limits(row), "+"), row.overlap);
   }
   return out;
 }
@@ -41,6 +41,7 @@ nlohmann::ordered_json to_json(const AgreementRow& row) {
   json["wrong_index"] = row.wrong_index;
   json["wrong_run"] = row.wrong_run;
   json["over_limit"] = exceeded_limits(row);
+  json["overlap"] = row.overlap;
   nlohmann::ordered_json shares = nlohmann::ordered_json::object();
   for (const Limit& limit : limits(row.source, row.precision)) shares[limit.name] = limit.share;
   json["limits"] = shares;  // as shares of the rays, but see most_allowed()

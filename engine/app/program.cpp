@@ -99,6 +99,11 @@ int perform(const app::Action& action) {
     return failed(wrong_input, error.what());
   } catch (const std::bad_alloc&) {
     return out_of_memory();
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again)
+      return failed(run_failed,
+                    "the system gives no more threads; take fewer --threads, or raise `ulimit -u`");
+    return failed(run_failed, error.what());
   } catch (const std::exception& error) {
     return failed(run_failed, error.what());
   }

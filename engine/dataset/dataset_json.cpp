@@ -45,6 +45,12 @@ std::string what_differs(const Json& written, const Json& wanted) {
   return "other data files or another version were used";
 }
 
+/// Adds the hash of all keys.
+Json with_hash(Json json) {
+  json["xxh128"] = xxh128(json.dump());
+  return json;
+}
+
 }  // namespace
 
 std::string dataset_json(const Recipe& recipe) {
@@ -52,7 +58,7 @@ std::string dataset_json(const Recipe& recipe) {
   Json assets = Json::array();
   for (const std::string& asset : recipe.assets())
     assets.push_back({{"name", asset}, {"xxh128", xxh128_of_file(recipe.path_of(asset))}});
-  return text_of({{"program", "ensonify"},
+  return text_of(with_hash({{"program", "ensonify"},
                   {"version", program_version()},
                   {"libraries", Json::parse(library_versions())},
                   {"title", options.title},
@@ -75,7 +81,7 @@ std::string dataset_json(const Recipe& recipe) {
                   {"published", options.published},
                   {"recipe", recipe.text()},
                   {"overrides", recipe.overrides()},
-                  {"recipe_hash", xxh128(recipe.text())}});
+                  {"recipe_hash", xxh128(recipe.text())}}));
 }
 
 void require_same_dataset(const fs::path& file, const std::string& content) {
@@ -110,15 +116,13 @@ std::string sample_json(std::size_t number, const SampleScene& sample, const fs:
     drawn[key] = value.empty()         ? Json(nullptr)
                  : Json::accept(value) ? Json::parse(value)
                                        : Json(value);
-  Json json = {{"sample", number},
+  return text_of(with_hash({{"sample", number},
                {"split", sample.split},
                {"seafloor", sample.seafloor},
                {"seafloor_seed", sample.scene.bed_seed()},
                {"seed", sample.scene.seed},
                {"drawn", drawn},
-               {"files", files}};
-  json["xxh128"] = xxh128(json.dump());  // of the keys above
-  return text_of(json);
+               {"files", files}}));
 }
 
 }  // namespace ensonify::engine

@@ -9,7 +9,7 @@
 namespace ensonify::engine {
 
 /// The content of dataset.json: the recipe's text, versions, names of the labels, assets with their
-/// hashes.
+/// hashes, and the hash of all this.
 std::string dataset_json(const Recipe& recipe);
 
 /// Throws SceneError, with the first difference, if the file dataset.json of a folder does not have

@@ -79,6 +79,13 @@ Json json_of(const std::string& text) {
   return Json::parse(text);
 }
 
+/// Whether the key "xxh128" is the hash of the others.
+bool fits_its_hash(Json json) {
+  const std::string hash = json.at("xxh128").get<std::string>();
+  json.erase("xxh128");
+  return hash == xxh128(json.dump());
+}
+
 /// A text that becomes a part of a file's name.
 std::string word_of(const Json& json) {
   auto word = json.get<std::string>();
@@ -103,6 +110,9 @@ class Merge {
           fs::is_directory(folder) ? "there is no dataset.json in it" : "there is no such folder"));
     try {
       const Json dataset = Json::parse(text_of_file(folder / "dataset.json"));
+      // Those of other programs, and of versions before 0.3, have no hash.
+      if (dataset.contains("xxh128") && !fits_its_hash(dataset))
+        throw std::runtime_error("its content has changed since it was written");
       samples_ = whole_numbers(dataset.at("samples")).get<std::size_t>();
       per_tar_ = whole_numbers(dataset.at("samples_per_tar")).get<std::size_t>();
       targets_ = whole_numbers(dataset.at("target_classes")).get<std::size_t>();
@@ -198,9 +208,7 @@ class Merge {
       const auto own = seen_.find(name_of("sample.json"));
       if (own == seen_.end()) return damaged("sample.json", "is missing");
       record.sample = json_of(own->second.text);
-      Json signed_part = record.sample;
-      signed_part.erase("xxh128");
-      if (record.sample.at("xxh128") != xxh128(signed_part.dump()))
+      if (!fits_its_hash(record.sample))
         return damaged("sample.json", "its hash is not the one that it contains");
       for (const Json& file : record.sample.at("files")) {
         const auto name = file.at("name").get<std::string>();
@@ -263,6 +271,10 @@ class Merge {
     Index& index = indexes_[{group, split}];
     for (const Json& name : image.at("classes"))
       classes_shown_[split].insert(name.get<std::string>());
+    // A target whose parts have classes of their own is not in the mask with its class.
+    for (const Json& target : image.at("targets"))
+      if (!target.at("ignored").get<bool>())
+        classes_shown_[split].insert(target.at("class").get<std::string>());
     if (options_.webdataset) {
       const auto stem = image.at("image").get<std::string>();
       std::string key = fmt::format("{:06}-{}", number, stem);

@@ -24,10 +24,6 @@ constexpr std::size_t depressions = 180;           // half degrees, from level t
 /// The greatest value of a channel.
 double full_of(int bits) { return bits == 16 ? 65535.0 : 255.0; }
 
-std::size_t port_columns(const Sonar& sonar) {
-  return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
-}
-
 /// The bin of a column; bins count from nadir outwards.
 std::size_t bin_of(std::size_t column, std::size_t ports) {
   return column < ports ? ports - 1 - column : column - ports;

@@ -1,12 +1,11 @@
 #include <ensonify/engine/image/target_record.h>
 
-#include <numbers>
 #include <utility>
 
 namespace ensonify::engine {
 namespace {
 
-TargetRecord record_of(Target target, const Waterfall& waterfall, const Seafloor& seafloor,
+TargetRecord record_of(Target target, const Seafloor& seafloor,
                        std::span<const ObjectVisibility> views) {
   const auto labelled = [&](const auto& thing) {
     return TargetRecord{.target = std::move(target),
@@ -23,16 +22,12 @@ TargetRecord record_of(Target target, const Waterfall& waterfall, const Seafloor
     return record;
   }
   const ObjectRecord& object = seafloor.objects[number];
-  const Pose& pose =
-      waterfall.pings.at(static_cast<std::size_t>(target.ping) - waterfall.first_ping).pose;
-  const double sight_rad =
-      pose.heading_rad + (target.side == Side::port ? -0.5 : 0.5) * std::numbers::pi;
   TargetRecord record = labelled(object);
   record.object = {.table = object.table,
                    .heading_rad = object.heading_rad,
                    .scale = object.scale,
                    .buried = object.buried,
-                   .aspect_rad = sight_rad - object.heading_rad};
+                   .aspect_rad = record.target.sight_rad - object.heading_rad};
   if (number < views.size() && views[number].alone > 0)
     record.object->visible_share = views[number].share();
   return record;
@@ -44,7 +39,7 @@ std::vector<TargetRecord> target_records(const Waterfall& waterfall, const Seafl
                                          std::span<const ObjectVisibility> views) {
   std::vector<TargetRecord> records;
   for (Target& target : find_targets(waterfall))
-    records.push_back(record_of(std::move(target), waterfall, seafloor, views));
+    records.push_back(record_of(std::move(target), seafloor, views));
   return records;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
@@ -169,7 +170,7 @@ std::map<std::uint32_t, TargetOutlines> find_outlines(Marks& marks) {
   return found;
 }
 
-/// Sets range, side, ping and contrast of a target that has its outlines.
+/// Sets range, side, ping, direction and contrast of a target that has its outlines.
 void measure(const Waterfall& image, const Marks& marks, Target& target) {
   constexpr int min_border_px = 8;
   const bool seen = target.body.area_px > 0;
@@ -179,26 +180,37 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
   const int more_rows = std::max(min_border_px, shown.high[1] - shown.low[1]);
   double body = 0.0, bed = 0.0, range_m = 0.0, ping = 0.0;
   std::size_t pixels = 0, bed_pixels = 0, port = 0;
+  const int port_end = static_cast<int>(port_columns(image.sonar));
+  Eigen::Vector2d sight = Eigen::Vector2d::Zero();  // sum over its pixels: north, east
   for (int row = std::max(0, shown.low[1] - more_rows);
-       row < std::min(marks.rows(), shown.high[1] + more_rows); ++row)
+       row < std::min(marks.rows(), shown.high[1] + more_rows); ++row) {
+    int its_port = 0, its_starboard = 0;  // pixels of this row
     for (int column = std::max(0, shown.low[0] - more_columns);
          column < std::min(marks.columns(), shown.high[0] + more_columns); ++column) {
       const std::size_t i = marks.index(column, row);
       if (marks.mark(column, row) == mark) {
-        ++pixels;
+        ++(column < port_end ? its_port : its_starboard);
         body += image.pixels.intensity_mean[i];
         range_m += image.pixels.range_m[i];
         ping += marks.rows() - 1 - row;
-        port += column < marks.columns() / 2;
       } else if (marks.mark(column, row) == 0 &&
                  image.pixels.region[i] == static_cast<std::uint32_t>(Region::seabed)) {
         ++bed_pixels;
         bed += image.pixels.intensity_mean[i];
       }
     }
+    if (its_port + its_starboard == 0) continue;
+    pixels += static_cast<std::size_t>(its_port + its_starboard);
+    port += static_cast<std::size_t>(its_port);
+    const auto its_ping = static_cast<std::size_t>(marks.rows() - 1 - row);
+    const double ahead_rad = mounted(image.pings[its_ping].pose, image.sonar.mounting).heading_rad;
+    sight += (its_starboard - its_port) *
+             Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
+  }
   const auto n = static_cast<double>(pixels);
   target.range_m = range_m / n;
   target.ping = static_cast<double>(image.first_ping) + ping / n;
+  target.sight_rad = std::atan2(sight.y(), sight.x());
   target.side = 2 * port > pixels ? Side::port : Side::starboard;
   if (seen && body > 0.0 && bed > 0.0)
     target.contrast_db = scatter::to_db((body / n) / (bed / static_cast<double>(bed_pixels)));

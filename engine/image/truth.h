@@ -39,6 +39,8 @@ struct Target : TargetOutlines {
   double range_m = 0.0;    ///< mean slant range of the body; without a body, of the shadow
   Side side = Side::port;  ///< with most of its pixels
   double ping = 0.0;       ///< mean ping of its pixels, numbered as in the run
+  /// Mean direction in which the sonar sees its pixels, clockwise from north.
+  double sight_rad = 0.0;
   /// Mean expected intensity of the body over that of the seabed near it, dB. The seabed near it:
   /// pixels of region seabed without an instance, in the body's box grown by its own size (at least
   /// 8 pixels) on every side. None if either is missing.

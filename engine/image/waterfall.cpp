@@ -14,6 +14,10 @@ PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam) {
   return ping;
 }
 
+std::size_t port_columns(const Sonar& sonar) {
+  return sonar.sides == Sides::starboard ? 0 : static_cast<std::size_t>(sonar.bins);
+}
+
 Waterfall::Waterfall(const Sonar& its_sonar, std::size_t ping_count, std::size_t its_first_ping)
     : sonar(its_sonar),
       pings(ping_count * static_cast<std::size_t>(sonar.beams)),

@@ -25,6 +25,9 @@ struct PingRow {
 /// The row of one of a sonar's beams: its vehicle lies as far along the array as the beam does.
 PingRow row_of_beam(PingRow ping, const Sonar& sonar, int beam);
 
+/// How many columns of a waterfall are of the port side; they come first.
+std::size_t port_columns(const Sonar& sonar);
+
 /// Stacked echo lines of one sonar: one row per ping and beam, the oldest first, and of a ping the
 /// rear beam; files number the rows as pings. The columns: port far..near,
 /// then starboard near..far, of the sides that the sonar has.

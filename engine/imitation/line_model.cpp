@@ -331,19 +331,20 @@ std::string recipe_text(const LineModel& model) {
   struct Freedom {
     std::string_view name, unit;
     const std::vector<double>& values;
-    double unit_size;
+    double unit_size, most;  // the greatest rms that a scene may have
   };
-  for (const Freedom& freedom : {Freedom{"roll", "deg", path.roll_rad, degree},
-                                 Freedom{"pitch", "deg", path.pitch_rad, degree},
-                                 Freedom{"heading", "deg", path.heading_rad, degree},
-                                 Freedom{"heave", "m", path.altitude_m, 1.0}}) {
+  for (const Freedom& freedom : {Freedom{"roll", "deg", path.roll_rad, degree, 45.0},
+                                 Freedom{"pitch", "deg", path.pitch_rad, degree, 45.0},
+                                 Freedom{"heading", "deg", path.heading_rad, degree, 45.0},
+                                 Freedom{"heave", "m", path.altitude_m, 1.0, 1000.0}}) {
     if (freedom.values.empty()) continue;
     const Oscillation found = oscillation_of(path.t_s, freedom.values);
     keys.section(fmt::format("motion.{}", freedom.name));
     const Evidence from{Confidence::measured, freedom.name == "heave"
                                                   ? "the bottom line about its mean over 10 s"
                                                   : "the attitude about its mean over 10 s"};
-    keys.add(fmt::format("rms_{}", freedom.unit), about(found.rms / freedom.unit_size, 0.5), from);
+    keys.add(fmt::format("rms_{}", freedom.unit),
+             about(std::min(found.rms / freedom.unit_size, freedom.most / 1.5), 0.5), from);
     keys.add("period_s", about(std::clamp(found.period_s, 0.1, 3000.0), 0.2), from);
   }
   add_sonar(model, "data:beam.csv", keys);

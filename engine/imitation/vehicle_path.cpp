@@ -293,30 +293,24 @@ Oscillation oscillation_of(const Values& t_s, const Values& values) {
   constexpr double slow_s = 10.0;
   const auto reach = static_cast<std::size_t>(std::max(1.0, 0.5 * slow_s / step_s));
   const Values slow = moving_mean(values, reach);
-  // The straight line through the slow course, by least squares.
-  const auto count = static_cast<double>(values.size());
-  double mean_t = 0.0, mean_v = 0.0, tt = 0.0, tv = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    mean_t += t_s[i] / count;
-    mean_v += slow[i] / count;
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    tt += (t_s[i] - mean_t) * (t_s[i] - mean_t);
-    tv += (t_s[i] - mean_t) * (slow[i] - mean_v);
-  }
-  double fast2 = 0.0, slow2 = 0.0, crossings = 0.0;
+  const auto window = static_cast<std::size_t>(std::max(1.0, 30.0 / step_s));
+  Values windows;  // mean squares
+  double squares = 0.0, crossings = 0.0, before = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double fast = values[i] - slow[i];
-    const double off = slow[i] - mean_v - tv / tt * (t_s[i] - mean_t);
-    fast2 += fast * fast / count;
-    slow2 += off * off / count;
-    if (i > 0 && fast > 0.0 && values[i - 1] - slow[i - 1] <= 0.0) crossings += 1.0;
+    squares += fast * fast;
+    const std::size_t counted = i % window + 1;
+    if (counted == window || (i + 1 == values.size() && windows.empty())) {
+      windows.push_back(squares / static_cast<double>(counted));
+      squares = 0.0;
+    }
+    if (fast > 0.0 && before < 0.0) crossings += 1.0;
+    if (fast != 0.0) before = fast;
   }
-  Oscillation all;
-  all.rms = std::sqrt(fast2);
-  if (crossings > 1.0) all.period_s = (t_s.back() - t_s.front()) / crossings;
-  all.wander_rms = std::sqrt(slow2);
-  return all;
+  Oscillation found;
+  found.rms = std::sqrt(median(std::move(windows)));
+  if (crossings > 1.0) found.period_s = (t_s.back() - t_s.front()) / crossings;
+  return found;
 }
 
 VehiclePath some_pings(const VehiclePath& path, const std::vector<std::size_t>& indices) {

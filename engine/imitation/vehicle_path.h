@@ -40,9 +40,9 @@ double heading_rad(const VehiclePath& path, std::size_t ping);
 /// it.
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 
-/// The fluctuations of a series about its slow course as an Oscillation: the slow course is the
-/// mean over 10 s, the period is that between upward crossings of zero, and the wander is what the
-/// slow course does about its straight line.
+/// The periodic part of a series: what it does about its mean over 10 s. The period is the time
+/// between upward crossings of zero, the mean square the median over windows of 30 s, so that turns
+/// between the legs of a survey do not count.
 Oscillation oscillation_of(const std::vector<double>& t_s, const std::vector<double>& values);
 
 /// The pings `indices` of a path or of a line, as one.

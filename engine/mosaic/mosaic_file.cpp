@@ -85,7 +85,6 @@ MosaicFile::MosaicFile(const std::filesystem::path& file, std::int64_t columns, 
   options.SetNameValue("COMPRESS", "DEFLATE");
   options.SetNameValue("PREDICTOR", type == PixelType::value ? "3" : "2");
   options.SetNameValue("BIGTIFF", "IF_SAFER");
-  options.SetNameValue("SPARSE_OK", "TRUE");
   open_->with_gdal(file, [&] {
     std::unique_ptr<GDALDataset>& dataset = open_->dataset;
     dataset.reset(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(

@@ -24,10 +24,10 @@ T rounded(double value) {
 /// the sonar header of 240 B.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = message_header;
-  // Validity bits: position, speed, heading, pitch and roll, altitude, depth, sound speed. The
-  // position is the sonar's own at the time of the ping ("interpolated"), not the ship's last fix.
+  // Validity bits: position, speed, heading, pitch and roll, altitude, depth, annotation, sound
+  // speed. The position is the sonar's own at the time of the ping ("interpolated"), not the ship's last fix.
   const bool over_bed = ping.altitude_m > 0.0;
-  bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x622D | (over_bed ? 0x40 : 0)));
+  bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x662D | (over_bed ? 0x40 : 0)));
   constexpr double units = 60.0 * 1e4 / degree;  // units of 1e-4 arc minutes per radian
   bytes.put<std::int32_t>(h + 80, rounded<std::int32_t>(ping.place.longitude_rad * units));
   bytes.put<std::int32_t>(h + 84, rounded<std::int32_t>(ping.place.latitude_rad * units));

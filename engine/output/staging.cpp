@@ -84,7 +84,12 @@ Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>
 StagingFolder::StagingFolder(const fs::path& place) : place_(place) {
   for (int n = 0;; ++n) {
     folder_ = place.parent_path() / fmt::format(".{}.{}.tmp", place.filename().string(), n);
-    if (fs::create_directory(folder_)) break;
+    std::error_code error;
+    if (fs::create_directory(folder_, error)) break;
+    if (error)
+      throw std::system_error(
+          error,
+          folder_.string() + ": cannot make this folder; choose a place that you may write to");
   }
   // Whatever the umask, so that it can be filled, synced and removed.
   fs::permissions(folder_, fs::perms::owner_all, fs::perm_options::add);

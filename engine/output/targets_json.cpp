@@ -34,12 +34,6 @@ Json outline_json(const Outline& outline, std::size_t rows, std::size_t columns)
   return json;
 }
 
-/// From 0 to 360 degrees.
-double turned_deg(double rad) {
-  const double degrees = std::fmod(rad * degrees_per_radian, 360.0);
-  return degrees < 0.0 ? degrees + 360.0 : degrees;
-}
-
 /// `rows` and `columns` are those of the picture.
 Json target_json(const TargetRecord& record, std::size_t rows, std::size_t columns) {
   const Target& target = record.target;
@@ -88,6 +82,12 @@ std::string text_of(const Json& json) {
 }
 
 }  // namespace
+
+double turned_deg(double rad) {
+  const double degrees = std::fmod(rad * degrees_per_radian, 360.0);
+  const double turned = degrees < 0.0 ? degrees + 360.0 : degrees;
+  return turned < 360.0 ? turned : 0.0;
+}
 
 std::string targets_json(std::span<const TargetRecord> targets, const Waterfall& waterfall,
                          const Seafloor& seafloor) {

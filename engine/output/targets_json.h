@@ -11,6 +11,9 @@
 
 namespace ensonify::engine {
 
+/// An angle in degrees, from 0 to less than 360.
+double turned_deg(double rad);
+
 /// What the picture of a waterfall shows of the seafloor's objects and features, as JSON. For each
 /// target: its labels, place and size; for an object its heading (degrees), burial and visible
 /// share (null where it was not counted), for a feature its layer; range, side, ping and, for an

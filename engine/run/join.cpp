@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -14,7 +15,9 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/output/targets_json.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/refine/read_file.h>
@@ -246,6 +249,8 @@ class JoinedTarget {
       area_px_ += area_px;
       range_m_ += area_px * target.at("range_m").get<double>();
       ping_ += area_px * target.at("ping").get<double>();
+      if (target.contains("aspect_deg"))
+        aspect_ += std::polar(area_px, target.at("aspect_deg").get<double>() * degree);
       port_px_ += target.at("side").get<std::string>() == "port" ? area_px : 0.0;
       if (const Json& db = target.at("contrast_db"); !db.is_null()) {
         contrast_px_ += area_px;
@@ -257,6 +262,7 @@ class JoinedTarget {
       json["range_m"] = range_m_ / area_px_;
       json["side"] = 2.0 * port_px_ > area_px_ ? "port" : "starboard";
       json["ping"] = ping_ / area_px_;
+      if (json.contains("aspect_deg")) json["aspect_deg"] = turned_deg(std::arg(aspect_));
       json["contrast_db"] =
           contrast_px_ > 0.0 ? Json(scatter::to_db(contrast_ / contrast_px_)) : Json(nullptr);
       return json;
@@ -265,6 +271,7 @@ class JoinedTarget {
    private:
     Json largest_;
     double largest_px_ = 0.0, area_px_ = 0.0, range_m_ = 0.0, ping_ = 0.0, port_px_ = 0.0;
+    std::complex<double> aspect_ = 0.0;
     double contrast_px_ = 0.0, contrast_ = 0.0;
   };
 

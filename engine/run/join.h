@@ -21,8 +21,8 @@ void join_pictures(const std::filesystem::path& folder, const RunParts& parts,
                    std::size_t finished_parts, const std::string& sonar);
 
 /// Joins the targets of all parts to those of the run, as targets_json() has them: outlines in rows
-/// of one ping, pings numbered as in the run, contrast and range as means weighted by area. The
-/// aspect is that of the part with most of the target. `visibility` is of the whole run; empty
+/// of one ping, pings numbered as in the run, contrast, range and aspect as means weighted by area.
+/// `visibility` is of the whole run; empty
 /// where it was not counted. Throws std::runtime_error for a damaged file, std::system_error.
 std::string join_targets(const std::filesystem::path& folder, const RunParts& parts,
                          const std::string& sonar, std::span<const ObjectVisibility> visibility);

@@ -16,7 +16,7 @@ void grow_pictures(RunState& run, OutputFolder& output, const Simulator& simulat
   if (!run.picture_is_due()) return;
   const Clock::time_point start = Clock::now();
   for (std::size_t i = 0; i < images.size(); ++i)
-    output.write(images[i].sonar.name + ".png", encode_picture(run.scene, images[i], simulator, i));
+    output.show(images[i].sonar.name + ".png", encode_picture(run.scene, images[i], simulator, i));
   run.picture.written(start);
 }
 
@@ -73,6 +73,7 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
     throw SceneError(
         fmt::format("{}: the folder holds a run in several parts; choose another folder with -o",
                     run.folder.string()));
+  output.begin();
   Clock::time_point start = Clock::now();
   ScenePings pings = ping_track(run, output, simulator, track);
   run.report.stages = pings.stages;
@@ -81,9 +82,9 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
   start = Clock::now();
   PartRecord record;
   with_memory_for("the files", [&] { record = write_run(run, output, simulator, pings, plan); });
+  output.keep();
   run.report.files_s = seconds_since(start);
   run.report.disk_s = output.disk_s();
-  output.keep();
   return record;
 }
 

@@ -3,41 +3,56 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <ensonify/engine/output/manifest.h>
+#include <ensonify/engine/output/staging.h>
 #include <ensonify/refine/atomic_file.h>
 
 namespace ensonify::engine {
 
-/// The folder of a run, made if missing. Removes the files that it wrote, unless the run is kept.
+/// The folder of a run, made if missing. The run's files appear in it together, and replace those
+/// of an earlier run there, which stay until then. A run that is not kept leaves nothing behind.
 /// Several threads may write.
 class OutputFolder {
  public:
-  /// A staged folder's files are synced later, all at once, by refine::put_in_place(). Throws
+  /// A staged folder is put in place as a whole, later, by refine::put_in_place(). Throws
   /// std::system_error if the folder cannot be made or written to.
   OutputFolder(std::filesystem::path folder, bool staged);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  /// Throws std::system_error as refine::write_file() or, if staged, write_staged(), and what
-  /// `write_content` throws.
+  /// Begins a run of one part. Throws SceneError while another process makes one in this folder,
+  /// and std::system_error.
+  void begin();
+  /// Throws std::system_error as refine::write_staged(), and what `write_content` throws.
   void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
-  void keep() { kept_ = true; }
+  /// Shows a file while the run goes on; write() replaces it later. A finished run that lies in the
+  /// folder is not disturbed: then nothing is shown. Throws as refine::write_file().
+  void show(const std::string& name, std::span<const std::byte> content);
+  /// Puts the files in place, the manifest last. Throws std::system_error.
+  void keep();
   /// By name, whatever the order of writing.
   std::vector<FileRecord> records() const;
-  const std::filesystem::path& path() const { return folder_; }
   double disk_s() const { return disk_s_; }  ///< as RunReport::disk_s
 
  private:
+  void replace_earlier_run();
+
   std::filesystem::path folder_;
   bool staged_;
   bool made_ = false;
   bool kept_ = false;
+  bool holds_earlier_run_ = false;
+  std::optional<Claim> claim_;
+  std::optional<StagingFolder> staging_;  // where the files are until they are kept
+  std::set<std::string> shown_;
   std::mutex mutex_;  // of the members below
   double disk_s_ = 0.0;
   std::map<std::string, FileRecord> records_;

@@ -90,6 +90,7 @@ std::map<std::string, std::uint64_t> verification_of(const ScenePings& pings) {
   std::map<std::string, std::uint64_t> counts = {{"pings", pings.verified_pings},
                                                  {"rays", found.rays},
                                                  {"coarse", found.coarse},
+                                                 {"overlap", found.overlap},
                                                  {"wrong_index", found.wrong_index},
                                                  {"wrong_run", found.wrong_run}};
   for (std::size_t i = 0; i < verdict_names.size(); ++i)

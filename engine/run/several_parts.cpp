@@ -95,6 +95,7 @@ class SeveralParts {
     for (std::size_t part = 0; part < parts_.count(); ++part) {
       const fs::path place = run_.folder / parts_.folder(part);
       if (fs::exists(StagingFolder::lock_of(place))) StagingFolder::try_claim(place);
+      if (fs::exists(place) && !is_whole(place)) fs::remove_all(place);
       if (fs::exists(place))
         finished_.insert(part);
       else if (part >= share.begin(parts_.count()) && part < share.end(parts_.count()))
@@ -102,6 +103,18 @@ class SeveralParts {
     }
     run_.report.parts_found = finished_.size();
     for (const std::size_t part : todo_) pings_to_do_ += parts_.range(part).count;
+  }
+
+  /// Whether all files of a part are there, with their sizes. (`merge` compares their hashes.)
+  static bool is_whole(const fs::path& place) {
+    try {
+      const PartRecord record = read_part_json(place / "part.json");
+      return std::ranges::all_of(record.files, [&](const FileRecord& file) {
+        return fs::file_size(place / file.name) == file.size_bytes;
+      });
+    } catch (const std::runtime_error&) {  // no record, or no such file
+      return false;
+    }
   }
 
   RunSize size_of(std::span<const Sonar> sonars) const {

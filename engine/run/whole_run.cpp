@@ -22,6 +22,7 @@ std::vector<std::string> warnings_of(const PartRecord& run, const std::string& i
     AgreementCounts found;
     found.rays = run.verification.at("rays");
     found.coarse = run.verification.at("coarse");
+    found.overlap = run.verification.at("overlap");
     found.wrong_index = run.verification.at("wrong_index");
     found.wrong_run = run.verification.at("wrong_run");
     for (std::size_t i = 0; i < verdict_names.size(); ++i)

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -93,6 +94,7 @@ class Reader {
     if (const toml::table* sonars = table["sonar"].as_table()) {
       scene_.sonars = named<Sonar>(*sonars, "sonar");
       if (scene_.sonars.empty()) throw fault(*sonars, "'sonar' is empty, expected [sonar.NAME]");
+      check_file_names(*sonars);
     }
     if (const toml::table* materials = table["material"].as_table())
       scene_.materials = named<Material>(*materials, "material");
@@ -369,6 +371,25 @@ class Reader {
                                    kind, printable(name), longest_name));
   }
 
+  /// A sonar's files begin with its name. Refuses names whose files would be those of another
+  /// sonar, of a run or of a sample.
+  void check_file_names(const toml::table& sonars) const {
+    for (const auto& [key, node] : sonars) {
+      const std::string_view name = key.str();
+      const auto refuse = [&](std::string_view whose) {
+        throw fault(key,
+                    fmt::format("a sonar named {} would have files of the same name as {}; give "
+                                "it another name",
+                                printable(name), whose));
+      };
+      for (const std::string_view file : {"manifest", "sample"})
+        if (name == file) refuse(fmt::format("{}.json", file));
+      for (const std::string_view ending : {"_ground", "_targets", "_truth"})
+        if (name.ends_with(ending) && sonars.contains(name.substr(0, name.size() - ending.size())))
+          refuse(fmt::format("the sonar {}", name.substr(0, name.size() - ending.size())));
+    }
+  }
+
   const toml::table& expect_table(const toml::node& node, std::string_view path) const {
     if (const toml::table* table = node.as_table()) return *table;
     throw fault(node,
@@ -456,6 +477,11 @@ class Reader {
       return key.in_degrees() ? value * radians_per_degree : value;
     };
     const auto word = [&]() -> std::string {
+      if (node.is_date_time()) {  // a time without quotes
+        std::ostringstream text;
+        text << *node.as_date_time();
+        return text.str();
+      }
       const auto* value = node.as_string();
       if (!value) throw refuse();
       return value->get();

@@ -43,7 +43,7 @@ struct Material {
   std::optional<double> gsab_transitional_db, gsab_transitional_width_rad;  ///< none: no such lobe
   InputFile table;                                         ///< a CSV file, for `table`
   std::shared_ptr<const scatter::StrengthTable> measured;  ///< what it has; read with the scene
-  double strength_offset_db = 0.0;  ///< added to the strength of a sediment, gsab or table
+  double strength_offset_db = 0.0;  ///< added to the strength that the model gives
   /// What differs from the texture of `like` (scatter::GroundTexture).
   std::optional<double> texture_patch_m, texture_shape, texture_exponent;
   std::optional<double> glint_share, glints_per_m2, variation_db, variation_m;

@@ -3,13 +3,24 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/ball_tree.h>
+#include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {
+namespace {
+
+/// What the rays of a ping need with fan_scan, measured; with Embree it is a third.
+constexpr double bytes_per_ray = 130.0;
+
+}  // namespace
 
 Simulator::Ready::Ready(const Scene& of, const Preparation& how)
     : scene(of),
+      memory(how.memory),
+      threads(refine::thread_count(how.threads)),
       prepared(prepare_seafloor(of, how)),
       seafloor(prepared->seafloor),
       bounds(seafloor.bounds()),
@@ -57,6 +68,12 @@ void Simulator::Ready::find_buried() {
 std::shared_ptr<const PreparedSonar> Simulator::Ready::prepare(
     std::size_t number, const Sonar& settings, const std::vector<std::string>& materials,
     std::vector<std::string>& its_warnings) const {
+  const double rays = static_cast<double>(sides_of(settings).size()) * settings.planes *
+                      static_cast<double>(settings.elevations);
+  memory.require(threads * bytes_per_ray * rays,
+                 fmt::format("the {:.2g} million rays of a ping of {}, for {} thread{},",
+                             1e-6 * rays, settings.name, threads, threads > 1 ? "s" : ""),
+                 "take fewer elevations or planes");
   return prepare_sonar(scene, water, number, settings, materials, its_warnings);
 }
 

@@ -36,13 +36,14 @@ TrackPings::TrackPings(const Scene& scene, const Simulator& simulator)
   }
 }
 
-// A repeated ping repeats what was recorded last, its truth layers included.
+// A repeated ping repeats what was recorded last, its truth layers included. If nothing was, it is
+// recorded itself.
 std::size_t TrackPings::recorded_at(std::size_t ping) const {
   const auto lost = [&](std::size_t number) { return is_lost(artefacts_, seed_, number); };
   if (lost(ping)) return none;
   std::size_t then = ping;
   while (then > 0 && (is_repeated(artefacts_, seed_, then) || (then != ping && lost(then)))) --then;
-  return lost(then) ? none : then;
+  return lost(then) ? ping : then;
 }
 
 // The shorter of the times to its neighbours, because a track may pause between its legs.

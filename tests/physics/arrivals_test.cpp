@@ -404,6 +404,11 @@ TEST_CASE("cross-talk from one side to the other has its level") {
   CHECK(lines[1].artefacts.has(Artefact::crosstalk));
   CHECK(lines[1].bins.intensity[600] == Approx(1e-3 * lines[0].bins.intensity[600]));
   CHECK(lines[0].bins.intensity[600] == Approx(1.0));
+
+  // Without speckle the two sides' energies add, not their amplitudes.
+  lines[1] = level_line(sonar, Side::starboard, array, altitude_m);
+  chain.receive(context, lines, memory);
+  CHECK(lines[1].bins.intensity[600] == Approx(1.0 + 1e-3));
 }
 
 namespace {

@@ -377,6 +377,23 @@ TEST_CASE("The visible share is relative to the object alone: half buried, hidde
   }
 }
 
+TEST_CASE("A ping that reaches no face sees nothing of an object that is near") {
+  for (const char* surface : {"static", "refined", "footprint"}) {
+    Scene scene = level_scene({});
+    ObjectOptions cable = thing("cable", 0.0, 0.0);
+    cable.path = {{3, -10}, {5, 0}, {4, 10}};
+    scene.objects = {cable};
+    scene.run.surface = surface;
+    scene.sonars[0].range_m = 3.0;  // the bed is 8 m below
+    scene.track.pings = 2;
+    const Image image(scene);
+    CAPTURE(surface);
+    for (const float mean : image.waterfall.pixels.intensity_mean) CHECK(mean == 0.0f);
+    for (const ObjectVisibility& view : SimulatorInternals::object_visibility(image.simulator, 0))
+      CHECK(view.alone == 0);
+  }
+}
+
 TEST_CASE("What a bin saw lies at its range, on crests seen edge-on too") {
   Scene scene = fine_scene({}, 0.1);
   scene.seafloor.seabed.boulders.resize(1);

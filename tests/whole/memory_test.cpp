@@ -103,6 +103,18 @@ TEST_CASE("a run is refused only if it would need more memory than allowed") {
 }
 #endif
 
+TEST_CASE("rays that do not fit are refused") {
+  const TemporaryFolder folder;
+  const Outcome refused =
+      run_tiny(folder, {"--memory", "150MB", "-D", "sonar.left-right.elevations=200000", "-D",
+                        "sonar.left-right.planes=64"});
+  CAPTURE(refused.err);
+  CHECK(refused.code == 1);
+  CHECK(refused.err.find("26 million rays of a ping") != std::string::npos);
+  CHECK(refused.err.find("take fewer elevations or planes") != std::string::npos);
+  CHECK(!std::filesystem::exists(folder / "out"));
+}
+
 TEST_CASE("The option --memory takes sizes with units, and no others") {
   const TemporaryFolder folder;
   CHECK(run_tiny(folder, {"--memory", "2GB"}).code == 0);

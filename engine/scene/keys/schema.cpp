@@ -766,7 +766,7 @@ const Section<Material>& material_section() {
           {"strength_cm4", "cm^4", {0, 1}, "Strength of its relief's spectrum.",
            at(&Material::strength_cm4)},
           {"strength_offset_db", "dB", {-100, 100},
-           "Added to its backscattering strength, also for gsab and table.",
+           "Added to its backscattering strength, whatever the model.",
            at(&Material::strength_offset_db)},
           {"gsab_lambert_db", "dB", {-100, 20},
            "For gsab: level at vertical of the part that is like Lambert's law, 10 log10 C.",

@@ -1,6 +1,7 @@
 #include <ensonify/engine/sonar/echo/range_bins.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace ensonify::engine {
 
@@ -128,7 +129,9 @@ void RangeBins::write(const FaceLabels& labels, const Eigen::Vector3d& sonar,
     out.x_m[i] = lit ? static_cast<float>(sonar.x() + bin.seen[0] * inverse) : 0.0f;
     out.y_m[i] = lit ? static_cast<float>(sonar.y() + bin.seen[1] * inverse) : 0.0f;
     out.z_m[i] = lit ? static_cast<float>(sonar.z() + bin.seen[2] * inverse) : 0.0f;
-    out.grazing_rad[i] = static_cast<float>(bin.seen[3] * inverse);
+    // Along a piece the angle is taken as linear, which may lead past its limits.
+    out.grazing_rad[i] =
+        static_cast<float>(std::clamp(bin.seen[3] * inverse, 0.0, 0.5 * std::numbers::pi));
 
     const float weight = bin.lit + bin.shadowed;
     const float dark = weight > 0.0f ? bin.shadowed / weight : 0.0f;

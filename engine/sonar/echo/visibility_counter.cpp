@@ -80,7 +80,7 @@ void VisibilityCounter::look(const RayFan& fan, refine::Triangles triangles, con
   for (std::uint32_t i = 0; i < objects_.size(); ++i)
     if (objects_[i].faces > 0 && ping % objects_[i].every == 0 && in_view(objects_[i], fan))
       wanted_.push_back(i);
-  if (wanted_.empty()) return;
+  if (wanted_.empty() || triangles.faces.empty()) return;
   find_faces(triangles);
   const std::size_t planes = fan.planes(), elevations = fan.elevations();
   covered_.resize(planes * elevations);

@@ -206,7 +206,9 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   };
   const double from_m = shadow_m(over_bed_m - 0.5 * thick_m);
   const double to_m = shadow_m(over_bed_m + 0.5 * thick_m);
-  const double hidden = std::min(options_.fish_length_m / law_.width_m(bin), 1.0) * in_beam;
+  // Near an array that is not focused, the beam can be stronger off its axis than on it.
+  const double hidden =
+      std::min(std::min(options_.fish_length_m / law_.width_m(bin), 1.0) * in_beam, 1.0);
   const auto end =
       static_cast<std::size_t>(std::min(to_m / law_.bin_m(), static_cast<double>(gain.size())));
   if (!(from_m < law_.bin_m() * static_cast<double>(gain.size()))) return;

@@ -13,6 +13,7 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full scale
+constexpr float loudest = 1e33f;  // uPa^2, louder than any sound in water; its squares are finite
 constexpr int behind_gain = 1000;             // look number of the first noise after the gain
 constexpr int looks_of_beam = 2000;           // look numbers of a beam's noise
 constexpr std::size_t gain_bins = 8;          // that share a value of the automatic gain
@@ -196,6 +197,7 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
     }
     line.artefacts.add(Artefact::transmit_burst);
   }
+  for (float& loud : power) loud = std::min(loud, loudest);
   if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
 }
 

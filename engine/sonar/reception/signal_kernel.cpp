@@ -345,12 +345,19 @@ void detect(const Detection& of) {
       re = re + amplitude * convolved(of.taps, of.reach, of.white_re + of.reach + n);
       im = im + amplitude * convolved(of.taps, of.reach, of.white_im + of.reach + n);
     }
+    VF leaked = hn::Zero(f);  // what has no phase: the expected energy without speckle
     if (of.other_re) {
-      re = re + leak * hn::LoadU(f, of.other_re + n);
-      im = im + leak * hn::LoadU(f, of.other_im + n);
+      const VF other_re = leak * hn::LoadU(f, of.other_re + n);
+      const VF other_im = leak * hn::LoadU(f, of.other_im + n);
+      if (of.white_re) {
+        re = re + other_re;
+        im = im + other_im;
+      } else {
+        leaked = other_re * other_re + other_im * other_im;
+      }
     }
     VF energy = re * re + im * im;
-    if (!of.white_re) energy = energy + power;
+    if (!of.white_re) energy = energy + (power + leaked);
 
     const VF gain = step * hn::LoadU(f, of.gain + n);
     VF seen = gain * gain * energy;

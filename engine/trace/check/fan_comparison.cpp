@@ -25,6 +25,7 @@ AgreementCounts& AgreementCounts::operator+=(const AgreementCounts& other) {
   largest_dt_relative = std::max(largest_dt_relative, other.largest_dt_relative);
   largest_dt_of_tolerance = std::max(largest_dt_of_tolerance, other.largest_dt_of_tolerance);
   coarse += other.coarse;
+  overlap += other.overlap;
   unlike_static += other.unlike_static;
   wrong_index += other.wrong_index;
   wrong_run += other.wrong_run;
@@ -140,6 +141,8 @@ void FanComparison::add(const Ray& ray, const Hit& expected, const Hit& hit, boo
   tally.add(verdict, {ray, expected, hit});
   if (expected && precision_ == Precision::in_float)
     tally.coarse += judge_->is_coarse(ray, expected.face, precision_);
+  if (verdict == Verdict::tie && expected && hit)
+    tally.overlap += judge_->is_overlap(ray, expected, hit, precision_);
   if (verdict != Verdict::same || !expected) return;
   const double dt = std::abs(hit.t - expected.t);
   if (dt == 0.0) return;

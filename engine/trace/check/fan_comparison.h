@@ -26,6 +26,7 @@ struct AgreementCounts {
   double largest_dt_of_tolerance = 0.0;  ///< relative to Judge::tolerance_m
   /// Hits whose tolerance is more than a tenth of the face's longest edge.
   std::uint64_t coarse = 0;
+  std::uint64_t overlap = 0;        ///< ties that are Judge::is_overlap(): rounding decides
   std::uint64_t unlike_static = 0;  ///< rays whose bits differ from those with static faces
   /// Hits whose Hit::index leads to another face than Hit::face, or to other corners.
   std::uint64_t wrong_index = 0;

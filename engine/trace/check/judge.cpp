@@ -77,6 +77,7 @@ struct Judge::Sight {
   /// Where two edges meet at a sharp corner, the ray may be near both and still far from the
   /// corner.
   bool passes_edge(const Hit& hit) const { return (inside ? edge_m : outside_m) <= reach_m(hit.t); }
+  bool is_amid(const Hit& hit) const { return inside && edge_m > reach_m(hit.t); }
   bool meets_end(const Hit& hit) const {
     return metres(std::abs(hit.t - ray.t_min)) <= rounding_m ||
            metres(std::abs(hit.t - ray.t_max)) <= rounding_m;
@@ -130,6 +131,13 @@ Judge::Sight Judge::look(const Ray& ray, std::uint32_t face, Precision precision
       std::max({beyond_m(ab, s.across[0], s.across[1]), beyond_m(bc, s.across[1], s.across[2]),
                 beyond_m(ca, s.across[2], s.across[0])});
   return s;
+}
+
+bool Judge::is_overlap(const Ray& ray, const Hit& expected, const Hit& found,
+                       Precision precision) const {
+  const Sight one = look(ray, expected.face, precision), other = look(ray, found.face, precision);
+  const bool same_corners = std::ranges::is_permutation(one.corners, other.corners);
+  return !same_corners && one.is_amid(expected) && other.is_amid(found);
 }
 
 double Judge::tolerance_m(const Ray& ray, std::uint32_t face, Precision precision) const {

@@ -56,6 +56,10 @@ class Judge {
   Verdict judge(const Ray& ray, const Hit& expected, const Hit& found,
                 Precision precision = Precision::in_float) const;
 
+  /// Whether a tie is one of two faces that overlap in a plane, as the tops of boxes in a heap:
+  /// other corners, and no edge within reach of the ray.
+  bool is_overlap(const Ray& ray, const Hit& expected, const Hit& found, Precision precision) const;
+
   /// How far, in metres, a sound answer may be from the exact one on face number `face`.
   double tolerance_m(const Ray& ray, std::uint32_t face,
                      Precision precision = Precision::in_float) const;

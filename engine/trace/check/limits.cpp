@@ -18,8 +18,9 @@ constexpr std::uint64_t few_rays = 10000;
 // tie 0.31, end 0.07, edge 0.05, leak 0.0015, coplanar 0.05, coarse 0.14, unlike_static 0.011. In
 // double, on a scene's own rays: nothing; on aimed rays: tie 0.05, end 2e-5, edge 1.5e-4. All
 // others were 0. The limits leave a margin, from twice to some hundred times, for other scenes;
-// aimed rays meet edges, corners and their own ends on purpose. Bent rays have the same
-// limits with every intersector, because few of them ask it: of 1.2 million
+// aimed rays meet edges, corners and their own ends on purpose. Overlaps have no limit: where two
+// faces lie in one plane, as the tops of boxes in a heap, rounding decides for every ray. Bent rays
+// have the same limits with every intersector, because few of them ask it: of 1.2 million
 // (refracted_agreement_test.cpp) at most 5e-4 of a scene's were ties, 1e-5 edges.
 std::span<const Limit> limits(RaySource source, Precision precision) {
   static constexpr std::array scene_in_double{

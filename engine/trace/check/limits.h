@@ -28,12 +28,13 @@ struct AgreementRow : AgreementCounts {
 /// few rays more may, see most_allowed().
 struct Limit {
   std::string_view name;
-  /// Which count; if null, the count of `verdict`.
+  /// Which count; if null, the count of `verdict`, of ties without overlaps.
   std::uint64_t AgreementCounts::*count = nullptr;
   Verdict verdict = Verdict::same;
   double share;
   std::uint64_t of(const AgreementCounts& tally) const {
-    return count ? tally.*count : tally.count(verdict);
+    if (count) return tally.*count;
+    return tally.count(verdict) - (verdict == Verdict::tie ? tally.overlap : 0);
   }
 };
 /// The limits for rays as in runs (scene, bodies), for rays aimed at weak places, or for bent rays.

@@ -6,6 +6,9 @@
 #include <string>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
@@ -46,6 +49,16 @@ TEST_CASE("a dataset.json with classes without names, endless or broken samples 
     changed.dataset = tests::changed(changed.dataset, from, to);
     CHECK_THROWS_AS(merged(changed), engine::SceneError);
   }
+}
+
+TEST_CASE("a dataset.json that does not fit its own hash is refused") {
+  SmallDataset dataset;
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(dataset.dataset);
+  json["xxh128"] = engine::xxh128(json.dump());
+  dataset.dataset = json.dump();
+  CHECK(merged(dataset).samples == 1);
+  dataset.dataset = tests::changed(dataset.dataset, "sand", "silt");
+  CHECK_THROWS_WITH(merged(dataset), Catch::Contains("has changed since it was written"));
 }
 
 TEST_CASE("labels that lead out of the dataset, or do not fit their picture, are damage") {

@@ -1,5 +1,6 @@
 #include <ensonify/engine/image/target_record.h>
 
+#include <cmath>
 #include <numbers>
 #include <vector>
 
@@ -65,6 +66,37 @@ TEST_CASE("a target's record says what is known of the object or feature") {
   CHECK(feature.class_name == "pockmark");
   CHECK(feature.layer == "pits.0");
   CHECK(feature.size_m == Eigen::Vector3d(4, 5, 6));
+}
+
+TEST_CASE("the side and the aspect are those of the sonar, however it is mounted") {
+  const auto aspect_rad = [](const Waterfall& image) {
+    return target_records(image, bed()).front().object->aspect_rad;
+  };
+  for (const Sides sides : {Sides::port, Sides::starboard}) {
+    Waterfall image = drawn();
+    image.sonar.sides = sides;
+    image.sonar.bins = 8;  // all columns are of one side
+    const bool port = sides == Sides::port;
+    CHECK(target_records(image, bed()).front().target.side == (port ? Side::port : Side::starboard));
+    // North, or south, less the object's heading.
+    CHECK(aspect_rad(image) == Approx(port ? -0.25 * pi : 0.75 * pi));
+    image.sonar.mounting.azimuth_rad = -0.5 * pi;  // starboard looks ahead, to the east
+    CHECK(std::cos(aspect_rad(image) - (port ? -0.75 * pi : 0.25 * pi)) == Approx(1.0));
+  }
+}
+
+TEST_CASE("the aspect of what two legs see from one direction is that direction") {
+  Sonar sonar;
+  sonar.bins = 4;
+  Waterfall image(sonar, 2);
+  image.pings[0].pose.heading_rad = 0.0;
+  image.pings[1].pose.heading_rad = pi;  // back again: what was to starboard is to port
+  for (const std::size_t pixel : {6, 8 + 1}) {
+    image.pixels.region[pixel] = static_cast<std::uint32_t>(Region::object);
+    image.pixels.instance[pixel] = 1;
+  }
+  const double aspect_rad = target_records(image, bed()).front().object->aspect_rad;
+  CHECK(std::cos(aspect_rad - 0.25 * pi) == Approx(1.0));  // east less the heading
 }
 
 TEST_CASE("a share that was not counted is not known") {

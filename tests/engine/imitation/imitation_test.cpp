@@ -148,18 +148,17 @@ TEST_CASE("a line without a bottom line is refused") {
   CHECK_THROWS_AS(vehicle_path(line), RecordingError);
 }
 
-TEST_CASE("an oscillation has the rms, the period and the wander that were put in") {
+TEST_CASE("an oscillation has the rms and the period that were put in, whatever the turns") {
   std::vector<double> t_s, values;
   for (int i = 0; i < 3000; ++i) {
     const double t = 0.1 * i;
     t_s.push_back(t);
     values.push_back(3.0 + 0.01 * t + 0.5 * std::sin(2.0 * std::numbers::pi * t / 4.0) +
-                     2.0 * std::sin(2.0 * std::numbers::pi * t / 100.0));
+                     2.0 * std::sin(2.0 * std::numbers::pi * t / 100.0) + (i < 1500 ? 0.0 : 3.0));
   }
   const Oscillation found = oscillation_of(t_s, values);
   CHECK(found.rms == Approx(0.5 / std::numbers::sqrt2).epsilon(0.15));
   CHECK(found.period_s == Approx(4.0).epsilon(0.05));
-  CHECK(found.wander_rms == Approx(2.0 / std::numbers::sqrt2).epsilon(0.15));
 }
 
 TEST_CASE("the contrast of speckle is that of Rayleigh amplitudes") {

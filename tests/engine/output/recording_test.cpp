@@ -259,8 +259,9 @@ TEST_CASE("a JSF follows its format description byte by byte") {
       CHECK(at<std::int32_t>(file, h) == ms / 1000);
       CHECK(at<std::uint32_t>(file, h + 8) == ping);
       CHECK(at<std::int16_t>(file, h + 28) == 1);
-      // Position, speed, heading, attitude, altitude, depth; and the position is the sonar's own.
-      CHECK((at<std::uint16_t>(file, h + 30) & 0x226d) == 0x226d);
+      // Position, speed, heading, attitude, altitude, depth, annotation; and the position is the
+      // sonar's own.
+      CHECK((at<std::uint16_t>(file, h + 30) & 0x266d) == 0x266d);
       CHECK(at<std::int16_t>(file, h + 34) == 0);
       CHECK(at<std::int32_t>(file, h + 80) ==
             Approx((10.0 + (0.1 + 0.00005 * double(ping)) / 63.994) * 600000.0).margin(1.0));

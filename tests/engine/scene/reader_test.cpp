@@ -334,6 +334,12 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "lambert_mu_db"},
       {head + "[sonar.\"a/b\"]",
        "s.toml:2:8: the sonar's name is \"a/b\", expected 1 to 64 letters, digits, _ and -"},
+      {head + "[sonar.a]\n[sonar.a_ground]\n",
+       "s.toml:3:8: a sonar named \"a_ground\" would have files of the same name as the sonar a; give "
+       "it another name"},
+      {head + "[sonar.sample]\n",
+       "s.toml:2:8: a sonar named \"sample\" would have files of the same name as sample.json; give "
+       "it another name"},
       {head + "seed = -1",
        "s.toml:2:8: 'seed' is -1, expected a whole number from 0 to 9223372036854775807"},
       {head + "speckle = 1", "s.toml:2:11: 'speckle' is 1, expected true or false"},

@@ -164,6 +164,12 @@ TEST_CASE("Parameters that are given describe another rock than the measured one
   CHECK(strength_db({.like = "rock", .volume = 0.002}, 20.0) ==
         Approx(strength_db({.like = "handbook rock"}, 20.0)));
   CHECK(strength_db({.like = "rock", .strength_offset_db = -3.0}, 20.0) == Approx(-32.5));
+  for (Material material : {Material{.model = "lambert", .lambert_mu_db = -20.0},
+                            Material{.model = "solid", .like = "wood"}}) {
+    const double without_db = strength_db(material, 60.0);
+    material.strength_offset_db = -3.0;
+    CHECK(strength_db(material, 60.0) == Approx(without_db - 3.0));
+  }
 }
 
 TEST_CASE("A model warns of odd parameters, and a model without parameters never warns") {

@@ -149,6 +149,19 @@ TEST_CASE("a fish's shadow lies where the line of sight above it meets the bed")
   CHECK_FALSE(Receiver({.fish_per_hectare = 1e-9}).receive().artefacts.has(Artefact::fish));
 }
 
+TEST_CASE("fish near an array that is not focused hide no more than all, and give numbers") {
+  // There the beam can be stronger off its axis than on it.
+  Receiver receiver({.fish_per_hectare = 5000.0, .fish_length_m = 2.0});
+  bool fish = false;
+  for (double north_m = 0.0; north_m < 100.0; north_m += 0.25) {
+    const EchoLine line = receiver.receive(0, 0.0, north_m, 1e6);
+    fish = fish || line.artefacts.has(Artefact::fish);
+    for (const float value : line.bins.intensity)
+      if (!(value >= 0.0f)) FAIL("an intensity is " << value);
+  }
+  CHECK(fish);
+}
+
 TEST_CASE("a wake appears in the image at the range of the ship's track") {
   // The surface is 10 m above; a track to the north, 20 m to starboard, appears at sqrt(20^2 +
   // 10^2) m.

@@ -182,6 +182,21 @@ TEST_CASE("a different answer is judged by its place") {
   CHECK(verdict(down(1.0 - close, 1.0), face_1_at(1.0 - close, 1.0, 1.0)) == Verdict::tie);
   CHECK(verdict(down(1.0 - apart, 1.0), face_1_at(1.0 - apart, 1.0, 1.0)) == Verdict::unexplained);
 
+  // Two faces in one plane: the answer may be either.
+  refine::TriangleMesh twice = mesh;
+  for (const auto& [x, y] : {std::pair{-1.0f, -1.0f}, {3.0f, -1.0f}, {1.0f, 5.0f}})
+    twice.positions.emplace_back(x, y, 0.0f);
+  twice.faces.push_back({8, 9, 10});
+  const auto reference_of_both = make_intersector("pluecker", twice);
+  const Judge judge_of_both(twice, *reference_of_both);
+  const Hit upper = ask(*reference_of_both, down(0.7, 0.7));
+  REQUIRE(upper.face == 0);
+  const Hit of_other{4, 4, upper.t, 1.7 / 6.0, 1.7 / 6.0};
+  CHECK(judge_of_both.judge(down(0.7, 0.7), upper, of_other) == Verdict::tie);
+  CHECK(judge_of_both.is_overlap(down(0.7, 0.7), upper, of_other, Precision::in_float));
+  CHECK(!judge.is_overlap(down(1.0 - close, 1.0), ask(*reference, down(1.0 - close, 1.0)),
+                          face_1_at(1.0 - close, 1.0, 1.0), Precision::in_float));
+
   // Passing through: a leak at the diagonal, allowed at the border, unexplained elsewhere.
   CHECK(verdict(down(1.0 - close, 1.0), miss) == Verdict::leak);  // through both squares
   CHECK(verdict(down(1.0, 0.0 + close), miss) == Verdict::edge);  // past both at the border

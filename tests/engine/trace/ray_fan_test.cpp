@@ -75,6 +75,16 @@ TEST_CASE("planes are even across the main lobe, symmetric, and reach the trunca
   CHECK(std::sin(0.5 * total) * steepest == Approx(std::sin(0.01)));
 }
 
+TEST_CASE("few planes cover a beam that is wider than its main lobe, as near a long array") {
+  FanLayout near = layout;
+  near.main_lobe_rad = 0.001;
+  near.main_beam_rad = near.truncation_rad = 0.3;
+  for (const int planes : {2, 4}) {
+    near.planes = planes;
+    CHECK(FanGrid(near).planes.size() <= 20);
+  }
+}
+
 TEST_CASE("the solid angles of a fan's rays fill the part of the sphere it covers") {
   FanLayout wide = layout;
   wide.truncation_rad = 0.3;
