@@ -34,7 +34,7 @@ Simulator Simulator::clone_for_thread() const {
 }
 
 std::span<const RayFan> Simulator::aim(const Pose& pose) {
-  require_finite(pose);
+  check_pose(pose);
   worker_->fans.clear();
   for (Worker::BeamTracer& beam : worker_->beams) {
     const Sonar& sonar = worker_->sonars[beam.sonar];

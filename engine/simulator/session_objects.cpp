@@ -7,8 +7,13 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/units.h>
+
 namespace ensonify::engine {
 namespace {
+
+/// Far above any vehicle's; products of it with times and lever arms are finite.
+constexpr double largest_rate_degps = 1e6;
 
 /// A mesh's place: z up and y forward, where the body has x forward, y to starboard and z down.
 Eigen::Isometry3d place_of(const Pose& pose) {
@@ -34,10 +39,17 @@ std::size_t join(std::vector<std::string>& names, std::string name) {
 
 }  // namespace
 
-void require_finite(const Pose& pose) {
-  if (!pose.position.allFinite() ||
-      !std::isfinite(pose.t_s + pose.roll_rad + pose.pitch_rad + pose.heading_rad))
-    throw std::invalid_argument("Simulator: the pose, or its time, is not finite");
+void check_pose(const Pose& pose) {
+  const Eigen::Vector3d rates_radps{pose.roll_rate_radps, pose.pitch_rate_radps,
+                                    pose.heading_rate_radps};
+  const Eigen::Vector4d others{pose.t_s, pose.roll_rad, pose.pitch_rad, pose.heading_rad};
+  if (!pose.position.allFinite() || !pose.velocity_mps.allFinite() || !rates_radps.allFinite() ||
+      !others.allFinite())
+    throw std::invalid_argument("Simulator: the pose, its time or one of its rates is not finite");
+  if (rates_radps.cwiseAbs().maxCoeff() > largest_rate_degps * degree)
+    throw std::invalid_argument(
+        fmt::format("Simulator: the pose turns at {:.4g} degrees per second, expected at most {:g}",
+                    rates_radps.cwiseAbs().maxCoeff() / degree, largest_rate_degps));
 }
 
 SessionObjects::SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces)
@@ -48,7 +60,7 @@ SessionObjects::SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces)
       materials_(seafloor.materials) {}
 
 void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
-  require_finite(pose);
+  check_pose(pose);
   if (object.mesh.faces.empty()) throw std::invalid_argument("Simulator: the mesh has no faces");
   if (fixed_labels_ + faces_.bodies() >= max_labels)
     throw std::invalid_argument(fmt::format(
@@ -99,7 +111,7 @@ std::size_t SessionObjects::body_of(std::uint32_t instance) const {
 
 void SessionObjects::move(std::uint32_t instance, const Pose& pose) {
   const std::size_t body = body_of(instance);
-  require_finite(pose);
+  check_pose(pose);
   faces_.move(body, place_of(pose));
   made_[body].place_at(place_of(pose), surfaces_[body]);
 }

@@ -13,8 +13,8 @@
 
 namespace ensonify::engine {
 
-/// Throws std::invalid_argument for a pose that is not finite.
-void require_finite(const Pose& pose);
+/// Throws std::invalid_argument for a pose that is not finite, or turns absurdly fast.
+void check_pose(const Pose& pose);
 
 /// The objects that a session adds to its scene: their places, labels and instances, and the names
 /// of all classes and materials, the seafloor's first. Each object is one body of the faces. The

@@ -5,6 +5,7 @@
 #include <ensonify/engine/simulator/internals.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -211,6 +212,46 @@ TEST_CASE("invalid calls are refused and change nothing") {
   CHECK_THROWS_AS(session.set_sonar(1, Sonar{}), std::invalid_argument);
   CHECK(session.materials().size() == 2);
   CHECK(numbers(session.ping_numbered(beside, 0)) == before);
+}
+
+TEST_CASE("a pose with any number that is not finite is refused, and so is an absurd rate") {
+  Simulator session(bare_scene());
+  const std::uint32_t instance = session.add({.mesh = cube(1.0f)}, {.position = {10, 0, -13}});
+  const auto refused = [&](const Pose& pose) {
+    CHECK_THROWS_AS(session.ping(pose), std::invalid_argument);
+    CHECK_THROWS_AS(session.add({.mesh = cube(1.0f)}, pose), std::invalid_argument);
+    CHECK_THROWS_AS(session.move(instance, pose), std::invalid_argument);
+  };
+  using Number = double& (*)(Pose&);
+  static constexpr std::array<Number, 3> rates{
+      [](Pose& p) -> double& { return p.roll_rate_radps; },
+      [](Pose& p) -> double& { return p.pitch_rate_radps; },
+      [](Pose& p) -> double& { return p.heading_rate_radps; }};
+  static constexpr std::array<Number, 10> others{
+      [](Pose& p) -> double& { return p.t_s; },
+      [](Pose& p) -> double& { return p.position.x(); },
+      [](Pose& p) -> double& { return p.position.y(); },
+      [](Pose& p) -> double& { return p.position.z(); },
+      [](Pose& p) -> double& { return p.roll_rad; },
+      [](Pose& p) -> double& { return p.pitch_rad; },
+      [](Pose& p) -> double& { return p.heading_rad; },
+      [](Pose& p) -> double& { return p.velocity_mps.x(); },
+      [](Pose& p) -> double& { return p.velocity_mps.y(); },
+      [](Pose& p) -> double& { return p.velocity_mps.z(); }};
+  const auto with = [](Number number, double value) {
+    Pose pose = beside;
+    number(pose) = value;
+    return pose;
+  };
+  for (const double value : {std::nan(""), infinity, -infinity}) {
+    for (const Number number : rates) refused(with(number, value));
+    for (const Number number : others) refused(with(number, value));
+  }
+  for (const Number rate : rates) {
+    for (const double value : {1e308, -1e308, 2e4}) refused(with(rate, value));
+    for (const EchoLine& line : session.ping(with(rate, 1.7e4)))
+      for (const float intensity : line.bins.intensity_mean) REQUIRE(std::isfinite(intensity));
+  }
 }
 
 TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as sound is refused") {

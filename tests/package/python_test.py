@@ -428,6 +428,9 @@ class Sessions(unittest.TestCase):
         simulator = ensonify.Simulator(scene)
         with self.assertRaisesRegex(ValueError, "finite"):
             simulator.ping(ensonify.Pose(float("nan"), 0, 0))
+        for rate in (math.inf, math.nan):
+            with self.assertRaisesRegex(ValueError, "finite"):
+                simulator.ping(ensonify.Pose(0, 0, -6, rates_degps=(0, 0, rate)))
         with self.assertRaisesRegex(ValueError, "sonar left-right 3.0 m above the sea surface.*depth is negative"):
             simulator.ping(ensonify.Pose(0, 0, 3))
         with self.assertRaisesRegex(ValueError, "m below the bed"):
