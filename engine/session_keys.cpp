@@ -58,6 +58,20 @@ void SessionScene::take_back(std::span<const KeyValue> changes, const SessionSce
   }
 }
 
+bool is_sonar_key(std::string_view key) {
+  static constexpr std::string_view sonar = "sonar.";
+  if (!key.starts_with(sonar)) return false;
+  key.remove_prefix(sonar.size());
+  const auto bare = [](std::string_view word) {
+    return !word.empty() && std::ranges::all_of(word, [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+             c == '_' || c == '-';
+    });
+  };
+  const std::size_t dot = key.find('.');
+  return dot != key.npos && bare(key.substr(0, dot)) && bare(key.substr(dot + 1));
+}
+
 std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes) {
   std::vector<std::size_t> changed;
   for (std::size_t i = 0; i < scene.sonars.size(); ++i) {
@@ -70,10 +84,10 @@ std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyV
 
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes) {
   for (const KeyValue& change : changes)
-    if (!change.key.starts_with("sonar."))
+    if (!is_sonar_key(change.key))
       throw SceneError(
           fmt::format("'{}' cannot be set while the scene runs, expected a sonar's key, as "
-                      "sonar.NAME.range_m",
+                      "sonar.NAME.range_m, without quotes and spaces",
                       change.key));
   const Scene changed = scene.with(changes);
   for (const std::size_t i : changed_sonars(changed, changes))

@@ -54,11 +54,15 @@ class SessionScene {
   std::vector<KeyValue> changes_;  // in the order of their last change; each key once
 };
 
+/// Whether a key is `sonar.NAME.key`, in bare words of letters, digits, _ and -. TOML has more ways
+/// to write a sonar's key: with quotes, spaces or a table as the value.
+bool is_sonar_key(std::string_view key);
+
 /// The numbers of the scene's sonars that any of these keys (`sonar.NAME.key`) changes.
 std::vector<std::size_t> changed_sonars(const Scene& scene, std::span<const KeyValue> changes);
 
-/// Changes keys of a simulator's sonars, and keeps them. Throws SceneError for a key that is not a
-/// sonar's and for a value that a scene refuses; then nothing is kept.
+/// Changes keys of a simulator's sonars, and keeps them. Throws SceneError for a key without
+/// is_sonar_key() and for a value that a scene refuses; then nothing is kept.
 void set_sonars(Simulator& simulator, SessionScene& scene, std::span<const KeyValue> changes);
 
 /// The object that keys of a scene's [[objects]] describe: its form, material and class. Its

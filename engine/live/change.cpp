@@ -48,7 +48,7 @@ SceneChange scene_change(const Json& keys, const SessionScene& now, const Vehicl
     const bool flies = key == altitude_key || key == speed_key;
     if (!flies) to.keys.push_back(all.back());  // these two would move the track
     display = display || key.starts_with("display.");
-    to.seabed = to.seabed || !(flies || key.starts_with("sonar.") || key.starts_with("display."));
+    to.seabed = to.seabed || !(flies || is_sonar_key(key) || key.starts_with("display."));
   }
   const Scene checked = now.with(all);
   if (keys.contains(altitude_key)) to.vehicle.altitude_m = checked.track.altitude_m;

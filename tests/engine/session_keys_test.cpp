@@ -69,6 +69,15 @@ TEST_CASE("a session sets its sonars' keys and no others") {
   CHECK(range_m(session.with()) == 12.0);
   CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{"seed", "3"}}), SceneError);
   CHECK_THROWS_AS(set_sonars(simulator, session, std::vector<KeyValue>{{range_key, "-3"}}), Error);
+  for (const KeyValue& odd : {KeyValue{"sonar.left-right", "{range_m = 11}"},
+                              {"sonar.\"left-right\".range_m", "11"},
+                              {"sonar. left-right.range_m", "11"},
+                              {"sonar.left-right.\"range_m\"", "11"},
+                              {range_key + "=11 #", "1"},
+                              {"sonar", "{left-right = {range_m = 11}}"}})
+    CHECK_THROWS_WITH(
+        set_sonars(simulator, session, std::vector<KeyValue>{odd}),
+        Catch::StartsWith("'" + odd.key + "' cannot be set") && Catch::Contains("quotes"));
   CHECK(simulator.sonars().front().range_m == 12.0);
   CHECK(range_m(session.with()) == 12.0);
 }

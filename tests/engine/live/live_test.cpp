@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/page.h>
@@ -155,6 +156,22 @@ TEST_CASE("A faulty change is refused with the right kind of error, and a good o
   for (const Bytes& frame : frames_of(session, 9))
     other = other || frame->find("\"range_m\":12.0") != std::string::npos;
   CHECK(other);
+}
+
+TEST_CASE("A sonar's key changes the sonar, however TOML writes it") {
+  const SessionScene now(tiny_scene, "tiny", {}, {});
+  const auto read = [&](const std::string& key) {
+    return *read_change(R"({"set": {")" + key + R"(": 12.0}})", now, {}).set;
+  };
+  const SceneChange bare = read("sonar.left-right.range_m");
+  CHECK(!bare.seabed);
+  CHECK(bare.sonars.size() == 1);
+  // Other ways have the whole scene made ready again.
+  for (const std::string key : {"sonar. left-right.range_m", R"(sonar.\"left-right\".range_m)"}) {
+    const SceneChange odd = read(key);
+    CHECK(odd.seabed);
+    CHECK(odd.scene.sonars.front().range_m == 12.0);
+  }
 }
 
 TEST_CASE("A sonar mounted out of the water is reported once, and the session continues") {
