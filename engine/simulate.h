@@ -53,10 +53,11 @@ class Simulator {
   /// One ping of every sonar: the sides of the first one (port, then starboard, of those it has;
   /// those of each of its beams in turn, from the rear), then of the next. `number` selects the
   /// random numbers: the same number and pose give the same ping again. The lines are good until
-  /// the next call. Throws std::invalid_argument for a pose that is not finite, turns faster than
-  /// a million degrees per second, puts a sonar above the sea surface or below the bed, or is as
-  /// fast as sound; refine::DamagedFile for a damaged seafloor's file. Over a hole, or off the
-  /// seafloor, it pings; out of reach of the seafloor that adds to warnings(), once.
+  /// the next call. Throws std::invalid_argument for a pose that is not finite, lies beyond
+  /// 1e8 m, turns faster than a million degrees per second, puts a sonar above the sea surface or
+  /// below the bed, or is as fast as sound; refine::DamagedFile for a damaged seafloor's file. Over
+  /// a hole, or off the seafloor, it pings; out of reach of the seafloor that adds to warnings(),
+  /// once.
   std::span<const EchoLine> ping_numbered(const Pose& pose, std::uint64_t number);
 
   /// The lines of the last ping, to keep; the next ping makes new ones. Empty before the first ping
@@ -69,9 +70,9 @@ class Simulator {
 
   /// Puts an object into the scene, its mesh's y where the pose heads. Returns its instance, as the
   /// layers have it: the lowest number that no other object has. Altitudes look through it. Throws
-  /// std::invalid_argument for an unknown material, a pose that is not finite, a mesh without
-  /// faces, or more objects than there are labels; refine::MeshError for a face whose vertex is not
-  /// there or not finite.
+  /// std::invalid_argument for an unknown material, a pose that is not finite or lies beyond
+  /// 1e8 m, a mesh without faces, or more objects than there are labels; refine::MeshError for a
+  /// face whose vertex is not there, not finite or beyond 1e8 m.
   std::uint32_t add(MovingObject object, const Pose& pose);
   /// Throws std::invalid_argument for an instance that add() did not give, or that is gone, and as
   /// add().

@@ -7,11 +7,15 @@
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
 
+/// Of a position, and of a mesh's vertices from its origin. Beyond the Earth's size; every
+/// intersector takes the vertices of such a mesh at such a place.
+constexpr double farthest_m = 1e8;
 /// Far above any vehicle's; products of it with times and lever arms are finite.
 constexpr double largest_rate_degps = 1e6;
 
@@ -46,6 +50,10 @@ void check_pose(const Pose& pose) {
   if (!pose.position.allFinite() || !pose.velocity_mps.allFinite() || !rates_radps.allFinite() ||
       !others.allFinite())
     throw std::invalid_argument("Simulator: the pose, its time or one of its rates is not finite");
+  if (pose.position.cwiseAbs().maxCoeff() > farthest_m)
+    throw std::invalid_argument(
+        fmt::format("Simulator: the pose is at ({:.4g}, {:.4g}, {:.4g}) m, expected within {:g} m",
+                    pose.position.x(), pose.position.y(), pose.position.z(), farthest_m));
   if (rates_radps.cwiseAbs().maxCoeff() > largest_rate_degps * degree)
     throw std::invalid_argument(
         fmt::format("Simulator: the pose turns at {:.4g} degrees per second, expected at most {:g}",
@@ -66,6 +74,7 @@ void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
     throw std::invalid_argument(fmt::format(
         "Simulator: there are {} objects and other labels, and no room for more: remove one",
         max_labels));
+  check_vertices(object.mesh, farthest_m);
 }
 
 std::vector<std::string> SessionObjects::materials_with(const std::string& material) const {
@@ -77,7 +86,7 @@ std::vector<std::string> SessionObjects::materials_with(const std::string& mater
 std::uint32_t SessionObjects::add(MovingObject object, const Pose& pose) {
   check(object, pose);
   refine::TriangleMesh mesh = object.mesh;
-  const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));  // checks the mesh
+  const std::size_t body = faces_.add(std::move(object.mesh), place_of(pose));
   if (labels_.size() <= body) {
     labels_.resize(body + 1);
     made_.resize(body + 1);

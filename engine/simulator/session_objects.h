@@ -13,7 +13,8 @@
 
 namespace ensonify::engine {
 
-/// Throws std::invalid_argument for a pose that is not finite, or turns absurdly fast.
+/// Throws std::invalid_argument for a pose that is not finite, absurdly far away, or turns
+/// absurdly fast.
 void check_pose(const Pose& pose);
 
 /// The objects that a session adds to its scene: their places, labels and instances, and the names
@@ -24,7 +25,7 @@ class SessionObjects {
   /// Both must outlive this.
   SessionObjects(const Seafloor& seafloor, FacesWithBodies& faces);
 
-  /// Throws what add() throws for the pose, an empty mesh and the number of objects.
+  /// Throws what add() throws for the pose, the mesh and the number of objects.
   void check(const MovingObject& object, const Pose& pose) const;
   /// The materials, with this one at the end if it is new.
   std::vector<std::string> materials_with(const std::string& material) const;

@@ -254,6 +254,38 @@ TEST_CASE("a pose with any number that is not finite is refused, and so is an ab
   }
 }
 
+TEST_CASE("an object lies where every intersector takes it, or is refused") {
+  Scene scene = bare_scene();
+  scene.sonars.front().elevations = 100;
+  for (const auto& [surface, intersector] : {std::pair{"static", "embree"},
+                                             {"static", "pluecker"},
+                                             {"refined", "embree"},
+                                             {"footprint", "fan_scan"}}) {
+    CAPTURE(surface, intersector);
+    scene.run.surface = surface;
+    scene.run.intersector = intersector;
+    Simulator session(scene);
+    const auto at = [](double x_m) { return Pose{.position = {x_m, 0, -13}}; };
+    CHECK_NOTHROW(session.add({.mesh = cube(9e7f)}, {.position = {1e8, -1e8, -1e8}}));
+    const std::uint32_t small = session.add({.mesh = cube(1.0f)}, at(10));
+    const std::vector<double> before = numbers(session.ping_numbered(beside, 0));
+    for (const double x_m : {1.1e8, -1e10, 1e30, 1e300}) {
+      CHECK_THROWS_WITH(session.add({.mesh = cube(1.0f)}, at(x_m)), Catch::Contains("1e+08 m"));
+      CHECK_THROWS_WITH(session.move(small, at(x_m)), Catch::Contains("1e+08 m"));
+      CHECK_THROWS_WITH(session.ping(at(x_m)), Catch::Contains("1e+08 m"));
+    }
+    const std::size_t warnings = session.warnings().size();
+    for (const float half_m : {1.1e8f, 1e30f})
+      CHECK_THROWS_AS(session.add({.mesh = cube(half_m), .material = "wood"}, at(10)),
+                      refine::MeshError);
+    CHECK(session.warnings().size() == warnings);
+    CHECK(numbers(session.ping_numbered(beside, 0)) == before);
+    session.move(small, at(1e8));
+    CHECK_NOTHROW(session.ping(beside));
+    CHECK_NOTHROW(session.ping({.position = {1e8, 1e8, -7}}));
+  }
+}
+
 TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as sound is refused") {
   Simulator session(bare_scene());
   const std::size_t before = session.warnings().size();
