@@ -74,6 +74,11 @@ void SessionObjects::check(const MovingObject& object, const Pose& pose) const {
     throw std::invalid_argument(fmt::format(
         "Simulator: there are {} objects and other labels, and no room for more: remove one",
         max_labels));
+  if (number_in(classes_, object.class_name) > max_labels)
+    throw std::invalid_argument(fmt::format(
+        "Simulator: '{}' is a new class, and there have been {}, which is as many as the layer of "
+        "classes can number: use one of them",
+        object.class_name, max_labels));
   check_vertices(object.mesh, farthest_m);
 }
 

@@ -3,6 +3,8 @@
 
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/simulator/internals.h>
+#include <ensonify/engine/simulator/session_objects.h>
+#include <ensonify/engine/trace/face_sources/static_faces.h>
 
 #include <algorithm>
 #include <array>
@@ -284,6 +286,25 @@ TEST_CASE("an object lies where every intersector takes it, or is refused") {
     CHECK_NOTHROW(session.ping(beside));
     CHECK_NOTHROW(session.ping({.position = {1e8, 1e8, -7}}));
   }
+}
+
+TEST_CASE("there are as many class names as a label can number") {
+  Seafloor seafloor;
+  seafloor.classes = {""};
+  for (std::size_t i = 1; i < max_labels; ++i) seafloor.classes.push_back(std::to_string(i));
+  seafloor.materials = {"", "wood"};
+  const FaceSourceParts parts{.intersector = "embree"};
+  FacesWithBodies faces(make_static_faces(parts), 0, parts);
+  SessionObjects objects(seafloor, faces);
+  const auto add = [&](const std::string& class_name) {
+    objects.add({.mesh = cube(1.0f), .material = "wood", .class_name = class_name}, beside);
+    return objects.labels().back().class_id;
+  };
+  CHECK(add("last") == max_labels);
+  CHECK_THROWS_WITH(add("one more"), Catch::Contains("'one more' is a new class"));
+  CHECK(add("7") == 7);
+  CHECK(add("last") == max_labels);
+  CHECK(objects.classes().size() == max_labels + 1);
 }
 
 TEST_CASE("a ping out of reach of the seafloor warns once, and one as fast as sound is refused") {
