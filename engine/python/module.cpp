@@ -376,15 +376,17 @@ py::dict images(const py::object& given, const py::object& keys, const fs::path&
         ping_all(scene, simulator, threads,
                  [&](auto, std::size_t done, std::size_t of) { tell("pings", done, of); });
     const Seafloor& seafloor = simulator.seafloor();
-    const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(dump_scene(scene, false))};
+    const LabelNames names =
+        renumber({seafloor.classes, seafloor.materials},
+                 {scene.output.class_names, scene.output.sediment_names}, pings.images);
+    const ImageOrigin origin{seafloor.mesh.world_origin, xxh128(dump_scene(scene, false)), names};
     for (std::size_t i = 0; i < pings.images.size(); ++i) {
       Waterfall& waterfall = pings.images[i];
       std::vector<Attribute> attributes = image_attributes(waterfall, origin);
       std::string targets = targets_json(
           target_records(waterfall, seafloor, pings.object_visibility[i]), waterfall, seafloor);
       made.push_back(std::make_unique<Image>(std::move(waterfall), std::move(attributes),
-                                             std::move(targets), seafloor.classes,
-                                             seafloor.materials));
+                                             std::move(targets), names.classes, names.materials));
     }
   }
   py::dict by_name;

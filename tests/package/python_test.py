@@ -154,14 +154,16 @@ class Images(unittest.TestCase):
             folder = pathlib.Path(folder)
             path = toml_of(folder / "scene.toml")
             with path.open("a") as text:
-                text.write('[[objects]]\nshape = "barrel"\neast_m = 6.0\n')
+                text.write('[[objects]]\nshape = "barrel"\neast_m = 6.0\n'
+                           '[output]\nclass_names = ["ship", "object"]\nsediment_names = ["fouled steel"]\n')
             images = ensonify.images(path, keys={"output.npz": True})
             self.assertEqual(list(images), ["left-right"])
             image = images["left-right"]
             subprocess.run([os.environ["ENSONIFY_PROGRAM"], "run", path, "-o", folder / "out", "--quiet",
                             "-D", "output.npz=true"], check=True)
             written = numpy.load(folder / "out" / "left-right.npz")
-            numpy.testing.assert_array_equal(image["intensity"], written["intensity"])
+            for layer in ("intensity", "class", "sediment"):
+                numpy.testing.assert_array_equal(image[layer], written[layer], layer)
             targets = json.loads((folder / "out" / "left-right_targets.json").read_text())["targets"]
             self.assertEqual(len(targets), 1)
             self.assertEqual(image.targets, targets)
@@ -176,6 +178,9 @@ class Images(unittest.TestCase):
             numpy.testing.assert_allclose(image.altitude_m, [ping["altitude_m"] for ping in pings], atol=1e-5)
             manifest = json.loads((folder / "out" / "manifest.json").read_text())
             self.assertEqual((image.classes, image.materials), (manifest["classes"], manifest["materials"]))
+            self.assertEqual(image.classes[1:3], ["ship", "object"])
+            self.assertEqual(image.attributes["class_names"], image.classes)
+            self.assertEqual(image.attributes["sediment_names"], image.materials)
             self.assertEqual(image.attributes["scene_hash"], manifest["scene_hash"])
             self.assertEqual(image.attributes["range_m"], 15.0)
             self.assertEqual(image.attributes["units_range_m"], "m")
