@@ -123,6 +123,23 @@ SessionScene scene_of(const py::object& given, const py::object& keys, const fs:
   return SessionScene::of_file(given.cast<fs::path>(), std::move(overrides), data_folder);
 }
 
+/// A table of three columns, each number as a T. `kinds` are the letters of NumPy's kinds that it
+/// may have, and `what` says so. An empty list is a table without rows.
+template <class T>
+py::array_t<T> table_of(const py::object& given, std::string_view name, std::string_view kinds,
+                        std::string_view what) {
+  const auto array = py::array::ensure(given);
+  const bool rows = array && array.size() > 0;
+  if (!array || (rows && kinds.find(array.dtype().kind()) == kinds.npos))
+    throw py::type_error(
+        fmt::format("{} are {}, expected an array of {}", name,
+                    array ? "of " + py::str(array.dtype()).cast<std::string>() : "no array", what));
+  if (!rows) return py::array_t<T>(std::vector<py::ssize_t>{0, 3});
+  if (array.ndim() != 2 || array.shape(1) != 3)
+    throw py::value_error(fmt::format("{} have other than three columns of {}", name, what));
+  return py::array_t<T, py::array::c_style | py::array::forcecast>(array);
+}
+
 /// An array over a layer of what `owner` owns.
 template <class T>
 py::array array_of(const std::vector<T>& values, std::vector<py::ssize_t> shape,
@@ -324,23 +341,26 @@ class Session {
     });
   }
 
-  std::uint32_t add_mesh(
-      const py::array_t<float, py::array::c_style | py::array::forcecast>& vertices,
-      const py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>& faces,
-      const Pose& pose, const std::string& material, const std::string& class_name) {
-    const auto is_table = [](const py::array& array) {
-      return array.ndim() == 2 && array.shape(1) == 3;
-    };
-    if (!is_table(vertices) || !is_table(faces))
-      throw py::value_error(
-          "vertices and faces have three columns: x, y, z in metres, and three vertices");
+  std::uint32_t add_mesh(const py::object& vertices, const py::object& faces, const Pose& pose,
+                         const std::string& material, const std::string& class_name) {
     MovingObject object;
     object.material = material;
     object.class_name = class_name;
-    for (py::ssize_t i = 0; i < vertices.shape(0); ++i)
-      object.mesh.positions.emplace_back(vertices.at(i, 0), vertices.at(i, 1), vertices.at(i, 2));
-    for (py::ssize_t i = 0; i < faces.shape(0); ++i)
-      object.mesh.faces.push_back({faces.at(i, 0), faces.at(i, 1), faces.at(i, 2)});
+    const auto places = table_of<float>(vertices, "vertices", "fiu", "real numbers, in metres");
+    for (py::ssize_t i = 0; i < places.shape(0); ++i)
+      object.mesh.positions.emplace_back(places.at(i, 0), places.at(i, 1), places.at(i, 2));
+    // A signed number of 64 bits, in which one that is too large for a vertex stays so.
+    const auto corners = table_of<std::int64_t>(faces, "faces", "iu", "whole numbers, of vertices");
+    for (py::ssize_t i = 0; i < corners.shape(0); ++i) {
+      refine::Face& face = object.mesh.faces.emplace_back();
+      for (py::ssize_t k = 0; k < 3; ++k) {
+        const std::int64_t corner = corners.at(i, k);
+        if (corner < 0 || corner >= places.shape(0))
+          throw refine::MeshError(fmt::format("face {} has vertex {}, but the mesh has {} vertices",
+                                              i, corner, places.shape(0)));
+        face[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(corner);
+      }
+    }
     return alone([&](Simulator& simulator) { return simulator.add(std::move(object), pose); });
   }
 
@@ -660,8 +680,9 @@ middle of its bounds: z up, y where the heading points. Raises SceneError for wr
 Puts a mesh into the scene, and returns its instance number.
 
 vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
-Both sides of a face scatter. Raises ValueError for other shapes or an unknown material, MeshError
-for a vertex that is not there or not finite.)")
+Both sides of a face scatter. Raises ValueError for other shapes or an unknown material, TypeError
+for faces of other than whole numbers or vertices of other than real ones, MeshError for a vertex
+that is not there or not finite.)")
       .def(
           "move",
           [](Session& self, std::uint32_t instance, const Pose& pose) {

@@ -444,8 +444,26 @@ class Sessions(unittest.TestCase):
             simulator.remove(5)
         with self.assertRaisesRegex(ValueError, "three columns"):
             simulator.add_mesh([1, 2], [3], self.pose)
+        vertices, faces = cube(1)
+        for wrong in (99, -1, 2**32, 2**32 + 2, -2**32, 2**63 - 1):
+            with self.assertRaisesRegex(ensonify.MeshError, f"face 1 has vertex {wrong}, but the mesh has 8"):
+                simulator.add_mesh(vertices, [[0, 1, 2], [0, 1, wrong]], self.pose)
         with self.assertRaises(ensonify.MeshError):
-            simulator.add_mesh(cube(1)[0], [[0, 1, 99]], self.pose)
+            simulator.add_mesh(vertices, numpy.array([[0, 1, 2**64 - 1]], numpy.uint64), self.pose)
+        for wrong in (faces + 0.7, faces.astype(float), faces > 0, faces.astype(str), faces.astype(object),
+                      [[0, 1], [2]]):
+            with self.assertRaisesRegex(TypeError, "faces are .*, expected an array of whole numbers"):
+                simulator.add_mesh(vertices, wrong, self.pose)
+        for wrong in (vertices * 1j, vertices > 0, vertices.astype(str)):
+            with self.assertRaisesRegex(TypeError, "vertices are of .*, expected an array of real numbers"):
+                simulator.add_mesh(wrong, faces, self.pose)
+        for none in ([], numpy.zeros((0, 3))):
+            with self.assertRaisesRegex(ValueError, "no faces"):
+                simulator.add_mesh(vertices, none, self.pose)
+        instances = [simulator.add_mesh(v, f, self.pose)
+                     for v, f in ((vertices, faces.astype(numpy.uint8)), (vertices.tolist(), faces.tolist()),
+                                  (vertices.astype(numpy.int16), faces[::-1]))]
+        self.assertEqual(instances, [1, 2, 3])
         with self.assertRaisesRegex(ensonify.SceneError, "shape"):
             simulator.add({"shape": "teapot"}, self.pose)
         with self.assertRaises(TypeError):
