@@ -51,23 +51,43 @@ py::dict dict_of(const py::handle& value, std::string_view name) {
       py::module_::import("builtins").attr("dict")(value).release());
 }
 
-/// What a Python object is as a TOML value, tables on one line. `path` is its key.
-std::string toml_of(const py::handle& value, const std::string& path) {
+/// A Python string as UTF-8, which has no half of a surrogate pair. Throws ValueError for such.
+std::string utf8_of(const py::handle& text) {
+  py::ssize_t size = 0;
+  const char* bytes = PyUnicode_AsUTF8AndSize(text.ptr(), &size);
+  if (bytes) return {bytes, static_cast<std::size_t>(size)};
+  PyErr_Clear();
+  throw py::value_error(
+      fmt::format("{} is no text: half of a surrogate pair is in it",
+                  py::reinterpret_steal<py::str>(PyObject_ASCII(text.ptr())).cast<std::string>()));
+}
+
+constexpr int deepest = 100;  // of lists and dicts in each other; one that holds itself has no end
+
+/// What a Python object is as a TOML value, tables on one line. `path` is its key. Throws
+/// ValueError for a value that is too deep, TypeError for one that no scene holds.
+std::string toml_of(const py::handle& value, const std::string& path, int depth = 0) {
+  if (depth > deepest)
+    throw py::value_error(fmt::format("'{}' has values more than {} deep in each other",
+                                      path.substr(0, path.find('.')), deepest));
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
-  if (py::isinstance<py::str>(value)) return toml_string(value.cast<std::string>());
-  if (py::hasattr(value, "tolist")) return toml_of(value.attr("tolist")(), path);  // NumPy's
+  if (py::isinstance<py::str>(value)) return toml_string(utf8_of(value));
+  if (py::hasattr(value, "tolist"))  // NumPy's
+    return toml_of(value.attr("tolist")(), path, depth + 1);
   std::string text;
   const auto append = [&](const std::string& item) { text += (text.empty() ? "" : ", ") + item; };
   if (py::hasattr(value, "keys")) {
     for (const auto& [key, item] : dict_of(value, path)) {
-      const auto name = py::str(key).cast<std::string>();
-      append(fmt::format("{} = {}", toml_string(name), toml_of(item, path + "." + name)));
+      const std::string name = utf8_of(py::str(key));
+      append(
+          fmt::format("{} = {}", toml_string(name), toml_of(item, path + "." + name, depth + 1)));
     }
     return "{" + text + "}";
   }
   if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
     std::size_t i = 0;
-    for (const py::handle& item : value) append(toml_of(item, fmt::format("{}.{}", path, i++)));
+    for (const py::handle& item : value)
+      append(toml_of(item, fmt::format("{}.{}", path, i++), depth + 1));
     return "[" + text + "]";
   }
   if (py::isinstance<py::int_>(value)) {
@@ -80,7 +100,7 @@ std::string toml_of(const py::handle& value, const std::string& path) {
   }
   if (py::isinstance<py::float_>(value))
     return py::repr(py::float_(value.cast<double>())).cast<std::string>();
-  if (py::hasattr(value, "__fspath__")) return toml_of(value.attr("__fspath__")(), path);
+  if (py::hasattr(value, "__fspath__")) return toml_of(value.attr("__fspath__")(), path, depth + 1);
   throw py::type_error(fmt::format(
       "'{}': a scene holds no {}, expected True or False, a number, a string, a path, a list, a "
       "dict or a NumPy array{}",
@@ -91,7 +111,7 @@ std::string toml_of(const py::handle& value, const std::string& path) {
 std::vector<KeyValue> key_values(const py::handle& keys, std::string_view name) {
   std::vector<KeyValue> all;
   for (const auto& [key, value] : dict_of(keys, name)) {
-    auto text = py::str(key).cast<std::string>();
+    std::string text = utf8_of(py::str(key));
     std::string toml = toml_of(value, text);
     all.push_back({std::move(text), std::move(toml)});
   }

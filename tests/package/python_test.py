@@ -131,6 +131,28 @@ class Images(unittest.TestCase):
         with self.assertRaisesRegex(ZeroDivisionError, "mine"):
             ensonify.simulate(scene, progress=self.fail_with(ZeroDivisionError("mine")))
 
+    def test_values_without_an_end_and_half_characters_are_refused(self):
+        class Itself:
+            def tolist(self):
+                return self
+
+        in_itself = {}
+        in_itself["again"] = in_itself
+        deep = []
+        for _ in range(100_000):
+            deep = [deep]
+        for endless in (in_itself, deep, Itself()):
+            for given, keys in (({**scene, "seed": endless}, None), (scene, {"seed": endless})):
+                with self.assertRaisesRegex(ValueError, "'seed' has values more than 100 deep"):
+                    ensonify.simulate(given, keys=keys)
+        with self.assertRaisesRegex(ValueError, "'again' has values more than 100 deep"):
+            ensonify.simulate(in_itself)
+        half = "a\ud800"
+        for given in ({**scene, half: 1}, {**scene, "track": {half: 1}},
+                      {**scene, "seafloor": {"material": half}}):
+            with self.assertRaisesRegex(ValueError, r"'a\\ud800' is no text"):
+                ensonify.simulate(given)
+
     def test_a_wrong_number_of_threads_is_refused_before_any_work(self):
         for threads in (-1, -1000, 1025):
             for made in (ensonify.simulate, ensonify.images, ensonify.Simulator):
