@@ -128,7 +128,11 @@ void PingLoop::put(AddedObject& added) {
     return;
   }
   place.position.z() = -depth_m;
-  added_.push_back(live_scene_->simulator.add(std::move(added.object), place));
+  try {
+    added_.push_back(live_scene_->simulator.add(std::move(added.object), place));
+  } catch (const std::exception& error) {
+    mailbox_.report_trouble(error.what());
+  }
 }
 
 void PingLoop::take_setting() {
@@ -149,7 +153,8 @@ void PingLoop::take_setting() {
 
 void PingLoop::ping(const Control& control, MeshViewer& viewer) {
   const TrackOptions& track = live_scene_->scene.track;
-  const double per_ping = control.vehicle.speed_mps / track.speed_mps;
+  // A track that stays at its place has no way to go faster along.
+  const double per_ping = track.speed_mps > 0.0 ? control.vehicle.speed_mps / track.speed_mps : 1.0;
   const double to_climb = control.vehicle.altitude_m - track.altitude_m - climbed_m_;
   const double max_m = climb_mps * live_scene_->interval_s();
   climbed_m_ += std::clamp(to_climb, -max_m, max_m);

@@ -15,6 +15,7 @@
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/page.h>
+#include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
 
@@ -45,9 +46,9 @@ std::shared_ptr<LiveLine> line_of(std::uint64_t number, std::size_t bytes) {
   return line;
 }
 
-/// The frames of a session until there are `lines` lines, for at most a minute.
-std::vector<Bytes> frames_of(LiveSession& session, std::size_t lines) {
-  LineReader reader(session.ring(), false);
+/// The frames of a ring until there are `lines` lines, for at most a minute.
+std::vector<Bytes> frames_of(LineRing& ring, std::size_t lines) {
+  LineReader reader(ring, false);
   std::vector<Bytes> all;
   std::size_t count = 0;
   for (int i = 0; i < 600 && count < lines; ++i)
@@ -71,10 +72,14 @@ TEST_CASE("The page names the regions as the engine does") {
 
 TEST_CASE("The lines of a session equal the run's picture byte by byte") {
   const TemporaryFolder folder;
-  for (const std::string more :
-       {"",
-        "[artefacts]\nlost = 0.2\nrepeated = 0.2\n[display]\nslant_range_correction = true\n"}) {
-    write_text(folder / "tiny.toml", tiny_scene + more);
+  std::string stationary = tiny_scene;
+  stationary.insert(stationary.find("pings ="), "speed_mps = 0\n");
+  for (const std::string& text :
+       {tiny_scene,
+        tiny_scene +
+            "[artefacts]\nlost = 0.2\nrepeated = 0.2\n[display]\nslant_range_correction = true\n",
+        stationary}) {
+    write_text(folder / "tiny.toml", text);
     const Scene scene = read_scene(folder / "tiny.toml");
     Simulator simulator(scene);
     const ScenePings pings = ping_all(scene, simulator, 2);
@@ -83,7 +88,7 @@ TEST_CASE("The lines of a session equal the run's picture byte by byte") {
     session.start();
     std::size_t row = picture.height;
     bool setting = false;
-    for (const Bytes& frame : frames_of(session, picture.height)) {
+    for (const Bytes& frame : frames_of(session.ring(), picture.height)) {
       setting = setting || kind_of(frame) == FrameKind::setting;
       if (kind_of(frame) != FrameKind::line) continue;
       REQUIRE(setting);
@@ -153,7 +158,7 @@ TEST_CASE("A faulty change is refused with the right kind of error, and a good o
   CHECK_NOTHROW(session.change(R"({"set": {"sonar.left-right.range_m": 12.0}, "hold": false})"));
   session.start();
   bool other = false;
-  for (const Bytes& frame : frames_of(session, 9))
+  for (const Bytes& frame : frames_of(session.ring(), 9))
     other = other || frame->find("\"range_m\":12.0") != std::string::npos;
   CHECK(other);
 }
@@ -201,6 +206,23 @@ TEST_CASE("A sonar mounted out of the water is reported once, and the session co
   CHECK(!session.fault());
 }
 
+TEST_CASE("An object that cannot be added is reported, and the session continues") {
+  const SessionScene source(tiny_scene, "tiny", {}, {});
+  const Scene scene = source.with();
+  Mailbox mailbox(source, scene, 0.0, false);
+  LineRing ring(1 << 20);
+  PingLoop loop(std::make_shared<LiveScene>(scene, Preparation{}), "tiny", mailbox, ring);
+  mailbox.accept({.add = AddedObject{.object = {}, .ahead_m = 1.0, .starboard_m = 1.0}});
+  std::thread pings([&] { loop.run(); });
+  std::size_t lines = 0;
+  for (const Bytes& frame : frames_of(ring, 9)) lines += kind_of(frame) == FrameKind::line;
+  mailbox.stop();
+  pings.join();
+  CHECK(lines == 9);
+  CHECK(mailbox.status().trouble == "Simulator: the mesh has no faces");
+  CHECK(!mailbox.fault());
+}
+
 TEST_CASE("The truth of a bin equals the run's while the line is kept") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
@@ -209,7 +231,7 @@ TEST_CASE("The truth of a bin equals the run's while the line is kept") {
   const ScenePings pings = ping_all(scene, simulator, 1);
   LiveSession session({.scene = folder / "tiny.toml", .pings_per_s = 0.0});
   session.start();
-  frames_of(session, 9);
+  frames_of(session.ring(), 9);
   CHECK(session.truth(3, 100) == R"({"region":"water column"})");
   const BinLayers& layers = pings.images.front().pixels;
   const std::string truth = session.truth(3, 10);
