@@ -194,16 +194,21 @@ class PoseSession {
   std::size_t warned_ = 0;
 };
 
-/// The lines of stdin. They end with the input, or at a signal.
+/// The lines of stdin. They end with the input, or at a signal. A line that is too long for a
+/// request comes as soon as that is known, without its rest.
 class InputLines {
  public:
   bool next(std::string& line) {
     while (true) {
-      if (const std::size_t end = read_.find('\n', searched_); end != read_.npos) {
-        line = read_.substr(0, end);
-        read_.erase(0, end + 1);
+      const std::size_t end = read_.find('\n', searched_);
+      const bool ends = end != read_.npos;
+      if (ends || leaves_out_ || read_.size() > longest_request) {
+        const bool wanted = !std::exchange(leaves_out_, !ends);
+        if (wanted) line = read_.substr(0, end);
+        read_.erase(0, ends ? end + 1 : end);
         searched_ = 0;
-        return SignalWatch::caught() == 0;
+        if (wanted) return SignalWatch::caught() == 0;
+        if (ends) continue;
       }
       searched_ = read_.size();
       if (!SignalWatch::wait_for_input(STDIN_FILENO)) return false;
@@ -221,6 +226,7 @@ class InputLines {
  private:
   std::string read_;          // what was read and is in no line yet
   std::size_t searched_ = 0;  // so much of it has no end of a line
+  bool leaves_out_ = false;   // the rest of a line that is too long
   std::array<char, 65536> buffer_;
 };
 

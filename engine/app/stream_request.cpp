@@ -15,8 +15,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t longest_request = 1 << 20;
-
 /// The fields of a request. Each is taken once; fields left over are an error.
 class Fields {
  public:

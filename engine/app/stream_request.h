@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -8,6 +9,8 @@
 #include <ensonify/engine/sonar/vehicle/track.h>
 
 namespace ensonify::engine::app {
+
+inline constexpr std::size_t longest_request = 1 << 20;  ///< in bytes
 
 /// A line that `ensonify stream` reads.
 struct StreamRequest {

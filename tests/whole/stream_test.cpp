@@ -166,6 +166,23 @@ TEST_CASE("a wrong line ends a stream with its line number and advice") {
   CHECK(folder.stream("", {"--layers", "intensty"}).code == 2);
 }
 
+TEST_CASE("a line without an end is refused once it is too long, and the next line is read") {
+  const Folder folder;
+  const tests::Outcome endless = tests::run_program(
+      folder.path(), {"stream", "tiny.toml", "--quiet"}, {}, {}, {}, "/dev/zero");
+  CHECK(endless.code == 2);
+  CHECK(endless.err == "ensonify: stdin:1: the line is longer than 1 MiB\n");
+  const std::string wrong(3 << 20, 'x');
+  const tests::Outcome answered =
+      folder.stream(wrong + "\n" + pose + wrong, {"--answer-all", "--json"});
+  CHECK(answered.code == 0);
+  const std::vector<Json> answers = json_lines(answered.out);
+  REQUIRE(answers.size() == 5);
+  CHECK(answers[1]["error"] == "stdin:1: the line is longer than 1 MiB");
+  CHECK(answers[2]["ping"] == 0);
+  CHECK(answers[4]["error"] == "stdin:3: the line is longer than 1 MiB");
+}
+
 TEST_CASE("a stream warns once of poses out of reach of the seafloor") {
   const Folder folder;
   const std::string far = R"({"x_m": 5000, "y_m": 0, "z_m": -12})"
