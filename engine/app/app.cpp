@@ -111,8 +111,10 @@ Shard parse_shard(std::string_view option, const std::string& text) {
 
 void print(std::string_view text) {
   if (text.empty()) return;
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw std::runtime_error("stdout: not all of the output could be written");
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+    return;
+  if (errno == EINTR && SignalWatch::caught() != 0) throw Stopped("stopped on request");
+  throw std::runtime_error("stdout: not all of the output could be written");
 }
 
 void print_object(const nlohmann::ordered_json& json) {

@@ -90,7 +90,7 @@ void add_threads(CLI::App& command, int& threads);
 /// Reads the value I/N of an option; I counts from 0. Throws UsageError.
 Shard parse_shard(std::string_view option, const std::string& text);
 
-/// Writes data to stdout. Throws std::runtime_error if that fails.
+/// Writes data to stdout. Throws Stopped if a signal ends it, std::runtime_error if it fails.
 void print(std::string_view text);
 /// Writes the object of --json to stdout. Throws as print().
 void print_object(const nlohmann::ordered_json& json);

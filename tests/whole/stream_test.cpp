@@ -145,6 +145,9 @@ const std::vector<std::pair<std::string, std::string>> wrong_lines = {
     {R"({"set": {"sonar.left-right.range_m": -4}})", "expected a number from"},
     {R"({"set": {}})", "names no key"},
     {R"({"add": {"shape": "teapot"}, "x_m": 1, "y_m": 2, "z_m": -3})", "shape"},
+    {R"({"add": {"shape": "sphere", "scale": null}, "x_m": 1, "y_m": 2, "z_m": -3})",
+     "'scale' is null, expected a number"},
+    {R"({"set": {"sonar.left-right.frequencies_hz": [1, {"a": 2}]}})", "expected a number"},
     {R"({"add": {"mesh": "../../etc/passwd"}, "x_m": 1, "y_m": 2, "z_m": -3})", "without '..'"},
     {R"({"move": 3, "x_m": 1, "y_m": 2, "z_m": -3})", "instance 3"},
     {R"({"remove": -1})", "is not an instance"},
@@ -225,6 +228,25 @@ TEST_CASE("with --answer-all each request has an answer, and a faulty one change
   CHECK(answers[behind + 3]["moved"] == 1);
   CHECK(answers[behind + 4]["removed"] == 1);
   CHECK(answers[behind + 5].contains("error"));
+}
+
+TEST_CASE("a signal ends a stream whose reader has stopped reading") {
+  const Folder folder;
+  std::string lines;
+  for (int i = 0; i < 100; ++i) lines += pose;
+  tests::write_text(folder / "in", lines);
+  REQUIRE(mkfifo((folder / "lines").c_str(), 0600) == 0);
+  const int reader = open((folder / "lines").c_str(), O_RDWR);
+  const tests::Outcome outcome = tests::run_program(
+      folder.path(), {"stream", "tiny.toml", "--quiet", "--json"}, {},
+      [](pid_t process) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2000));
+        kill(process, SIGTERM);
+      },
+      folder / "lines", folder / "in");
+  CHECK(outcome.code == 128 + SIGTERM);
+  CHECK(outcome.err == "ensonify: stopped on request\n");
+  close(reader);
 }
 
 TEST_CASE("a stream takes the names of layers with - or _ and answers with _") {
