@@ -92,6 +92,20 @@ void add_memory(CLI::App& command, MemoryLimit& memory) {
       ->transform(CLI::Validator(size_in_bytes, ""));
 }
 
+CLI::Validator number(double low, double high) {
+  const bool any = high == std::numeric_limits<double>::max();
+  const std::string range = any ? "" : fmt::format(" from {} to {}", low, high);
+  return CLI::Validator(
+      [=](std::string& text) {
+        double value = 0.0;
+        const bool read = !text.empty() && CLI::detail::lexical_cast(text, value);
+        return read && value >= low && value <= high
+                   ? ""
+                   : fmt::format("'{}' is not a number{}", text, range);
+      },
+      any ? "" : fmt::format("FLOAT in [{:g} - {:g}]", low, high));
+}
+
 Shard parse_shard(std::string_view option, const std::string& text) {
   const std::size_t slash = text.find('/');
   const auto number = [&](std::string_view digits) {

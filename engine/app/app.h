@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -86,6 +87,11 @@ void add_cache(CLI::App& command, std::filesystem::path& cache);
 void add_memory(CLI::App& command, MemoryLimit& memory);
 /// --threads: the number of threads. Without the option: 0.
 void add_threads(CLI::App& command, int& threads);
+
+/// The check of an option that takes a number: `low` to `high`, or any finite one. CLI11's own
+/// takes NaN as well, and without a check an empty text is 0.
+CLI::Validator number(double low = std::numeric_limits<double>::lowest(),
+                      double high = std::numeric_limits<double>::max());
 
 /// Reads the value I/N of an option; I counts from 0. Throws UsageError.
 Shard parse_shard(std::string_view option, const std::string& text);

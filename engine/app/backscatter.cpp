@@ -170,11 +170,13 @@ void add_backscatter(CLI::App& app, Action& action) {
       "for rock, whose strength is measured, and for a material that is not a sediment, which has "
       "no reflection_loss_db either");
   command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency of the sound, Hz")
-      ->required();
+      ->required()
+      ->check(number());
   command
       .add_option("--sound-speed-mps", arguments->sound_speed_mps,
                   "Sound speed in the water at the bed, m/s")
-      ->required();
+      ->required()
+      ->check(number());
   CLI::Option* const name = command
                                 .add_option("--sediment", arguments->sediment,
                                             "A named seabed (`ensonify sediments` lists them)")
@@ -184,6 +186,7 @@ void add_backscatter(CLI::App& app, Action& action) {
           .add_option("--mean-grain-size-phi", arguments->mean_grain_size_phi,
                       "The seabed by its mean grain size, -1 to 9")
           ->type_name("PHI")
+          ->check(number())
           ->excludes(name);
   CLI::Option* const material =
       command
@@ -200,6 +203,7 @@ void add_backscatter(CLI::App& app, Action& action) {
   for (std::size_t i = 0; i < parameters.size(); ++i)
     of_sediment.push_back(
         command.add_option(parameters[i].option, arguments->given[i], parameters[i].help)
+            ->check(number())
             ->group("A seabed's six parameters: all, or only those to change"));
   of_sediment.push_back(command.add_option("--model", arguments->model, model_help())
                             ->capture_default_str()
@@ -209,7 +213,8 @@ void add_backscatter(CLI::App& app, Action& action) {
       .add_option("--angles-deg", arguments->angles_deg,
                   "Grazing angles, 0 to 90 (default: each degree from 1 to 90)")
       ->delimiter(',')
-      ->type_name("A,B,..");
+      ->type_name("A,B,..")
+      ->check(number());
   command.callback(
       [&action, arguments] { action = [arguments] { print_backscatter(*arguments); }; });
 }

@@ -80,7 +80,7 @@ void add_compare(CLI::App& app, Action& action) {
       .add_option("--limit", arguments->limit,
                   "Exit code 1 if a ratio is larger than this; unknown ones do not count")
       ->type_name("X")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(number(0.0, 1e6));
   command
       .add_option("--html", arguments->html, "Also write a page with both pictures and the table")
       ->type_name("FILE");

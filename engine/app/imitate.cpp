@@ -132,7 +132,8 @@ void add_imitate(CLI::App& app, Action& action) {
   command
       .add_option("--line", arguments->line,
                   "Which line of a recording with several sonars, from 1")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1000000000}));
   command.add_flag("--recipe", arguments->recipe,
                    "Also write recipe.toml: a dataset with distributions about what was found");
   add_threads(command, arguments->threads);

@@ -86,7 +86,7 @@ void add_live(CLI::App& app, Action& action) {
       .add_option("--pings-per-s", arguments->pings_per_s,
                   "Pings per second (default: the scene's; 0: as fast as possible)")
       ->type_name("N")
-      ->check(CLI::Range(0.0, 10000.0));
+      ->check(number(0.0, 10000.0));
   command.add_flag("--hold", arguments->hold, "Do not ping until a page starts it");
   add_memory(command, arguments->memory);
   command.add_flag("--quiet", arguments->quiet, "No progress; warnings and errors remain");

@@ -58,7 +58,7 @@ void add_mosaic(CLI::App& app, Action& action) {
                   "Size of a pixel (default: the length of a bin or the spacing of pings, the "
                   "larger, rounded)")
       ->type_name("SIZE")
-      ->check(CLI::PositiveNumber);
+      ->check(number(1e-9, 1e6));
   command
       .add_option("--positions", options.positions,
                   "truth: where each echo came from (default). navigation: as software for "

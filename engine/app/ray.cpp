@@ -115,7 +115,7 @@ void add_ray(CLI::App& app, Action& action) {
                   "The cast: CSV with columns depth_m and soundspeed_mps, or a CastAway file")
       ->required()
       ->type_name("FILE");
-  const CLI::Range depth(0.0, 12000.0), range(1e-6, 1e7);
+  const CLI::Validator depth = number(0.0, 12000.0), range = number(1e-6, 1e7);
   command.add_option("--source-depth-m", arguments->source_depth_m, "Depth of the source, m")
       ->required()
       ->check(depth);
@@ -123,7 +123,7 @@ void add_ray(CLI::App& app, Action& action) {
                              .add_option("--launch-deg", arguments->launch_deg,
                                          "Launch angle, degrees below the horizontal; needs "
                                          "--range-m")
-                             ->check(CLI::Range(-89.999, 89.999));
+                             ->check(number(-89.999, 89.999));
   CLI::Option& range_m =
       *command.add_option("--range-m", arguments->range_m, "Horizontal range to trace to, m")
            ->check(range);

@@ -46,7 +46,8 @@ void add_sediments(CLI::App& app, Action& action) {
   command
       .add_option("--mean-grain-size-phi", *mean_grain_size_phi,
                   "Print the parameters of this mean grain size, -1 to 9")
-      ->type_name("PHI");
+      ->type_name("PHI")
+      ->check(number());
   command.callback([&action, mean_grain_size_phi] {
     action = [mean_grain_size_phi] { print_sediments(*mean_grain_size_phi); };
   });

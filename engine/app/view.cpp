@@ -84,7 +84,7 @@ void add_view(CLI::App& app, Action& action) {
       ->required();
   command.add_option("--ping", arguments->ping, "The ping, from 0 (default: the middle one)")
       ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1000000000}));
   command
       .add_option("--width-px", arguments->width_px,
                   "The picture's width; its height is 9/16 of it (default: 1600)")

@@ -90,17 +90,25 @@ void add_water(CLI::App& app, Action& action) {
   command
       .add_option("--temperature-c", arguments->water.temperature_c,
                   "Temperature, degrees Celsius (ITS-90)")
-      ->required();
-  command.add_option("--salinity-psu", arguments->water.salinity_psu, "Salinity, psu")->required();
+      ->required()
+      ->check(number());
+  command.add_option("--salinity-psu", arguments->water.salinity_psu, "Salinity, psu")
+      ->required()
+      ->check(number());
   CLI::Option_group& place = *command.add_option_group("Depth", "One of these two");
-  place.add_option("--depth-m", arguments->depth_m, "Depth, m");
-  place.add_option("--pressure-dbar", arguments->pressure_dbar,
-                   "Pressure above atmospheric pressure, dbar");
+  place.add_option("--depth-m", arguments->depth_m, "Depth, m")->check(number());
+  place
+      .add_option("--pressure-dbar", arguments->pressure_dbar,
+                  "Pressure above atmospheric pressure, dbar")
+      ->check(number());
   place.require_option(1);
   command.add_option("--latitude-deg", arguments->latitude_deg, "Latitude, degrees")
-      ->capture_default_str();
-  command.add_option("--ph", arguments->water.ph, "pH value")->capture_default_str();
-  command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency, Hz");
+      ->capture_default_str()
+      ->check(number());
+  command.add_option("--ph", arguments->water.ph, "pH value")
+      ->capture_default_str()
+      ->check(number());
+  command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency, Hz")->check(number());
   command.callback([&action, arguments] { action = [arguments] { print_water(*arguments); }; });
 }
 

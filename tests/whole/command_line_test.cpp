@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <set>
 #include <thread>
 
@@ -82,6 +83,42 @@ TEST_CASE("Help goes to stdout, and a wrong command line gets one message and ex
   check_refused(run_program(folder.path(), {"dump-default", "everything"}), 2, "everything");
   check_refused(run_program(folder.path(), {"run", "none.toml"}), 2, "none.toml: No such file");
   CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("A number of the command line is neither NaN nor nothing, and within its short bounds") {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& message) {
+    CAPTURE(arguments);
+    const Outcome outcome = run_program(folder.path(), arguments);
+    check_refused(outcome, 2, message);
+    CHECK(outcome.err.size() < 160);
+  };
+  const auto words = [](const std::string& line) {
+    std::istringstream stream(line);
+    return std::vector<std::string>(std::istream_iterator<std::string>(stream), {});
+  };
+  for (const std::string value : {"nan", "-nan", "", "x", "-1e400", "inf"}) {
+    for (const auto& [line, message] :
+         {std::pair<std::string, std::string>{"compare a b --limit", " from 0 to 1000000 "},
+          {"live scene.toml --pings-per-s", " from 0 to 10000 "},
+          {"mosaic run -o mosaic.tif --pixel-m", " from 1e-09 to 1000000 "},
+          {"ray --profile cast.csv --source-depth-m 1 --range-m 1 --launch-deg",
+           " from -89.999 to 89.999 "},
+          {"ray --profile cast.csv --source-depth-m 1 --launch-deg 1 --range-m",
+           " from 1e-06 to 10000000 "},
+          {"ray --profile cast.csv --source-depth-m", " from 0 to 12000 "},
+          {"sediments --mean-grain-size-phi", " "},
+          {"backscatter --sound-speed-mps 1500 --frequency-hz", " "},
+          {"water --salinity-psu 35 --depth-m 1 --temperature-c", " "}}) {
+      std::vector<std::string> arguments = words(line);
+      arguments.push_back(value);
+      refused(arguments, arguments[arguments.size() - 2] + ": '" + value + "' is not a number" +
+                             message + "(see ensonify " + arguments.front());
+    }
+  }
+  refused(words("mosaic run -o mosaic.tif --pixel-m -1"), "'-1' is not a number from 1e-09 to");
+  refused(words("view scene.toml -o view.png --ping -1"), "not in range 0 to 1000000000");
+  refused({"imitate", "line.xtf", "-o", "out", "--line", ""}, "not in range 1 to 1000000000");
 }
 
 TEST_CASE("Unexpected arguments are listed in their order, with a suggestion") {
