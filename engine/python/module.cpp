@@ -676,8 +676,9 @@ One ping of every sonar, the vehicle being at a pose, sent at pose.t_s.
 Returns a list of EchoLines: the sides of the first sonar (port, then starboard, of those it has),
 then of the next. `number` selects the random numbers: the same number and pose give the same ping
 again. Without one it is the session's next, from 0. Raises ValueError for a pose that is not
-finite, that puts a sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as
-sound. Warns, once, of a pose out of reach of the seafloor.)")
+finite, that lies beyond 1e8 m, that turns faster than a million degrees per second, that puts a
+sonar above the sea surface (z_m >= 0) or below the bed, or that is as fast as sound. Warns, once,
+of a pose out of reach of the seafloor.)")
       .def("set", &Session::set, py::arg("keys"), R"(set(self, keys)
 --
 
@@ -691,7 +692,8 @@ changed.)")
 Puts an object into the scene, and returns its instance number.
 
 object: a dict of the keys of a scene's [[objects]], as {"shape": "barrel"}. The pose places the
-middle of its bounds: z up, y where the heading points. Raises SceneError for wrong keys.)")
+middle of its bounds: z up, y where the heading points. Raises SceneError for wrong keys, ValueError
+for a pose that is not finite or lies beyond 1e8 m.)")
       .def("add_mesh", &Session::add_mesh, py::arg("vertices"), py::arg("faces"), py::arg("pose"),
            py::kw_only(), py::arg("material") = "fouled steel", py::arg("class_name") = "object",
            R"(add_mesh(self, vertices, faces, pose, *, material='fouled steel', class_name='object')
@@ -702,7 +704,7 @@ Puts a mesh into the scene, and returns its instance number.
 vertices: (n, 3) metres, z up, y where the pose's heading points. faces: (m, 3) numbers of vertices.
 Both sides of a face scatter. Raises ValueError for other shapes or an unknown material, TypeError
 for faces of other than whole numbers or vertices of other than real ones, MeshError for a vertex
-that is not there or not finite.)")
+that is not there, not finite or beyond 1e8 m.)")
       .def(
           "move",
           [](Session& self, std::uint32_t instance, const Pose& pose) {
