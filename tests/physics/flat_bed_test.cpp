@@ -38,6 +38,10 @@ double cell_middle_m(const Sonar& sonar, const Medium& medium, double range_m) {
                         : 0.0);
 }
 
+std::size_t bin_at(const Sonar& sonar, double range_m) {
+  return static_cast<std::size_t>(range_m / sonar.bin_m());
+}
+
 double worst_error_db(const Sonar& sonar, const Medium& medium, const EchoLine& line,
                       double from_m) {
   double worst = 0.0;
@@ -325,6 +329,44 @@ TEST_CASE("a flat bed's truth is its geometry: place, grazing angle, no shadow, 
       REQUIRE(line.bins.fraction[i] == 1.0f);
     }
   }
+}
+
+TEST_CASE("a flat bed of cells far smaller than the rays' steps has no gap, and shadows stay") {
+  // A strip as wide as the beam, of 5 cm cells. 200 rays meet it half a metre and more apart.
+  constexpr float cell_m = 0.05f, half_m = 0.6f, reach_m = 80.0f;
+  Seafloor bed = level_bed(20.0, half_m);
+  bed.mesh.positions.clear();
+  bed.mesh.faces.clear();
+  const auto rows = static_cast<std::uint32_t>(2 * half_m / cell_m) + 1;
+  const auto columns = static_cast<std::uint32_t>(2 * reach_m / cell_m) + 1;
+  for (std::uint32_t i = 0; i < columns; ++i)
+    for (std::uint32_t j = 0; j < rows; ++j) {
+      bed.mesh.positions.emplace_back(static_cast<float>(i) * cell_m - reach_m,
+                                      static_cast<float>(j) * cell_m - half_m, -20.0f);
+      if (i == 0 || j == 0) continue;
+      const std::uint32_t here = i * rows + j, left = here - rows;
+      bed.mesh.faces.push_back({left - 1, here - 1, here});
+      bed.mesh.faces.push_back({left - 1, here, left});
+    }
+  bed.bed_faces = bed.mesh.faces.size();
+  Sonar sonar = plain_sonar();
+  sonar.elevations = 200;
+  for (const EchoLine& line : ping_once(sonar, bed, above_bed, altitude_m)) {
+    CHECK(line.starved == 0);
+    for (std::size_t i = bin_at(sonar, altitude_m) + 1; i < line.bins.region.size(); ++i)
+      REQUIRE(line.bins.region[i] == static_cast<std::uint32_t>(Region::seabed));
+    CHECK(worst_error_db(sonar, {}, line, 2.0 * altitude_m) < 0.05);
+  }
+  add_box(bed, {30.0f, -0.6f, -20.0f}, {30.1f, 0.6f, -18.0f});
+  const EchoLine line = ping_once(sonar, bed, above_bed, altitude_m)[1];
+  const double end_m = std::hypot(30.1 * altitude_m / (altitude_m - 2.0), altitude_m);
+  constexpr double step_m = 0.8;
+  for (double r = std::hypot(30.0, altitude_m) + step_m; r < end_m - step_m; r += sonar.bin_m()) {
+    REQUIRE(line.bins.region[bin_at(sonar, r)] == static_cast<std::uint32_t>(Region::shadow));
+    REQUIRE(line.bins.intensity_mean[bin_at(sonar, r)] == 0.0f);
+  }
+  CHECK(line.bins.region[bin_at(sonar, end_m + step_m)] ==
+        static_cast<std::uint32_t>(Region::seabed));
 }
 
 TEST_CASE("a bed that rises to the side is uniform up to the last bin: no hole, no rim") {

@@ -39,19 +39,41 @@ bool SurfaceWalk::continues(std::size_t a, std::size_t b) const {
 }
 
 // As in find_breaks (echo_kernel.cpp); and two facets that are farther apart than that do not meet
-// if they are farther apart than they are long.
+// if they are farther apart than they are long. But where rays step over facets even on level
+// ground, that says nothing of the bed between.
 bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const PieceTable& pieces = *pieces_;
-  const auto half_step_m = [&](std::size_t piece) {
-    return std::abs(pieces.to_end_m[piece] - pieces.to_last_m[piece]);
-  };
-  const double apart_m = std::abs(pieces.first_ray_m(b) - pieces.last_ray_m(a));
-  if (apart_m > 4.0 * std::max(half_step_m(a), half_step_m(b))) return false;
-  const std::vector<double>& elevation_rad = view_->fan->grid->elevation_rad;
-  const double across_m =
-      pieces.last_ray_m(a) * (elevation_rad[pieces.begin[b]] - elevation_rad[pieces.begin[b] - 1]);
-  return std::hypot(apart_m, across_m) <=
-         2.0 * bin_m_ + longest_edge_m(pieces.index[a]) + longest_edge_m(pieces.index[b]);
+  const RayFan& fan = *view_->fan;
+  const std::size_t before = pieces.end[a] - std::size_t{1}, after = pieces.begin[b];
+  const double a_m = pieces.last_ray_m(a), apart_m = std::abs(pieces.first_ray_m(b) - a_m);
+  const double across_m = a_m * (fan.grid->elevation_rad[after] - fan.grid->elevation_rad[before]);
+  const double reach_m =
+      2.0 * bin_m_ + longest_edge_m(pieces.index[a]) + longest_edge_m(pieces.index[b]);
+  if (std::hypot(apart_m, across_m) <= reach_m) {
+    const auto half_step_m = [&](std::size_t piece) {
+      return std::abs(pieces.to_end_m[piece] - pieces.to_last_m[piece]);
+    };
+    return apart_m <= 4.0 * std::max(half_step_m(a), half_step_m(b));
+  }
+  const Eigen::Vector3d in_plane = fan.plane_direction(plane_);
+  const double down = -fan.direction(in_plane, before).z();
+  const double next_down = -fan.direction(in_plane, after).z();
+  if (down <= 0.0) return false;
+  const double level_m = a_m * (down / next_down - 1.0);  // the step over level ground
+  if (next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m) return false;
+  return one_in_plane_of_other(a, b);
+}
+
+// For facets with unknown bed between them: whether the ray of one meets the plane of the other
+// about where it meets its own, no farther away than half the step between the two, or than two
+// bins. One will do: on a rough bed the other may face anywhere. An edge that casts a shadow lies
+// far above the plane of what is seen behind it, and that lies far below the edge's plane.
+bool SurfaceWalk::one_in_plane_of_other(std::size_t a, std::size_t b) const {
+  const PieceTable& pieces = *pieces_;
+  const double a_m = pieces.last_ray_m(a), b_m = pieces.first_ray_m(b);
+  const double near_m = std::max(0.5 * std::abs(b_m - a_m), 2.0 * bin_m_);
+  return std::abs(on_plane_m(a, pieces.begin[b]) - b_m) <= near_m ||
+         std::abs(on_plane_m(b, pieces.end[a] - std::size_t{1}) - a_m) <= near_m;
 }
 
 // The surface does not go on in the next piece.
@@ -79,7 +101,7 @@ void SurfaceWalk::begin_surface(std::size_t piece) {
 // The next ray met nothing, perhaps because its hit is beyond the range: then the surface goes on
 // there, and hides nothing.
 void SurfaceWalk::end_in_water(std::size_t piece) {
-  const double next_m = next_ray_m(piece);
+  const double next_m = on_plane_m(piece, pieces_->end[piece]);
   if (next_m >= view_->fan->range_m && std::isfinite(next_m) && reaches_range(piece)) {
     continue_beyond_range(piece, next_m);
     caster_ = none;
@@ -130,12 +152,11 @@ double SurfaceWalk::half_m(std::size_t piece) const {
   return pieces_->end[piece] - pieces_->begin[piece] > 1 ? pieces_->to_end_m[piece] : 0.0;
 }
 
-// Where the ray after a piece would meet its facet if that went on; infinite if never.
-double SurfaceWalk::next_ray_m(std::size_t piece) const {
+// Where a ray would meet a piece's facet if that went on; infinite if never.
+double SurfaceWalk::on_plane_m(std::size_t piece, std::size_t ray) const {
   const FanGrid& grid = *view_->fan->grid;
-  const std::size_t next = pieces_->end[piece];
-  const double facing = pieces_->level[piece] * grid.cos_elevation[next] +
-                        pieces_->pole[piece] * grid.sin_elevation[next];
+  const double facing = pieces_->level[piece] * grid.cos_elevation[ray] +
+                        pieces_->pole[piece] * grid.sin_elevation[ray];
   return facing < 0.0 ? pieces_->distance[piece] / facing : std::numeric_limits<double>::infinity();
 }
 

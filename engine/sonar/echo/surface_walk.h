@@ -34,7 +34,8 @@ struct SideView {
 /// between their ranges. A surface that ends in the water (the next ray within the beam hits
 /// nothing) hides all behind it up to the range of the fan, or up to where the line of sight leaves
 /// the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks up.
-/// Where a surface turns its back there is a hole in it, and no shadow.
+/// Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small that
+/// rays step over them; then the bed goes on between two that lie in one plane.
 class SurfaceWalk {
  public:
   /// lowest and highest are the seafloor's bounds in x and y, local metres.
@@ -54,6 +55,7 @@ class SurfaceWalk {
 
   bool continues(std::size_t a, std::size_t b) const;
   bool meet(std::size_t a, std::size_t b) const;
+  bool one_in_plane_of_other(std::size_t a, std::size_t b) const;
   void end_surface(std::size_t last, std::size_t next);
   void begin_surface(std::size_t piece);
   void end_in_water(std::size_t piece);
@@ -61,7 +63,7 @@ class SurfaceWalk {
   Eigen::Vector3d last_ray(std::size_t piece) const;
   double half_m(std::size_t piece) const;
   bool reaches_range(std::size_t piece) const;
-  double next_ray_m(std::size_t piece) const;
+  double on_plane_m(std::size_t piece, std::size_t ray) const;
   void continue_beyond_range(std::size_t piece, double next_m);
   void shade_beyond(std::size_t caster);
   double longest_edge_m(std::uint32_t index) const;

@@ -26,7 +26,8 @@ struct Hand {
 /// face with the number of its label: those below 5 are 2 cm long, the others 15 cm.
 class Plane {
  public:
-  explicit Plane(double sector_low_rad = -0.1) : layout_(layout_with(sector_low_rad)) {
+  explicit Plane(double sector_low_rad = -0.1, int elevations = tests::plain_sonar().elevations)
+      : layout_(layout_with(sector_low_rad, elevations)) {
     pose_.position = {0.0, 0.0, -10.0};
     fan_ = place_fan(layout_, pose_, Side::starboard, range_m);
     motion_ = receiver_motion(pose_, Side::starboard, range_m, 1500.0);
@@ -100,8 +101,9 @@ class Plane {
   PieceTable pieces;
 
  private:
-  static RayLayout layout_with(double sector_low_rad) {
+  static RayLayout layout_with(double sector_low_rad, int elevations) {
     Sonar sonar = tests::plain_sonar();
+    sonar.elevations = elevations;
     sonar.sector_low_rad = sector_low_rad;
     return make_ray_layout(sonar, 0.00375, 5.0);
   }
@@ -162,6 +164,25 @@ TEST_CASE("two facets meet across a gap that is no longer than they are") {
   Plane plane;
   plane.walk({{100, 102, 12.0, 5, 0.2, 0.3}, {102, 104, 12.9, 6, 0.2, 0.3}});
   CHECK(plane.pieces.starts_surface[1] == 1);
+}
+
+TEST_CASE("two facets with unknown bed between them meet if one lies in the plane of the other") {
+  Plane plane(-0.1, 100);
+  const auto walked = [&](bool below_level, bool above_level) {
+    const std::uint32_t j = plane.first_ray_beyond(20.0), k = j + 1;
+    const double a_m = -10.0 / plane.ray(j).z(), b_m = -10.0 / plane.ray(k).z();
+    // Facets of 2 cm, and half a metre and more between the rays.
+    plane.fill({{j, k, a_m, 1, 0.0, 0.5 * (b_m - a_m)}, {k, k + 1, b_m, 2, 0.0, 0.1}});
+    REQUIRE(b_m - a_m > 2.0 * bin_m + 0.06);
+    if (below_level) plane.lay_level(0);
+    if (above_level) plane.lay_level(1);
+    const auto shadows = plane.walk();
+    return std::pair(plane.pieces.starts_surface[1] == 1, shadows.size());
+  };
+  CHECK(walked(true, true) == std::pair(false, std::size_t{1}));  // only that behind the last
+  CHECK(walked(true, false) == std::pair(false, std::size_t{1}));
+  CHECK(walked(false, true) == std::pair(false, std::size_t{1}));
+  CHECK(walked(false, false) == std::pair(true, std::size_t{2}));
 }
 
 TEST_CASE("a surface that ends in the water hides all behind it up to the fan's range") {
