@@ -246,10 +246,17 @@ TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
     const auto bin = static_cast<std::ptrdiff_t>(range_m / sonar.bin_m());
     return std::accumulate(with.begin() + bin - 20, with.begin() + bin + 21, 0.0);
   };
-  // Two directions, each with r^2 r'^2 instead of r^4, and absorption over the longer leg.
+  // Two directions, each with r^2 r'^2 instead of r^4, and absorption over the longer leg. Along
+  // the track sinc^2(L y / lambda r) sinc^2(L y / lambda r') has the integral
+  // lambda r / L (1 - r / (3 r')), which for equal legs is 2/3 lambda r / L.
+  const double wider = 1.5 * (1.0 - r / (3.0 * back_m));
   const double expected =
-      9e9 * 2.0 * std::pow(r / back_m, 2) * scatter::from_db(-0.03 * (back_m - r));
-  CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.05));
+      9e9 * 2.0 * std::pow(r / back_m, 2) * wider * scatter::from_db(-0.03 * (back_m - r));
+  CHECK(sum_about(0.5 * (r + back_m)) == Approx(expected).epsilon(0.02));
+  // That of an image of the sonar at the range r': both legs are its own.
+  const double as_image =
+      9e9 * std::pow(r / back_m, 4) * (back_m / r) * scatter::from_db(-0.06 * (back_m - r));
+  CHECK(sum_about(back_m) == Approx(as_image).epsilon(0.02));
 }
 
 TEST_CASE("a multiple loses the bubble loss of the wind at each reflection by the surface") {

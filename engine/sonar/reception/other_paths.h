@@ -149,6 +149,8 @@ class OtherPaths {
   void add_surface(double depth_m, Side side, const BeamPlane& plane, std::span<float> power) const;
   void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                   std::span<float> power) const;
+  /// How wide the one-way patterns of two legs of these lengths overlap along the track.
+  double overlap_m(double out_m, double back_m) const;
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
@@ -167,6 +169,7 @@ class OtherPaths {
   Oscillator waves_;
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, by the same
+  std::vector<double> overlaps_;          // of two legs' patterns, by the ratio of their widths
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   std::array<VerticalSum, 2> vertical_sums_;
   double wall_share_;
