@@ -178,6 +178,27 @@ TEST_CASE("with straight rays the echo's spreading is right in water of constant
   }
 }
 
+TEST_CASE("straight rays with a cast's time see a level bed's facets as level") {
+  // Facets that turn in straightened space make a saw of the level, with the facets' period.
+  const TemporaryFolder folder;
+  Scene scene = level_scene();
+  scene.seafloor.cell_m = 1.0;
+  scene.sea.absorption_db_per_km = 0.0;
+  scene.sea.profile = {"step.csv", folder / "step.csv"};
+  std::ofstream(folder / "step.csv")
+      << "depth_m,soundspeed_mps\n0,1525\n12,1525\n16,1450\n30,1450\n";
+  const auto roughness_db = [&](RefractionMode mode) {
+    scene.sea.refraction = mode;
+    const std::vector<double> level = level_db(scene, 10.0);
+    const double bin_m = scene.sonars.front().bin_m();
+    double worst_db = 0.0;
+    for (auto i = static_cast<std::size_t>(20.0 / bin_m); i + 40 < level.size(); ++i)
+      worst_db = std::max(worst_db, std::abs(level[i] - 0.5 * (level[i - 8] + level[i + 8])));
+    return worst_db;
+  };
+  CHECK(roughness_db(RefractionMode::time_only) < roughness_db(RefractionMode::off) + 0.005);
+}
+
 TEST_CASE("absorption follows the cast's temperatures along the path") {
   // 400 kHz, 35 psu: Francois and Garrison's 94 dB/km at 4 degrees, 124 at 20.
   CHECK(scatter::absorption_db_per_m({.temperature_c = 4.0}, 20.0, 400e3) ==

@@ -15,7 +15,8 @@ Eigen::Vector3d RayIncidence::straightened(const Eigen::Vector3d& normal,
   const Eigen::Vector3d aside(-outwards.y(), outwards.x(), 0.0);
   return (along * normal.dot(direction) * launch +
           upwards * normal.dot(upwards_of(direction)) * upwards_of(launch) +
-          sideways * normal.dot(aside) * aside)
+          sideways * normal.dot(aside) * aside +
+          upturn * normal.dot(direction) * Eigen::Vector3d::UnitZ())
       .normalized();
 }
 

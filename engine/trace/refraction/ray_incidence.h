@@ -21,6 +21,9 @@ struct RayIncidence {
   // Metres of the sea for one metre of straightened space: along the ray, across it in its vertical
   // plane, and across it horizontally.
   double along, upwards, sideways;
+  /// By how much a normal along the ray turns up there. A bent ray runs where its travel time grows
+  /// fastest, so that none of it turns; a straight ray (TravelTime) does not.
+  double upturn = 0.0;
 
   /// The unit normal that a facet at the hit has in straightened space, from its unit normal in the
   /// sea and the ray's launch direction.

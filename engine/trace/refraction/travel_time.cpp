@@ -3,6 +3,11 @@
 #include <cmath>
 
 namespace ensonify::engine {
+namespace {
+
+constexpr double level_m = 1e-3;  // a ray that changes its depth by less
+
+}  // namespace
 
 TravelTime::TravelTime(const scatter::SoundSpeedProfile& profile, double reference_mps)
     : profile_(&profile), reference_mps_(reference_mps) {
@@ -26,26 +31,34 @@ void TravelTime::apply(const RayFan& fan, std::span<Hit> hits) {
       const Depth there = at(deeper_m - fan.origin.z());
       straight_m_[number] = hit.t;
       // A slanted line takes as many times longer than the vertical one as it is longer.
-      hit.t *= reference_mps_ * (std::abs(deeper_m) > 1e-3 ? (there.time_s - source_s) / deeper_m
-                                                           : 1.0 / there.speed_mps);
+      hit.t *= reference_mps_ * (std::abs(deeper_m) > level_m ? (there.time_s - source_s) / deeper_m
+                                                              : 1.0 / there.speed_mps);
       if (hit.t > fan.range_m) hit = Hit{};
     }
   }
 }
 
+// With p a place from the sonar and K(z) the reference speed over the mean one down to it, its
+// place in straightened space is K p. The Jacobian is K I + p (dK/dz e_z)^T, and a normal n becomes
+// its inverse transposed times n: by Sherman and Morrison (n - e_z (p n) dK/dz / (K + p_z dK/dz)) /
+// K. K + p_z dK/dz is the reference speed over that at p.
 RayIncidence TravelTime::incidence_of(std::size_t number, Hit& hit) {
   const Eigen::Vector3d direction = fan_->direction(
       fan_->plane_direction(number / fan_->elevations()), number % fan_->elevations());
   const double straight_m = straight_m_[number];
   const Eigen::Vector3d place = fan_->origin + straight_m * direction;
+  const double mean = straight_m / hit.t;  // speed, by the reference
+  const double local = at(-place.z()).speed_mps / reference_mps_;
+  const bool level = std::abs(straight_m * direction.z()) <= level_m;
   return {.place = place,
           .direction = direction,
           .spreading_m2 = straight_m * straight_m,
           .absorption_db =
               straight_m * profile_->mean_absorption_db_per_m(-fan_->origin.z(), -place.z()),
-          .along = at(-place.z()).speed_mps / reference_mps_,
-          .upwards = straight_m / hit.t,
-          .sideways = straight_m / hit.t};
+          .along = mean,
+          .upwards = mean,
+          .sideways = mean,
+          .upturn = level ? 0.0 : (local - mean) / direction.z()};
 }
 
 /// In a layer of constant gradient g, dz more take log(1 + g dz / c) / g, c being the speed at its
