@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -27,6 +28,24 @@ double time_s(const SoundSpeedLayer& layer, double from_m, double to_m) {
   const double speed = speed_in(layer, from_m);
   const double change = layer.gradient_per_s * (to_m - from_m) / speed;
   return (to_m - from_m) / speed * (change == 0.0 ? 1.0 : std::log1p(change) / change);
+}
+
+using AbsorptionLaw = std::function<double(double depth_m, double sound_speed_mps)>;
+
+/// Adds samples between two of linear sound speed, so many that the absorption between them is
+/// nearly linear. A cast may say with two rows what another says with a hundred.
+void add_between(const SoundSpeedSample& a, const SoundSpeedSample& b,
+                 const AbsorptionLaw& db_per_m, std::vector<SoundSpeedSample>& samples) {
+  constexpr double bend = 1e-3, thinnest_m = 0.1;
+  if (b.depth_m - a.depth_m < thinnest_m) return;
+  SoundSpeedSample middle{std::midpoint(a.depth_m, b.depth_m),
+                          std::midpoint(a.sound_speed_mps, b.sound_speed_mps)};
+  middle.absorption_db_per_m = db_per_m(middle.depth_m, middle.sound_speed_mps);
+  const double linear = std::midpoint(a.absorption_db_per_m, b.absorption_db_per_m);
+  if (std::abs(middle.absorption_db_per_m - linear) <= bend * linear) return;
+  add_between(a, middle, db_per_m, samples);
+  samples.push_back(middle);
+  add_between(middle, b, db_per_m, samples);
 }
 
 }  // namespace
@@ -91,9 +110,12 @@ double SoundSpeedProfile::speed_mps(double depth_m) const {
 SoundSpeedProfile SoundSpeedProfile::with_absorption(
     const std::function<double(double, double)>& db_per_m) const {
   std::vector<SoundSpeedSample> samples;
-  for (const SoundSpeedLayer& layer : layers_)
-    if (std::isfinite(layer.top_m))
-      samples.push_back({layer.top_m, layer.top_mps, db_per_m(layer.top_m, layer.top_mps)});
+  for (const SoundSpeedLayer& layer : layers_) {
+    if (std::isinf(layer.top_m)) continue;
+    const SoundSpeedSample sample{layer.top_m, layer.top_mps, db_per_m(layer.top_m, layer.top_mps)};
+    if (!samples.empty()) add_between(SoundSpeedSample(samples.back()), sample, db_per_m, samples);
+    samples.push_back(sample);
+  }
   SoundSpeedProfile profile(std::move(samples));
   profile.sorted_ = sorted_;
   return profile;

@@ -66,6 +66,27 @@ TEST_CASE("The mean absorption between two depths is that of its samples, linear
   CHECK(SoundSpeedProfile(shallow_duct).mean_absorption_db_per_m(0.0, 50.0) == 0.0);
 }
 
+TEST_CASE("Absorption follows from the speed at each depth, however few samples say it") {
+  // It bends in a layer as that of Francois and Garrison does from 20 to 4 degrees.
+  const auto absorption = [](double depth_m, double mps) {
+    return 0.1 * std::exp(0.008 * (mps - 1500.0)) + 1e-6 * depth_m;
+  };
+  const SoundSpeedProfile few =
+      SoundSpeedProfile({{0.0, 1521.0}, {12.0, 1521.0}, {16.0, 1465.0}, {40.0, 1466.0}})
+          .with_absorption(absorption);
+  double sum = 0.0;
+  constexpr int steps = 100000;
+  for (int i = 0; i < steps; ++i) {
+    const double z = 10.0 + 8.0 * (i + 0.5) / steps;
+    sum += absorption(z, few.speed_mps(z));
+  }
+  CHECK(few.mean_absorption_db_per_m(10.0, 18.0) == Approx(sum / steps).epsilon(1e-3));
+  for (const double z : {12.5, 13.0, 14.0, 15.1})
+    CHECK(few.mean_absorption_db_per_m(z, z) ==
+          Approx(absorption(z, few.speed_mps(z))).epsilon(1.1e-3));
+  CHECK(few.layers().size() < 20);
+}
+
 TEST_CASE("A single sample is the same water everywhere") {
   const SoundSpeedProfile profile({{20.0, 1500.0}});
   REQUIRE(profile.layers().size() == 2);
