@@ -55,7 +55,8 @@ SolidTarget::SolidTarget(const Solid& solid)
   if (!(solid.lobe_width_rad >= 0.0 && solid.lobe_width_rad <= 45.0 * degree))
     throw std::invalid_argument(fmt::format(
         "solid: the lobe's width is {} degrees, expected 0 to 45", solid.lobe_width_rad / degree));
-  if (!(pi * mu_ + specular_ <= 1.0 + 1e-12))
+  constexpr double faint = 1e-9;  // the diffuse part of a mirror, whose diffuse_db is -100
+  if (!(pi * mu_ + specular_ <= 1.0 + faint))
     throw std::invalid_argument(
         fmt::format("solid: diffuse_db = {} and specular = {} scatter more energy than arrives: pi "
                     "10^(diffuse_db/10) + specular is {:.3f}, expected at most 1",

@@ -44,6 +44,11 @@ TEST_CASE("with the lobe of their diffraction a plate and a cylinder have their 
   CHECK(sum == Approx(radius_m * length_m * length_m / (2.0 * wavelength_m)).epsilon(1e-3));
 }
 
+TEST_CASE("a mirror's specular part is 1, with the faintest diffuse part that a scene can have") {
+  CHECK(SolidTarget({-100.0, 1.0, 1.0 * degree}).cross_section(0.5 * pi) > 1.0);
+  CHECK_THROWS_WITH(SolidTarget({-80.0, 1.0, 1.0 * degree}), Catch::Contains("more energy"));
+}
+
 TEST_CASE("a lobe returns exactly its part of the energy") {
   // Seen along the surface's normal, a facet inclined by g reflects its energy to 2g.
   for (const double width_deg : {1.0, 5.0, 15.0}) {
