@@ -171,7 +171,7 @@ void add_backscatter(CLI::App& app, Action& action) {
       "no reflection_loss_db either");
   command.add_option("--frequency-hz", arguments->frequency_hz, "Frequency of the sound, Hz")
       ->required()
-      ->check(number());
+      ->check(number(1.0, 1e9));
   command
       .add_option("--sound-speed-mps", arguments->sound_speed_mps,
                   "Sound speed in the water at the bed, m/s")

@@ -79,8 +79,8 @@ std::string toml_of(const py::handle& value, const std::string& path, int depth 
   if (py::hasattr(value, "keys")) {
     for (const auto& [key, item] : dict_of(value, path)) {
       const std::string name = utf8_of(py::str(key));
-      append(
-          fmt::format("{} = {}", toml_string(name), toml_of(item, path + "." + name, depth + 1)));
+      append(fmt::format("{} = {}", toml_string(name),
+                         toml_of(item, fmt::format("{}.{}", path, name), depth + 1)));
     }
     return "{" + text + "}";
   }
