@@ -108,7 +108,7 @@ TEST_CASE("A number of the command line is neither NaN nor nothing, and within i
            " from 1e-06 to 10000000 "},
           {"ray --profile cast.csv --source-depth-m", " from 0 to 12000 "},
           {"sediments --mean-grain-size-phi", " "},
-          {"backscatter --sound-speed-mps 1500 --frequency-hz", " "},
+          {"backscatter --sound-speed-mps 1500 --frequency-hz", " from 1 to 1000000000 "},
           {"water --salinity-psu 35 --depth-m 1 --temperature-c", " "}}) {
       std::vector<std::string> arguments = words(line);
       arguments.push_back(value);
