@@ -376,8 +376,8 @@ class Reader {
   void check_file_names(const toml::table& sonars) const {
     for (const auto& [key, node] : sonars) {
       const std::string_view name = key.str();
-      const auto refuse = [&](std::string_view whose) {
-        throw fault(key,
+      const auto refuse = [&, &its_key = key](std::string_view whose) {
+        throw fault(its_key,
                     fmt::format("a sonar named {} would have files of the same name as {}; give "
                                 "it another name",
                                 printable(name), whose));
