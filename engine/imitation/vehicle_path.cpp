@@ -193,7 +193,7 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
   for (const auto& [values, name] : {std::pair{&path.roll_rad, "roll"},
                                      {&path.pitch_rad, "pitch"},
                                      {&path.heading_rad, "heading"}}) {
-    if (values->empty() || all_equal(*values))
+    if (std::ranges::all_of(*values, [](double value) { return value == 0.0; }))
       values->clear();  // a field that is not used
     else
       from += fmt::format("{}{}", from.empty() ? "" : ", ", name);

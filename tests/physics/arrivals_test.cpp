@@ -429,7 +429,10 @@ double corner_energy(const Sonar& sonar, const Circumstances& under) {
                                  .bed = under.bed,
                                  .arrivals = {.double_bounce = true, .wall_loss_db = 0.0}});
   EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
-  for (std::size_t i = top; i <= foot; ++i) line.bins.instance[i] = 1;
+  for (std::size_t i = top; i <= foot; ++i) {
+    line.bins.instance[i] = 1;
+    line.bins.region[i] = static_cast<std::uint32_t>(Region::object);
+  }
   for (std::size_t i = foot + 1; i < foot + 60; ++i) {
     line.bins.region[i] = static_cast<std::uint32_t>(Region::shadow);
     line.bins.intensity_mean[i] = 0.0f;

@@ -18,7 +18,6 @@ using std::numbers::pi;
 constexpr double fish_cell_m = 10.0;
 constexpr double fish_height_share = 0.25;  // height of a fish over its length
 constexpr std::size_t max_fish = 64;        // per cell
-constexpr std::size_t coarse = 16;          // bins over which the shimmer is linear
 
 /// The horizontal direction to port or starboard of the array.
 Eigen::Vector2d abeam(const PingContext& context, Side side) {
@@ -57,6 +56,9 @@ void Disturbances::apply(const PingContext& context, Side side, std::span<float>
 void Disturbances::shimmer(const PingContext& context, Side, std::span<float> gain,
                            std::span<float>, Artefacts& artefacts) const {
   artefacts.add(Artefact::shimmer);
+  // The bins over which it is linear, an eighth of its wave at most.
+  const auto coarse =
+      static_cast<std::size_t>(std::clamp(options_.shimmer_m / (8.0 * law_.bin_m()), 1.0, 16.0));
   std::array<std::complex<double>, 3> waves, turns;
   const double to_nepers = 0.1 * std::numbers::ln10 * options_.shimmer_db * std::sqrt(2.0 / 3.0);
   for (std::size_t i = 0; i < waves.size(); ++i) {
@@ -64,7 +66,8 @@ void Disturbances::shimmer(const PingContext& context, Side, std::span<float> ga
     waves[i] = std::polar(to_nepers, 2.0 * pi *
                                          (tune * law_.range_m(0) / options_.shimmer_m +
                                           tune * context.t_s / options_.shimmer_s + phases_[i]));
-    turns[i] = std::polar(1.0, 2.0 * pi * tune * coarse * law_.bin_m() / options_.shimmer_m);
+    turns[i] = std::polar(
+        1.0, 2.0 * pi * tune * static_cast<double>(coarse) * law_.bin_m() / options_.shimmer_m);
   }
   const auto level = [&] { return std::exp(waves[0].real() + waves[1].real() + waves[2].real()); };
   double here = level();
@@ -73,7 +76,7 @@ void Disturbances::shimmer(const PingContext& context, Side, std::span<float> ga
       waves[i] = {waves[i].real() * turns[i].real() - waves[i].imag() * turns[i].imag(),
                   waves[i].real() * turns[i].imag() + waves[i].imag() * turns[i].real()};
     const double next = level();
-    const auto slope = static_cast<float>((next - here) / coarse);
+    const auto slope = static_cast<float>((next - here) / static_cast<double>(coarse));
     for (std::size_t i = 0; i < coarse && n + i < gain.size(); ++i)
       gain[n + i] *= static_cast<float>(here) + static_cast<float>(i) * slope;
     here = next;
@@ -190,9 +193,10 @@ void Disturbances::add_one_fish(const PingContext& context, Side side,
   const double pattern =
       law_.vertical(side, from_array.dot(to_side), from_array.dot(context.array.down));
   const double thick_m = fish_height_share * options_.fish_length_m;
-  const auto bins = static_cast<std::size_t>(thick_m / law_.bin_m()) + 1;
+  // The energy of a cell, spread over the bins that the fish or the cell fills.
+  const auto bins = static_cast<std::size_t>(std::max(thick_m, law_.cell_m()) / law_.bin_m()) + 1;
   const double echo = law_.per_m2(bin) * scatter::from_db(options_.fish_strength_db) * in_beam *
-                      pattern * pattern / static_cast<double>(bins);
+                      pattern * pattern * law_.cell_m() / law_.bin_m() / static_cast<double>(bins);
   for (std::size_t n = bin; n < std::min(bin + bins, power.size()); ++n)
     power[n] += static_cast<float>(echo);
 

@@ -406,7 +406,9 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
 // of one.
 void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
                                    std::span<const float> direct, std::span<float> power) const {
-  const auto of_object = [&](std::size_t n) { return line.bins.instance[n] != 0; };
+  const auto of_object = [&](std::size_t n) {
+    return line.bins.region[n] == static_cast<std::uint32_t>(Region::object);
+  };
   const auto in_shadow = [&](std::size_t n) {
     return line.bins.region[n] == static_cast<std::uint32_t>(Region::shadow);
   };

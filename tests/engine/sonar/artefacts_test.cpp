@@ -20,8 +20,9 @@ const Eigen::Vector3d array{0.0, 0.0, -10.0};
 
 /// Makes the starboard lines of a sonar with artefacts, without speckle.
 struct Receiver {
-  explicit Receiver(const ArtefactOptions& options, bool noise = false)
-      : sonar(quiet_sonar()),
+  explicit Receiver(const ArtefactOptions& options, bool noise = false,
+                    const Sonar& its_sonar = quiet_sonar())
+      : sonar(its_sonar),
         chain((sonar.receiver.noise = noise, sonar), {.speckle = false, .artefacts = options}) {}
 
   EchoLine receive(std::uint64_t ping = 0, double t_s = 0.0, double north_m = 0.0,
@@ -147,6 +148,28 @@ TEST_CASE("a fish's shadow lies where the line of sight above it meets the bed")
   CHECK(fish > 20);
   CHECK(shadows >= 0.9 * fish);
   CHECK_FALSE(Receiver({.fish_per_hectare = 1e-9}).receive().artefacts.has(Artefact::fish));
+}
+
+TEST_CASE("a fish's echo has its strength, whatever the bins and the pulse") {
+  // The energy of all echoes of a line with many small fish, by that of a cell.
+  const auto energy = [](int bins, double bandwidth_hz) {
+    Sonar sonar = quiet_sonar();
+    sonar.bins = bins;
+    sonar.pulse.bandwidth_hz = bandwidth_hz;
+    sonar.focused = true;
+    Receiver receiver({.fish_per_hectare = 2000.0, .fish_strength_db = 0.0, .fish_length_m = 0.05},
+                      false, sonar);
+    double sum = 0.0;
+    for (double north_m = 0.0; north_m < 40.0; north_m += 0.5) {
+      const EchoLine line = receiver.receive(0, 0.0, north_m, 0.0);
+      for (std::size_t i = line.bins.intensity.size() / 2; i < line.bins.intensity.size(); ++i)
+        sum += double(line.bins.intensity[i]) * std::pow(double(line.bins.range_m[i]), 4.0);
+    }
+    return sum * sonar.bin_m() / sonar.pulse.cell_m(1500.0);
+  };
+  const double usual = energy(1500, 30e3);
+  CHECK(energy(600, 30e3) == Approx(usual).epsilon(0.1));
+  CHECK(energy(1500, 5e3) == Approx(usual).epsilon(0.1));
 }
 
 TEST_CASE("fish near an array that is not focused hide no more than all, and give numbers") {
