@@ -132,11 +132,13 @@ double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
 }  // namespace
 
 std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m) {
-  constexpr int angles = 2048;
-  constexpr int most = 24;
   constexpr double left_out = 2e-3;  // share of the energy
   const double bin_s = 2.0 * bin_m / sound_speed_mps;
-  std::vector<double> taps(most + 1);
+  // The filter of a long pulse is about twice as long as the pulse.
+  const int most =
+      static_cast<int>(std::clamp(2.0 * pulse.effective_length_s() / bin_s, 24.0, 4096.0));
+  const int angles = std::max(2048, 32 * most);
+  std::vector<double> taps(static_cast<std::size_t>(most) + 1);
   for (int i = 0; i < angles; ++i) {
     const double angle = std::numbers::pi * (i + 0.5) / angles;
     const double root = std::sqrt(sampled_spectrum(pulse, bin_s, angle));

@@ -225,3 +225,23 @@ TEST_CASE("a digitiser's bins are c / 2 rate long and reach the range") {
   CHECK(slower.range_m >= 50.0);
   CHECK(slower.range_m < 50.0 + slower.bin_m());
 }
+
+TEST_CASE("speckle of a CW pulse of any length is correlated as the pulse: a triangle") {
+  for (const int bins : {4, 15, 60, 119}) {
+    const Pulse pulse{.kind = PulseKind::cw, .length_s = bins * 1e-5};
+    const double bin_m = 0.5 * 1500.0 * 1e-5;
+    const std::vector<float> taps = speckle_taps(pulse, 1500.0, bin_m);
+    const auto tap = [&](int d) {
+      const auto at = static_cast<std::size_t>(std::abs(d));
+      return at < taps.size() ? double(taps[at]) : 0.0;
+    };
+    const int reach = static_cast<int>(taps.size());
+    for (const double lag : {0.25, 0.5, 0.75, 1.25}) {
+      const int d = static_cast<int>(std::lround(lag * bins));
+      double sum = 0.0;
+      for (int k = -reach; k <= reach; ++k) sum += tap(k) * tap(k + d);
+      CAPTURE(bins, lag);
+      CHECK(sum == Approx(std::max(1.0 - double(d) / bins, 0.0)).margin(0.03));
+    }
+  }
+}
