@@ -21,6 +21,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -112,15 +113,15 @@ void make_tiles(const AnalyseArguments& arguments, const Scene& scene, int threa
   progress.reset();
   print_warnings(prepared->warnings);
   if (!arguments.quiet) {
-    fmt::print(stderr,
-               "{} points, {} faces: {} tiles, {} of them were there, {:.2f} s on {} thread{}; "
-               "{:.2f} GB\n{}\n",
-               prepared->seafloor.vertices, prepared->seafloor.faces, of_tiles.all, of_tiles.before,
-               of_tiles.seconds, threads, threads == 1 ? "" : "s",
-               1e-9 * static_cast<double>(tiles.file_bytes()), prepared->cache_file.string());
+    tell(
+        "{} points, {} faces: {} tiles, {} of them were there, {:.2f} s on {} thread{}; "
+        "{:.2f} GB\n{}\n",
+        prepared->seafloor.vertices, prepared->seafloor.faces, of_tiles.all, of_tiles.before,
+        of_tiles.seconds, threads, threads == 1 ? "" : "s",
+        1e-9 * static_cast<double>(tiles.file_bytes()), prepared->cache_file.string());
     if (prepared->clusters)
-      fmt::print(stderr, "{} clusters, {} of them were there, {:.2f} s\n", of_clusters.all,
-                 of_clusters.before, of_clusters.seconds);
+      tell("{} clusters, {} of them were there, {:.2f} s\n", of_clusters.all, of_clusters.before,
+           of_clusters.seconds);
   }
   if (!arguments.json) return;
   nlohmann::ordered_json json = {{"file", prepared->cache_file.string()},
@@ -172,13 +173,12 @@ void analyse_scene(const AnalyseArguments& arguments) {
   print_warnings(seafloor.warnings);
   const std::uintmax_t bytes = fs::file_size(arguments.file);
   if (!arguments.quiet)
-    fmt::print(stderr,
-               "{} vertices, {} faces: seafloor {:.2f} s, analysis {:.2f} s on {} thread{}, file "
-               "{:.2f} s; {:.1f} bytes per vertex\n{}\n",
-               seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads,
-               threads == 1 ? "" : "s", file_s,
-               static_cast<double>(bytes) / static_cast<double>(seafloor.vertices),
-               arguments.file.string());
+    tell(
+        "{} vertices, {} faces: seafloor {:.2f} s, analysis {:.2f} s on {} thread{}, file "
+        "{:.2f} s; {:.1f} bytes per vertex\n{}\n",
+        seafloor.vertices, seafloor.faces, seafloor_s, analysis_s, threads, threads == 1 ? "" : "s",
+        file_s, static_cast<double>(bytes) / static_cast<double>(seafloor.vertices),
+        arguments.file.string());
   if (arguments.json) {
     const nlohmann::ordered_json json = {
         {"file", arguments.file.string()},

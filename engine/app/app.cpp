@@ -1,4 +1,5 @@
 #include "app.h"
+#include "tell.h"
 
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -136,8 +137,7 @@ void print_object(const nlohmann::ordered_json& json) {
 }
 
 void print_warnings(std::span<const std::string> warnings) {
-  for (const std::string& warning : warnings)
-    fmt::print(stderr, "ensonify: warning: {}\n", warning);
+  for (const std::string& warning : warnings) tell("ensonify: warning: {}\n", warning);
 }
 
 std::atomic<int> SignalWatch::caught_ = 0;

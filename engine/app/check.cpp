@@ -23,6 +23,7 @@
 #include "check_pings.h"
 #include "check_report.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -248,13 +249,12 @@ void check(const CheckArguments& arguments) {
   print_warnings(analysed->warnings);
   for (const AgreementRow& row : rows) print_unexplained(row, mesh.world_origin);
   if (!arguments.quiet)
-    fmt::print(stderr,
-               "source scene: {} rays of {} pings, which are cast whole; half of --rays {} is the "
-               "least\n",
-               scene_rays, pings_of(blocks), arguments.rays);
+    tell(
+        "source scene: {} rays of {} pings, which are cast whole; half of --rays {} is the "
+        "least\n",
+        scene_rays, pings_of(blocks), arguments.rays);
   if (water.profile && !arguments.quiet)
-    fmt::print(stderr, "source bent: one in {} of the scene's rays, as the water bends them\n",
-               bent_every);
+    tell("source bent: one in {} of the scene's rays, as the water bends them\n", bent_every);
   if (arguments.json) {
     nlohmann::ordered_json table = nlohmann::ordered_json::array();
     for (const AgreementRow& row : rows) table.push_back(to_json(row));
@@ -283,7 +283,7 @@ void check(const CheckArguments& arguments) {
             ? fmt::format(" and {} of {} rays of {}", reached.rays, reached.of, reached_what)
             : ""));
   const std::string over = report_limits(rows);
-  fmt::print(stderr, "{}", over);
+  tell("{}", over);
   if (reached.unexplained > 0)
     throw std::runtime_error(fmt::format(
         "{} differences from the reference are unexplained; the first of each row are listed above",

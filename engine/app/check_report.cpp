@@ -1,4 +1,5 @@
 #include "check_report.h"
+#include "tell.h"
 
 #include <cmath>
 #include <cstdio>
@@ -68,12 +69,12 @@ void print_unexplained(const AgreementRow& row, const Eigen::Vector3d& world_ori
   };
   for (const Difference& d : row.unexplained) {
     const Eigen::Vector3d o = d.ray.origin + world_origin;
-    fmt::print(stderr,
-               "unexplained: {} {} {}\n  ox,oy,oz,dx,dy,dz,t_min,t_max\n  {:.17g},{:.17g},{:.17g},"
-               "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n  reference: {}\n  found:     {}\n",
-               row.surface, row.intersector, ray_source_names[static_cast<std::size_t>(row.source)],
-               o.x(), o.y(), o.z(), d.ray.direction.x(), d.ray.direction.y(), d.ray.direction.z(),
-               d.ray.t_min, d.ray.t_max, answer(d.expected), answer(d.found));
+    tell(
+        "unexplained: {} {} {}\n  ox,oy,oz,dx,dy,dz,t_min,t_max\n  {:.17g},{:.17g},{:.17g},"
+        "{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n  reference: {}\n  found:     {}\n",
+        row.surface, row.intersector, ray_source_names[static_cast<std::size_t>(row.source)], o.x(),
+        o.y(), o.z(), d.ray.direction.x(), d.ray.direction.y(), d.ray.direction.z(), d.ray.t_min,
+        d.ray.t_max, answer(d.expected), answer(d.found));
   }
 }
 

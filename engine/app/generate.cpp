@@ -11,6 +11,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -31,17 +32,16 @@ double samples_per_hour(const GenerateReport& report) {
 }
 
 void print_report(const GenerateReport& report, const fs::path& folder, int threads) {
-  fmt::print(stderr, "{}: {} of {} samples; {} made, {} found, {} failed\n", folder.string(),
-             report.found + report.made, report.samples, report.made, report.found,
-             report.failed.size());
+  tell("{}: {} of {} samples; {} made, {} found, {} failed\n", folder.string(),
+       report.found + report.made, report.samples, report.made, report.found, report.failed.size());
   if (report.made == 0) return;
   double sum_s = 0.0;
   for (const auto& [stage, seconds] : report.stages_s) sum_s += seconds;
-  fmt::print(stderr, "{:.4g} samples/hour on {} thread{}; by stage, summed over threads:",
-             samples_per_hour(report), threads, threads == 1 ? "" : "s");
+  tell("{:.4g} samples/hour on {} thread{}; by stage, summed over threads:",
+       samples_per_hour(report), threads, threads == 1 ? "" : "s");
   for (const auto& [stage, seconds] : report.stages_s)
-    fmt::print(stderr, " {} {:.2f} s ({:.1f} %)", stage, seconds, 100.0 * seconds / sum_s);
-  fmt::print(stderr, "\n");
+    tell(" {} {:.2f} s ({:.1f} %)", stage, seconds, 100.0 * seconds / sum_s);
+  tell("\n");
 }
 
 void print_json(const GenerateReport& report, const fs::path& folder, int threads) {
@@ -82,7 +82,7 @@ void rehearse(const Recipe& recipe, const GenerateArguments& arguments, const Sh
                                     &ObjectOptions::class_name) > 1;
       if (above_water(sample.scene)) shallow.push_back(i);
     } catch (const SceneError& error) {
-      if (++failed <= 10) fmt::print(stderr, "ensonify: {}\n", error.what());
+      if (++failed <= 10) tell("ensonify: {}\n", error.what());
     }
   for (const std::string& split : splits_of(recipe.options().split))
     if (failed == 0 && !splits.contains(split))
@@ -137,7 +137,7 @@ void generate_dataset(const GenerateArguments& arguments) {
                            },
                        .failed =
                            [](std::size_t sample, std::string_view why) {
-                             fmt::print(stderr, "ensonify: sample {} failed: {}\n", sample, why);
+                             tell("ensonify: sample {} failed: {}\n", sample, why);
                            }});
   }
   print_warnings(report.warnings);

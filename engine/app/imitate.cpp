@@ -16,6 +16,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -108,12 +109,12 @@ void make_imitation(const ImitateArguments& arguments) {
   else
     print(summary(made));
   if (arguments.quiet) return;
-  for (const std::string& what : made.unknown) fmt::print(stderr, "cannot tell: {}\n", what);
+  for (const std::string& what : made.unknown) tell("cannot tell: {}\n", what);
   const auto [within, known] = within_spread(made);
-  fmt::print(stderr,
-             "{} of {} statistics of pings that the fit did not see differ by no more than the "
-             "recording's halves; scene and report are in {}\n",
-             within, known, arguments.folder.string());
+  tell(
+      "{} of {} statistics of pings that the fit did not see differ by no more than the "
+      "recording's halves; scene and report are in {}\n",
+      within, known, arguments.folder.string());
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -55,7 +56,7 @@ void show(const LiveArguments& arguments) {
   const LiveServer server(*session, arguments.server);
   print(server.address() + "\n");
   if (!arguments.quiet)
-    fmt::print(stderr, "open this address in a browser on this machine; Ctrl-C ends the program\n");
+    tell("open this address in a browser on this machine; Ctrl-C ends the program\n");
   session->start();
   while (SignalWatch::caught() == 0 && !session->fault()) std::this_thread::sleep_for(50ms);
   session->stop();

@@ -9,6 +9,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -49,7 +50,7 @@ void require_whole(const MergeArguments& arguments, std::string_view pieces,
                    const std::vector<std::string>& damaged) {
   if (missing.empty() && damaged.empty()) return;
   for (std::size_t i = 0; i < std::min(max_lines, damaged.size()); ++i)
-    fmt::print(stderr, "ensonify: {}\n", damaged[i]);
+    tell("ensonify: {}\n", damaged[i]);
   std::string found;
   if (missing.size() == 1)
     found += fmt::format("{} {} is missing; ", pieces.substr(0, pieces.size() - 1), missing[0]);
@@ -72,7 +73,7 @@ void merge_parts(const MergeArguments& arguments) {
   require_whole(arguments, "parts", "ensonify run", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (!arguments.quiet)
-    fmt::print(stderr, "{}: {} parts are complete\n", arguments.folder.string(), report.parts);
+    tell("{}: {} parts are complete\n", arguments.folder.string(), report.parts);
 }
 
 void merge_dataset(const MergeArguments& arguments) {
@@ -90,10 +91,9 @@ void merge_dataset(const MergeArguments& arguments) {
   require_whole(arguments, "samples", "ensonify generate", report.missing, report.damaged);
   print_warnings(report.warnings);
   if (arguments.quiet) return;
-  fmt::print(stderr, "{}: {} samples are complete\n", arguments.folder.string(), report.samples);
-  for (const auto& [group, count] : report.images)
-    fmt::print(stderr, "{}: {} images\n", group, count);
-  fmt::print(stderr, "card: {}\n", (arguments.folder / "README.md").string());
+  tell("{}: {} samples are complete\n", arguments.folder.string(), report.samples);
+  for (const auto& [group, count] : report.images) tell("{}: {} images\n", group, count);
+  tell("card: {}\n", (arguments.folder / "README.md").string());
 }
 
 }  // namespace

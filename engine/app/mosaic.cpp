@@ -7,6 +7,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -34,10 +35,10 @@ void write_mosaic(const MosaicArguments& arguments) {
     report = make_mosaic(arguments.runs, arguments.file, options);
   }
   if (!arguments.quiet)
-    fmt::print(stderr, "{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
-               report.columns, report.rows, report.pixel_m, report.pings,
-               report.has_reference ? "with a coordinate reference system"
-                                    : "local metres, without a coordinate reference system");
+    tell("{}: {} x {} pixels of {:g} m from {} pings; {}\n", arguments.file.string(),
+         report.columns, report.rows, report.pixel_m, report.pings,
+         report.has_reference ? "with a coordinate reference system"
+                              : "local metres, without a coordinate reference system");
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 #include <ensonify/refine/triangle_mesh.h>
 
 #include "app.h"
+#include "tell.h"
 #include "terminal.h"
 
 namespace app = ensonify::engine::app;
@@ -34,7 +35,7 @@ constexpr int interrupted = 75;  // by a signal; the same command resumes
 constexpr int by_signal = 128;
 
 int failed(int code, std::string_view message) {
-  fmt::print(stderr, "ensonify: {}\n", message);
+  app::tell("ensonify: {}\n", message);
   return code;
 }
 

@@ -11,6 +11,7 @@
 #include <ensonify/scatter/eigenray.h>
 
 #include "app.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -79,7 +80,7 @@ void print_path(scatter::SoundRay ray, double range_m, const RayArguments& argum
     if (end_m <= edge_m) break;
   }
   for (const std::string& remark : profile.remarks(upper_m, lower_m))
-    fmt::print(stderr, "ensonify: warning: {}: {}\n", arguments.profile.string(), remark);
+    tell("ensonify: warning: {}: {}\n", arguments.profile.string(), remark);
   print(out);
 }
 

@@ -14,6 +14,7 @@
 
 #include "app.h"
 #include "progress.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -39,22 +40,22 @@ double pings_per_s(const RunReport& report) {
 
 void print_size(const RunSize& size) {
   constexpr double gb = 1e9;
-  fmt::print(stderr,
-             "{} pings in {} parts, of which {} are finished; the others need at most {:.3g} GB on "
-             "the disk, and {:.2g} GB of memory for the images\n",
-             size.pings, size.parts, size.finished_parts, size.max_disk_bytes / gb,
-             size.memory_bytes / gb);
+  tell(
+      "{} pings in {} parts, of which {} are finished; the others need at most {:.3g} GB on "
+      "the disk, and {:.2g} GB of memory for the images\n",
+      size.pings, size.parts, size.finished_parts, size.max_disk_bytes / gb,
+      size.memory_bytes / gb);
 }
 
 void print_report(const RunReport& report, const std::string& intersector, const fs::path& folder,
                   int threads) {
   const StageTimes& stages = report.stages;
   if (!report.surface_why.empty())
-    fmt::print(stderr, "surface: {}, because {}\n", report.surface, report.surface_why);
+    tell("surface: {}, because {}\n", report.surface, report.surface_why);
   if (report.cached)
-    fmt::print(stderr, "analysed seafloor: read from {}\n", report.cache_file.string());
+    tell("analysed seafloor: read from {}\n", report.cache_file.string());
   else if (!report.cache_file.empty() && report.surface != "static")
-    fmt::print(stderr, "analysed seafloor: kept in {}\n", report.cache_file.string());
+    tell("analysed seafloor: kept in {}\n", report.cache_file.string());
   // Parts that were found took no time in this run.
   const std::string rate = report.parts_found > 0
                                ? fmt::format(" for the missing ones of {} parts", report.parts)
@@ -68,10 +69,10 @@ void print_report(const RunReport& report, const std::string& intersector, const
       report.prepare_s, report.files_s, stages.surface_s, stages.trace_s, stages.echo_s,
       stages.receive_s);
   if (intersector.starts_with("embree"))
-    fmt::print(stderr,
-               "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
-               "times as many pings per second: the fewer faces, the more\n",
-               intersector);
+    tell(
+        "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
+        "times as many pings per second: the fewer faces, the more\n",
+        intersector);
   // A share without a part of its own has no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
     fmt::print(
@@ -80,21 +81,19 @@ void print_report(const RunReport& report, const std::string& intersector, const
         100.0 * static_cast<double>(report.counts.at("hits")) / static_cast<double>(rays->second),
         report.counts.at("starved_bins"));
   if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
-    fmt::print(stderr, "bent rays: {}, of which {} by chords\n", bent->second,
-               report.counts.at("bent_rays_by_chords"));
+    tell("bent rays: {}, of which {} by chords\n", bent->second,
+         report.counts.at("bent_rays_by_chords"));
   if (!report.verification.empty())
-    fmt::print(stderr,
-               "verified: {} rays of {} pings, {} different from the reference, {} unexplained\n",
-               report.verification.at("rays"), report.verification.at("pings"),
-               report.verification.at("rays") - report.verification.at("same"),
-               report.verification.at("unexplained"));
+    tell("verified: {} rays of {} pings, {} different from the reference, {} unexplained\n",
+         report.verification.at("rays"), report.verification.at("pings"),
+         report.verification.at("rays") - report.verification.at("same"),
+         report.verification.at("unexplained"));
   if (!report.complete)
-    fmt::print(stderr,
-               "the run has {} parts; when all are made, `ensonify merge {}` completes it\n",
-               report.parts, folder.string());
+    tell("the run has {} parts; when all are made, `ensonify merge {}` completes it\n",
+         report.parts, folder.string());
   for (const fs::path& file : report.files)
     if (file.extension() == ".png" && file.parent_path() == folder)
-      fmt::print(stderr, "picture: {}\n", file.string());
+      tell("picture: {}\n", file.string());
 }
 
 void print_json(const RunReport& report, const fs::path& folder, int threads) {

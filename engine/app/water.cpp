@@ -10,6 +10,7 @@
 #include <ensonify/scatter/sea_water.h>
 
 #include "app.h"
+#include "tell.h"
 
 namespace ensonify::engine::app {
 namespace {
@@ -73,7 +74,7 @@ void print_water(const WaterArguments& arguments) {
          1000.0 * scatter::ainslie_mccolm_absorption_db_per_m(water, depth_m, *f),
          scatter::ainslie_mccolm_fit);
   }
-  fmt::print(stderr, "{}", err);
+  tell("{}", err);
   print(out);
 }
 

@@ -63,14 +63,24 @@ fs::path StagingFolder::lock_of(const fs::path& place) {
 
 std::optional<Claim> StagingFolder::try_claim(const fs::path& place) {
   std::optional<Claim> claim = Claim::try_take(lock_of(place));
-  if (!claim || !claim->exclusive()) return claim;
+  if (claim && claim->exclusive()) remove_left_behind(place);
+  return claim;
+}
+
+std::vector<fs::path> StagingFolder::left_behind(const fs::path& place) {
   const std::string begin = fmt::format(".{}.", place.filename().string());
+  std::vector<fs::path> found;
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(place.parent_path(), ignored)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with(begin) && name.ends_with(".tmp")) fs::remove_all(entry.path(), ignored);
+    if (name.starts_with(begin) && name.ends_with(".tmp")) found.push_back(entry.path());
   }
-  return claim;
+  return found;
+}
+
+void StagingFolder::remove_left_behind(const fs::path& place) {
+  std::error_code ignored;
+  for (const fs::path& folder : left_behind(place)) fs::remove_all(folder, ignored);
 }
 
 Claim StagingFolder::wait_for(const fs::path& place, const std::function<void()>& waiting) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <vector>
 
 namespace ensonify::engine {
 
@@ -45,7 +46,13 @@ class StagingFolder {
   /// to its final place, unless that exists already.
   void put_in_place();
 
+  /// Gives the folder up: it stays.
+  void leave() { folder_.clear(); }
+
   static std::filesystem::path lock_of(const std::filesystem::path& place);
+  /// The temporary folders of a place, which killed processes left there if its lock is ours.
+  static std::vector<std::filesystem::path> left_behind(const std::filesystem::path& place);
+  static void remove_left_behind(const std::filesystem::path& place);
   /// The claim to a place, after removing the temporary folders that killed processes left there;
   /// none while another process holds it. Throws as Claim::try_take().
   static std::optional<Claim> try_claim(const std::filesystem::path& place);

@@ -69,11 +69,11 @@ PartRecord make_one_part(RunState& run, OutputFolder& output, Simulator& simulat
   if (run.control.shard.count > 1)
     throw SceneError(
         "the run has one part, so there are no shares of it; set output.pings_per_file");
+  output.begin();
   if (is_run_in_parts(run.folder))
     throw SceneError(
         fmt::format("{}: the folder holds a run in several parts; choose another folder with -o",
                     run.folder.string()));
-  output.begin();
   Clock::time_point start = Clock::now();
   ScenePings pings = ping_track(run, output, simulator, track);
   run.report.stages = pings.stages;

@@ -17,18 +17,47 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* manifest_name = "manifest.json";
+constexpr const char* earlier_name = "earlier";  // a folder in the staging folder
 
-/// The files that the manifest of a folder lists; none if it is damaged. A name leads nowhere else.
-std::set<std::string> listed_files(const fs::path& folder) {
+nlohmann::json manifest_in(const fs::path& folder) {
+  if (!fs::is_regular_file(folder / manifest_name)) return {};
   std::ifstream stream(folder / manifest_name, std::ios::binary);
-  const auto manifest = nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
-  std::set<std::string> names;
+  return nlohmann::json::parse(stream, nullptr, /* exceptions: */ false);
+}
+
+/// The files of a folder that its manifest lists, with the size that it says; none if it is
+/// damaged. A name leads nowhere else.
+std::vector<std::string> listed_files(const fs::path& folder) {
+  const nlohmann::json manifest = manifest_in(folder);
+  std::vector<std::string> names;
   if (!manifest.is_object() || !manifest.contains("files")) return names;
-  for (const nlohmann::json& file : manifest["files"])
-    if (file.is_object() && file.contains("name") && file["name"].is_string())
-      if (const fs::path name = file["name"].get<std::string>(); name == name.filename())
-        names.insert(name.string());
+  for (const nlohmann::json& file : manifest["files"]) {
+    if (!file.is_object() || !file.contains("name") || !file["name"].is_string() ||
+        !file.contains("size_bytes") || !file["size_bytes"].is_number_unsigned())
+      continue;
+    const fs::path name = file["name"].get<std::string>();
+    std::error_code missing;
+    if (name == name.filename() && fs::is_regular_file(folder / name, missing) &&
+        fs::file_size(folder / name, missing) == file["size_bytes"].get<std::uintmax_t>())
+      names.push_back(name.string());
+  }
   return names;
+}
+
+/// Puts back the files of an earlier run that were set aside, unless the new run is complete.
+void restore_earlier_run(const fs::path& folder, const fs::path& staging) {
+  const fs::path aside = staging / earlier_name;
+  if (fs::exists(folder / manifest_name) || !fs::exists(aside / manifest_name)) return;
+  // New files that are in place already.
+  if (const nlohmann::json manifest = manifest_in(staging); manifest.contains("files"))
+    for (const nlohmann::json& file : manifest["files"])
+      if (const auto name = file["name"].get<std::string>(); !fs::exists(staging / name))
+        fs::remove(folder / name);
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(aside))
+    if (entry.path().filename() != manifest_name) names.push_back(entry.path().filename().string());
+  names.emplace_back(manifest_name);
+  refine::move_files(aside, folder, names);
 }
 
 }  // namespace
@@ -45,6 +74,12 @@ OutputFolder::~OutputFolder() {
     for (const auto& [name, record] : records_)
       if (!staging_ || !fs::exists(staging_->path() / name, ignored))
         fs::remove(folder_ / name, ignored);
+    try {
+      if (staging_) restore_earlier_run(folder_, staging_->path());
+    } catch (const std::exception&) {
+      // Then the next run in this folder does it.
+      staging_->leave();
+    }
   }
   staging_.reset();
   claim_.reset();
@@ -53,15 +88,28 @@ OutputFolder::~OutputFolder() {
 
 void OutputFolder::begin() {
   if (staged_) return;
-  if (std::optional<Claim> claim = StagingFolder::try_claim(folder_ / manifest_name))
+  const fs::path place = folder_ / manifest_name;
+  if (std::optional<Claim> claim = Claim::try_take(StagingFolder::lock_of(place)))
     claim_.emplace(std::move(*claim));
   else
     throw SceneError(fmt::format(
         "{}: another process makes a run in this folder; wait until it has finished, or choose "
         "another folder with -o",
         folder_.string()));
-  holds_earlier_run_ = fs::exists(folder_ / manifest_name);
-  staging_.emplace(folder_ / manifest_name);
+  if (claim_->exclusive()) {
+    for (const fs::path& left_behind : StagingFolder::left_behind(place))
+      restore_earlier_run(folder_, left_behind);
+    StagingFolder::remove_left_behind(place);
+  }
+  holds_earlier_run_ = fs::exists(fs::symlink_status(place));
+  if (holds_earlier_run_) {
+    const nlohmann::json manifest = manifest_in(folder_);
+    if (!fs::is_regular_file(place) ||
+        (manifest.is_object() && manifest.value("program", nlohmann::json()) != "ensonify"))
+      throw SceneError(fmt::format(
+          "{}: is not the manifest of a run; choose another folder with -o", place.string()));
+  }
+  staging_.emplace(place);
 }
 
 void OutputFolder::write(const std::string& name, const refine::WriteContent& write_content) {
@@ -107,16 +155,25 @@ void OutputFolder::keep() {
 /// The manifest goes first and comes last: a folder with one has all files that it lists.
 void OutputFolder::replace_earlier_run() {
   std::vector<std::string> names;
-  for (const auto& [name, record] : records_)
+  for (const auto& [name, record] : records_) {
     if (name != manifest_name) names.push_back(name);
-  const std::set<std::string> earlier = listed_files(folder_);
+    if (fs::is_directory(folder_ / name))
+      throw std::system_error(std::make_error_code(std::errc::is_a_directory),
+                              (folder_ / name).string() +
+                                  ": cannot write a file in place of a folder; choose another "
+                                  "folder with -o");
+  }
+  const std::vector<std::string> manifest{manifest_name};
   refine::sync_files(staging_->path());
-  fs::remove(folder_ / manifest_name);
+  if (holds_earlier_run_) {
+    const std::vector<std::string> earlier = listed_files(folder_);
+    const fs::path aside = staging_->path() / earlier_name;
+    refine::make_folder(aside);
+    refine::move_files(folder_, aside, manifest);
+    refine::move_files(folder_, aside, earlier);
+  }
   refine::move_files(staging_->path(), folder_, names);
-  std::error_code ignored;
-  for (const std::string& name : earlier)
-    if (!records_.contains(name)) fs::remove(folder_ / name, ignored);
-  refine::move_files(staging_->path(), folder_, std::vector<std::string>{manifest_name});
+  refine::move_files(staging_->path(), folder_, manifest);
 }
 
 std::vector<FileRecord> OutputFolder::records() const {

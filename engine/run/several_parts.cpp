@@ -69,7 +69,9 @@ class SeveralParts {
     const fs::path file = plan_file(run_.folder);
     const Claim claim = StagingFolder::wait_for(file, [&] { run_.report_stage("pings", 0, 1); });
     if (!fs::exists(file)) {
-      if (fs::exists(run_.folder / "manifest.json"))
+      const std::optional<Claim> alone =
+          Claim::try_take(StagingFolder::lock_of(run_.folder / "manifest.json"));
+      if (!alone || fs::exists(run_.folder / "manifest.json"))
         throw SceneError(
             fmt::format("{}: the folder holds another run; choose another folder with -o",
                         run_.folder.string()));

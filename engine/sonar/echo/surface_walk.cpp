@@ -45,7 +45,8 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const PieceTable& pieces = *pieces_;
   const RayFan& fan = *view_->fan;
   const std::size_t before = pieces.end[a] - std::size_t{1}, after = pieces.begin[b];
-  const double a_m = pieces.last_ray_m(a), apart_m = std::abs(pieces.first_ray_m(b) - a_m);
+  const double a_m = pieces.last_ray_m(a), b_m = pieces.first_ray_m(b);
+  const double apart_m = std::abs(b_m - a_m);
   const double across_m = a_m * (fan.grid->elevation_rad[after] - fan.grid->elevation_rad[before]);
   const double reach_m =
       2.0 * bin_m_ + longest_edge_m(pieces.index[a]) + longest_edge_m(pieces.index[b]);
@@ -60,20 +61,24 @@ bool SurfaceWalk::meet(std::size_t a, std::size_t b) const {
   const double next_down = -fan.direction(in_plane, after).z();
   if (down <= 0.0) return false;
   const double level_m = a_m * (down / next_down - 1.0);  // the step over level ground
-  if (next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m) return false;
-  return one_in_plane_of_other(a, b);
+  const bool a_leads = leads_to(a, after, b_m, apart_m),
+             b_leads = leads_to(b, before, a_m, apart_m);
+  if (!(next_down > 0.0 && std::hypot(level_m, across_m) <= reach_m)) return a_leads || b_leads;
+  // On a slope that falls away rays step farther. A crest that is seen edge-on has a long step as
+  // well, but the bed behind it does not lead back to it.
+  const double longest_m =
+      std::max(std::abs(on_plane_m(a, after) - a_m), std::abs(b_m - on_plane_m(b, before)));
+  return std::hypot(longest_m, across_m) > reach_m && a_leads && b_leads;
 }
 
-// For facets with unknown bed between them: whether the ray of one meets the plane of the other
-// about where it meets its own, no farther away than half the step between the two, or than two
-// bins. One will do: on a rough bed the other may face anywhere. An edge that casts a shadow lies
-// far above the plane of what is seen behind it, and that lies far below the edge's plane.
-bool SurfaceWalk::one_in_plane_of_other(std::size_t a, std::size_t b) const {
-  const PieceTable& pieces = *pieces_;
-  const double a_m = pieces.last_ray_m(a), b_m = pieces.first_ray_m(b);
-  const double near_m = std::max(0.5 * std::abs(b_m - a_m), 2.0 * bin_m_);
-  return std::abs(on_plane_m(a, pieces.begin[b]) - b_m) <= near_m ||
-         std::abs(on_plane_m(b, pieces.end[a] - std::size_t{1}) - a_m) <= near_m;
+// For facets with unknown bed between them: whether a ray that met something `there_m` away meets
+// the plane of a piece about there, no farther off than half the step between the two, or than two
+// bins. Where rays step over level ground, one that leads to the other will do: on a rough bed the
+// other may face anywhere. An edge that casts a shadow lies far above the plane of what is seen
+// behind it, and that lies far below the edge's plane.
+bool SurfaceWalk::leads_to(std::size_t piece, std::size_t ray, double there_m,
+                           double apart_m) const {
+  return std::abs(on_plane_m(piece, ray) - there_m) <= std::max(0.5 * apart_m, 2.0 * bin_m_);
 }
 
 // The surface does not go on in the next piece.
