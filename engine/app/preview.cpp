@@ -1,10 +1,12 @@
 #include <ensonify/engine/dataset/preview.h>
 #include <ensonify/engine/output/png.h>
+#include <ensonify/engine/output/staging.h>
 #include <ensonify/engine/simulator/prepare.h>
 #include <ensonify/refine/atomic_file.h>
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -23,24 +25,12 @@ struct PreviewArguments {
   bool quiet = false;
 };
 
-/// A temporary folder, removed with its content on destruction.
-struct Scratch {
-  fs::path folder;
-  explicit Scratch(const fs::path& beside) {
-    for (int n = 0; folder.empty(); ++n) {
-      const fs::path wanted = beside.string() + "." + std::to_string(n) + ".tmp";
-      if (fs::create_directory(wanted)) folder = wanted;
-    }
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-  }
-};
-
 void make_preview(const PreviewArguments& arguments) {
   const Recipe recipe(arguments.recipe, arguments.data_folder, arguments.overrides);
-  const Scratch scratch(arguments.file);
+  const fs::path place = fs::absolute(arguments.file);
+  // Its samples' files. The claim removes those of a preview that was killed.
+  const std::optional<Claim> claim = StagingFolder::try_claim(place);
+  const StagingFolder scratch(place);
   const std::size_t wanted =
       std::min(static_cast<std::size_t>(arguments.samples), recipe.samples());
   ContactSheet sheet;
@@ -50,7 +40,7 @@ void make_preview(const PreviewArguments& arguments) {
     sheet = preview(recipe, wanted,
                     {.threads = arguments.threads,
                      .cache = arguments.cache,
-                     .scratch = scratch.folder,
+                     .scratch = scratch.path(),
                      .progress = [&](std::size_t done, std::size_t of) {
                        progress.report("samples", done, of);
                        return SignalWatch::caught() == 0;

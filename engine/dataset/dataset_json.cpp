@@ -59,29 +59,29 @@ std::string dataset_json(const Recipe& recipe) {
   for (const std::string& asset : recipe.assets())
     assets.push_back({{"name", asset}, {"xxh128", xxh128_of_file(recipe.path_of(asset))}});
   return text_of(with_hash({{"program", "ensonify"},
-                  {"version", program_version()},
-                  {"libraries", Json::parse(library_versions())},
-                  {"title", options.title},
-                  {"samples", options.samples},
-                  {"seafloors", recipe.seafloors()},
-                  {"splits", splits_of(options.split)},
-                  {"samples_per_tar", options.samples_per_tar},
-                  {"classes", recipe.class_names()},
-                  {"target_classes", recipe.target_classes()},
-                  {"shadow_class", options.shadow_class ? recipe.target_classes() : 0},
-                  {"sediments", recipe.material_names()},
-                  {"first_number", 1},
-                  {"ignore", ignored_class},
-                  {"ignore_instance", ignored_instance},
-                  {"assets", assets},
-                  {"licences", options.licences},
-                  {"licence", options.licence},
-                  {"creator", options.creator},
-                  {"url", options.url},
-                  {"published", options.published},
-                  {"recipe", recipe.text()},
-                  {"overrides", recipe.overrides()},
-                  {"recipe_hash", xxh128(recipe.text())}}));
+                            {"version", program_version()},
+                            {"libraries", Json::parse(library_versions())},
+                            {"title", options.title},
+                            {"samples", options.samples},
+                            {"seafloors", recipe.seafloors()},
+                            {"splits", splits_of(options.split)},
+                            {"samples_per_tar", options.samples_per_tar},
+                            {"classes", recipe.class_names()},
+                            {"target_classes", recipe.target_classes()},
+                            {"shadow_class", options.shadow_class ? recipe.target_classes() : 0},
+                            {"sediments", recipe.material_names()},
+                            {"first_number", 1},
+                            {"ignore", ignored_class},
+                            {"ignore_instance", ignored_instance},
+                            {"assets", assets},
+                            {"licences", options.licences},
+                            {"licence", options.licence},
+                            {"creator", options.creator},
+                            {"url", options.url},
+                            {"published", options.published},
+                            {"recipe", recipe.text()},
+                            {"overrides", recipe.overrides()},
+                            {"recipe_hash", xxh128(recipe.text())}}));
 }
 
 void require_same_dataset(const fs::path& file, const std::string& content) {
@@ -117,12 +117,12 @@ std::string sample_json(std::size_t number, const SampleScene& sample, const fs:
                  : Json::accept(value) ? Json::parse(value)
                                        : Json(value);
   return text_of(with_hash({{"sample", number},
-               {"split", sample.split},
-               {"seafloor", sample.seafloor},
-               {"seafloor_seed", sample.scene.bed_seed()},
-               {"seed", sample.scene.seed},
-               {"drawn", drawn},
-               {"files", files}}));
+                            {"split", sample.split},
+                            {"seafloor", sample.seafloor},
+                            {"seafloor_seed", sample.scene.bed_seed()},
+                            {"seed", sample.scene.seed},
+                            {"drawn", drawn},
+                            {"files", files}}));
 }
 
 }  // namespace ensonify::engine

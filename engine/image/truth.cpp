@@ -204,8 +204,8 @@ void measure(const Waterfall& image, const Marks& marks, Target& target) {
     port += static_cast<std::size_t>(its_port);
     const auto its_ping = static_cast<std::size_t>(marks.rows() - 1 - row);
     const double ahead_rad = mounted(image.pings[its_ping].pose, image.sonar.mounting).heading_rad;
-    sight += (its_starboard - its_port) *
-             Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
+    sight +=
+        (its_starboard - its_port) * Eigen::Vector2d(-std::sin(ahead_rad), std::cos(ahead_rad));
   }
   const auto n = static_cast<double>(pixels);
   target.range_m = range_m / n;

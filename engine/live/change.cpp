@@ -80,9 +80,9 @@ AddedObject added_object(const Json& object, const SessionScene& now) {
 
 }  // namespace
 
-LiveChange read_change(std::string_view text, const SessionScene& now, const Vehicle& vehicle) {
-  require_shallow_json(text);
-  const Json request = Json::parse(text, nullptr, false);
+LiveChange read_change(std::string_view json, const SessionScene& now, const Vehicle& vehicle) {
+  require_shallow_json(json);
+  const Json request = Json::parse(json, nullptr, false);
   if (!request.is_object() || request.empty())
     throw std::invalid_argument(R"(expected an object, as in {"set": {"track.altitude_m": 6}})");
   for (const auto& [key, value] : request.items())

@@ -25,7 +25,8 @@ T rounded(double value) {
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = message_header;
   // Validity bits: position, speed, heading, pitch and roll, altitude, depth, annotation, sound
-  // speed. The position is the sonar's own at the time of the ping ("interpolated"), not the ship's last fix.
+  // speed. The position is the sonar's own at the time of the ping ("interpolated"), not the ship's
+  // last fix.
   const bool over_bed = ping.altitude_m > 0.0;
   bytes.put<std::uint16_t>(h + 30, static_cast<std::uint16_t>(0x662D | (over_bed ? 0x40 : 0)));
   constexpr double units = 60.0 * 1e4 / degree;  // units of 1e-4 arc minutes per radian

@@ -97,7 +97,7 @@ class SeveralParts {
     for (std::size_t part = 0; part < parts_.count(); ++part) {
       const fs::path place = run_.folder / parts_.folder(part);
       if (fs::exists(StagingFolder::lock_of(place))) StagingFolder::try_claim(place);
-      if (fs::exists(place) && !is_whole(place)) fs::remove_all(place);
+      if (fs::exists(place) && !is_whole(part)) fs::remove_all(place);
       if (fs::exists(place))
         finished_.insert(part);
       else if (part >= share.begin(parts_.count()) && part < share.end(parts_.count()))
@@ -108,15 +108,22 @@ class SeveralParts {
   }
 
   /// Whether all files of a part are there, with their sizes. (`merge` compares their hashes.)
-  static bool is_whole(const fs::path& place) {
+  bool is_whole(std::size_t part) const {
+    const fs::path place = run_.folder / parts_.folder(part);
     try {
       const PartRecord record = read_part_json(place / "part.json");
-      return std::ranges::all_of(record.files, [&](const FileRecord& file) {
-        return fs::file_size(place / file.name) == file.size_bytes;
-      });
-    } catch (const std::runtime_error&) {  // no record, or no such file
-      return false;
+      return record.pings.first == parts_.range(part).first && !record.files.empty() &&
+             std::ranges::all_of(record.files, [&](const FileRecord& file) {
+               return fs::file_size(place / file.name) == file.size_bytes;
+             });
+    } catch (const std::system_error& error) {
+      if (error.code() != std::errc::no_such_file_or_directory &&
+          error.code() != std::errc::not_a_directory)
+        throw;
+    } catch (const std::runtime_error&) {
+      // The record is damaged.
     }
+    return false;
   }
 
   RunSize size_of(std::span<const Sonar> sonars) const {

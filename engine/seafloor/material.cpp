@@ -272,9 +272,8 @@ Material material_named(std::string_view name, std::span<const Material> own) {
 std::unique_ptr<scatter::Backscatter> backscatter_of(const Material& material, double frequency_hz,
                                                      double sound_speed_mps,
                                                      double relief_spacing_m) {
-  if (material.model == lambert) 
-    return std::make_unique<scatter::Lambert>(material.lambert_mu_db +
-                                              material.strength_offset_db);
+  if (material.model == lambert)
+    return std::make_unique<scatter::Lambert>(material.lambert_mu_db + material.strength_offset_db);
   if (const OwnModel* model = own_model(material)) return model->make(material, frequency_hz);
   const Sediment sediment = parameters_of(material);
   const double k_per_cm =

@@ -29,8 +29,8 @@ using PreparedSonars = std::vector<std::shared_ptr<const PreparedSonar>>;
 struct Simulator::Ready {
   Ready(const Scene& scene, const Preparation& how);
 
-  /// One of the scene's sonars with these settings; see prepare_sonar(). Throws MemoryError for more
-  /// rays than fit.
+  /// One of the scene's sonars with these settings; see prepare_sonar(). Throws MemoryError for
+  /// more rays than fit.
   std::shared_ptr<const PreparedSonar> prepare(std::size_t number, const Sonar& settings,
                                                const std::vector<std::string>& materials,
                                                std::vector<std::string>& its_warnings) const;

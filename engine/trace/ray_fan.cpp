@@ -46,8 +46,7 @@ std::vector<FanGrid::Plane> lay_planes(const FanLayout& layout, double widest_ra
   std::vector<double> edges{0.0};  // of the planes' cells on one side of broadside
   const double main_beam_rad = std::max(layout.main_lobe_rad, layout.main_beam_rad);
   // A single plane on a side stands for all of the main beam.
-  double width =
-      layout.planes == 2 ? main_beam_rad : 2.0 * layout.main_lobe_rad / layout.planes;
+  double width = layout.planes == 2 ? main_beam_rad : 2.0 * layout.main_lobe_rad / layout.planes;
   const double growth = growth_for(layout.planes / 2, main_beam_rad / width);
   while (edges.back() < widest_rad * (1.0 - 1e-9)) {
     if (edges.back() > main_beam_rad * (1.0 - 1e-9))

@@ -227,8 +227,8 @@ class TrackReader {
     std::vector<double> off_first_deg;  // from -180 to 180, also over the meridian of 180 degrees
     for (const double longitude : longitude_deg)
       off_first_deg.push_back(std::remainder(longitude - longitude_deg.front(), 360.0));
-    return tangent_plane({middle_rad(latitude_deg), longitude_deg.front() * radians_per_degree +
-                                                        middle_rad(off_first_deg)});
+    return tangent_plane({middle_rad(latitude_deg),
+                          longitude_deg.front() * radians_per_degree + middle_rad(off_first_deg)});
   }
 
   static std::function<MapPlace(const GeographicPlace&)> tangent_plane(

@@ -13,10 +13,10 @@ namespace ensonify::engine {
 namespace {
 
 constexpr double automatic_level_db = -16.0;  // of the nominal bed, re full scale
-constexpr float loudest = 1e33f;  // uPa^2, louder than any sound in water; its squares are finite
-constexpr int behind_gain = 1000;             // look number of the first noise after the gain
-constexpr int looks_of_beam = 2000;           // look numbers of a beam's noise
-constexpr std::size_t gain_bins = 8;          // that share a value of the automatic gain
+constexpr float loudest = 1e33f;   // uPa^2, louder than any sound in water; its squares are finite
+constexpr int behind_gain = 1000;  // look number of the first noise after the gain
+constexpr int looks_of_beam = 2000;   // look numbers of a beam's noise
+constexpr std::size_t gain_bins = 8;  // that share a value of the automatic gain
 
 /// The echo of the level bed of unit strength at the nominal altitude, uPa^2.
 double unit_bed(const ChainOptions& options, const SonarEquation& law, Side side, std::size_t bin) {

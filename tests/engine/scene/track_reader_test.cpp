@@ -70,8 +70,7 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
 
   // Over the meridian of 180 degrees, however longitudes are counted.
   for (const std::string last : {"-179.9999", "180.0001"}) {
-    const NavigationLog over =
-        parsed("t_s,lat_deg,lon_deg\n0,-17,179.9999\n1,-17," + last + "\n");
+    const NavigationLog over = parsed("t_s,lat_deg,lon_deg\n0,-17,179.9999\n1,-17," + last + "\n");
     CHECK(over.x_m[0] == Approx(-10.65).margin(0.01));
     CHECK(over.x_m[1] == Approx(10.65).margin(0.01));
   }
