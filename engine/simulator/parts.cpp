@@ -54,7 +54,7 @@ Simulator::Ready::Ready(const Scene& of, const Preparation& how)
 void Simulator::Ready::find_buried() {
   if (std::ranges::none_of(sonars.front()->sediments,
                            [](const auto& sediment) { return sediment.has_value(); }))
-    warnings.push_back(
+    warnings.emplace_back(
         "seafloor.penetration_m: no sound enters this bed, because nothing of it is a sediment; "
         "give it a material that `ensonify sediments` lists");
   std::optional<PlumbLine> plumb_line;

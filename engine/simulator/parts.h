@@ -27,7 +27,7 @@ using PreparedSonars = std::vector<std::shared_ptr<const PreparedSonar>>;
 
 /// What all threads share.
 struct Simulator::Ready {
-  Ready(const Scene& scene, const Preparation& how);
+  Ready(const Scene& of, const Preparation& how);
 
   /// One of the scene's sonars with these settings; see prepare_sonar(). Throws MemoryError for
   /// more rays than fit.
