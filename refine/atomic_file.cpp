@@ -75,7 +75,7 @@ struct Temporary {
   bool create(std::string wanted) {
     // O_EXCL reserves the name; with 0666 (not mkstemp's 0600) the umask decides the mode.
     descriptor.number =
-        ::openat(folder, wanted.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        ::openat(folder, wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor.number < 0) return false;
     name = std::move(wanted);
     struct stat status {};
@@ -160,16 +160,8 @@ NewFile::NewFile(const std::filesystem::path& file) : file_(file), open_(std::ma
 NewFile::~NewFile() = default;
 
 void NewFile::write(std::span<const std::byte> bytes) {
-  write_at(end_, bytes);
+  write_all(file_, open_->temporary->descriptor.number, end_, bytes);
   end_ += bytes.size();
-}
-
-void NewFile::write_at(std::uint64_t place, std::span<const std::byte> bytes) {
-  write_all(file_, open_->temporary->descriptor.number, place, bytes);
-}
-
-std::size_t NewFile::read_at(std::uint64_t place, std::span<std::byte> bytes) const {
-  return read_all(file_, open_->temporary->descriptor.number, place, bytes);
 }
 
 std::filesystem::path NewFile::temporary() const {
@@ -192,14 +184,6 @@ void write_file(const std::filesystem::path& file,
                 std::span<const std::span<const std::byte>> parts) {
   NewFile whole(file);
   for (const std::span<const std::byte> bytes : parts) whole.write(bytes);
-  whole.commit();
-}
-
-void write_file(const std::filesystem::path& file, const WriteContent& write_content,
-                const ReadBack& read_back) {
-  NewFile whole(file);
-  write_content(std::bind_front(&NewFile::write_at, &whole));
-  if (read_back) read_back(std::bind_front(&NewFile::read_at, &whole));
   whole.commit();
 }
 

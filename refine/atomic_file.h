@@ -33,9 +33,6 @@ void write_file(const std::filesystem::path& file, std::string_view text);
 /// The same for several parts, written one after another.
 void write_file(const std::filesystem::path& file,
                 std::span<const std::span<const std::byte>> parts);
-/// The same piece by piece. Also throws what `write_content` and `read_back` throw.
-void write_file(const std::filesystem::path& file, const WriteContent& write_content,
-                const ReadBack& read_back = {});
 
 /// The same for a writer who keeps the file open. The file appears at commit(); without commit()
 /// nothing is left behind.
@@ -47,9 +44,6 @@ class NewFile {
   NewFile& operator=(const NewFile&) = delete;
   /// Writes behind what write() has written.
   void write(std::span<const std::byte> bytes);
-  /// Writes at a place. This does not move the place of write().
-  void write_at(std::uint64_t place, std::span<const std::byte> bytes);
-  std::size_t read_at(std::uint64_t place, std::span<std::byte> bytes) const;  ///< as ReadAt
   void commit();
   /// The empty temporary file, for a library that writes to a file by its name. It must keep the
   /// file, not replace it.
@@ -65,7 +59,8 @@ class NewFile {
 /// Writes a file into a private folder, which put_in_place() later syncs as a whole. Throws as
 /// write_file does, and then leaves the partial file in the folder.
 void write_staged(const std::filesystem::path& file, std::span<const std::byte> bytes);
-/// The same piece by piece.
+/// The same piece by piece. `read_back` reads the file when it is complete. Also throws what these
+/// two throw.
 void write_staged(const std::filesystem::path& file, const WriteContent& write_content,
                   const ReadBack& read_back = {});
 

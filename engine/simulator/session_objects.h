@@ -13,8 +13,8 @@
 
 namespace ensonify::engine {
 
-/// Throws std::invalid_argument for a pose that is not finite, absurdly far away, or turns
-/// absurdly fast.
+/// Throws std::invalid_argument for a pose that is not finite, lies beyond 1e8 m, or turns faster
+/// than a million degrees per second.
 void check_pose(const Pose& pose);
 
 /// The objects that a session adds to its scene: their places, labels and instances, and the names

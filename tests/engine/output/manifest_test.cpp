@@ -68,7 +68,7 @@ TEST_CASE("The hash of a file is that of its content, or fails if the file canno
 
   const std::vector<std::byte> long_content(2'500'000, std::byte{7});  // several blocks
   FileRecord read_back;
-  ensonify::refine::write_file(
+  ensonify::refine::write_staged(
       folder / "long", ensonify::refine::content_of(long_content),
       [&](const ensonify::refine::ReadAt& read_at) { read_back = record_of("long", read_at); });
   CHECK(read_back.name == "long");
