@@ -2,12 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/active_mesh.h>
 #include <ensonify/refine/edge_collapse.h>
 #include <ensonify/refine/footprint.h>
@@ -17,12 +17,13 @@
 namespace ensonify::bench {
 namespace {
 
+using engine::degree;
+
 constexpr double extent_m = 500.0;
 constexpr double depth_m = 40.0;
 constexpr double altitude_m = 15.0;
 constexpr double range_m = 150.0;
 constexpr double advance_m = 0.4;
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr int pings = 1000;
 
 /// Port and starboard: from level to straight down, 0.3 degrees to either side of broadside.

@@ -63,6 +63,7 @@ set(public_headers
   engine/trace/ray_by_ray.h
   engine/trace/ray_fan.h
   engine/trace/refraction/refraction_mode.h
+  engine/units.h
   refine/error.h
   refine/fan_volume.h
   refine/progressive_mesh.h

@@ -14,6 +14,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/internals.h>
 #include <ensonify/engine/simulator/ping_all.h>
+#include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/refine/parallel_for.h>
 
 namespace ensonify::engine {

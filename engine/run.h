@@ -101,7 +101,7 @@ struct RunReport {
 };
 
 /// Runs a whole scene into a folder (made if missing): its pings in aligned blocks over the
-/// threads, each sonar's picture while they go on, its layers and tables at the end, the manifest
+/// threads, each sonar's picture during the pings, its layers and tables at the end, the manifest
 /// last.
 ///
 /// A run of one part (see OutputOptions::pings_per_file) that fails or is stopped removes its

@@ -38,17 +38,18 @@ std::span<const RayFan> Simulator::aim(const Pose& pose) {
   worker_->fans.clear();
   for (Worker::BeamTracer& beam : worker_->beams) {
     const Sonar& sonar = worker_->sonars[beam.sonar];
-    const Pose its_own = mounted(pose, beam.mounting);
-    const double bed_m = bed_height_m(its_own.position.x(), its_own.position.y());
-    if (const auto fault = out_of_water(its_own.position, bed_m))
+    const Pose sonar_pose = mounted(pose, beam.mounting);
+    const double bed_m = bed_height_m(sonar_pose.position.x(), sonar_pose.position.y());
+    if (const auto fault = out_of_water(sonar_pose.position, bed_m))
       throw std::invalid_argument(fmt::format(
           "Simulator: the pose puts sonar {} {}; z is up and 0 at the sea surface, so that a depth "
           "is negative{}",
           sonar.name, *fault,
           sonar.mounting == Mounting{} ? "" : "; mind where the sonar is mounted on the vehicle"));
     beam.height_m =
-        its_own.position.z() - (std::isnan(bed_m) ? ready_->seafloor.mean_bed_m : bed_m);
-    for (const RayFan& fan : beam.tracer.aim(its_own, beam.height_m)) worker_->fans.push_back(fan);
+        sonar_pose.position.z() - (std::isnan(bed_m) ? ready_->seafloor.mean_bed_m : bed_m);
+    for (const RayFan& fan : beam.tracer.aim(sonar_pose, beam.height_m))
+      worker_->fans.push_back(fan);
   }
   return worker_->fans;
 }
@@ -120,7 +121,7 @@ std::span<const EchoLine> Simulator::ping_numbered(const Pose& pose, std::uint64
   return worker.lines;
 }
 
-/// Makes the faces of the expected pings ready, as far as those that are there do not do.
+/// Makes the faces of the expected pings ready, where the current faces do not cover them.
 void Simulator::look_ahead(refine::SpareThreads& spare) {
   try {
     for (const Pose& pose : worker_->expected)

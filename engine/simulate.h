@@ -28,7 +28,7 @@ struct Calibration;         // image/display.h
 struct RayFan;              // trace/ray_fan.h
 struct Scene;               // scene/scene.h; scene/reader.h reads one
 struct Seafloor;            // seafloor/seafloor.h
-struct SimulatorInternals;  // simulator_internals.h
+struct SimulatorInternals;  // simulator/internals.h
 
 /// A scene made ready: its seafloor is there, and pings can be made from any pose.
 ///
@@ -94,9 +94,9 @@ class Simulator {
   /// those that add() brought.
   std::span<const std::string> classes() const;
   std::span<const std::string> materials() const;
-  /// Repairs of meshes, odd parameters, a short cast, a ping out of reach of the seafloor; good
-  /// until the next call. What lies outside a model's range is in
-  /// Extrapolation (extrapolation.h).
+  /// Repairs of meshes, parameters outside their range, a short cast, a ping out of reach of the
+  /// seafloor; good until the next call. What lies outside a model's range is in Extrapolation
+  /// (extrapolation.h).
   std::span<const std::string> warnings() const;
   double sound_speed_mps() const;  ///< that converts time to range
   /// What a display of it needs; good until its settings change.
@@ -104,7 +104,7 @@ class Simulator {
 
  private:
   friend struct SimulatorInternals;
-  struct Ready;   // what all threads share; simulator_parts.h
+  struct Ready;   // what all threads share; simulator/parts.h
   struct Worker;  // what one thread owns
   explicit Simulator(std::shared_ptr<const Ready> ready);
   std::span<const RayFan> aim(const Pose& pose);

@@ -78,7 +78,6 @@ class HeightTiles {
   std::span<const HeightGrid::Tile> mapped() const { return {tiles_, count_}; }
   /// Of a tile's points, if the grid has kinds; as for mapped().
   const Kinds& kinds(std::size_t tile) const { return kinds_[tile]; }
-  bool has_kinds() const { return with_kinds_; }
   /// Makes sure that a tile is there and whole. Throws what the heights throw, MeshError for
   /// heights that do not fit a float, and std::system_error if the file cannot be written.
   void require(std::size_t tile) {

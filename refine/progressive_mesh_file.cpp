@@ -110,7 +110,6 @@ class Layout {
                                   : std::min((which + 1) * ProgressiveMesh::group, count) * bytes;
     return {extents_[section].offset + begin, end - begin};
   }
-  std::uint64_t checksum_count() const { return checksum_count_; }
   std::uint64_t checksum_place(std::size_t section, std::uint64_t which) const {
     return first_checksum_[section] + which;
   }

@@ -17,7 +17,7 @@ SCALES_M, MEAN_M, PIECE, MOST = (0.3, 0.6, 1.2, 2.4), 4.0, 360, 8.0
 
 
 def blurred(values, sigmas):
-    """By a Gaussian of these standard deviations in pixels; the picture goes on as its mirror."""
+    """By a Gaussian of these standard deviations in pixels; the picture continues as its mirror."""
     doubled = np.block([[values, values[:, ::-1]], [values[::-1], values[::-1, ::-1]]])
     spectrum = np.fft.rfft2(doubled)
     along, across = (np.fft.fftfreq(doubled.shape[0]), np.fft.rfftfreq(doubled.shape[1]))

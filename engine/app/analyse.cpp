@@ -13,6 +13,7 @@
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
 #include <ensonify/engine/simulator/prepare.h>
+#include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_clusters.h>

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -11,6 +10,7 @@
 #include <ensonify/engine/scene/checks/extrapolation.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/energy_bound.h>
@@ -124,7 +124,7 @@ Seabed seabed_of(const BackscatterArguments& arguments) {
     seabed.warnings.push_back(
         fmt::format("at {:.3g} degrees it is {:.1f} dB stronger than any opaque surface can be, by "
                     "the energy that arrives",
-                    excess->grazing_rad * 180.0 / std::numbers::pi, excess->excess_db));
+                    excess->grazing_rad / degree, excess->excess_db));
   return seabed;
 }
 
@@ -138,7 +138,7 @@ void print_backscatter(const BackscatterArguments& arguments) {
     if (!(angle_deg >= 0.0 && angle_deg <= 90.0))
       throw UsageError(
           fmt::format("--angles-deg: {} is not a grazing angle, expected 0 to 90", angle_deg));
-    const double grazing_rad = angle_deg * std::numbers::pi / 180.0;
+    const double grazing_rad = angle_deg * degree;
     const double strength = seabed.backscatter->cross_section(grazing_rad);
     const scatter::BottomTerms terms =
         bottom ? bottom->terms(grazing_rad) : scatter::BottomTerms{.roughness = strength};

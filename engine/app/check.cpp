@@ -28,8 +28,6 @@
 namespace ensonify::engine::app {
 namespace {
 
-constexpr std::string_view reference_name = "pluecker";
-constexpr std::string_view slow_name = "brute_force";
 constexpr double slow_tests = 1e9;  // ray-face tests: a quarter of a minute on one core
 /// An intersector that would get fewer than one of this number of rays is left out.
 constexpr std::uint64_t slowest_every = 10000;
@@ -52,7 +50,7 @@ struct CheckArguments {
 /// An intersector is compared on every n-th ray, to limit the time of the slow one. Returns n; 0 if
 /// too few rays would be left.
 std::uint64_t asked_every(const IntersectorKind& kind, std::size_t faces, std::uint64_t rays) {
-  if (kind.name != slow_name) return 1;
+  if (!kind.tests_every_face) return 1;
   const auto every = static_cast<std::uint64_t>(
       std::ceil(static_cast<double>(rays) * static_cast<double>(faces) / slow_tests));
   return every > slowest_every ? 0 : every;
@@ -85,7 +83,7 @@ std::vector<Candidate> candidates(const IntersectorKind& kind, const refine::Tri
   const auto faces = static_cast<std::uint32_t>(mesh.faces.size());
   const FaceSourceParts parts{
       .all = mesh,
-      .whole = kind.name == reference_name
+      .whole = kind.name == reference_intersector
                    ? reference
                    : make_intersector(kind.name, mesh, scene.run.intersection),
       .progressive = progressive,
@@ -163,12 +161,12 @@ void check(const CheckArguments& arguments) {
   // memory.
   Scene of_mesh = scene;
   of_mesh.run.surface = "static";
-  of_mesh.run.intersector = reference_name;
+  of_mesh.run.intersector = reference_intersector;
   Simulator simulator(of_mesh, how);
   const refine::TriangleMesh& mesh = simulator.seafloor().mesh;
   const std::shared_ptr<const Intersector> reference = SimulatorInternals::whole(simulator);
   std::optional<Simulator> of_heights;
-  if (scene.seafloor.kind == SeafloorKind::fractal || scene.seafloor.kind == SeafloorKind::survey) {
+  if (scene.seafloor.is_grid()) {
     scene.run.surface = "footprint";
     of_heights.emplace(scene, how);
   }
@@ -263,7 +261,7 @@ void check(const CheckArguments& arguments) {
         {"seed", scene.seed},
         {"faces", simulator.seafloor().faces},
         {"pings", pings_of(blocks)},
-        {"reference", reference_name},
+        {"reference", reference_intersector},
         {"bent_every", water.profile ? nlohmann::ordered_json(bent_every) : nullptr},
         {"stopped", stopped},
         {"unexplained", reached.unexplained},

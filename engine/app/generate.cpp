@@ -32,7 +32,7 @@ double samples_per_hour(const GenerateReport& report) {
 }
 
 void print_report(const GenerateReport& report, const fs::path& folder, int threads) {
-  tell("{}: {} of {} samples; {} made, {} found, {} failed\n", folder.string(),
+  tell("{}: {} of {} samples; {} made, {} already there, {} failed\n", folder.string(),
        report.found + report.made, report.samples, report.made, report.found, report.failed.size());
   if (report.made == 0) return;
   double sum_s = 0.0;

@@ -56,7 +56,9 @@ void require_whole(const MergeArguments& arguments, std::string_view pieces,
     found += fmt::format("{} {} is missing; ", pieces.substr(0, pieces.size() - 1), missing[0]);
   else if (!missing.empty())
     found += fmt::format("{} {} are missing; ", pieces, intervals(missing));
-  if (!damaged.empty()) found += fmt::format("{} faults in {}; ", damaged.size(), pieces);
+  if (!damaged.empty())
+    found +=
+        fmt::format("{} fault{} in {}; ", damaged.size(), damaged.size() == 1 ? "" : "s", pieces);
   throw std::runtime_error(fmt::format(
       "{}: {}nothing was written; {}run `{}` again", arguments.folder.string(), found,
       damaged.empty() ? "" : fmt::format("remove the folders of damaged {} and ", pieces),

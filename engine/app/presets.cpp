@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/units.h>
 
 #include "app.h"
 
@@ -15,7 +16,7 @@ void print_presets() {
       "horizontal_beamwidth_deg,vertical_beamwidth_deg,tilt_deg,pulse,pulse_length_s,documented\n";
   for (const Preset& preset : presets()) {
     const Sonar& s = preset.sonar;
-    const auto degrees = [](double rad) { return fmt::format("{:.6g}", rad / radians_per_degree); };
+    const auto degrees = [](double rad) { return fmt::format("{:.6g}", rad / degree); };
     out += fmt::format("{},\"{}\",{},{},{},{},{},{},{},{},{},{},{},{}\n", preset.name,
                        preset.instrument, s.frequency_hz, s.pulse.bandwidth_hz, s.range_m, s.bins,
                        s.source_level_db, s.array_length_m, degrees(preset.beamwidth_rad),

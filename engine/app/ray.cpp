@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/scene/tables/profile_reader.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/eigenray.h>
 
 #include "app.h"
@@ -16,7 +17,6 @@
 namespace ensonify::engine::app {
 namespace {
 
-constexpr double radians_per_degree = std::numbers::pi / 180.0;
 constexpr double inf = std::numeric_limits<double>::infinity();
 constexpr double between_rows_m = 1e-4;  // largest distance of the ray from a line between rows
 constexpr int max_rows = 2000000;        // about 200 MB of text
@@ -29,7 +29,7 @@ struct RayArguments {
 
 scatter::SoundRay launched(const scatter::SoundSpeedProfile& profile, const RayArguments& arguments,
                            double bottom_m) {
-  const double rad = *arguments.launch_deg * radians_per_degree;
+  const double rad = *arguments.launch_deg * degree;
   return {profile, arguments.source_depth_m, std::cos(rad), std::sin(rad), 0.0, bottom_m};
 }
 
@@ -57,8 +57,7 @@ void print_path(scatter::SoundRay ray, double range_m, const RayArguments& argum
     upper_m = std::min(upper_m, p.depth_m);
     lower_m = std::max(lower_m, p.depth_m);
     out += fmt::format("{:.15g},{:.15g},{:.15g},{:.15g},{:.12g},{:.12g}\n", p.range_m, p.depth_m,
-                       p.time_s, p.path_m, std::atan2(p.down, p.along) / radians_per_degree,
-                       ray.loss_db());
+                       p.time_s, p.path_m, std::atan2(p.down, p.along) / degree, ray.loss_db());
   };
   row();
   for (int rows = 1;; ++rows) {

@@ -1,5 +1,6 @@
 #include <ensonify/engine/output/exr.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/trace/intersector.h>
 #include <ensonify/refine/parallel_for.h>
 
 #include <sys/utsname.h>
@@ -60,26 +61,24 @@ void print_report(const RunReport& report, const std::string& intersector, const
   const std::string rate = report.parts_found > 0
                                ? fmt::format(" for the missing ones of {} parts", report.parts)
                                : fmt::format(": {:.4g} pings/s", pings_per_s(report));
-  fmt::print(
-      stderr,
+  tell(
       "{} pings in {:.2f} s{} on {} thread{}; seafloor {:.2f} s, files {:.2f} s\n"
       "by stage, summed over threads: surface {:.2f} s, trace {:.2f} s, echo {:.2f} s, speckle "
       "{:.2f} s\n",
       report.counts.at("pings"), report.pings_s, rate, threads, threads == 1 ? "" : "s",
       report.prepare_s, report.files_s, stages.surface_s, stages.trace_s, stages.echo_s,
       stages.receive_s);
-  if (intersector.starts_with("embree"))
+  if (intersector_kind(intersector).builds_tree)
     tell(
         "intersector: {}; the default, fan_scan, with --surface footprint makes 1.1 to 5 "
         "times as many pings per second: the fewer faces, the more\n",
         intersector);
   // A share without a part of its own has no counts.
   if (const auto rays = report.counts.find("rays"); rays != report.counts.end() && rays->second > 0)
-    fmt::print(
-        stderr, "sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",
-        static_cast<double>(rays->second) / static_cast<double>(report.counts.at("pings")),
-        100.0 * static_cast<double>(report.counts.at("hits")) / static_cast<double>(rays->second),
-        report.counts.at("starved_bins"));
+    tell("sampling: {:.0f} rays per ping, of which {:.0f} % hit; {} bins starved\n",
+         static_cast<double>(rays->second) / static_cast<double>(report.counts.at("pings")),
+         100.0 * static_cast<double>(report.counts.at("hits")) / static_cast<double>(rays->second),
+         report.counts.at("starved_bins"));
   if (const auto bent = report.counts.find("bent_rays"); bent != report.counts.end())
     tell("bent rays: {}, of which {} by chords\n", bent->second,
          report.counts.at("bent_rays_by_chords"));
@@ -184,10 +183,13 @@ void add_run(CLI::App& app, Action& action) {
                   "The folder for the files, created if missing (default: the scene's name with "
                   "-run appended, in the current folder)")
       ->type_name("DIR");
-  command.add_option("--surface", arguments->surface, "The same as -D run.surface=NAME")
+  command
+      .add_option("--surface", arguments->surface,
+                  "The same as -D run.surface=NAME: auto, static, refined or footprint")
       ->type_name("NAME");
   command
-      .add_option("--intersector", arguments->intersector, "The same as -D run.intersector=NAME")
+      .add_option("--intersector", arguments->intersector,
+                  "The same as -D run.intersector=NAME; `ensonify intersectors` lists them")
       ->type_name("NAME");
   command.add_option("--seed", arguments->seed, "The same as -D seed=S")->type_name("S");
   command

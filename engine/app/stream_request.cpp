@@ -1,7 +1,6 @@
 #include "stream_request.h"
 
 #include <algorithm>
-#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -9,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <ensonify/engine/units.h>
 #include <ensonify/engine/untrusted.h>
 
 namespace ensonify::engine::app {
@@ -43,9 +43,7 @@ class Fields {
   }
 
   Pose pose() {
-    const auto degrees = [&](const std::string& key) {
-      return number(key, 0.0) * std::numbers::pi / 180.0;
-    };
+    const auto degrees = [&](const std::string& key) { return number(key, 0.0) * degree; };
     Pose pose;
     pose.t_s = number("t_s", 0.0);
     pose.position = {number("x_m"), number("y_m"), number("z_m")};

@@ -1,12 +1,12 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 
 #include <fmt/format.h>
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/sea_water.h>
 
 #include "app.h"
@@ -48,7 +48,7 @@ std::string warnings(std::string_view formula, const scatter::FittedWater& fit,
 
 void print_water(const WaterArguments& arguments) {
   const auto& water = arguments.water;
-  const double latitude_rad = arguments.latitude_deg * std::numbers::pi / 180.0;
+  const double latitude_rad = arguments.latitude_deg * degree;
   const double depth_m = arguments.depth_m
                              ? *arguments.depth_m
                              : scatter::depth_of_pressure_m(*arguments.pressure_dbar, latitude_rad);

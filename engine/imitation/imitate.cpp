@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -12,6 +11,8 @@
 #include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
+#include <ensonify/engine/sonar/instrument/shading.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/sea_water.h>
 
 namespace ensonify::engine {
@@ -108,11 +109,10 @@ LineModel first_model(const RecordedLine& line, std::vector<std::string>& unknow
     }
   }
   const double wavelength_m = model.sound_speed_mps / model.frequency_hz;
-  constexpr double usual_beamwidth_rad = 0.5 * std::numbers::pi / 180.0;
+  constexpr double usual_beamwidth_rad = 0.5 * degree;
   const bool width_stated = line.beamwidth_rad > 1e-3 && line.beamwidth_rad < 0.5;
-  // Of a uniform array 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
-  model.array_length_m =
-      0.886 * wavelength_m / (width_stated ? line.beamwidth_rad : usual_beamwidth_rad);
+  model.array_length_m = Shading().beam_width_x() * wavelength_m /
+                         (width_stated ? line.beamwidth_rad : usual_beamwidth_rad);
   if (width_stated) note("sonar.sidescan.array_length_m", Confidence::stated, "the beam's width");
   const VerticalPattern usual;
   model.beamwidth_rad = usual.beamwidth_rad;

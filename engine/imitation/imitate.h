@@ -21,7 +21,7 @@ struct ImitationControl {
   std::function<bool(std::string_view stage, std::size_t done, std::size_t of)> progress;
 };
 
-/// What an imitation came to.
+/// The result of an imitation.
 struct Imitation {
   LineModel model;
   RecordedLine line;                          ///< the part of the recording that is imitated

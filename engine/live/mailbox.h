@@ -29,7 +29,7 @@ struct PendingChanges {
   bool again = false;
 };
 
-/// How the vehicle is to go on, and who watches.
+/// How the vehicle is to move on, and who watches.
 struct Control {
   Vehicle vehicle;
   std::optional<double> pings_per_s;  ///< as in LiveOptions

@@ -9,7 +9,6 @@ const fixed = (x, digits) => Number.isFinite(x) ? x.toFixed(digits) : '–';
 const mostRows = 6000, stripRows = 2048;
 // Canvases that are written pixel by pixel stay in memory, not on the graphics card.
 const inMemory = {alpha: false, willReadFrequently: true};
-const regions = ['no data', 'water column', 'seabed', 'object', 'shadow'];
 
 let setting = null, settingNumber = 0, status = null;
 let lastLine = -1, linesSeen = 0, missed = 0;
@@ -479,7 +478,7 @@ async function readCursor() {
         known.push(['east', `${truth.x_m.toFixed(2)} m`], ['north', `${truth.y_m.toFixed(2)} m`], ['depth', `${(-truth.z_m).toFixed(2)} m`],
           ['sediment', truth.sediment ?? '–'], ['class', (truth.class ?? '–') + (truth.instance ? ` ${truth.instance}` : '')], ['grazing', `${truth.grazing_deg.toFixed(1)}°`]);
     } else {
-      known.push(['region', regions[place.row.regions[place.from]] ?? '–'], ['truth', 'no longer kept']);
+      known.push(['region', setting.regions[place.row.regions[place.from]] ?? '–'], ['truth', 'no longer kept']);
     }
     list($('readout'), known);
   } while (askAgain);

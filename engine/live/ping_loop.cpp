@@ -159,9 +159,9 @@ void PingLoop::ping(const Control& control, MeshViewer& viewer) {
   const double max_m = climb_mps * live_scene_->interval_s();
   climbed_m_ += std::clamp(to_climb, -max_m, max_m);
   try {
-    const TrackPings::RecordedPing heard = hear(per_ping);
-    publish(heard);
-    if (control.mesh_pages > 0) show_mesh(heard.record.pose, viewer);
+    const TrackPings::PingRecord ping = record_ping(per_ping);
+    publish(ping);
+    if (control.mesh_pages > 0) show_mesh(ping.row.pose, viewer);
     out_of_water_ = false;
   } catch (const std::invalid_argument& error) {  // a sonar is mounted out of the water
     if (!std::exchange(out_of_water_, true)) mailbox_.report_trouble(error.what());
@@ -171,7 +171,7 @@ void PingLoop::ping(const Control& control, MeshViewer& viewer) {
   ++pings_since_;
 }
 
-TrackPings::RecordedPing PingLoop::hear(double per_ping) {
+TrackPings::PingRecord PingLoop::record_ping(double per_ping) {
   Simulator& simulator = live_scene_->simulator;
   const TrackPings& track = live_scene_->track;
   const auto nth = static_cast<std::size_t>(along_);
@@ -180,7 +180,7 @@ TrackPings::RecordedPing PingLoop::hear(double per_ping) {
   if (as_planned) {
     if (nth == 0 || track.block_of(nth) != track.block_of(nth - 1))
       SimulatorInternals::reset(simulator);
-    return track.hear(simulator, nth);
+    return track.record_ping(simulator, nth);
   }
   on_track_ = false;
   Pose pose = live_scene_->pose_at(along_);
@@ -191,19 +191,19 @@ TrackPings::RecordedPing PingLoop::hear(double per_ping) {
   pose.t_s = track.poses().front().t_s + static_cast<double>(pings_) * live_scene_->interval_s();
   pose.velocity_mps *= per_ping;
   return {
-      .record = {.pose = pose, .reported = pose, .altitude_m = simulator.altitude_m(pose.position)},
+      .row = {.pose = pose, .reported = pose, .altitude_m = simulator.altitude_m(pose.position)},
       .lines = simulator.ping_numbered(pose, pings_)};
 }
 
-void PingLoop::publish(const TrackPings::RecordedPing& heard) {
-  std::span<const EchoLine> lines = heard.lines;
+void PingLoop::publish(const TrackPings::PingRecord& ping) {
+  std::span<const EchoLine> lines = ping.lines;
   const std::span<const Sonar> sonars = live_scene_->simulator.sonars();
   for (std::size_t i = 0; i < sonars.size(); ++i) {
     Waterfall& row = rows_[i];
     const std::size_t sides = lines.empty() ? 0 : sides_of(sonars[i]).size();
     if (sides == 0) row.pixels.assign(row.columns());
     for (int beam = 0; beam < sonars[i].beams; ++beam) {
-      row.set_row(0, lines.first(sides), row_of_beam(heard.record, sonars[i], beam));
+      row.set_row(0, lines.first(sides), row_of_beam(ping.row, sonars[i], beam));
       lines = lines.subspan(sides);
       auto line = make_line(row, renderers_[i], renderers_[i].render(row), pings_, i, lines_++);
       line->setting = setting_;

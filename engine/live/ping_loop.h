@@ -38,8 +38,8 @@ class PingLoop {
   void take_setting();
 
   void ping(const Control& control, MeshViewer& viewer);
-  TrackPings::RecordedPing hear(double per_ping);
-  void publish(const TrackPings::RecordedPing& heard);
+  TrackPings::PingRecord record_ping(double per_ping);
+  void publish(const TrackPings::PingRecord& ping);
   void show_mesh(const Pose& pose, MeshViewer& viewer);
   void report_status(bool at_rest, const MeshViewer& viewer);
   double wanted_rate(const Control& control) const;

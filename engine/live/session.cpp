@@ -1,7 +1,6 @@
 #include <ensonify/engine/live/session.h>
 
 #include <mutex>
-#include <numbers>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -13,6 +12,7 @@
 #include <ensonify/engine/live/mailbox.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/session_keys.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -101,7 +101,7 @@ std::string LiveSession::truth(std::uint64_t number, std::size_t column) const {
     json.update({{"x_m", bin.x_m},
                  {"y_m", bin.y_m},
                  {"z_m", bin.z_m},
-                 {"grazing_deg", bin.grazing_rad * 180.0 / std::numbers::pi},
+                 {"grazing_deg", bin.grazing_rad / degree},
                  {"sediment", name(*line->materials, bin.sediment)},
                  {"class", name(*line->classes, bin.class_id)},
                  {"instance", bin.instance}});

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/live/frames.h>
+#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/scatter/sediment.h>
 
 namespace ensonify::engine {
@@ -72,6 +73,7 @@ Bytes setting_frame(const LiveScene& world, const Display& display, const std::s
                   {"materials", simulator.materials()},
                   {"palette", palette},
                   {"palettes", colours},
+                  {"regions", region_names},
                   {"display",
                    {{"gain_db", shown.gain_db},
                     {"gamma", shown.gamma},

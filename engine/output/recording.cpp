@@ -94,7 +94,6 @@ Recording make_recording(const Waterfall& waterfall, const Recorder& recorder,
       .bandwidth_hz = sonar.pulse.bandwidth_hz,
       .pulse_length_s = sonar.pulse.transmitted_length_s(),
       .range_m = sonar.range_m,
-      // Of a uniform array 0.886 lambda / L (Urick, Principles of Underwater Sound, table 3.2).
       .beamwidth_rad = width_x * frame.sound_speed_mps / sonar.frequency_hz / sonar.array_length_m,
       .vertical_beamwidth_rad = sonar.vertical.beamwidth_rad,
       .tilt_rad = {sonar.vertical.tilt_rad + sonar.vertical.port_mount_rad,

@@ -116,7 +116,7 @@ std::string dump_recipe() {
 #   material = { choice = ["steel", "wood"], weights = [3, 1] }
 #   height_m = { unset = true }                          left out; useful in tables
 #
-# stratified = true   spreads the samples evenly over all stratified keys at once (not for normal)
+# stratified = true   spreads the samples evenly over the range or the choices (not for normal)
 # times = "KEY"       multiplies by another key's value, or by several: times = ["KEY", "KEY"]
 # plus = "KEY"        then adds another key's value
 # by = "KEY", table = { VALUE = ..., default = ... }   a value or a distribution for each value of

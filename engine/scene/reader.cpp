@@ -19,6 +19,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/strength_table_reader.h>
 #include <ensonify/engine/sonar/instrument/presets.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/kind_named.h>
 #include <ensonify/scatter/nearest_names.h>
 
@@ -474,7 +475,7 @@ class Reader {
       if (!node.is_number()) throw refuse();
       const double value = *node.value<double>();
       if (!(value >= key.range.low && value <= key.range.high)) throw refuse();  // nor NaN
-      return key.in_degrees() ? value * radians_per_degree : value;
+      return key.in_degrees() ? value * degree : value;
     };
     const auto word = [&]() -> std::string {
       if (node.is_date_time()) {  // a time without quotes

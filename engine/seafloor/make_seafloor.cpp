@@ -158,7 +158,7 @@ double bed_bytes(const Heightfield& grid, double faces, double bytes_per_face, B
   const double heights = 8.0 * points_of(grid);
   const double in_grid = refine::HeightGrid::bytes_of(grid.columns, grid.rows);
   if (form == BedForm::grid) return heights + in_grid;
-  const double mesh = (0.5 * sizeof(Eigen::Vector3f) + sizeof(refine::Face)) * faces;
+  const double mesh = refine::mesh_bytes_per_face * faces;
   return std::max(heights + in_grid, mesh + std::max(in_grid, bytes_per_face * faces));
 }
 

@@ -39,6 +39,9 @@ struct SeafloorOptions {
   /// Thickness of the bed's uppermost layer into which sound penetrates, if its material there is a
   /// sediment: objects buried in it echo (buried_surfaces.h). 0: none.
   double penetration_m = 0.0;
+
+  /// Whether the bed is a grid of heights.
+  bool is_grid() const { return kind == SeafloorKind::fractal || kind == SeafloorKind::survey; }
 };
 
 }  // namespace ensonify::engine

@@ -56,30 +56,30 @@ double TrackPings::interval_s(std::size_t ping) const {
   return shortest_s;
 }
 
-TrackPings::RecordedPing TrackPings::hear(Simulator& simulator, std::size_t ping,
-                                          refine::SpareThreads* spare) const {
+TrackPings::PingRecord TrackPings::record_ping(Simulator& simulator, std::size_t ping,
+                                               refine::SpareThreads* spare) const {
   const Pose& pose = poses_[ping];
-  RecordedPing heard{.record = {.pose = pose,
-                                .reported = reported_[ping],
-                                .altitude_m = simulator.altitude_m(pose.position),
-                                .block = static_cast<int>(block_of(ping)),
-                                .recorded = recorded_[ping] != none,
-                                .interval_s = interval_s(ping)}};
+  PingRecord record{.row = {.pose = pose,
+                            .reported = reported_[ping],
+                            .altitude_m = simulator.altitude_m(pose.position),
+                            .block = static_cast<int>(block_of(ping)),
+                            .recorded = recorded_[ping] != none,
+                            .interval_s = interval_s(ping)}};
   if (reported_since_s(artefacts_, seed_, pose.t_s) < pose.t_s)
-    heard.record.artefacts.add(Artefact::stale_navigation);
+    record.row.artefacts.add(Artefact::stale_navigation);
   const std::size_t then = recorded_[ping];
   if (is_lost(artefacts_, seed_, ping))
-    heard.record.artefacts.add(Artefact::lost);
+    record.row.artefacts.add(Artefact::lost);
   else if (then != ping)
-    heard.record.artefacts.add(Artefact::repeated);
-  if (then == none) return heard;  // its row stays empty
+    record.row.artefacts.add(Artefact::repeated);
+  if (then == none) return record;  // its row stays empty
   if (spare) {
     const std::size_t last = std::min((block_of(ping) + 1) * block_pings_, poses_.size()) - 1;
     SimulatorInternals::expect(
         simulator, std::span(sent_).first(sent_until_[last]).subspan(sent_until_[ping]), *spare);
   }
-  heard.lines = simulator.ping_numbered(poses_[then], then);
-  return heard;
+  record.lines = simulator.ping_numbered(poses_[then], then);
+  return record;
 }
 
 bool TrackPings::verify(Simulator& simulator, std::size_t ping, AgreementCounts& counts) const {
@@ -211,16 +211,16 @@ class Pings {
   }
 
   void do_ping(Simulator& simulator, std::size_t ping, OpenPart& part) {
-    TrackPings::RecordedPing heard = track_.hear(simulator, ping, &spare_);
+    TrackPings::PingRecord record = track_.record_ping(simulator, ping, &spare_);
     std::uint64_t rays = 0, hits = 0;
     {
       const std::shared_lock rows_differ(images_lock_);
-      for (const EchoLine& line : heard.lines) {
+      for (const EchoLine& line : record.lines) {
         rays += line.rays;
         hits += line.hits;
       }
       for (Waterfall& image : part.pings.images)
-        heard.lines = image.set_ping(ping - part.range.first, heard.lines, heard.record);
+        record.lines = image.set_ping(ping - part.range.first, record.lines, record.row);
     }
     AgreementCounts counts;
     const bool verified = is_verified(ping) && track_.verify(simulator, ping, counts);

@@ -45,15 +45,15 @@ class TrackPings {
   std::span<const std::size_t> leg_starts() const { return leg_starts_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  struct RecordedPing {
-    PingRow record;
+  struct PingRecord {
+    PingRow row;
     std::span<const EchoLine> lines;  ///< none of a lost ping; valid until the next ping
   };
   /// A ping as a run records it, by a simulator of that seafloor. Any number of threads may call
   /// this, each with its own simulator. Spare threads make the faces of the block's next pings
   /// ready meanwhile. Throws as Simulator::ping_numbered().
-  RecordedPing hear(Simulator& simulator, std::size_t ping,
-                    refine::SpareThreads* spare = nullptr) const;
+  PingRecord record_ping(Simulator& simulator, std::size_t ping,
+                         refine::SpareThreads* spare = nullptr) const;
 
   std::size_t block_of(std::size_t ping) const { return ping / block_pings_; }
   /// Compares the ping with the reference as SimulatorInternals::verify(); false where nothing was

@@ -1,21 +1,15 @@
 #include <ensonify/engine/simulator/prepare.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cstdlib>
 #include <system_error>
-#include <variant>
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
-#include <ensonify/engine/output/manifest.h>
-#include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/analysis.h>
 #include <ensonify/engine/seafloor/bed/survey.h>
 #include <ensonify/engine/seafloor/bed_height.h>
 #include <ensonify/engine/seafloor/seafloor_in_tiles.h>
+#include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/refine/height_tiles.h>
 #include <ensonify/refine/mesh_clusters.h>
@@ -34,93 +28,6 @@ constexpr std::size_t faces_per_ping = 5000;
 // and saves 0.6 ms per ping, of queries and of their trees. It takes memory as well.
 constexpr std::size_t faces_per_static_ping = 1500;
 constexpr std::size_t most_static_faces = 10'000'000;
-
-// What the cache holds: analysed meshes, files of tiles, and folders of the clusters over them.
-constexpr const char* cached_extension = ".mesh";
-constexpr const char* tiles_extension = ".tiles";
-constexpr const char* clusters_extension = ".clusters";
-constexpr std::array cached_extensions{cached_extension, tiles_extension, clusters_extension};
-constexpr std::chrono::hours abandoned_after{1};
-
-// Larger files are known by their size and time: to read them would take longer than many a run.
-constexpr std::uintmax_t most_hashed_bytes = std::uintmax_t{1} << 28;
-
-std::string identity_of(const fs::path& file) {
-  std::error_code unreadable;  // xxh128_of_file() reports it
-  const std::uintmax_t bytes = fs::file_size(file, unreadable);
-  if (unreadable || bytes <= most_hashed_bytes) return xxh128_of_file(file);
-  return fmt::format("{} bytes of {}", bytes, fs::last_write_time(file).time_since_epoch().count());
-}
-
-template <class Owner>
-void add_keys(std::string& text, const Section<Owner>& section, const Owner& owner) {
-  text += fmt::format("[{}]\n", section.name);
-  for (const Key<Owner>& key : section.keys) {
-    const ConstOption option = key.option(owner);
-    if (const auto* file = std::get_if<const InputFile*>(&option)) {
-      if ((*file)->path.empty()) continue;
-      text += fmt::format("{} = {}\n", key.name, identity_of((*file)->path));
-    } else if (const auto value = option_text(key, owner)) {
-      text += fmt::format("{} = {}\n", key.name, *value);
-    }
-  }
-}
-
-fs::path file_of(const fs::path& cache, const std::string& key, const char* extension) {
-  return cache / (key + extension);
-}
-
-/// What a file, or a folder of files, takes on the disk: a file of tiles has holes where they were
-/// not made yet.
-std::uintmax_t bytes_on_disk(const fs::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return 0;
-  auto bytes = static_cast<std::uintmax_t>(status.st_blocks) * 512;
-  std::error_code gone;  // whatever another process removes meanwhile
-  if (S_ISDIR(status.st_mode))
-    for (const fs::directory_entry& entry : fs::directory_iterator(file, gone))
-      bytes += bytes_on_disk(entry.path());
-  return bytes;
-}
-
-/// Removes what a killed process left half-written (write_file's temporaries), once no living one
-/// can be at it.
-void remove_abandoned(const fs::path& folder) {
-  std::error_code gone;  // whatever another process removes meanwhile
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone))
-    if (entry.path().extension() == ".tmp" &&
-        fs::file_time_type::clock::now() - entry.last_write_time(gone) > abandoned_after)
-      fs::remove(entry.path(), gone);
-}
-
-/// Removes what was used longest ago until the rest is within the limit. What has the key that is
-/// in use stays, however large it is.
-void trim_cache(const fs::path& folder, std::uintmax_t limit_bytes, const std::string& key) {
-  struct Entry {
-    fs::file_time_type used;
-    std::uintmax_t bytes;
-    fs::path file;
-  };
-  remove_abandoned(folder);
-  std::vector<Entry> entries;
-  std::uintmax_t total = 0;
-  std::error_code gone;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, gone)) {
-    const Entry found{entry.last_write_time(gone), bytes_on_disk(entry.path()), entry.path()};
-    if (gone) continue;
-    if (std::ranges::find(cached_extensions, found.file.extension()) == cached_extensions.end())
-      continue;
-    if (found.file.extension() == clusters_extension) remove_abandoned(found.file);
-    total += found.bytes;
-    if (found.file.stem() != key) entries.push_back(found);
-  }
-  std::ranges::sort(entries, {}, &Entry::used);
-  for (const Entry& entry : entries) {
-    if (total <= limit_bytes) return;
-    fs::remove_all(entry.file, gone);
-    total -= entry.bytes;
-  }
-}
 
 /// Throws a fault that begins with the key of a table in a list again, with its place in the file.
 [[noreturn]] void throw_placed(const Scene& scene, const std::exception& error) {
@@ -144,8 +51,6 @@ Seafloor with_places(const Scene& scene, Make&& make) {
     throw_placed(scene, error);
   }
 }
-
-constexpr double mesh_bytes_per_face = 18.0;  // of faces and half as many vertices
 
 /// Bytes per face that a surface needs in addition to the mesh; for `auto` the smaller one.
 double bytes_per_face(std::string_view surface, std::string_view intersector) {
@@ -186,7 +91,7 @@ class Preparing {
       take_tiles();
       return result_;
     }
-    if (bed_is_grid() &&
+    if (scene_.seafloor.is_grid() &&
         (scene_.run.surface == "auto" || face_source_kind(scene_.run.surface).takes_grid)) {
       make_seafloor_of_scene(BedForm::grid);
       choose_for_grid();
@@ -214,11 +119,6 @@ class Preparing {
   }
   bool needs_progressive() const {
     return face_source_kind(result_->surface).needs_progressive_mesh;
-  }
-
-  bool bed_is_grid() const {
-    return scene_.seafloor.kind == SeafloorKind::fractal ||
-           scene_.seafloor.kind == SeafloorKind::survey;
   }
 
   void make_seafloor_of_scene(BedForm form = BedForm::mesh) {
@@ -296,12 +196,12 @@ class Preparing {
 
   void restore() {
     const auto faces = static_cast<double>(result_->seafloor.faces);
-    how_.memory.require(
-        faces * (mesh_bytes_per_face + bytes_per_face(result_->surface, scene_.run.intersector)) +
-            how_.more_bytes,
-        fmt::format("the {:.0f} faces of {} and a tree over them", faces,
-                    scene_.seafloor.progressive.path.string()),
-        "take --surface footprint");
+    how_.memory.require(faces * (refine::mesh_bytes_per_face +
+                                 bytes_per_face(result_->surface, scene_.run.intersector)) +
+                            how_.more_bytes,
+                        fmt::format("the {:.0f} faces of {} and a tree over them", faces,
+                                    scene_.seafloor.progressive.path.string()),
+                        "take --surface footprint");
     with_memory_for("the seafloor", [&] { restore_mesh(result_->seafloor); });
   }
 
@@ -316,7 +216,7 @@ class Preparing {
     if (scene_.run.surface != "auto") return;
     const std::size_t faces = result_->seafloor.faces;
     const auto pings = static_cast<std::size_t>(scene_.track.pings);
-    const bool for_a_tree = scene_.run.intersector.starts_with("embree") &&
+    const bool for_a_tree = intersector_kind(scene_.run.intersector).builds_tree &&
                             scene_.track.kind == TrackKind::line && faces <= most_static_faces &&
                             pings >= faces / faces_per_static_ping;
     result_->surface = for_a_tree ? "static" : "footprint";
@@ -327,7 +227,7 @@ class Preparing {
     if (!for_a_tree) return;
     how_.memory.require(
         static_cast<double>(faces) *
-                (mesh_bytes_per_face + bytes_per_face("static", scene_.run.intersector)) +
+                (refine::mesh_bytes_per_face + bytes_per_face("static", scene_.run.intersector)) +
             how_.more_bytes,
         fmt::format("the {} faces of the seafloor and a tree over them", faces),
         "take --surface footprint");
@@ -404,42 +304,6 @@ Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form) {
     return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
                          form);
   });
-}
-
-std::string seafloor_key(const Scene& scene) {
-  std::string text =
-      fmt::format("seafloor {}\nprogressive mesh {}\n{}\nseed = {}\n", seafloor_version,
-                  refine::progressive_mesh_version, library_versions(), scene.bed_seed());
-  for (const Section<Scene>& section : scene_sections())
-    if (section.name.starts_with("seafloor")) add_keys(text, section, scene);
-  // A mosaic's own file says little of its heights.
-  if (scene.seafloor.kind == SeafloorKind::survey)
-    for (const fs::path& file : files_of_survey(scene.seafloor.survey.path))
-      if (file != scene.seafloor.survey.path) text += identity_of(file) + '\n';
-  // Tiles have the bed alone; no object changes it.
-  const bool bed_alone = needs_tiles(scene.seafloor);
-  for_each_list(scene, [&](const auto& section, const auto& list) {
-    if (bed_alone && section.name == object_section().name) return;
-    for (const auto& item : list) add_keys(text, section, item);
-  });
-  return xxh128(text);
-}
-
-fs::path cache_file(const Scene& scene, const fs::path& cache) {
-  return file_of(cache, seafloor_key(scene),
-                 needs_tiles(scene.seafloor) ? tiles_extension : cached_extension);
-}
-
-fs::path default_cache() {
-  const auto variable = [](const char* name) -> fs::path {
-    const char* value = std::getenv(name);
-    return value ? value : "";
-  };
-  if (const fs::path cache = variable("XDG_CACHE_HOME"); cache.is_absolute())
-    return cache / "ensonify";
-  if (const fs::path home = variable("HOME"); home.is_absolute())
-    return home / ".cache" / "ensonify";
-  return {};
 }
 
 }  // namespace ensonify::engine

@@ -26,8 +26,8 @@ struct PreparedSeafloor {
   Seafloor seafloor;
   /// The same bed and objects for `refined`, where the bed is made in tiles.
   std::shared_ptr<refine::MeshClusters> clusters;
-  std::string surface;  ///< the scene's, or what `auto` came to
-  std::string why;      ///< why `auto` came to that; empty where the scene names the surface
+  std::string surface;  ///< the scene's, or the one that `auto` chose
+  std::string why;      ///< why `auto` chose it; empty where the scene names the surface
   std::filesystem::path cache_file;   ///< where it was read from, or is kept; empty: nowhere
   bool cached = false;                ///< whether it was read from there
   std::vector<std::string> warnings;  ///< of the cache
@@ -47,13 +47,6 @@ struct PreparedSeafloor {
 /// the seafloor throws, SceneError, and MemoryError before it allocates memory that is not there.
 std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
                                                          const Preparation& how);
-
-/// What an analysed seafloor depends on: the scene's seafloor and objects, the contents of their
-/// files, the seed, and the versions of what makes it; as a hash of 32 digits.
-std::string seafloor_key(const Scene& scene);
-
-/// The file in a cache that a scene's analysed seafloor is taken from, or kept in.
-std::filesystem::path cache_file(const Scene& scene, const std::filesystem::path& cache);
 
 /// Makes the scene's seafloor. Throws what make_seafloor does; a fault that names a layer or an
 /// object becomes a SceneError with its place in the scene's file; MemoryError for a mesh that does

@@ -70,7 +70,12 @@ struct IntersectorKind {
   /// Peak memory of build() per face of a large mesh, in addition to the mesh. A lower bound,
   /// measured over 2.4 million faces and rounded down; 0: not measured.
   double bytes_per_face = 0.0;
+  bool builds_tree = false;       ///< over the whole mesh; a static one can pay for many pings
+  bool tests_every_face = false;  ///< for every ray: too slow for many of both
 };
+/// The name of the kind that all others are compared with.
+inline constexpr std::string_view reference_intersector = "pluecker";
+
 /// The library's own, then those of program_intersector_kinds(). Throws std::invalid_argument if
 /// one of the latter has no name, no `make`, or a name that another has; - and _ are alike.
 std::span<const IntersectorKind> intersector_kinds();

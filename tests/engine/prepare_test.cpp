@@ -11,6 +11,7 @@
 
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/seafloor/analysis.h>
+#include <ensonify/engine/simulator/seafloor_cache.h>
 #include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify;

@@ -18,6 +18,7 @@
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/simulate.h>
 #include <ensonify/engine/sonar/echo/plane_spacing.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/solid_target.h>
 
@@ -26,8 +27,6 @@ using namespace ensonify::engine;
 using namespace ensonify::tests;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// The sonar of these tests: its beam is wider than the bodies.
 Sonar wide_sonar(double range_m, double frequency_hz = 400e3) {

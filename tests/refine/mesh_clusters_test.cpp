@@ -192,7 +192,7 @@ TEST_CASE("the active meshes of neighbouring clusters fit each other at any refi
   }
 }
 
-TEST_CASE("clusters in files have the faces of those in memory, whoever made them") {
+TEST_CASE("clusters in files have the faces of those in memory, whichever process made them") {
   const TemporaryFolder folder;
   const Bed bed(0.02);
   const auto where = places(bed);

@@ -202,8 +202,8 @@ inline std::vector<DamagedMesh> damaged_obj() {
   text("a word alone", "f 1 3 2", "f 1 3 2\ngarbage");
   text("a statement of bytes", "f 1 3 2", "\x01\xff\xfe 1 3 2");
   text("v and its number in one word", "v 2 0 0", "v2 0 0");
-  text("a face whose line does not go on", "f 1 3 2", "f 1 3\n2");
-  text("a face whose line goes on into the next", "f 1 3 2", "f 1 3 2 \\");
+  text("a face whose line does not continue", "f 1 3 2", "f 1 3\n2");
+  text("a face whose line continues into the next", "f 1 3 2", "f 1 3 2 \\");
   text("a backslash at the end of the file", "f 3 1 4\n", "f 3 1 \\");
   text("a free-form surface", "f 1 3 2", "cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nend");
   text("a call of another file", "f 1 3 2", "call other.obj");

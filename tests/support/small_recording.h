@@ -1,17 +1,16 @@
 #pragma once
 
 #include <cstring>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include <ensonify/engine/output/recording.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::tests {
 
 /// A recording of three pings, of which the second number is missing; each sample differs.
 inline engine::Recording small_recording(std::size_t bins = 5) {
-  constexpr double degree = std::numbers::pi / 180.0;
   engine::Recording recording{.name = "towfish",
                               .frequency_hz = 455e3,
                               .bandwidth_hz = 40e3,
@@ -25,10 +24,10 @@ inline engine::Recording small_recording(std::size_t bins = 5) {
          .number = row == 0 ? 7u : 8u + row,
          .unix_ms = 1709251199500 + 250 * static_cast<int>(row),
          .interval_s = 0.25,
-         .place = {(55.0 + 1e-4 * static_cast<double>(row)) * degree, -10.5 * degree},
-         .heading_rad = (100.0 + static_cast<double>(row)) * degree,
-         .pitch_rad = 2.0 * degree,
-         .roll_rad = -3.0 * degree,
+         .place = {(55.0 + 1e-4 * static_cast<double>(row)) * engine::degree, -10.5 * engine::degree},
+         .heading_rad = (100.0 + static_cast<double>(row)) * engine::degree,
+         .pitch_rad = 2.0 * engine::degree,
+         .roll_rad = -3.0 * engine::degree,
          .depth_m = 12.5,
          .altitude_m = 7.25,
          .speed_mps = 1.5});

@@ -144,9 +144,9 @@ inline std::vector<TrickyMesh> tricky_obj() {
   text("relative indices and texture", "f 1 3 2", "vt 0 0\nf -4/-1 -2/-1 -3/-1");
   text("a plus before an index", "f 1 3 2", "f +1 +3 +2");
   text("zeros before an index", "f 1 3 2", "f 001 03 0000000000000000000002");
-  text("a line that goes on", "f 1 3 2", "f 1 \\\n 3\\\r\n  2");
-  text("a vertex that goes on", "v 2 0 0", "v \\\n 2 \\  \n 0\\\n 0");
-  text("a group that goes on", "f 1 3 2", "g one two \\\nf three\nf 1 3 2");
+  text("a line that continues", "f 1 3 2", "f 1 \\\n 3\\\r\n  2");
+  text("a vertex that continues", "v 2 0 0", "v \\\n 2 \\  \n 0\\\n 0");
+  text("a group that continues", "f 1 3 2", "g one two \\\nf three\nf 1 3 2");
   text("the old name of a face", "f 1 3 2", "fo 1 3 2");
   text("points and lines", "f 1 3 2", "p 1 2\nl 1 2 3\nl 1/1 2/1\nf 1 3 2");
   text("materials, groups, names", "f 1 3 2",

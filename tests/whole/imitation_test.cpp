@@ -15,7 +15,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <numeric>
 #include <sstream>
 #include <vector>
@@ -31,6 +30,7 @@
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/atomic_file.h>
 
 using namespace ensonify;
@@ -42,7 +42,6 @@ namespace {
 constexpr std::size_t pings = 460, half = 230, bins = 1024;
 constexpr double full_scale = 32767.0;
 constexpr double range_m = 29.9835, bin_m = range_m / bins;
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// Samples of both sides, near to far, and the first bin of the bed.
 struct Recording {

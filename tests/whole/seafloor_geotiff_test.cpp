@@ -3,7 +3,6 @@
 #include <array>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include <ogr_spatialref.h>
 
 #include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/units.h>
 
 #include "support/catch.h"
 #include "support/data.h"
@@ -18,10 +18,9 @@
 #include "support/temporary_folder.h"
 
 using namespace ensonify::tests;
+using ensonify::engine::degree;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 std::unique_ptr<GDALDataset> opened(const std::filesystem::path& file) {
   GDALAllRegister();

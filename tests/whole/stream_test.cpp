@@ -18,9 +18,11 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulate.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using Json = nlohmann::json;
+using engine::degree;
 
 namespace {
 
@@ -53,7 +55,6 @@ const std::string pose =
 TEST_CASE("a stream's lines equal the simulator's, as a block of floats and as JSON") {
   const Folder folder;
   engine::Simulator simulator(engine::read_scene(folder / "tiny.toml"));
-  constexpr double degree = engine::radians_per_degree;
   engine::Pose same{
       .t_s = 0.5, .position = {0, 1, -12}, .roll_rad = 2 * degree, .heading_rad = 10 * degree};
   const tests::Outcome blocks = folder.stream(pose + pose, {"--layers", "intensity,region"});

@@ -13,6 +13,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 
 namespace ensonify::engine {
@@ -206,16 +207,16 @@ void check_scene(const Scene& scene,
     };
     require(sonar.sector_low_rad < sonar.sector_high_rad, key("sector_high_deg"), [&] {
       return fmt::format("'{}' is {:.6g}, expected more than sector_low_deg, which is {:.6g}",
-                         key("sector_high_deg"), sonar.sector_high_rad / radians_per_degree,
-                         sonar.sector_low_rad / radians_per_degree);
+                         key("sector_high_deg"), sonar.sector_high_rad / degree,
+                         sonar.sector_low_rad / degree);
     });
-    require(sonar.sector_high_rad - sonar.sector_low_rad < 180.0 * radians_per_degree,
-            key("sector_high_deg"), [&] {
+    require(sonar.sector_high_rad - sonar.sector_low_rad < 180.0 * degree, key("sector_high_deg"),
+            [&] {
               return fmt::format(
                   "'{}' is {:.6g}, expected less than 180 degrees above sector_low_deg, "
                   "which is {:.6g}",
-                  key("sector_high_deg"), sonar.sector_high_rad / radians_per_degree,
-                  sonar.sector_low_rad / radians_per_degree);
+                  key("sector_high_deg"), sonar.sector_high_rad / degree,
+                  sonar.sector_low_rad / degree);
             });
     require(sonar.planes % 2 == 0, key("planes"), [&] {
       return fmt::format("'{}' is {}, expected an even number", key("planes"), sonar.planes);

@@ -107,8 +107,7 @@ void check_seabed(const Scene& scene,
                 [] { return "'seafloor.detail.cell_m' needs seafloor.kind = \"survey\""; });
   const std::vector<std::string> materials = materials_of(bed);
   for_each_layer(scene, [&](const auto& layer, const std::string& name) {
-    const bool grid = bed.kind == SeafloorKind::fractal || bed.kind == SeafloorKind::survey;
-    check.require(grid, name, [&] {
+    check.require(bed.is_grid(), name, [&] {
       return fmt::format("'{}' needs a grid of heights: seafloor.kind = \"fractal\" or \"survey\"",
                          name);
     });

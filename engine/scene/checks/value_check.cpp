@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/scene/checks/check.h>
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -17,7 +18,7 @@ bool may_be(const Key<Owner>& key, const T& value) {
   if constexpr (requires { value.has_value(); }) {
     return !value || may_be(key, *value);
   } else if constexpr (std::is_same_v<T, double>) {
-    const double own = key.in_degrees() ? value / radians_per_degree : value;
+    const double own = key.in_degrees() ? value / degree : value;
     const double rounding = key.in_degrees() ? 1e-9 : 0.0;
     return own >= key.range.low - rounding && own <= key.range.high + rounding;
   } else if constexpr (std::is_same_v<T, std::vector<double>>) {

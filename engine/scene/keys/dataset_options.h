@@ -9,6 +9,9 @@
 
 namespace ensonify::engine {
 
+/// Names of samples have six digits.
+inline constexpr int max_samples = 999999;
+
 /// Which samples are for training, validation and test.
 struct SplitOptions {
   double train = 0.8, val = 0.1, test = 0.1;  ///< shares, of any sum

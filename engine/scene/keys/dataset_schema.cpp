@@ -10,12 +10,12 @@ const std::vector<Section<DatasetOptions>>& dataset_sections() {
        "How many samples, and which files each has in addition to those of a run.",
        {
            {"title", "", {}, "Title on the dataset's card.", at(&D::title)},
-           {"samples", "", {1, 999999}, "Number of samples.", at(&D::samples)},
-           {"seafloors", "", {0, 999999},
+           {"samples", "", {1, max_samples}, "Number of samples.", at(&D::samples)},
+           {"seafloors", "", {0, max_samples},
             "Number of seabeds; neighbouring samples share one: seafloor.*, objects and materials "
             "are drawn once per seabed. 0: one for each sample.",
             at(&D::seafloors)},
-           {"samples_per_tar", "", {0, 999999},
+           {"samples_per_tar", "", {0, max_samples},
             "Number of samples in each WebDataset tar, without files for YOLO; 0: one folder per "
             "sample.",
             at(&D::samples_per_tar)},

@@ -12,6 +12,7 @@
 #include <ensonify/engine/seafloor/seafloor.h>
 #include <ensonify/engine/trace/face_source.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -86,13 +87,13 @@ std::string strings_text(const std::vector<std::string>& strings) {
 
 /// The shortest degrees that convert to the same radians.
 std::string degrees_text(double rad) {
-  const double degrees = rad / radians_per_degree;
+  const double degrees = rad / degree;
   std::string text;
   for (int digits = 1; digits <= 17; ++digits) {
     text = fmt::format("{:.{}g}", degrees, digits);
     double back = 0.0;
     std::from_chars(text.data(), text.data() + text.size(), back);
-    if (back * radians_per_degree == rad) return number_text(back);
+    if (back * degree == rad) return number_text(back);
   }
   return text;
 }

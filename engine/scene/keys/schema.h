@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -153,8 +154,8 @@ void for_each_list(AnyScene& scene, F&& f) {
   f(object_section(), scene.objects);
 }
 
-/// What a key wants, by its option: "a number from 0.5 to 10000 m", "true or false", "one of grey,
-/// copper".
+/// What a key accepts, by its option: "a number from 0.5 to 10000 m", "true or false", "one of
+/// grey, copper".
 std::string expectation(std::string_view unit, const Range& range,
                         std::span<const std::string_view> choices, const ConstOption& option);
 template <class Owner>
@@ -205,7 +206,5 @@ std::string suggestion(std::string_view word, std::span<const std::string> known
 
 /// A string as TOML.
 std::string toml_string(std::string_view text);
-
-inline constexpr double radians_per_degree = 0.017453292519943295;
 
 }  // namespace ensonify::engine

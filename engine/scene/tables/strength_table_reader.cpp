@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -47,7 +48,7 @@ std::shared_ptr<const StrengthTable> strengths_of(const CsvTable& table) {
       throw table.fault(row,
                         fmt::format("grazing_deg is {} after {}: {}", angle_deg, before_deg, sort));
     }
-    curves.back().grazing_rad.push_back(angle_deg * radians_per_degree);
+    curves.back().grazing_rad.push_back(angle_deg * degree);
     curves.back().strength_db.push_back(level_db);
   }
   if (curves.back().grazing_rad.size() < 2)

@@ -12,6 +12,7 @@
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -136,7 +137,7 @@ class TrackReader {
   std::vector<double> angles(TrackColumn number) const {
     if (!table_.has(number)) return {};
     std::vector<double> values = column(number, 36000.0);
-    for (double& value : values) value *= radians_per_degree;
+    for (double& value : values) value *= degree;
     return values;
   }
 
@@ -194,8 +195,7 @@ class TrackReader {
     for (std::size_t row = 0; row < table_.rows(); ++row) {
       MapPlace map;
       try {
-        map = onto_map(
-            {latitude_deg[row] * radians_per_degree, longitude_deg[row] * radians_per_degree});
+        map = onto_map({latitude_deg[row] * degree, longitude_deg[row] * degree});
       } catch (const std::invalid_argument& error) {
         throw table_.fault(row, error.what());
       }
@@ -222,13 +222,13 @@ class TrackReader {
           "place of the seabed's middle as track.origin_lat_deg and track.origin_lon_deg");
     const auto middle_rad = [](const std::vector<double>& values) {
       const auto [low, high] = std::ranges::minmax(values);
-      return 0.5 * (low + high) * radians_per_degree;
+      return 0.5 * (low + high) * degree;
     };
     std::vector<double> off_first_deg;  // from -180 to 180, also over the meridian of 180 degrees
     for (const double longitude : longitude_deg)
       off_first_deg.push_back(std::remainder(longitude - longitude_deg.front(), 360.0));
-    return tangent_plane({middle_rad(latitude_deg),
-                          longitude_deg.front() * radians_per_degree + middle_rad(off_first_deg)});
+    return tangent_plane(
+        {middle_rad(latitude_deg), longitude_deg.front() * degree + middle_rad(off_first_deg)});
   }
 
   static std::function<MapPlace(const GeographicPlace&)> tangent_plane(

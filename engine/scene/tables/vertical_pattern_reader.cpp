@@ -7,6 +7,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -29,7 +30,7 @@ std::vector<VerticalLevel> side_of(const CsvTable& table, PatternColumn column) 
     if (!(level_db >= lowest_db && level_db <= 0.0))
       throw table.fault(row, fmt::format("{} is {}, expected {} to 0, which is the pattern's peak",
                                          pattern_columns[column].name, level_db, lowest_db));
-    const double depression_rad = angle_deg * radians_per_degree;
+    const double depression_rad = angle_deg * degree;
     if (!levels.empty() && levels.back().depression_rad == depression_rad)
       throw table.fault(
           row, fmt::format("depression_deg {} is there twice, expected it once", angle_deg));

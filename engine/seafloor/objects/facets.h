@@ -1,7 +1,6 @@
 #pragma once
 
-#include <numbers>
-
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/triangle_mesh.h>
 
 namespace ensonify::engine {
@@ -14,8 +13,7 @@ inline constexpr double facet_over_lobe = 1.9;
 
 /// Faces that meet at less than the sharpest of these angles approximate a round surface; at less
 /// than the flattest, which rounding may cause, they are one plane.
-inline constexpr double sharpest_rad = 40.0 * std::numbers::pi / 180.0,
-                        flattest_rad = 0.05 * std::numbers::pi / 180.0;
+inline constexpr double sharpest_rad = 40.0 * degree, flattest_rad = 0.05 * degree;
 
 /// The angle between the normals of neighbouring facets where a mesh approximates a round surface:
 /// the mean over its edges, weighted by length and angle, of the angles up to the sharpest. Larger

@@ -78,7 +78,7 @@ double drop_m(refine::Triangles object, const BedGrid& bed) {
   std::vector<Ray> rays;
   for (const Vector3f& p : ground) rays.push_back({{p.x(), p.y(), start_m}, Vector3d::UnitZ()});
   std::vector<Hit> hits(rays.size());
-  if (!rays.empty()) make_intersector("pluecker", object)->intersect(rays, hits);
+  if (!rays.empty()) make_intersector(reference_intersector, object)->intersect(rays, hits);
   for (std::size_t i = 0; i < rays.size(); ++i)
     if (hits[i]) least = std::min(least, start_m + hits[i].t - ground[i].z());
   return least;

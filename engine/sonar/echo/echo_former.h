@@ -43,7 +43,7 @@ struct Medium {
 /// Within a plane of the fan that is a density over elevation. A run of neighbouring rays on one
 /// face becomes one piece or a few. A piece has the density at its middle over the elevations
 /// halfway to the neighbouring rays, and its energy lies in the bins between the ranges of its
-/// ends. Where one surface goes on from piece to piece, these ends meet halfway; where it breaks
+/// ends. Where one surface continues from piece to piece, these ends meet halfway; where it breaks
 /// off, each piece keeps its own half step (SurfaceWalk). A sweep's echo from a place that closes
 /// at a speed lies nearer (Pulse::closing_shift_s): there are its energy, its truth and its
 /// shadows. The bins are then convolved with the pulse's energy response. The truth is not: a bin

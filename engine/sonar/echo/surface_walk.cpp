@@ -81,7 +81,7 @@ bool SurfaceWalk::leads_to(std::size_t piece, std::size_t ray, double there_m,
   return std::abs(on_plane_m(piece, ray) - there_m) <= std::max(0.5 * apart_m, 2.0 * bin_m_);
 }
 
-// The surface does not go on in the next piece.
+// The surface does not continue in the next piece.
 void SurfaceWalk::end_surface(std::size_t last, std::size_t next) {
   PieceTable& pieces = *pieces_;
   if (pieces.end[last] == pieces.begin[next]) {
@@ -103,7 +103,7 @@ void SurfaceWalk::begin_surface(std::size_t piece) {
   pieces_->starts_surface[piece] = 1;
 }
 
-// The next ray met nothing, perhaps because its hit is beyond the range: then the surface goes on
+// The next ray met nothing, perhaps because its hit is beyond the range: then the surface continues
 // there, and hides nothing.
 void SurfaceWalk::end_in_water(std::size_t piece) {
   const double next_m = on_plane_m(piece, pieces_->end[piece]);
@@ -118,7 +118,7 @@ void SurfaceWalk::end_in_water(std::size_t piece) {
 
 void SurfaceWalk::end_plane(std::size_t last) {
   PieceTable& pieces = *pieces_;
-  bool at_edge = false;  // a surface goes on to the last ray of the stretch
+  bool at_edge = false;  // a surface continues to the last ray of the stretch
   if (pieces.answers[last]) {
     at_edge = pieces.end[last] >= stretches_.front().until;
     if (at_edge)
@@ -132,7 +132,7 @@ void SurfaceWalk::end_plane(std::size_t last) {
   if (caster_ != none) shade_beyond(caster_);
 }
 
-// Whether a surface may go on from its last ray to the range limit. The plane of a facet seen
+// Whether a surface may continue from its last ray to the range limit. The plane of a facet seen
 // nearly edge-on always does, but the facet may be a crest and end at once. So a single ray must be
 // no farther from the limit than two steps between rays, or than facets reach.
 bool SurfaceWalk::reaches_range(std::size_t piece) const {
@@ -151,8 +151,8 @@ Eigen::Vector3d SurfaceWalk::last_ray(std::size_t piece) const {
   return fan.direction(fan.plane_direction(plane_), pieces_->end[piece] - 1);
 }
 
-// How far a piece goes on from its middle where nothing joins it. A single ray keeps to its range:
-// it does not know how far its face goes.
+// How far a piece continues from its middle where nothing joins it. A single ray keeps to its
+// range: it does not know how far its face goes.
 double SurfaceWalk::half_m(std::size_t piece) const {
   return pieces_->end[piece] - pieces_->begin[piece] > 1 ? pieces_->to_end_m[piece] : 0.0;
 }

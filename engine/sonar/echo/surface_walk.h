@@ -27,7 +27,7 @@ struct SideView {
 };
 
 /// Walks over the pieces of a plane in the order of elevation, from the lowest ray upwards, and
-/// decides where one surface goes on from piece to piece, where it ends, and what casts a shadow.
+/// decides where one surface continues from piece to piece, where it ends, and what casts a shadow.
 /// This is the only place where a shadow's label is decided.
 ///
 /// Between two neighbouring rays that hit different surfaces, the lower one's hides what lies
@@ -35,7 +35,7 @@ struct SideView {
 /// nothing) hides all behind it up to the range of the fan, or up to where the line of sight leaves
 /// the seafloor. So does one that the fan's upper edge meets, if that edge is level or looks up.
 /// Where a surface turns its back there is a hole in it, and no shadow. Facets may be so small that
-/// rays step over them; then the bed goes on between two that lie in one plane.
+/// rays step over them; then the bed continues between two that lie in one plane.
 class SurfaceWalk {
  public:
   /// lowest and highest are the seafloor's bounds in x and y, local metres.
@@ -43,7 +43,7 @@ class SurfaceWalk {
       : lowest_(lowest), highest_(highest), bin_m_(bin_m) {}
 
   /// Sets from_m, until_m and starts_surface of the pieces of a plane where they break; adds a
-  /// piece for each surface that goes on beyond the range. Before, compute_echoes() must have
+  /// piece for each surface that continues beyond the range. Before, compute_echoes() must have
   /// filled the table.
   void walk(const SideView& view, std::size_t plane, PieceTable& pieces);
 

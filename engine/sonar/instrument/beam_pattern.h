@@ -6,6 +6,7 @@
 
 #include <ensonify/engine/input_file.h>
 #include <ensonify/engine/sonar/instrument/shading.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -43,15 +44,15 @@ struct VerticalLevel {
 /// element with a given -3 dB width, tilted down. A width of 0 means the same power in all
 /// directions.
 struct VerticalPattern {
-  double beamwidth_rad = 0.8726646259971648;  ///< 50 degrees, -3 dB to -3 dB
-  double tilt_rad = 0.3490658503988659;       ///< 20 degrees, of the axis below the horizontal
-  InputFile file;                             ///< file of the measured levels
+  double beamwidth_rad = 50.0 * degree;  ///< -3 dB to -3 dB
+  double tilt_rad = 20.0 * degree;       ///< of the axis below the horizontal
+  InputFile file;                        ///< file of the measured levels
   /// One list per side, depressions ascending; empty: not measured.
   std::array<std::vector<VerticalLevel>, 2> measured;
   // A ripple, such as that of side lobes: a cosine of the depression, in dB.
-  double ripple_db = 0.0;                         ///< from its maximum to its minimum
-  double ripple_period_rad = 0.3490658503988659;  ///< 20 degrees
-  double ripple_dark_rad = 0.5235987755982988;    ///< 30 degrees, the depression of a minimum
+  double ripple_db = 0.0;  ///< from its maximum to its minimum
+  double ripple_period_rad = 20.0 * degree;
+  double ripple_dark_rad = 30.0 * degree;  ///< the depression of a minimum
   std::optional<double> floor_db;  ///< level never below this; unset: -20 dB, no floor if measured
   double port_mount_rad = 0.0;     ///< turns the pattern of the side, with its ripple, down
   double starboard_mount_rad = 0.0;

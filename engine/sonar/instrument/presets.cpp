@@ -98,9 +98,9 @@ Preset preset_of(const PresetRow& row) {
   sonar.vertical.beamwidth_rad = row.vertical_beamwidth_deg * degree;
   sonar.vertical.tilt_rad = row.tilt_deg * degree;
   sonar.vertical.floor_db = -30.0;  // typical of a baffled array, towards the surface
-  // The pattern sinc^2 is one half at 0.443 lambda / L on either side of the axis. The length is
-  // rounded to a millimetre.
-  const double length_m = 0.886 * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
+  // The length is rounded to a millimetre.
+  const double length_m =
+      Shading().beam_width_x() * sound_speed_mps / row.frequency_hz / preset.beamwidth_rad;
   sonar.array_length_m = std::round(1e3 * length_m) / 1e3;
   if (row.transmitter_m > 0.0)
     sonar.receive_array_length_m = std::exchange(sonar.array_length_m, row.transmitter_m);

@@ -9,6 +9,7 @@
 #include <ensonify/engine/sonar/instrument/mounting.h>
 #include <ensonify/engine/sonar/instrument/pulse.h>
 #include <ensonify/engine/sonar/instrument/receiver_options.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -45,10 +46,10 @@ struct Sonar {
   double beam_spacing_m = 0.2;  ///< from each beam to the next
   int side_lobes = 0;           ///< number that is traced on either side of the main lobe
   VerticalPattern vertical;
-  double sector_low_rad = -0.17453292519943295;  ///< -10 degrees: lowest depression of the fan
-  double sector_high_rad = 1.5707963267948966;   ///< 90 degrees: highest depression of the fan
-  int planes = 8;                                ///< fan planes across the main lobe
-  int elevations = 2048;                         ///< rays per plane
+  double sector_low_rad = -10.0 * degree;  ///< lowest depression of the fan
+  double sector_high_rad = 90.0 * degree;  ///< highest depression of the fan
+  int planes = 8;                          ///< fan planes across the main lobe
+  int elevations = 2048;                   ///< rays per plane
   ReceiverOptions receiver;
 
   double receive_length_m() const {

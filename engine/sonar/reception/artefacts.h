@@ -5,6 +5,7 @@
 #include <span>
 
 #include <ensonify/engine/sonar/vehicle/track.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 
@@ -31,7 +32,7 @@ struct ArtefactOptions {
   double fish_length_m = 0.4;
   double fish_height_m = 4.0;     ///< greatest height above the bed
   std::optional<double> wake_db;  ///< strength of a ship's wake at its middle, dB; unset: none
-  double wake_heading_rad = 0.7853981633974483;  ///< 45 degrees, of the ship's track
+  double wake_heading_rad = 45.0 * degree;  ///< of the ship's track
   double wake_width_m = 6.0;
   double wake_offset_m = 0.0;  ///< distance of the track from the seabed's middle, to starboard
   // Shimmer by internal waves.

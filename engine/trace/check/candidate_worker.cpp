@@ -192,7 +192,7 @@ void CandidateWorker::compare_with_bodies(std::span<const RayFan> fans, std::uin
   const refine::Triangles mesh = judge_.triangles();
   NearFaces near(mesh, fans);
   append(bodies_, static_cast<std::uint32_t>(mesh.faces.size()), near);
-  const auto reference = make_intersector("pluecker", near.triangles());
+  const auto reference = make_intersector(reference_intersector, near.triangles());
   const Judge judge(near.triangles(), *reference, bounds);
   ask(*reference, fans);
   for (std::size_t c = 0; c < candidates_.size(); ++c) {

@@ -13,7 +13,7 @@ namespace ensonify::engine {
 AgreementCounts compare_ping(FaceSource& surface, const CheckedMesh& mesh,
                              std::span<const RayFan> fans, Precision precision) {
   const NearFaces near(mesh.triangles, fans);
-  const auto reference = make_intersector("pluecker", near.triangles());
+  const auto reference = make_intersector(reference_intersector, near.triangles());
   const Judge judge(near.triangles(), *reference, mesh.bounds);
   FanComparison comparison(judge, precision);
   const Intersector& intersector = comparison.prepare(surface, fans);
@@ -42,7 +42,7 @@ AgreementCounts compare_height(const CheckedMesh& mesh, double x_m, double y_m, 
       .pole = Eigen::Vector3d::UnitY(),
       .range_m = double(mesh.bounds.highest.z()) - double(mesh.bounds.lowest.z()) + 2.0};
   const NearFaces near(mesh.triangles, {&fan, 1});
-  const auto reference = make_intersector("pluecker", near.triangles());
+  const auto reference = make_intersector(reference_intersector, near.triangles());
   const Ray down = fan.ray(0, 0);
   AgreementCounts counts;
   judge_height(Judge(near.triangles(), *reference, mesh.bounds), down,

@@ -119,7 +119,7 @@ bool GridScan::take(const RayFan& fan, const FanTables& tables, FanRuns& runs) {
     }
     if (below < elevations && !begin_walk(fan, line, plane, true, below)) return false;
   }
-  // After all others, since they are short: walks that go on together should end together.
+  // After all others, since they are short: walks that continue together should end together.
   for (std::size_t plane = 0; plane < planes; ++plane)
     if (below_nadir_[plane] > 0 &&
         !begin_walk(fan, Line(fan, plane), plane, false, below_nadir_[plane]))

@@ -112,7 +112,7 @@ RayIncidence RefractedTracer::incidence_of(std::size_t number, Hit& hit) {
 
 const Intersector& RefractedTracer::own_tree() {
   if (own_version_ != version_) {
-    own_tree_ = make_intersector("pluecker", triangles_);
+    own_tree_ = make_intersector(reference_intersector, triangles_);
     own_version_ = version_;
   }
   return *own_tree_;

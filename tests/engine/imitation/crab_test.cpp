@@ -13,13 +13,12 @@
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// A recording of the program: northwards, with the bow 12 degrees to starboard of the course.
 RecordedLine crabbing_line(const std::filesystem::path& folder) {

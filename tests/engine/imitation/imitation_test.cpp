@@ -22,6 +22,7 @@
 #include <ensonify/engine/run.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/seafloor/material.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/atomic_file.h>
 #include <ensonify/scatter/backscatter.h>
 
@@ -30,7 +31,6 @@ using namespace ensonify::engine;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t samples = 500;
 constexpr double range_m = 50.0, sample_m = range_m / samples;
 

@@ -14,7 +14,6 @@
 #include <ensonify/engine/live/change.h>
 #include <ensonify/engine/live/frames.h>
 #include <ensonify/engine/live/mailbox.h>
-#include <ensonify/engine/live/page.h>
 #include <ensonify/engine/live/ping_loop.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/simulator/ping_all.h>
@@ -60,15 +59,6 @@ std::vector<Bytes> frames_of(LineRing& ring, std::size_t lines) {
 }
 
 }  // namespace
-
-TEST_CASE("The page names the regions as the engine does") {
-  std::string names;
-  for (const std::string_view name : region_names)
-    names += fmt::format("{}'{}'", names.empty() ? "" : ", ", name);
-  const auto script = std::ranges::find(page_files(), "/page.js", &PageFile::path);
-  REQUIRE(script != page_files().end());
-  CHECK(script->content.find("const regions = [" + names + "];") != std::string_view::npos);
-}
 
 TEST_CASE("The lines of a session equal the run's picture byte by byte") {
   const TemporaryFolder folder;

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -11,12 +10,11 @@
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/recording.h>
 #include <ensonify/engine/output/xtf.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 template <class T>
 T at(const std::vector<std::byte>& bytes, std::size_t offset) {

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <numbers>
 #include <random>
 
 #include "support/catch.h"
@@ -13,13 +12,12 @@
 #include <ensonify/engine/output/jsf.h>
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/recording/recording_reader.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 std::vector<RecordedLine> parse(const std::string& bytes) {
   return parse_recording(std::as_bytes(std::span(bytes)), "r");

@@ -5,6 +5,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 
@@ -36,7 +37,7 @@ TEST_CASE("A shape, its sizes, its path and its area are read, and read back fro
   CHECK(scene.objects[0].count == 7);
   REQUIRE(scene.objects[0].area.size() == 3);
   CHECK(scene.objects[0].area[1] == Eigen::Vector2d(10.5, 0.0));
-  CHECK(scene.objects[0].heading_spread_rad == Approx(20.0 * radians_per_degree));
+  CHECK(scene.objects[0].heading_spread_rad == Approx(20.0 * degree));
   REQUIRE(scene.objects[1].path.size() == 2);
   CHECK(scene.objects[1].path[1] == Eigen::Vector2d(30.0, 4.0));
   for (const bool with_comments : {true, false}) {

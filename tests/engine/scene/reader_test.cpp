@@ -17,6 +17,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/output_formats.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 using ensonify::tests::TemporaryFolder;
@@ -186,7 +187,7 @@ TEST_CASE("Whole degrees and tenths keep their text through radians") {
   for (int tenths = -1800; tenths <= 1800; ++tenths) {
     Scene scene;
     const std::string text = fmt::format("{}", tenths / 10.0);
-    scene.track.heading_rad = tenths / 10.0 * radians_per_degree;
+    scene.track.heading_rad = tenths / 10.0 * degree;
     REQUIRE(dump_scene(scene, false).find("heading_deg = " + text + "\n") != std::string::npos);
   }
 }
@@ -663,7 +664,7 @@ TEST_CASE("A preset sets the keys that are not given, in any order of reading") 
                                  "bins = 12\ntilt_deg = 3\npreset = \"klein-5000\""}) {
     const Sonar own = sonar(keys);
     CHECK(own.bins == 12);
-    CHECK(own.vertical.tilt_rad == 3.0 * radians_per_degree);
+    CHECK(own.vertical.tilt_rad == 3.0 * degree);
     CHECK(own.source_level_db == klein.source_level_db);
   }
   // An override of the preset leaves what the file gives, and takes all else.
@@ -713,7 +714,7 @@ TEST_CASE("Conditions of a survey give what a scene leaves out, ideal ones have 
       parsed(head + "[motion]\nroll = { rms_deg = 0.1 }\n[arrivals]\nsurface = false\n" + two +
                  preset + "looks = 2\n",
              {"texture=false"});
-  CHECK(own.motion.roll.rms == 0.1 * radians_per_degree);
+  CHECK(own.motion.roll.rms == 0.1 * degree);
   CHECK_FALSE(own.motion.heave.still());
   CHECK_FALSE(own.arrivals.surface);
   CHECK_FALSE(own.texture);

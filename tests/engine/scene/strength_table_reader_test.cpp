@@ -8,6 +8,7 @@
 
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/scene/reader.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 
@@ -30,7 +31,7 @@ const std::string scene_text =
 TEST_CASE("A table of strengths is read for one frequency or for several") {
   const auto one = parse_strength_table("strength_db,grazing_deg\n-30,10\n-20,80\n", "s.csv");
   REQUIRE(one->curves().size() == 1);
-  CHECK(one->curves()[0].grazing_rad[1] == Approx(80.0 * radians_per_degree));
+  CHECK(one->curves()[0].grazing_rad[1] == Approx(80.0 * degree));
   CHECK(one->curves()[0].strength_db[0] == -30.0);
   const auto two = parse_strength_table(
       "grazing_deg,strength_db,frequency_hz\n10,-30,1e5\n80,-20,1e5\n5,-33,4e5\n90,-10,4e5\n", "s");
@@ -65,7 +66,7 @@ TEST_CASE("A scene's material has the strengths of its table, and its file is on
   const Scene scene =
       parse_scene(scene_text + "table = \"bed.csv\"\n", "s", {}, {folder.path(), {}});
   const auto bed = backscatter_of(scene.materials[0], 400e3, 1500.0, 0.0);
-  CHECK(scatter::to_db(bed->cross_section(50.0 * radians_per_degree)) == Approx(-20.0));
+  CHECK(scatter::to_db(bed->cross_section(50.0 * degree)) == Approx(-20.0));
   std::string files;
   for_each_file(scene, [&](const std::string& key, const InputFile& file) {
     if (!file.path.empty()) files += key;

@@ -11,6 +11,7 @@
 #include <ensonify/engine/output/xtf.h>
 #include <ensonify/engine/scene/keys/schema.h>
 #include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -45,8 +46,8 @@ TEST_CASE("a track's columns can have any of their names, in any order") {
   CHECK(log.y_m == std::vector<double>{12, 12});
   CHECK(log.z_m == std::vector<double>{-7, -8});
   CHECK(log.altitude_m == std::vector<double>{3, 3});
-  CHECK(log.heading_rad[1] == 91 * radians_per_degree);
-  CHECK(log.roll_rad[0] == -radians_per_degree);
+  CHECK(log.heading_rad[1] == 91 * degree);
+  CHECK(log.roll_rad[0] == -degree);
   CHECK(log.pitch_rad.empty());
   const NavigationLog world = parsed("t_s,easting_m,northing_m\n0,405010,6201990\n", {}, survey);
   CHECK(world.x_m == std::vector<double>{10});
@@ -75,7 +76,6 @@ TEST_CASE("latitudes go to the given origin, the survey's zone, or the middle of
     CHECK(over.x_m[1] == Approx(10.65).margin(0.01));
   }
 
-  const double degree = radians_per_degree;
   const NavigationLog about = parsed(
       text, {.origin_latitude_rad = 48.445 * degree, .origin_longitude_rad = -68.829 * degree});
   CHECK(about.x_m[0] == Approx(0.0).margin(1e-6));
@@ -122,7 +122,7 @@ TEST_CASE("an XTF or JSF recording is a track: the navigation of its pings") {
     CHECK(log.y_m[1] - log.y_m[0] == Approx(2e-4 * 111330.0).epsilon(2e-3));
     CHECK(log.z_m == std::vector{-12.5, -12.5});
     CHECK(log.altitude_m == std::vector{7.25, 7.25});
-    CHECK(log.heading_rad[1] == Approx(102.0 * radians_per_degree).margin(1e-4));
+    CHECK(log.heading_rad[1] == Approx(102.0 * degree).margin(1e-4));
   }
   for (NavPing& ping : recording.pings) ping.place = {};
   tests::write_text(folder / "line", tests::as_text(encode_xtf({&recording, 1})));

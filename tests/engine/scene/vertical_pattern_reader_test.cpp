@@ -3,6 +3,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/scene/keys/schema.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify::engine;
 
@@ -12,9 +13,9 @@ TEST_CASE("A measured vertical pattern is read for both sides or for each side, 
   const auto both = parse_vertical_pattern("level_db,depression_deg\n-3,40\n-20,-90\n0,30\n", "v");
   for (const auto& side : both) {
     REQUIRE(side.size() == 3);
-    CHECK(side[0].depression_rad == Approx(-90.0 * radians_per_degree));
+    CHECK(side[0].depression_rad == Approx(-90.0 * degree));
     CHECK(side[1].level_db == 0.0);
-    CHECK(side[2].depression_rad == Approx(40.0 * radians_per_degree));
+    CHECK(side[2].depression_rad == Approx(40.0 * degree));
     CHECK(side[2].level_db == -3.0);
   }
   const auto apart =

@@ -10,14 +10,13 @@
 #include <ensonify/engine/seafloor/objects/objects.h>
 #include <ensonify/engine/seafloor/objects/shapes.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
 using std::numbers::pi;
 
 namespace {
-
-constexpr double degree = pi / 180.0;
 
 refine::TriangleMesh body(const char* name, const ShapeSize& size) {
   return make_body(shape_named(name), size, RandomStream(1, Purpose::test)).mesh;

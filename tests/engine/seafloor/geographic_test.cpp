@@ -1,7 +1,7 @@
 #include <ensonify/engine/seafloor/bed/geographic.h>
+#include <ensonify/engine/units.h>
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -10,8 +10,6 @@
 using namespace ensonify::engine;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 bool missing_library() {
   try {

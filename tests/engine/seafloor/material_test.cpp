@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "support/catch.h"
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/composite_roughness.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/ground_texture.h>
@@ -18,8 +18,6 @@ using namespace ensonify;
 using namespace ensonify::engine;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 double strength_db(const Material& material, double grazing_deg, double relief_spacing_m = 0.0) {
   return scatter::to_db(backscatter_of(material, 100e3, 1500.0, relief_spacing_m)

@@ -125,7 +125,8 @@ TEST_CASE("Windows of a seabed have the heights and the kinds of the whole, to t
   }
 }
 
-TEST_CASE("A share of an area is the same share of many windows, and goes on over their borders") {
+TEST_CASE(
+    "A share of an area is the same share of many windows, and continues over their borders") {
   const Heightfield base = flat(1201, 1001, 0.5, 0.5);
   SeabedOptions seabed;
   seabed.patches.resize(1);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "support/beds.h"
@@ -14,6 +13,7 @@
 #include <ensonify/engine/seafloor/make_seafloor.h>
 #include <ensonify/engine/seafloor/objects/spacing.h>
 #include <ensonify/engine/seafloor/seafloor.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/mesh_reader.h>
 
 using namespace ensonify;
@@ -22,8 +22,6 @@ using Eigen::Vector3d, Eigen::Vector3f;
 using ensonify::tests::TemporaryFolder;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// One object set down over a bed.
 refine::TriangleMesh place_object(const ObjectOptions& object, const refine::TriangleMesh& bed) {

@@ -1,15 +1,13 @@
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
+#include <ensonify/engine/units.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "support/catch.h"
 
 using namespace ensonify::engine;
 
-namespace {
-constexpr double degree = std::numbers::pi / 180.0;
-}
+namespace {}
 
 TEST_CASE("a recorded track passes through its rows and keeps constant acceleration between them") {
   NavigationLog log;

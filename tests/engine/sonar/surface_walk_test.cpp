@@ -244,7 +244,7 @@ TEST_CASE("a surface that leaves the beam hides nothing") {
   CHECK(shadows[0].label == 2);
 }
 
-TEST_CASE("a surface that goes on beyond the range gets a piece there, and hides nothing") {
+TEST_CASE("a surface that continues beyond the range gets a piece there, and hides nothing") {
   Plane plane;
   const std::uint32_t end = plane.first_ray_beyond(range_m);
   const double next_m = -10.0 / plane.ray(end).z();
@@ -270,7 +270,7 @@ TEST_CASE("a surface that goes on beyond the range gets a piece there, and hides
   CHECK(plane.pieces.count == 1);
 }
 
-TEST_CASE("a crest seen edge-on does not go on beyond the range, however far its plane does") {
+TEST_CASE("a crest seen edge-on does not continue beyond the range, however far its plane does") {
   Plane plane;
   const std::uint32_t end = plane.first_ray_beyond(range_m);
   const auto walked = [&](double before_m, double last_m) {
@@ -281,7 +281,7 @@ TEST_CASE("a crest seen edge-on does not go on beyond the range, however far its
   CHECK(walked(39.9, 40.0) == 1);
   CHECK(plane.pieces.count == 2);
   CHECK(plane.pieces.until_m[1] == 40.0);
-  // Where the last step says that the range is near, the surface goes on.
+  // Where the last step says that the range is near, the surface continues.
   CHECK(walked(48.75, 49.2) == 0);
   CHECK(plane.pieces.count == 3);
 }

@@ -16,6 +16,7 @@
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/trace/check/agreement.h>
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
+#include <ensonify/engine/units.h>
 
 using namespace ensonify;
 using namespace ensonify::engine;
@@ -24,8 +25,6 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// A square of 2 n^2 faces around (0, 0), side_m wide, at -depth_m with heights of rms_m.
 refine::TriangleMesh bed(std::uint32_t n, double side_m, double depth_m, double rms_m,

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
@@ -16,6 +15,7 @@
 #include <ensonify/engine/trace/face_sources/exact_faces.h>
 #include <ensonify/engine/trace/grid_scan/grid_scan.h>
 #include <ensonify/engine/trace/intersector.h>
+#include <ensonify/engine/units.h>
 #include <ensonify/refine/ball_tree.h>
 
 using namespace ensonify;
@@ -25,7 +25,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr double bed_z_m = -20.0;
 
 /// A slope with ripples and noise.
