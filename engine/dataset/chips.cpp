@@ -155,16 +155,21 @@ class Chooser {
     chips_.push_back({about(box, size), "chip", record.class_name});
   }
 
-  /// Whether a chip shows nothing that chips without a target must not show.
-  bool is_free(const Rectangle& part) const {
-    return std::ranges::none_of(targets_, [&](const auto& entry) {
-      const TargetRecord& record = entry.second;
-      const bool matters = options_.classes.empty() ? record.is_object() : is_chosen(record);
-      Box box;
-      box.extend(record.target.body);
-      box.extend(record.target.shadow);
-      return matters && box.overlaps(part);
-    });
+  /// Whether a chip shows no pixel of a target that chips without one must not show: of any target
+  /// or, for hard negatives, of one that has chips.
+  bool is_free(const Rectangle& part, bool of_any) const {
+    const BinLayers& layers = line_.labels.pixels;
+    const auto matters = [&](std::uint32_t instance) {
+      const auto found = targets_.find(instance);
+      return found != targets_.end() && (of_any || is_chosen(found->second));
+    };
+    for (std::size_t row = part.row; row < part.row + part.rows; ++row)
+      for (std::size_t column = part.column; column < part.column + part.columns; ++column) {
+        // Picture and layers count rows from opposite ends.
+        const std::size_t i = (rows_ - 1 - row) * columns_ + column;
+        if (matters(layers.instance[i]) || matters(layers.shadow_instance[i])) return false;
+      }
+    return true;
   }
 
   /// A chip at a random place, with the size of one of the first `targets` chips.
@@ -185,7 +190,7 @@ class Chooser {
       }
       part.column = index(u[0], columns_ - part.columns + 1);
       part.row = index(u[1], rows_ - part.rows + 1);
-      if (!is_free(part)) continue;
+      if (!is_free(part, true)) continue;
       chips_.push_back({part, "background", ""});
       return;
     }
@@ -203,7 +208,7 @@ class Chooser {
       auto& [of, alike] = *kind;
       const auto chosen = alike.begin() + std::ptrdiff_t(index(u[1], alike.size()));
       const Rectangle part = about_lookalike(*chosen, draw, u[2]);
-      if (is_free(part)) {
+      if (is_free(part, false)) {
         chips_.push_back({part, "hard_negative", of});
         ++made;
       }

@@ -101,7 +101,8 @@ std::vector<std::string> splits_of(const SplitOptions& split) {
   return splits;
 }
 
-std::string sample_json(std::size_t number, const SampleScene& sample, const fs::path& folder) {
+std::string sample_json(std::size_t number, const SampleScene& sample,
+                        const std::string& dataset_json, const fs::path& folder) {
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
     if (entry.is_regular_file()) names.push_back(entry.path().lexically_relative(folder).string());
@@ -117,6 +118,7 @@ std::string sample_json(std::size_t number, const SampleScene& sample, const fs:
                  : Json::accept(value) ? Json::parse(value)
                                        : Json(value);
   return text_of(with_hash({{"sample", number},
+                            {"dataset_xxh128", Json::parse(dataset_json).at("xxh128")},
                             {"split", sample.split},
                             {"seafloor", sample.seafloor},
                             {"seafloor_seed", sample.scene.bed_seed()},

@@ -19,9 +19,10 @@ void require_same_dataset(const std::filesystem::path& file, const std::string& 
 /// The splits that samples can be in.
 std::vector<std::string> splits_of(const SplitOptions& split);
 
-/// The content of sample.json, the last file written to a sample's folder: the drawn values, and
-/// each file of the folder with its hash.
+/// The content of sample.json, the last file written to a sample's folder: the dataset that it
+/// belongs to (the content of dataset.json), the drawn values, and each file of the folder with its
+/// hash.
 std::string sample_json(std::size_t number, const SampleScene& sample,
-                        const std::filesystem::path& folder);
+                        const std::string& dataset_json, const std::filesystem::path& folder);
 
 }  // namespace ensonify::engine

@@ -9,6 +9,25 @@
 
 namespace ensonify::engine {
 
+namespace {
+
+std::uint32_t reversed(std::uint32_t bits) {
+  std::uint32_t result = 0;
+  for (int i = 0; i < 32; ++i, bits >>= 1) result = result << 1 | (bits & 1);
+  return result;
+}
+
+/// Each bit is flipped or not, as a hash of the seed and of the higher bits says (Laine & Karras,
+/// Computer Graphics Forum 30, 1265, 2011; constants by Burley).
+std::uint32_t scrambled(std::uint32_t bits, std::uint32_t seed) {
+  std::uint32_t x = reversed(bits) + seed;
+  for (const std::uint32_t factor : {0x6c50b47cu, 0xb82f1e52u, 0xc7afe638u, 0x8d22f6e6u})
+    x ^= x * factor;
+  return reversed(x);
+}
+
+}  // namespace
+
 std::vector<std::string> Distribution::needs() const {
   std::vector<std::string> keys = times;
   keys.insert(keys.end(), plus.begin(), plus.end());
@@ -74,19 +93,9 @@ std::string Distribution::value(double u, double v) const {
   return "";
 }
 
-double radical_inverse(std::size_t number, unsigned prime) {
-  double inverse = 0.0, digit_weight = 1.0 / prime;
-  for (; number > 0; number /= prime, digit_weight /= prime)
-    inverse += static_cast<double>(number % prime) * digit_weight;
-  return inverse;
-}
-
-unsigned prime_number(std::size_t k) {
-  for (unsigned n = 2;; ++n) {
-    bool prime = true;
-    for (unsigned d = 2; d * d <= n && prime; ++d) prime = n % d != 0;
-    if (prime && k-- == 0) return n;
-  }
+double stratified_number(std::uint32_t index, std::uint32_t order_seed, std::uint32_t digit_seed) {
+  const std::uint32_t placed = scrambled(index, order_seed);
+  return (static_cast<double>(scrambled(reversed(placed), digit_seed)) + 1.0) * 0x1p-32;
 }
 
 std::string value_text(double number) { return fmt::format("{}", number == 0.0 ? 0.0 : number); }

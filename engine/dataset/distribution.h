@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -40,10 +41,11 @@ struct Distribution {
 /// Whether a text is as a pattern says, in which each * stands for any characters but /.
 bool matches(std::string_view text, std::string_view pattern);
 
-/// The radical inverse of a number in a prime base (Halton, Numer. Math. 2, 84, 1960).
-double radical_inverse(std::size_t number, unsigned prime);
-/// The k-th prime number; prime_number(0) is 2.
-unsigned prime_number(std::size_t k);
+/// A number in (0, 1] for each index. Each aligned run of 2^k indices has one number in each of 2^k
+/// equal parts. Sequences of two seeds are independent of each other: van der Corput's sequence in
+/// base 2, whose digits and whose order are scrambled (Owen 1995, as in Burley, J. Computer
+/// Graphics Techniques 9(4), 2020).
+double stratified_number(std::uint32_t index, std::uint32_t order_seed, std::uint32_t digit_seed);
 
 /// A number as the text of a value.
 std::string value_text(double number);

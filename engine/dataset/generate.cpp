@@ -160,9 +160,10 @@ class Generator {
         control_(control),
         folders_(folder, static_cast<std::size_t>(recipe.options().samples_per_tar)),
         units_(units_of(recipe, control.shard)),
-        samples_(samples_of(recipe, units_)) {}
+        samples_(samples_of(recipe, units_)),
+        dataset_json_(dataset_json(recipe)) {}
 
-  GenerateReport report() {
+  GenerateReport generate_all() {
     const Clock::time_point start = Clock::now();
     begin();
     try {
@@ -183,12 +184,11 @@ class Generator {
     refine::make_folder(folders_.dataset() / "samples");
     if (in_tars()) refine::make_folder(folders_.dataset() / "tars");
     const fs::path file = folders_.dataset() / "dataset.json";
-    const std::string text = dataset_json(recipe_);
     {
       const Claim claim = wait_for(file);
-      if (!fs::exists(file)) refine::write_file(file, text);
+      if (!fs::exists(file)) refine::write_file(file, dataset_json_);
     }
-    require_same_dataset(file, text);
+    require_same_dataset(file, dataset_json_);
     report_.samples = samples_.end - samples_.begin;
     for (std::size_t sample = samples_.begin; sample < samples_.end; ++sample) {
       if (fs::exists(StagingFolder::lock_of(folders_.sample(sample))))
@@ -300,36 +300,37 @@ class Generator {
     before.reset();
     clock.enter("tree");
 
-    ProductTimes products;
+    double products_disk_s = 0.0;
     std::string_view running;
-    const RunReport run_report =
-        run(sample.scene, staging.path(),
-            {.threads = threads_each_,
-             .progress =
-                 [&](std::string_view now, std::size_t, std::size_t) {
-                   if (now != running)
-                     clock.enter((running = now) == "pings" ? "ping"
-                                 : now == "files"           ? "encode"
-                                                            : "tree");
-                   report_progress();
-                   return true;
-                 },
-             .cache = control_.cache,
-             .seafloor = kept,
-             .memory = memory_each_,
-             .growing_picture = false,
-             .staged = true,
-             .on_outputs =
-                 [&](const RunOutputs& outputs) {
-                   products = write_products(recipe_.options(), sample, outputs, staging.path());
-                 }});
+    const RunReport run_report = run(sample.scene, staging.path(),
+                                     {.threads = threads_each_,
+                                      .progress =
+                                          [&](std::string_view now, std::size_t, std::size_t) {
+                                            if (now != running)
+                                              clock.enter((running = now) == "pings" ? "ping"
+                                                          : now == "files"           ? "encode"
+                                                                                     : "tree");
+                                            report_progress();
+                                            return true;
+                                          },
+                                      .cache = control_.cache,
+                                      .seafloor = kept,
+                                      .memory = memory_each_,
+                                      .growing_picture = false,
+                                      .staged = true,
+                                      .on_outputs =
+                                          [&](const RunOutputs& outputs) {
+                                            products_disk_s = write_products(
+                                                recipe_.options(), sample, outputs, staging.path());
+                                          }});
     clock.enter("disk");
     stage(staging.path() / "scene.toml", dump_scene(sample.scene, false));
     stage_files(sample.scene, staging.path());
-    stage(staging.path() / "sample.json", sample_json(number, sample, staging.path()));
+    stage(staging.path() / "sample.json",
+          sample_json(number, sample, dataset_json_, staging.path()));
     staging.put_in_place();
     clock.leave();
-    const double disk_s = run_report.disk_s + products.disk_s;
+    const double disk_s = run_report.disk_s + products_disk_s;
     stages_s["encode"] -= disk_s;
     stages_s["disk"] += disk_s;
     const std::lock_guard lock(mutex_);
@@ -382,6 +383,7 @@ class Generator {
   const GenerateControl& control_;
   SampleFolders folders_;
   Interval units_, samples_;
+  const std::string dataset_json_;
   GenerateReport report_;
   // Warnings without their digits: those that differ only in numbers are reported once.
   std::set<std::string> warned_;
@@ -403,7 +405,7 @@ GenerateReport generate(const Recipe& recipe, const fs::path& folder,
     throw std::invalid_argument(fmt::format("generate: no shard {}/{}; shards count from 0/{}",
                                             control.shard.index, control.shard.count,
                                             control.shard.count));
-  return Generator(recipe, folder, control).report();
+  return Generator(recipe, folder, control).generate_all();
 }
 
 ShardState shard_state(const Recipe& recipe, const fs::path& folder, const Shard& shard) {

@@ -244,11 +244,15 @@ class Products {
     label.shown_fraction = body_lost ? 0.0
                                      : static_cast<double>(shown_part(target).area_px) /
                                            static_cast<double>(shown_part(whole.target).area_px);
-    // A feature of the bed is never ignored.
-    label.ignored =
-        whole.is_object() && (label.shown_fraction < options_.min_visible ||
-                              target.body.area_px < static_cast<std::size_t>(options_.least_px));
+    label.ignored = (whole.is_object() && label.shown_fraction < options_.min_visible) ||
+                    is_too_small(label.record);
     return label;
+  }
+
+  /// A feature of the bed is never ignored.
+  bool is_too_small(const TargetRecord& record) const {
+    return record.is_object() &&
+           record.target.body.area_px < static_cast<std::size_t>(options_.least_px);
   }
 
   void write_text(const std::string& name, const std::string& text) {
@@ -256,12 +260,13 @@ class Products {
   }
 
   /// The labels of the targets that resampled pixels show, with their outlines there.
-  static std::map<std::uint32_t, TargetLabel> with_outlines_in(
-      const Waterfall& resampled, std::map<std::uint32_t, TargetLabel> labels) {
+  std::map<std::uint32_t, TargetLabel> with_outlines_in(
+      const Waterfall& resampled, std::map<std::uint32_t, TargetLabel> labels) const {
     std::map<std::uint32_t, TargetLabel> seen;
     for (auto& [instance, outlines] : find_outlines(resampled)) {
       TargetLabel& label = seen[instance] = std::move(labels.at(instance));
       static_cast<TargetOutlines&>(label.record.target) = std::move(outlines);
+      label.ignored = label.ignored || is_too_small(label.record);
     }
     return seen;
   }
@@ -298,15 +303,13 @@ class Products {
 
 }  // namespace
 
-ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
-                            const RunOutputs& outputs, const std::filesystem::path& folder) {
-  const Clock::time_point start = Clock::now();
+double write_products(const DatasetOptions& options, const SampleScene& sample,
+                      const RunOutputs& outputs, const std::filesystem::path& folder) {
   const Simulator& simulator = outputs.simulator;
   Products products(options, sample, simulator.seafloor(), folder);
   for (std::size_t i = 0; i < outputs.lines.size(); ++i)
     products.add_line(outputs.lines[i], simulator.calibration(i), outputs.object_visibility[i], i);
-  const double all_s = seconds_since(start);
-  return {all_s - products.disk_s(), products.disk_s()};
+  return products.disk_s();
 }
 
 }  // namespace ensonify::engine

@@ -7,18 +7,14 @@
 
 namespace ensonify::engine {
 
-/// What writing a sample's products took.
-struct ProductTimes {
-  double encode_s = 0.0, disk_s = 0.0;
-};
-
 /// Writes into a sample's folder what the dataset has in addition to the run's own files: labels of
 /// the whole lines, more displays, ground range, tiles, chips. An image STEM.png has
 /// STEM.class.png, .sediment.png, .instance.png, .region.png, STEM.json and STEM.txt (YOLO);
 /// further displays are STEM.r1.png with STEM.r1.txt and so on. The lines' labels have the numbers
-/// of the scene's output.class_names and sediment_names. Throws std::invalid_argument for tiles or
-/// chips larger than a line, and for labels that these do not name; std::system_error.
-ProductTimes write_products(const DatasetOptions& options, const SampleScene& sample,
-                            const RunOutputs& outputs, const std::filesystem::path& folder);
+/// of the scene's output.class_names and sediment_names. Returns the seconds of writing to the
+/// disk. Throws std::invalid_argument for tiles or chips larger than a line, and for labels that
+/// these do not name; std::system_error.
+double write_products(const DatasetOptions& options, const SampleScene& sample,
+                      const RunOutputs& outputs, const std::filesystem::path& folder);
 
 }  // namespace ensonify::engine

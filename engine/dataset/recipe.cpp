@@ -54,11 +54,19 @@ bool under(std::string_view path, std::string_view table) {
 }  // namespace
 
 struct Recipe::Distributions : RecipeText {
-  std::set<std::string, std::less<>> of_seafloor;       ///< keys that are drawn once per seafloor
-  std::map<std::string, unsigned, std::less<>> primes;  ///< of the stratified
+  std::set<std::string, std::less<>> of_seafloor;  ///< keys that are drawn once per seafloor
+  std::size_t renders = 1;                         ///< per sample
 };
 
 namespace {
+
+/// A number in (0, 1] for each index of a sequence, which the stream seeds.
+double stratified(const RandomStream& stream, std::uint64_t index) {
+  std::array<double, 2> seeds{};
+  stream.uniform(seeds);
+  const auto seed = [](double u) { return static_cast<std::uint32_t>(u * 0xffffffffp0); };
+  return stratified_number(static_cast<std::uint32_t>(index), seed(seeds[0]), seed(seeds[1]));
+}
 
 /// The values of one sample. `Text` is the recipe's.
 template <class Text>
@@ -120,20 +128,16 @@ class Draws {
     if (d.kind == Distribution::Kind::table) return draw(stream_name, d);
     const bool bed = text_.of_seafloor.contains(key);
     const std::size_t number = bed ? seafloor_ : sample_;
-    const std::size_t render = under(key, "display") ? render_ : 0;
+    const bool each_render = under(key, "display");
+    const std::size_t render = each_render ? render_ : 0;
     const RandomStream stream(text_.seed, Purpose::recipe,
                               {key_number(stream_name), number, render});
     std::array<double, 2> u{};
     stream.uniform(u);
     if (d.stratified) {
-      // A shift, the same for all samples, modulo 1 (Cranley & Patterson, SIAM J. Numer. Anal. 13,
-      // 904, 1976).
-      std::array<double, 1> shift{};
-      RandomStream(text_.seed, Purpose::recipe, {key_number(stream_name), ~std::uint64_t{0}, 0})
-          .uniform(shift);
-      const unsigned prime = text_.primes.find(key)->second;
-      u[0] = shift[0] + radical_inverse(number + 1, prime);
-      u[0] -= std::ceil(u[0]) - 1.0;  // into (0, 1]
+      const RandomStream seeds(text_.seed, Purpose::recipe,
+                               {key_number(stream_name), ~std::uint64_t{0}, 0});
+      u[0] = stratified(seeds, each_render ? number * text_.renders + render : number);
     }
     std::string drawn = d.value(u[0], u[1]);
     for (int again = 1; d.between && !within(drawn, *d.between); ++again) {
@@ -182,10 +186,13 @@ std::string split_of(std::uint64_t seed, const SplitOptions& split,
   // A set that is given by values has no others.
   const double val = split.held_out_val.empty() ? split.val : 0.0;
   const double test = split.held_out_test.empty() ? split.test : 0.0;
+  const RandomStream stream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0});
   std::array<double, 1> u{};
-  RandomStream(seed, Purpose::dataset_split, {counted ? 0 : number, 0, 0}).uniform(u);
-  // Numbered groups follow a low-discrepancy sequence, so that the shares are close to those given.
-  if (counted) u[0] = std::fmod(u[0] + radical_inverse(number, 2), 1.0);
+  // Numbered groups are stratified, so that the shares are close to those given.
+  if (counted)
+    u[0] = stratified(stream, number);
+  else
+    stream.uniform(u);
   const double at = u[0] * (split.train + val + test);
   return at < test ? "test" : at < test + val ? "val" : "train";
 }
@@ -344,9 +351,7 @@ Recipe::Recipe(std::string text, std::string name, const std::filesystem::path& 
   if (!by_keys && !(split.held_out_val.empty() && split.held_out_test.empty()))
     throw refuse("'dataset.split' has held_out values, expected by = the key that has them");
 
-  std::size_t k = 0;
-  for (const auto& [key, distribution] : d.distributions)
-    if (distribution.stratified) d.primes[key] = prime_number(k++);
+  d.renders = static_cast<std::size_t>(options_.renders);
   // The keys that the seafloor's keys need are drawn once per seafloor, too.
   std::vector<std::string> open;
   for (const auto& [key, distribution] : d.distributions)
@@ -460,6 +465,7 @@ SampleScene Recipe::sample(std::size_t number) const {
         if (present == "false") values.absent.insert(table);
       }
     for (const auto& [key, distribution] : d.distributions) {
+      if (render == 0 && key.ends_with(".present")) result.drawn[key] = draws.value(key, name_);
       if (in_absent(key, values.absent)) continue;
       const std::string& value = draws.value(key, name_);
       if (render == 0) result.drawn[key] = value;

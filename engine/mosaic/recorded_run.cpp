@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/mosaic/image_reader.h>
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/scene/reader.h>
 #include <ensonify/engine/scene/tables/csv_table.h>
 #include <ensonify/engine/units.h>
@@ -70,7 +71,8 @@ ManifestContent read_manifest(const fs::path& folder) {
   }
   for (const nlohmann::json& record : manifest["files"]) {
     if (!record.is_object() || !record.contains("name") || !record["name"].is_string() ||
-        !record.contains("size_bytes") || !record["size_bytes"].is_number_unsigned())
+        !record.contains("size_bytes") || !record["size_bytes"].is_number_unsigned() ||
+        !record.contains("xxh128") || !record["xxh128"].is_string())
       fail_run(file, damaged);
     const fs::path name = record["name"].get<std::string>();
     if (name.extension() != ".exr") continue;
@@ -84,6 +86,10 @@ ManifestContent read_manifest(const fs::path& folder) {
           fmt::format("the file has {} bytes, its manifest gives {}; copy the file again, or make "
                       "the run again",
                       bytes, record["size_bytes"].get<std::uintmax_t>()));
+    if (xxh128_of_file(folder / name) != record["xxh128"].get<std::string>())
+      fail_run(folder / name,
+               "its content has changed since it was written; copy the file again, or make the run "
+               "again");
     content.images.push_back(folder / name);
   }
   if (content.images.empty())

@@ -172,7 +172,7 @@ class JoinedOutline {
       const std::size_t end = at + whole_numbers(count).get<std::size_t>();
       if (end < at || end > part_rows * columns_)
         throw std::runtime_error("runs outside their picture");
-      while (inside && at < end) {  // a run may go on in the next column
+      while (inside && at < end) {  // a run may continue in the next column
         const std::size_t column = at / part_rows, row = at % part_rows;
         const std::size_t rows = std::min(end - at, part_rows - row);
         const std::size_t begin = column * rows_ + first_row + row;

@@ -33,7 +33,7 @@ class OutputFolder {
   /// Throws std::system_error as refine::write_staged(), and what `write_content` throws.
   void write(const std::string& name, const refine::WriteContent& write_content);
   void write(const std::string& name, std::span<const std::byte> content);
-  /// Shows a file while the run goes on; write() replaces it later. A finished run that lies in the
+  /// Shows a file while the run lasts; write() replaces it later. A finished run that lies in the
   /// folder is not disturbed: then nothing is shown. Throws as refine::write_file().
   void show(const std::string& name, std::span<const std::byte> content);
   /// Puts the files in place, the manifest last. Throws std::system_error.

@@ -85,6 +85,7 @@ std::string part_json(const PartRecord& record) {
   const Json json = {
       {"program", "ensonify"},
       {"version", program_version()},
+      {"run_xxh128", record.run_xxh128},
       {"first_ping", record.pings.first},
       {"pings", record.pings.count},
       {"surface", record.surface},
@@ -108,6 +109,7 @@ PartRecord read_part_json(const std::filesystem::path& file) {
     PartRecord record;
     record.pings = {whole_numbers(json.at("first_ping")).get<std::size_t>(),
                     whole_numbers(json.at("pings")).get<std::size_t>()};
+    json.at("run_xxh128").get_to(record.run_xxh128);
     json.at("surface").get_to(record.surface);
     json.at("instruction_set").get_to(record.code_path);
     json.at("classes").get_to(record.names.classes);

@@ -15,6 +15,7 @@ namespace ensonify::engine {
 /// What is known of a part of a run when its files are written, or of the whole run: the content of
 /// a part's part.json. Counts and verification as in RunReport.
 struct PartRecord {
+  std::string run_xxh128;  ///< hash_of() the plan of its run
   PingRange pings;
   std::string surface;    ///< as in PreparedSeafloor
   std::string code_path;  ///< as SimulatorInternals::code_path()

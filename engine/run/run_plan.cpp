@@ -74,6 +74,8 @@ std::string plan_json(const RunPlan& plan) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string hash_of(const RunPlan& plan) { return xxh128(plan_json(plan)); }
+
 RunPlan read_plan(const std::filesystem::path& folder) {
   try {
     const std::string text = refine::read_file(plan_file(folder));

@@ -31,6 +31,7 @@ RunPlan make_plan(const Scene& scene, const Eigen::Vector3d& world_origin, std::
 
 std::filesystem::path plan_file(const std::filesystem::path& folder);  ///< run.json
 std::string plan_json(const RunPlan& plan);
+std::string hash_of(const RunPlan& plan);  ///< of its plan_json()
 /// Throws std::runtime_error with the file's name if it is not the plan of a run.
 RunPlan read_plan(const std::filesystem::path& folder);
 

@@ -31,7 +31,7 @@ class PictureTimer {
   double took_s_ = 0.0;
 };
 
-/// A scene's run while it goes on, of one part or of several. Scene, folder and control must
+/// A scene's run while it runs, of one part or of several. Scene, folder and control must
 /// outlive it.
 struct RunState {
   const Scene& scene;
@@ -43,7 +43,7 @@ struct RunState {
   RunReport report;
   PictureTimer picture;
 
-  /// Throws Stopped if the caller wants no more.
+  /// Throws Stopped if `progress` asks to stop.
   void report_stage(std::string_view stage, std::size_t done, std::size_t of) const;
   bool picture_is_due() const { return control.growing_picture && picture.is_due(); }
   /// While one part is written by each thread, another one is pinged.

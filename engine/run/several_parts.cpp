@@ -107,12 +107,14 @@ class SeveralParts {
     for (const std::size_t part : todo_) pings_to_do_ += parts_.range(part).count;
   }
 
-  /// Whether all files of a part are there, with their sizes. (`merge` compares their hashes.)
+  /// Whether all files of a part of this run are there, with their sizes. (`merge` compares their
+  /// hashes.)
   bool is_whole(std::size_t part) const {
     const fs::path place = run_.folder / parts_.folder(part);
     try {
       const PartRecord record = read_part_json(place / "part.json");
-      return record.pings.first == parts_.range(part).first && !record.files.empty() &&
+      return record.run_xxh128 == hash_of(plan_) &&
+             record.pings.first == parts_.range(part).first && !record.files.empty() &&
              std::ranges::all_of(record.files, [&](const FileRecord& file) {
                return fs::file_size(place / file.name) == file.size_bytes;
              });
@@ -197,6 +199,7 @@ class SeveralParts {
     pings.images.clear();
     std::ranges::sort(files, {}, &FileRecord::name);
     record.files = std::move(files);
+    record.run_xxh128 = hash_of(plan_);
     const std::string json = part_json(record);
     refine::write_staged(staging.path() / "part.json", std::as_bytes(std::span(json)));
     staging.put_in_place();

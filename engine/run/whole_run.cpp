@@ -120,7 +120,10 @@ RunMergeReport merge_run(const fs::path& folder,
       report.missing.push_back(part + 1);
       continue;
     }
-    for (const FileRecord& file : read_part_json(place / "part.json").files)
+    const PartRecord record = read_part_json(place / "part.json");
+    if (record.run_xxh128 != hash_of(plan))
+      report.damaged.push_back(fmt::format("{}: it is a part of another run", place.string()));
+    for (const FileRecord& file : record.files)
       if (FileRecord there{file.name, 0, xxh128_of_file(place / file.name)};
           there.xxh128 != file.xxh128)
         report.damaged.push_back(fmt::format(

@@ -149,7 +149,7 @@ int main(int argc, char** argv) {
             R"( "seed": 1, "intersector": "embree", "reference": "", "verify_pings": 0,)"
             R"( "input_files": {}, "pings": 2, "first_pings": [0]})" +
                 zero +
-                R"({"first_ping": 0, "pings": 2, "surface": "static", "instruction_set": "AVX2",)"
+                R"({"run_xxh128": "0", "first_ping": 0, "pings": 2, "surface": "static", "instruction_set": "AVX2",)"
                 R"( "classes": ["none"], "materials": ["none"], "seafloor": {"faces": 1},)"
                 R"( "counts": {"pings": 2}, "verification": {}, "pings_over_hole": 0,)"
                 R"( "object_visibility": {"left-right": {"objects": 1, "views": [0, 2, 1]}},)"

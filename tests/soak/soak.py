@@ -6,7 +6,7 @@ usage: soak.py PROGRAM FAILING_CALLS_LIBRARY FOLDER [--seconds S] [--rows ROW,RO
 
 A row repeats trials until its time is over; each trial has random numbers of its own, from the
 row's name and the trial's number. FOLDER/report.json counts the trials of all calls, so a later
-call goes on with new ones; it starts again if the program has changed. The exit code is 1 if a
+call continues with new ones; it starts again if the program has changed. The exit code is 1 if a
 trial failed. A failed trial's inputs stay in FOLDER/failed.
 """
 
@@ -524,7 +524,7 @@ class LongStream(Row):
 
 
 class LivePage(Row):
-    title = "any request to the live page: an answer below 500, and pings go on"
+    title = "any request to the live page: an answer below 500, and pings continue"
     unit = "requests"
 
     def trial(self, draw):

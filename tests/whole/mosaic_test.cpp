@@ -21,6 +21,7 @@
 #include <ogr_spatialref.h>
 
 #include <ensonify/engine/mosaic/mosaic.h>
+#include <ensonify/engine/output/manifest.h>
 #include <ensonify/engine/run.h>
 
 #include "support/catch.h"
@@ -220,7 +221,9 @@ void list_files(const fs::path& folder, const std::vector<std::string>& files) {
   auto manifest = nlohmann::ordered_json::parse(read_text(folder / "manifest.json"));
   manifest["files"] = nlohmann::ordered_json::array();
   for (const std::string& file : files)
-    manifest["files"].push_back({{"name", file}, {"size_bytes", fs::file_size(folder / file)}});
+    manifest["files"].push_back({{"name", file},
+                                 {"size_bytes", fs::file_size(folder / file)},
+                                 {"xxh128", ensonify::engine::xxh128_of_file(folder / file)}});
   write_text(folder / "manifest.json", manifest.dump());
 }
 
@@ -520,7 +523,7 @@ TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2
     fs::resize_file(run / "sidescan.exr", fs::file_size(run / "sidescan.exr") / 2);
     list_files(run, {"sidescan.exr"});
   });
-  damaged("OpenEXR cannot read", [](const fs::path& run) {
+  damaged("its content has changed since it was written", [](const fs::path& run) {
     std::string bytes = read_text(run / "sidescan.exr");
     std::fill(bytes.end() - 4000, bytes.end() - 3000, '\x55');
     write_text(run / "sidescan.exr", bytes);

@@ -291,6 +291,21 @@ TEST_CASE("merge names missing and damaged parts of a run, and writes nothing") 
   CHECK(!fs::exists(folder / "run/manifest.json"));
 }
 
+TEST_CASE("a part of another run is noticed by merge, and made again by run") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  run_whole(folder.path(), "run");
+  REQUIRE(run_scene(folder.path(), "other", {"--seed", "9"}).code == 0);
+  const auto expected = tree_of(folder / "run");
+  fs::remove_all(folder / "run/part_0002");
+  fs::copy(folder / "other/part_0002", folder / "run/part_0002", fs::copy_options::recursive);
+  const Outcome merged = run_program(folder.path(), {"merge", "run"});
+  CHECK(merged.code == 1);
+  CHECK(merged.err.find("part_0002: it is a part of another run") != std::string::npos);
+  run_whole(folder.path(), "run");
+  CHECK(difference(tree_of(folder / "run"), expected) == "");
+}
+
 TEST_CASE("a run in parts that is killed several times becomes the same, without leftovers") {
   check_kills(6);
 }

@@ -111,6 +111,28 @@ TEST_CASE("chips are of the chosen classes and of bodies with enough pixels") {
   CHECK_THROWS_WITH(chips_of(line, {.size_px = 61}), Catch::Contains("'dataset.chips' needs"));
 }
 
+TEST_CASE("backgrounds show no target, also not of a class without chips or of the bed") {
+  LabelledImage line = line_with_targets();
+  paint(line, {0, 30, 200, 2}, Region::seabed, 4, 3);  // a trawl mark across the line
+  std::map<std::uint32_t, TargetRecord> records = records_of(line);
+  records.at(3).object.reset();
+  std::size_t found = 0;
+  for (const ChipOptions& options : {ChipOptions{.size_px = 12, .backgrounds = 6},
+                                     {.size_px = 12, .classes = {"mine"}, .backgrounds = 6}})
+    for (const Chip& chip : choose_chips(line, records, classes, options, {1, 0, 0})) {
+      if (chip.kind != "background") continue;
+      ++found;
+      const Rectangle& part = chip.part;
+      for (std::size_t row = part.row; row < part.row + part.rows; ++row)
+        for (std::size_t column = part.column; column < part.column + part.columns; ++column) {
+          const std::size_t i = (line.labels.rows() - 1 - row) * line.labels.columns() + column;
+          REQUIRE(line.labels.pixels.instance[i] == 0);
+          REQUIRE(line.labels.pixels.shadow_instance[i] == 0);
+        }
+    }
+  CHECK(found == 12);
+}
+
 TEST_CASE("hard negatives show other targets, relief shadows and outcrops, never a chosen target") {
   LabelledImage line = line_with_targets();
   paint(line, {160, 45, 6, 5}, Region::shadow, 3);

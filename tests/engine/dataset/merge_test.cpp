@@ -12,6 +12,7 @@
 #include <ensonify/engine/scene/scene.h>
 
 #include "support/catch.h"
+#include "support/program.h"
 #include "support/small_dataset.h"
 #include "support/tiny_recipe.h"
 
@@ -30,7 +31,7 @@ engine::MergeReport merged(const SmallDataset& dataset) {
 
 }  // namespace
 
-TEST_CASE("a small dataset that another program wrote is merged") {
+TEST_CASE("a small dataset is merged") {
   const engine::MergeReport report = merged({});
   CHECK(report.damaged.empty());
   CHECK(report.samples == 1);
@@ -43,7 +44,7 @@ TEST_CASE("a dataset.json with classes without names, endless or broken samples 
                                  {R"("samples": 1)", R"("samples": 1000000000000000)"},
                                  {R"("samples": 1)", R"("samples": 7e102)"},
                                  {R"("samples": 1)", R"("samples": -1)"},
-                                 {R"("samples": 1)", R"("splits": 1, "samples": 1)"}}) {
+                                 {R"("splits": ["train"])", R"("splits": 1)"}}) {
     CAPTURE(to);
     SmallDataset changed;
     changed.dataset = tests::changed(changed.dataset, from, to);
@@ -52,13 +53,32 @@ TEST_CASE("a dataset.json with classes without names, endless or broken samples 
 }
 
 TEST_CASE("a dataset.json that does not fit its own hash is refused") {
-  SmallDataset dataset;
-  nlohmann::ordered_json json = nlohmann::ordered_json::parse(dataset.dataset);
-  json["xxh128"] = engine::xxh128(json.dump());
-  dataset.dataset = json.dump();
-  CHECK(merged(dataset).samples == 1);
-  dataset.dataset = tests::changed(dataset.dataset, "sand", "silt");
-  CHECK_THROWS_WITH(merged(dataset), Catch::Contains("has changed since it was written"));
+  const tests::TemporaryFolder folder;
+  SmallDataset().write(folder / "set");
+  const std::string text = tests::read_text(folder / "set/dataset.json");
+  tests::write_text(folder / "set/dataset.json", tests::changed(text, "sand", "silt"));
+  CHECK_THROWS_WITH(engine::merge(folder / "set"),
+                    Catch::Contains("has changed since it was written"));
+}
+
+TEST_CASE("samples of another dataset, or under another number, are damage") {
+  const tests::TemporaryFolder folder;
+  SmallDataset().write(folder / "set");
+  SmallDataset other;
+  other.dataset = tests::changed(other.dataset, "crate", "mine");
+  other.write(folder / "other");
+  const auto copied = [&](const char* from) {
+    std::filesystem::remove_all(folder / "set/samples/000000");
+    std::filesystem::copy(folder / from / "samples/000000", folder / "set/samples/000000");
+    return engine::merge(folder / "set").damaged;
+  };
+  REQUIRE(copied("other").size() == 1);
+  CHECK_THAT(copied("other").front(), Catch::Contains("it is a sample of another dataset"));
+  SmallDataset second;
+  second.sample = tests::changed(second.sample, R"("sample": 0)", R"("sample": 1)");
+  second.write(folder / "second");
+  REQUIRE(copied("second").size() == 1);
+  CHECK_THAT(copied("second").front(), Catch::Contains("it is another sample"));
 }
 
 TEST_CASE("labels that lead out of the dataset, or do not fit their picture, are damage") {

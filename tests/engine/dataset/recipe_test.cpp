@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
+
+#include <fmt/format.h>
 
 #include "support/catch.h"
 #include "support/paths.h"
@@ -92,25 +95,55 @@ f = { choice = ["x", "y"], weights = [3, 1] }
   CHECK(x == Approx(1500).margin(100));
 }
 
-TEST_CASE("stratified draws fill each part of their range, and of two ranges together") {
+TEST_CASE("stratified draws fill each part of their range, and keys are not tied together") {
+  std::string text = "[dataset]\nsamples = 256\n[draw]\n";
+  for (int k = 0; k < 12; ++k)
+    text += fmt::format("s{} = {{ uniform = [0, 1], stratified = true }}\n", k);
+  const Recipe recipe = recipe_of(text);
+  std::vector<std::vector<double>> drawn(12);
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    for (std::size_t k = 0; k < drawn.size(); ++k)
+      drawn[k].push_back(std::stod(sample.drawn.at(fmt::format("draw.s{}", k))));
+  }
+  const auto mean_product = [](std::span<const double> a, std::span<const double> b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - 0.5) * (b[i] - 0.5);
+    return sum / static_cast<double>(a.size());
+  };
+  for (std::size_t k = 0; k < drawn.size(); ++k) {
+    CAPTURE(k);
+    // One in each of as many parts as there are, of all and of the first ones.
+    for (const std::size_t count : {8u, 32u, 256u}) {
+      std::set<int> parts;
+      for (std::size_t i = 0; i < count; ++i)
+        parts.insert(static_cast<int>(std::ceil(drawn[k][i] * static_cast<double>(count))));
+      CHECK(parts.size() == count);
+    }
+    // The correlation of independent numbers has a standard deviation of 1/16.
+    for (std::size_t other = 0; other < k; ++other)
+      CHECK(std::abs(12.0 * mean_product(drawn[k], drawn[other])) < 4.0 / 16.0);
+  }
+}
+
+TEST_CASE("every split has all values of a stratified choice") {
   const Recipe recipe = recipe_of(R"(
 [dataset]
 samples = 64
+[dataset.split]
+train = 2
+val = 1
+test = 1
 [draw]
-range = { uniform = [0, 1], stratified = true }
-aspect = { uniform = [0, 1], stratified = true }
+a = { choice = ["p", "q", "r", "s"], stratified = true }
 )");
-  std::set<int> eighths;
-  std::set<std::pair<int, int>> quarters;
-  for (std::size_t i = 0; i < 64; ++i) {
-    const auto sample = recipe.sample(i);
-    const double range = std::stod(sample.drawn.at("draw.range")),
-                 aspect = std::stod(sample.drawn.at("draw.aspect"));
-    if (i < 16) eighths.insert(int(8 * range));
-    quarters.insert({int(4 * range), int(4 * aspect)});
+  std::map<std::string, std::set<std::string>> values;
+  for (std::size_t i = 0; i < recipe.samples(); ++i) {
+    const SampleScene sample = recipe.sample(i);
+    values[sample.split].insert(sample.drawn.at("draw.a"));
   }
-  CHECK(eighths.size() == 8);
-  CHECK(quarters.size() == 16);
+  CHECK(values.size() == 3);
+  for (const auto& [split, of] : values) CHECK(of.size() == 4);
 }
 
 TEST_CASE("keys depend on each other: times, plus, tables, absent tables") {
@@ -381,8 +414,10 @@ TEST_CASE("overrides change values and distributions, also of keys that the reci
 }
 
 TEST_CASE("renders draw the display again and nothing else") {
-  const Recipe recipe = recipe_of(
-      "[dataset]\nsamples = 2\nrenders = 3\n[display]\ngain_db = { uniform = [-6, 6] }\n");
+  const std::string stratified = GENERATE("", ", stratified = true");
+  const Recipe recipe =
+      recipe_of("[dataset]\nsamples = 2\nrenders = 3\n[display]\ngain_db = { uniform = [-6, 6]" +
+                stratified + " }\n");
   const SampleScene sample = recipe.sample(1);
   REQUIRE(sample.renders.size() == 3);
   CHECK(sample.renders[0].gain_db == sample.scene.display.gain_db);
@@ -506,12 +541,4 @@ TEST_CASE("each split of the recipe for target recognition shows each class, on 
   }
   CHECK(splits.size() == recipe.seafloors());
   for (const auto& [seafloor, names] : splits) CHECK(names.size() == 1);
-}
-
-TEST_CASE("radical inverses are Halton's") {
-  CHECK(radical_inverse(1, 2) == 0.5);
-  CHECK(radical_inverse(6, 2) == 0.375);
-  CHECK(radical_inverse(5, 3) == Approx(7.0 / 9.0));
-  CHECK(prime_number(0) == 2);
-  CHECK(prime_number(5) == 13);
 }

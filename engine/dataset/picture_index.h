@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace ensonify::engine {
+
+/// What the indexes of a dataset need to know about its classes.
+struct IndexClasses {
+  std::vector<std::string> names;  ///< class number n is names[n - 1]
+  std::size_t shadow_class = 0;    ///< number of the class of shadows; 0: none
+};
+
+/// A picture of a sample.
+struct IndexedPicture {
+  std::size_t sample = 0;
+  std::string name;      ///< in the sample's folder
+  std::string segments;  ///< its outlines, rows of YOLO's segmentation format
+};
+
+/// Where a picture and the masks that belong to it lie, relative to the dataset's folder.
+struct PicturePaths {
+  std::string picture;
+  nlohmann::ordered_json masks;  ///< by kind of mask
+};
+
+/// The pictures of one geometry, kind and split, and what the files about them contain. Boxes are
+/// [column, row, columns, rows]; category numbers begin with 1 in COCO and the Hub, with 0 in YOLO.
+class PictureIndex {
+ public:
+  /// `image` is the content of an image's JSON file. Throws nlohmann::json::exception and
+  /// std::runtime_error for one that is damaged.
+  void add(std::size_t sample, const std::string& name, const PicturePaths& paths,
+           const nlohmann::ordered_json& image, const IndexClasses& classes);
+
+  const std::vector<IndexedPicture>& pictures() const { return pictures_; }
+  const nlohmann::ordered_json& images() const { return images_; }            ///< of COCO
+  const nlohmann::ordered_json& annotations() const { return annotations_; }  ///< of COCO
+  const std::string& yolo_list() const { return yolo_list_; }
+  const std::string& hub_metadata() const { return hub_metadata_; }  ///< metadata.jsonl
+
+ private:
+  nlohmann::ordered_json& add_outline(std::size_t category, const nlohmann::ordered_json& outline);
+  void add_target(const nlohmann::ordered_json& target);
+  void add_shadow(const nlohmann::ordered_json& target, std::size_t shadow_class);
+  std::string hub_row(const nlohmann::ordered_json& image, const IndexedPicture& picture,
+                      std::size_t first_annotation, const IndexClasses& classes) const;
+
+  std::vector<IndexedPicture> pictures_;
+  nlohmann::ordered_json images_ = nlohmann::ordered_json::array();
+  nlohmann::ordered_json annotations_ = nlohmann::ordered_json::array();
+  std::string yolo_list_, hub_metadata_;
+};
+
+}  // namespace ensonify::engine
