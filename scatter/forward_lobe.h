@@ -5,7 +5,7 @@
 namespace ensonify::scatter {
 
 /// How strongly a bed reflects about the specular direction: the scattering cross-section per unit
-/// area and unit solid angle (linear) for sound that arrives at one grazing angle and goes on
+/// area and unit solid angle (linear) for sound that arrives at one grazing angle and continues
 /// forwards, in the same vertical plane, at another.
 ///
 /// Kirchhoff's integral depends on the change of the wave vector alone, q = k_out - k_in. So TR
