@@ -111,6 +111,34 @@ TEST_CASE("the shape of a cell grows with its length, as Abraham and Lyons (2002
   CHECK(excess[0] / excess[1] == Approx(2.0).epsilon(0.2));
 }
 
+TEST_CASE("the shape of a cell is that of its patches times their number, whatever the bins are") {
+  // A sum of gamma variables of one shape with the weights p has 1 / shape = sum p^2 / (sum p)^2 /
+  // their shape. Over range the weights of a CW pulse are those of a box, along the track those of
+  // sinc^4(L y / (lambda r)), whose integral is 2/3 lambda r / L and whose square's is 151/315
+  // lambda r / L. The beam is sampled by some 12 scatterers, which makes the shape a little
+  // smaller.
+  constexpr double patch_m = 0.01, shape = 0.003;
+  for (const double cell_bins : {1.0, 2.0, 4.0, 16.0}) {
+    Sonar sonar = quiet_sonar();
+    sonar.focused = true;
+    sonar.pulse.bandwidth_hz = 750.0 / (cell_bins * sonar.bin_m());
+    const double cell_m = sonar.pulse.cell_m(1500.0);
+    const double beam =
+        1500.0 / sonar.frequency_hz / sonar.array_length_m * (4.0 / 9.0) * 315.0 / 151.0;
+    double expected = 0.0;  // mean of 1 / shape over the ranges
+    constexpr int steps = 200;
+    for (int i = 0; i < steps; ++i) {
+      const double r = 30.0 + (i + 0.5) / steps * (sonar.range_m - 30.0);
+      const double over_bed_m = cell_m / std::sqrt(1.0 - std::pow(altitude_m / r, 2));
+      expected += patch_m * patch_m / (shape * beam * r * over_bed_m) / steps;
+    }
+    const Moments its = moments(sonar, patches(patch_m, shape), 800);
+    CAPTURE(cell_bins, its.excess, expected);
+    CHECK(its.mean == Approx(1.0).epsilon(0.05));
+    CHECK(its.excess / expected == Approx(1.0).epsilon(0.1));
+  }
+}
+
 TEST_CASE("the shape of a cell grows with the width of the beam") {
   // Far away an array half as long has a beam twice as wide.
   std::vector<double> excess;

@@ -107,16 +107,17 @@ PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_
 
 namespace {
 
-/// Power spectrum of the samples of speckle as a function of the phase step per sample; a sweep's
-/// spectrum is folded (aliased) at the sampling rate.
-double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
+/// Power spectrum of the samples of a CW pulse's speckle at a phase step per sample.
+double cw_spectrum(const Pulse& pulse, double bin_s, double angle) {
+  double sum = 1.0;
+  for (int m = 1; m * bin_s < pulse.effective_length_s(); ++m)
+    sum += 2.0 * pulse.correlation(m * bin_s) * std::cos(m * angle);
+  return sum;
+}
+
+/// The same of a sweep, whose spectrum is folded (aliased) at the sampling rate.
+double sweep_spectrum(const Pulse& pulse, double bin_s, double angle) {
   using std::numbers::pi;
-  if (pulse.kind == PulseKind::cw) {
-    double sum = 1.0;
-    for (int m = 1; m * bin_s < pulse.effective_length_s(); ++m)
-      sum += 2.0 * pulse.correlation(m * bin_s) * std::cos(m * angle);
-    return std::max(sum, 0.0);
-  }
   const double half_band = 0.5 * pulse.bandwidth_hz;
   const int folds = static_cast<int>(half_band * bin_s) + 1;
   double sum = 0.0;
@@ -129,22 +130,49 @@ double sampled_spectrum(const Pulse& pulse, double bin_s, double angle) {
   return sum;
 }
 
-}  // namespace
-
-std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m) {
-  constexpr double left_out = 2e-3;  // share of the energy
-  const double bin_s = 2.0 * bin_m / sound_speed_mps;
-  // The filter of a long pulse is about twice as long as the pulse.
-  const int most =
-      static_cast<int>(std::clamp(2.0 * pulse.effective_length_s() / bin_s, 24.0, 4096.0));
-  const int angles = std::max(2048, 32 * most);
-  std::vector<double> taps(static_cast<std::size_t>(most) + 1);
+/// The Fourier coefficients 0 to `highest` of an even function of the phase step.
+template <class F>
+std::vector<double> cosine_series(int highest, F&& function) {
+  const int angles = std::max(2048, 32 * highest);
+  std::vector<double> series(static_cast<std::size_t>(highest) + 1);
   for (int i = 0; i < angles; ++i) {
     const double angle = std::numbers::pi * (i + 0.5) / angles;
-    const double root = std::sqrt(sampled_spectrum(pulse, bin_s, angle));
-    for (int d = 0; d <= most; ++d)
-      taps[static_cast<std::size_t>(d)] += root * std::cos(d * angle) / angles;
+    const double value = function(angle);
+    for (int d = 0; d <= highest; ++d)
+      series[static_cast<std::size_t>(d)] += value * std::cos(d * angle) / angles;
   }
+  return series;
+}
+
+/// The taps h on one side only whose autocorrelation is the pulse's: the spectral factor of minimum
+/// phase, from the Fourier coefficients c of the logarithm of the spectrum (Oppenheim and Schafer,
+/// Discrete-Time Signal Processing, 1989, ch. 12): h[0] = exp(c[0] / 2), and
+/// n h[n] = sum over k = 1 .. n of k c[k] h[n - k].
+std::vector<double> cw_taps(const Pulse& pulse, double bin_s) {
+  constexpr double longest = 64.0;  // in bins; above it the nearest whole number is close enough
+  constexpr double least = 1e-12;   // of the spectrum, which is 0 at some angles
+  const double bins = std::max(pulse.effective_length_s() / bin_s, 1.0);
+  if (bins > longest) return std::vector<double>(static_cast<std::size_t>(bins + 0.5), 1.0);
+  const int last = static_cast<int>(std::ceil(bins)) - 1;
+  const std::vector<double> c = cosine_series(last, [&](double angle) {
+    return std::log(std::max(cw_spectrum(pulse, bin_s, angle), least));
+  });
+  std::vector<double> taps{std::exp(0.5 * c[0])};
+  for (std::size_t n = 1; n < c.size(); ++n) {
+    double sum = 0.0;
+    for (std::size_t k = 1; k <= n; ++k) sum += static_cast<double>(k) * c[k] * taps[n - k];
+    taps.push_back(sum / static_cast<double>(n));
+  }
+  return taps;
+}
+
+/// The taps on either side of the even filter: the series of the root of the spectrum.
+std::vector<double> sweep_taps(const Pulse& pulse, double bin_s) {
+  constexpr double left_out = 2e-3;  // share of the energy
+  const int most =
+      static_cast<int>(std::clamp(2.0 * pulse.effective_length_s() / bin_s, 24.0, 4096.0));
+  std::vector<double> taps = cosine_series(
+      most, [&](double angle) { return std::sqrt(sweep_spectrum(pulse, bin_s, angle)); });
   double total = -taps[0] * taps[0];
   for (const double tap : taps) total += 2.0 * tap * tap;
   double left = 0.0;
@@ -152,9 +180,20 @@ std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, doub
     left += 2.0 * taps.back() * taps.back();
     taps.pop_back();
   }
-  std::vector<float> scaled;
-  for (const double tap : taps) scaled.push_back(static_cast<float>(tap / std::sqrt(total - left)));
-  return scaled;
+  return taps;
+}
+
+}  // namespace
+
+SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m) {
+  const double bin_s = 2.0 * bin_m / sound_speed_mps;
+  const bool even = pulse.kind == PulseKind::lfm;
+  const std::vector<double> taps = even ? sweep_taps(pulse, bin_s) : cw_taps(pulse, bin_s);
+  double energy = even ? -taps[0] * taps[0] : 0.0;
+  for (const double tap : taps) energy += (even ? 2.0 : 1.0) * tap * tap;
+  SpeckleFilter filter{.even = even, .taps = {}};
+  for (const double tap : taps) filter.taps.push_back(static_cast<float>(tap / std::sqrt(energy)));
+  return filter;
 }
 
 }  // namespace ensonify::engine

@@ -65,11 +65,17 @@ struct PulseKernel {
 /// g c tau_e / 2. Throws std::invalid_argument unless pulse, sound speed and bin are positive.
 PulseKernel pulse_kernel(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
-/// The symmetric filter that gives white noise, sampled once per bin, the correlation of speckle of
-/// this pulse: taps[d] is the weight of a bin d bins away, on either side. Their squares, over both
-/// sides, sum to 1. (Behind a CW pulse's leading edge, half a range cell nearer, the scatterers
-/// would be in the middle of the cell. That moves all speckle by the same range and changes none of
-/// its statistics.)
-std::vector<float> speckle_taps(const Pulse& pulse, double sound_speed_mps, double bin_m);
+/// The filter that gives white noise, sampled once per bin, the correlation of speckle of a pulse.
+/// The squares of all its weights sum to 1.
+struct SpeckleFilter {
+  bool even = false;        ///< taps[d] is also the weight of the bin d bins farther
+  std::vector<float> taps;  ///< taps[d] is the weight of the bin d bins nearer
+};
+
+/// The filter of a sweep is even. That of a CW pulse is the pulse itself, a box behind the leading
+/// edge, if it is a whole number of bins long. Else it is the filter of the same number of taps
+/// with the pulse's correlation. So a bin sums as many scatterers as the pulse covers. An even
+/// filter with this correlation would not: it gives few of them most of the weight.
+SpeckleFilter speckle_filter(const Pulse& pulse, double sound_speed_mps, double bin_m);
 
 }  // namespace ensonify::engine

@@ -40,6 +40,11 @@ double mean_of_peak(int n) {
   return sum;
 }
 
+/// A filter as the kernels take it.
+FilterTaps taps_of(const SpeckleFilter& filter) {
+  return {.taps = filter.taps.data(), .reach = filter.taps.size() - 1, .even = filter.even};
+}
+
 /// The gain at 1 m that puts a level bed at half the range to automatic_level_db.
 double automatic_gain_db(const Sonar& sonar, const ChainOptions& options,
                          const SonarEquation& law) {
@@ -69,11 +74,11 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                     options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
                 automatic_gain_db(sonar, options, law_)),
-      taps_(speckle_taps(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
+      filter_(speckle_filter(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
       leak_(options.arrivals.crosstalk_db
                 ? static_cast<float>(std::sqrt(scatter::from_db(*options.arrivals.crosstalk_db)))
                 : 0.0f) {
-  for (const float tap : taps_) energy_taps_.push_back(tap * tap);
+  for (const float tap : filter_.taps) energy_taps_.push_back(tap * tap);
   gains_.assign(recorder_.gains().begin(), recorder_.gains().end());
   gains_.resize(whole_groups(gains_.size()), 0.0f);
 }
@@ -174,7 +179,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
 void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& channel) const {
   const std::size_t bins = line.bins.intensity_mean.size();
   line.artefacts = {};
-  const std::size_t room = whole_groups(bins), reach = taps_.size() - 1;
+  const std::size_t room = whole_groups(bins), reach = taps_of(filter_).reach;
   channel.direct.assign(room + 2 * reach, 0.0f);
   const std::span<float> direct = std::span(channel.direct).subspan(reach, bins);
   std::ranges::copy(line.bins.intensity_mean, direct.begin());
@@ -222,7 +227,7 @@ void SignalChain::take_out_glints(const EchoLine& line, std::span<float> direct,
 }
 
 void SignalChain::sum_scatterers(int look, Channel& channel) const {
-  const std::size_t room = gains_.size(), reach = taps_.size() - 1;
+  const std::size_t room = gains_.size(), reach = taps_of(filter_).reach;
   const std::span<const float> direct = std::span(channel.direct).subspan(reach, room);
   channel.re.resize(room);
   channel.im.resize(room);
@@ -244,16 +249,15 @@ void SignalChain::sum_scatterers(int look, Channel& channel) const {
 /// The scatterers of each bin, summed over the pulse.
 void SignalChain::spread_scatterers(int look, std::span<const float> direct,
                                     Channel& channel) const {
-  const std::size_t room = gains_.size(), reach = taps_.size() - 1;
+  const std::size_t room = gains_.size(), reach = taps_of(filter_).reach;
   channel.spread_re.assign(room + 2 * reach, 0.0f);
   channel.spread_im.assign(room + 2 * reach, 0.0f);
   scatterers_.gather(channel.cells, look, direct, &channel.spread_re[reach],
                      &channel.spread_im[reach]);
   // The pulse's filter; the result is scaled back to the expected mean, which contains the pulse
   // already.
-  shape({.taps = taps_.data(),
+  shape({.filter = taps_of(filter_),
          .energy_taps = energy_taps_.data(),
-         .reach = reach,
          .bins = room,
          .spread_re = channel.spread_re.data(),
          .spread_im = channel.spread_im.data(),
@@ -279,7 +283,7 @@ void SignalChain::draw_white(const PingContext& context, Side side, int look, st
 void SignalChain::draw_noise(const PingContext& context, Side side, int look,
                              Channel& channel) const {
   const std::size_t room = gains_.size();
-  draw_white(context, side, look, room + 2 * (taps_.size() - 1), channel.white_re,
+  draw_white(context, side, look, room + 2 * taps_of(filter_).reach, channel.white_re,
              channel.white_im);
   if (sonar_.receiver.output_noise_db)
     draw_white(context, side, behind_gain + look, room, channel.behind_re, channel.behind_im);
@@ -301,8 +305,7 @@ void SignalChain::detect_look(const Channel* other, int look, float step, Channe
           .leak = leak_,
           .white_re = options_.speckle ? channel.white_re.data() : nullptr,
           .white_im = options_.speckle ? channel.white_im.data() : nullptr,
-          .taps = taps_.data(),
-          .reach = taps_.size() - 1,
+          .filter = taps_of(filter_),
           .power = channel.power.data(),
           .gain = gains_.data(),
           .step = step,

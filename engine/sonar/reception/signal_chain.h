@@ -107,7 +107,8 @@ class SignalChain {
   OtherPaths other_paths_;
   Disturbances disturbances_;
   Recorder recorder_;
-  std::vector<float> taps_, energy_taps_;
+  SpeckleFilter filter_;
+  std::vector<float> energy_taps_;
   std::vector<float> gains_;  // the recorder's, in whole groups
   float leak_;                // amplitude of cross-talk from the other side
 };

@@ -129,10 +129,15 @@ HWY_INLINE Complex gather_complex(const float* table, hn::Vec<I> index) {
 }
 
 /// The convolution at the bin whose value `middle` points to.
-HWY_INLINE VF convolved(const float* taps, std::size_t reach, const float* middle) {
+HWY_INLINE VF convolved(const FilterTaps& filter, const float* middle) {
+  const float* taps = filter.taps;
   VF sum = set(taps[0]) * hn::LoadU(f, middle);
-  for (std::size_t k = 1; k <= reach; ++k)
-    sum = sum + set(taps[k]) * (hn::LoadU(f, middle + k) + hn::LoadU(f, middle - k));
+  if (filter.even)
+    for (std::size_t k = 1; k <= filter.reach; ++k)
+      sum = sum + set(taps[k]) * (hn::LoadU(f, middle + k) + hn::LoadU(f, middle - k));
+  else
+    for (std::size_t k = 1; k <= filter.reach; ++k)
+      sum = sum + set(taps[k]) * hn::LoadU(f, middle - k);
   return sum;
 }
 
@@ -325,13 +330,15 @@ void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float*
 }
 
 void shape(const Shaping& of) {
+  const std::size_t reach = of.filter.reach;
+  const FilterTaps energy{.taps = of.energy_taps, .reach = reach, .even = of.filter.even};
   for (std::size_t n = 0; n < of.bins; n += hn::Lanes(f)) {
-    const VF spread = convolved(of.energy_taps, of.reach, of.power + of.reach + n);
-    const VF power = hn::LoadU(f, of.power + of.reach + n);
+    const VF spread = convolved(energy, of.power + reach + n);
+    const VF power = hn::LoadU(f, of.power + reach + n);
     // The lower bound avoids a division by zero where there is no energy.
     const VF scale = hn::Sqrt(power / hn::Max(spread, set(1e-30f)));
-    hn::StoreU(scale * convolved(of.taps, of.reach, of.spread_re + of.reach + n), f, of.re + n);
-    hn::StoreU(scale * convolved(of.taps, of.reach, of.spread_im + of.reach + n), f, of.im + n);
+    hn::StoreU(scale * convolved(of.filter, of.spread_re + reach + n), f, of.re + n);
+    hn::StoreU(scale * convolved(of.filter, of.spread_im + reach + n), f, of.im + n);
   }
 }
 
@@ -342,8 +349,8 @@ void detect(const Detection& of) {
     const VF power = hn::LoadU(f, of.power + n);
     if (of.white_re) {
       const VF amplitude = hn::Sqrt(power);
-      re = re + amplitude * convolved(of.taps, of.reach, of.white_re + of.reach + n);
-      im = im + amplitude * convolved(of.taps, of.reach, of.white_im + of.reach + n);
+      re = re + amplitude * convolved(of.filter, of.white_re + of.filter.reach + n);
+      im = im + amplitude * convolved(of.filter, of.white_im + of.filter.reach + n);
     }
     VF leaked = hn::Zero(f);  // what has no phase: the expected energy without speckle
     if (of.other_re) {

@@ -96,13 +96,19 @@ void sum_cells(const CellSums& sums);
 /// Complex normal numbers of variance 1; a number depends only on the key and its index.
 void draw_complex_normal(std::uint32_t key, std::size_t count, float* re, float* im);
 
-/// Filters fields of independent bins with a pulse's taps: out[n] = sum over |d| <= reach of
-/// taps[|d|] * in[n + d]. Inputs have `reach` additional bins on either side; their pointers point
-/// to the first of these.
-struct Shaping {
+/// The weights of a pulse's filter (SpeckleFilter): out[n] = sum over d = 0 .. reach of
+/// taps[d] * in[n - d] and, if it is even, sum over d = 1 .. reach of taps[d] * in[n + d]. Inputs
+/// have `reach` additional bins on either side; their pointers point to the first of these.
+struct FilterTaps {
   const float* taps;
-  const float* energy_taps;  ///< their squares
   std::size_t reach;
+  bool even;
+};
+
+/// Filters fields of independent bins.
+struct Shaping {
+  FilterTaps filter;
+  const float* energy_taps;  ///< the squares of the filter's taps
   std::size_t bins;
   const float* spread_re;
   const float* spread_im;
@@ -125,8 +131,7 @@ struct Detection {
   // the energy instead.
   const float* white_re;
   const float* white_im;
-  const float* taps;
-  std::size_t reach;
+  FilterTaps filter;
   const float* power;
   // The gain to full scale, and white noise of rms behind_rms after it; null: its power is added.
   const float* gain;
