@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <numbers>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "support/catch.h"
@@ -257,6 +259,85 @@ TEST_CASE("a multiple by the surface keeps the energy of its legs' spreading") {
   const double as_image =
       9e9 * std::pow(r / back_m, 4) * (back_m / r) * scatter::from_db(-0.06 * (back_m - r));
   CHECK(sum_about(back_m) == Approx(as_image).epsilon(0.02));
+}
+
+TEST_CASE("multiples of an array that is not focused have the level of image sources") {
+  // Each array is a row of points. Its field is summed over them with exact distances; the image at
+  // the surface has the same field at its own range. The bed is level, of even strength.
+  Sonar sonar = open_sonar();
+  sonar.focused = false;
+  sonar.bins = 3000;
+  const double k = 2.0 * std::numbers::pi * sonar.frequency_hz / 1500.0;
+  const auto field = [&](double length_m, double range_m, double along_m) {
+    constexpr int points = 100;
+    std::complex<double> sum = 0.0;
+    for (int i = 0; i < points; ++i) {
+      const double a = length_m * ((i + 0.5) / points - 0.5);
+      sum += std::polar(1.0 / points, k * (std::hypot(range_m, along_m - a) - range_m));
+    }
+    return std::norm(sum);
+  };
+  const double up_m = altitude_m + 2.0 * depth_m;
+  for (const double receiver_m : {0.5, 0.3}) {
+    sonar.receive_array_length_m = receiver_m;
+    struct Widths {
+      double direct, once, twice;  // integrals along the track of both legs' patterns
+    };
+    constexpr double coarse_m = 0.5;
+    std::vector<Widths> widths;
+    for (double x_m = 0.0; x_m < 80.0; x_m += coarse_m) {
+      const double r = std::hypot(x_m, altitude_m), back_m = std::hypot(x_m, up_m);
+      Widths its{};
+      constexpr int steps = 100;
+      const double step_m = (sonar.array_length_m + 0.05 * back_m) / steps;
+      for (int i = 0; i < steps; ++i) {
+        const double y_m = (i + 0.5) * step_m;
+        const double sent = field(sonar.array_length_m, r, y_m);
+        const double sent_far = field(sonar.array_length_m, back_m, y_m);
+        const double heard = field(receiver_m, r, y_m);
+        const double heard_far = field(receiver_m, back_m, y_m);
+        its.direct += 2.0 * step_m * sent * heard;
+        its.once += step_m * (sent * heard_far + sent_far * heard);
+        its.twice += 2.0 * step_m * sent_far * heard_far;
+      }
+      widths.push_back(its);
+    }
+    std::vector<float> direct(3000, 0.0f);
+    std::vector<double> expected(3000, 0.0);
+    const auto add = [&](auto& bins, double range_m, double energy) {
+      const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+      if (bin < bins.size()) bins[bin] += static_cast<float>(energy);
+    };
+    constexpr double fine_m = 1e-3;
+    for (double x_m = 0.5 * fine_m; x_m < 79.0; x_m += fine_m) {
+      const double r = std::hypot(x_m, altitude_m), back_m = std::hypot(x_m, up_m);
+      const auto at = static_cast<std::size_t>(x_m / coarse_m);
+      const double share = x_m / coarse_m - static_cast<double>(at);
+      const auto width = [&](double Widths::*its) {
+        return std::lerp(widths[at].*its, widths[at + 1].*its, share);
+      };
+      const auto spread = [&](double out, double back) {
+        return 1e12 * fine_m / std::pow(out * back, 2) * scatter::from_db(-0.03 * (out + back));
+      };
+      add(direct, r, spread(r, r) * width(&Widths::direct));
+      add(expected, 0.5 * (r + back_m), 2.0 * spread(r, back_m) * width(&Widths::once));
+      add(expected, back_m, spread(back_m, back_m) * width(&Widths::twice));
+    }
+    const std::vector<double> all =
+        received(sonar, {.multiples = true, .bottom_loss_db = 200.0}, direct, {.wind_mps = 0.0});
+    for (const auto& [from_m, to_m] :
+         {std::pair(24.5, 25.5), std::pair(26.0, 30.0), std::pair(32.0, 37.0),
+          std::pair(38.5, 40.0), std::pair(42.0, 50.0), std::pair(60.0, 70.0)}) {
+      double its = 0.0, summed = 0.0;
+      for (auto n = static_cast<std::size_t>(from_m / sonar.bin_m()); n < to_m / sonar.bin_m();
+           ++n) {
+        its += all[n] - double(direct[n]);
+        summed += expected[n];
+      }
+      CAPTURE(receiver_m, from_m, to_m);
+      CHECK(scatter::to_db(its / summed) == Approx(0.0).margin(0.1));
+    }
+  }
 }
 
 TEST_CASE("a multiple loses the bubble loss of the wind at each reflection by the surface") {

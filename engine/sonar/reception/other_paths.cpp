@@ -17,7 +17,6 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t sine_steps = 1024;    // of the tables over the sine of the grazing angle
-constexpr std::size_t ratio_steps = 32;     // of the table over the ratio of two widths
 constexpr int wave_oscillator = 100;        // `number` of the waves' Oscillator; Motion uses 0 to 6
 constexpr std::size_t directions = 1440;    // per turn, at which VerticalSum takes the pattern
 constexpr double other_bed_loss_db = 10.0;  // for a bed that is not a sediment; not measured
@@ -54,25 +53,6 @@ void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
     here = next;
     n = to;
   }
-}
-
-/// The one-way patterns of two legs overlap over a width along the track: the integral of their
-/// product. Returns it by the ratio of the legs' two-way widths, 0 to 1, in terms of the narrower
-/// one. The pattern is that at the last bin, stretched to both widths. The product of transmitter
-/// and receiver stands for each of them twice.
-std::vector<double> overlaps(const SonarEquation& law) {
-  const std::size_t bin = law.bins() - 1;
-  const double step_m = law.width_m(bin) / 128.0;
-  std::vector<double> by_ratio;
-  for (std::size_t i = 0; i <= ratio_steps; ++i) {
-    const double ratio = static_cast<double>(i) / ratio_steps;
-    double sum = 0.0;
-    for (double y_m = 0.5 * step_m; law.pattern(bin, y_m) > 0.0; y_m += step_m)
-      sum += std::sqrt(law.pattern(bin, y_m) * law.pattern(bin, ratio * y_m));
-    by_ratio.push_back(sum);
-  }
-  for (double& sum : by_ratio) sum /= by_ratio.back();
-  return by_ratio;
 }
 
 }  // namespace
@@ -171,7 +151,7 @@ double VerticalSum::up_to(double depression_rad) const {
   return whole * sums_.back() + sums_[below] + share * (sums_[below + 1] - sums_[below]);
 }
 
-OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea,
+OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
                        const SonarEquation& law, const Bed& bed, double ping_m, std::uint64_t seed)
     : options_(options),
       law_(law),
@@ -185,6 +165,8 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea,
       waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
       vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)},
       wall_share_(scatter::from_db(-options.wall_loss_db)) {
+  // A leg is shorter than both together, which are twice the echo's range.
+  if (options.multiples) beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
   for (std::size_t i = 0; options.surface && i <= sine_steps; ++i)
     surface_strength_.push_back(scatter::surface_cross_section(
         surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sine_steps)));
@@ -196,7 +178,6 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const SeaState& sea,
                                : other_bed_loss_db;
     bed_reflection_.push_back(scatter::from_db(-loss_db));
   }
-  if (options.multiples) overlaps_ = overlaps(law);
   const double strength = scatter::from_db(sea.volume_scattering_db);
   for (std::size_t bin = 0; options.volume && bin < law.bins(); ++bin)
     volume_.push_back(strength * law.per_m2_at(law.cell_middle_m(bin)) *
@@ -295,15 +276,6 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
   over_bins(far, power.size(), width_rad, add);
 }
 
-double OtherPaths::overlap_m(double out_m, double back_m) const {
-  const double widths_m[] = {law_.width_m_at(out_m), law_.width_m_at(back_m)};
-  const auto [narrow, wide] = std::ranges::minmax(widths_m);
-  const double place = narrow / wide * static_cast<double>(ratio_steps);
-  const std::size_t below = std::min(static_cast<std::size_t>(place), ratio_steps - 1);
-  return narrow *
-         std::lerp(overlaps_[below], overlaps_[below + 1], place - static_cast<double>(below));
-}
-
 // By image sources, with the altitude h and the depth d of the array: a leg from the array to a
 // point of the bed has the vertical extent a = h if it is direct, h + 2 d if the surface reflects
 // it, 3 h + 2 d if bed and surface reflect it. Let two legs of lengths r and r' have the extents a
@@ -356,7 +328,8 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
           strength(path.out_height_m / out) * strength(path.back_height_m / back);
       gain = path.count * pattern / (direct_pattern * direct_pattern) *
              std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
-             (strength(h / r) * law_.per_m2_at(r)) * overlap_m(out, back) / law_.width_m_at(r);
+             (strength(h / r) * law_.per_m2_at(r)) * beams_->overlap_m(out, back) /
+             beams_->overlap_m(r, r);
       const auto through_bubbles = [&](double height_m, double leg_m) {
         const double grazing_rad = std::asin(std::min(height_m / leg_m, 1.0));
         return scatter::from_db(-scatter::bubble_loss_db(surface_, grazing_rad));

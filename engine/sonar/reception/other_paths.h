@@ -12,6 +12,7 @@
 
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/reception/one_way_beams.h>
 #include <ensonify/engine/sonar/reception/other_paths_options.h>
 #include <ensonify/engine/sonar/reception/scatterers.h>
 #include <ensonify/engine/sonar/vehicle/motion.h>
@@ -136,9 +137,9 @@ class OtherPaths {
     std::optional<scatter::Sediment> sediment;
   };
   /// `ping_m` is the range that sound covers both ways between two pings, c P / 2. The sonar
-  /// equation must outlive this object.
-  OtherPaths(const OtherPathsOptions& options, const SeaState& sea, const SonarEquation& law,
-             const Bed& bed, double ping_m, std::uint64_t seed);
+  /// equation, which is that of the sonar, must outlive this object.
+  OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, const SeaState& sea,
+             const SonarEquation& law, const Bed& bed, double ping_m, std::uint64_t seed);
 
   /// Adds to the intensity `power` in each bin, which is the noise before; `direct` is the expected
   /// direct echo, per bin. `sums` is working memory.
@@ -149,8 +150,6 @@ class OtherPaths {
   void add_surface(double depth_m, Side side, const BeamPlane& plane, std::span<float> power) const;
   void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                   std::span<float> power) const;
-  /// How wide the one-way patterns of two legs of these lengths overlap along the track.
-  double overlap_m(double out_m, double back_m) const;
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;
@@ -169,9 +168,9 @@ class OtherPaths {
   Oscillator waves_;
   std::vector<double> surface_strength_;  // by the sine of the grazing angle
   std::vector<double> bed_reflection_;    // of energy, by the same
-  std::vector<double> overlaps_;          // of two legs' patterns, by the ratio of their widths
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   std::array<VerticalSum, 2> vertical_sums_;
+  std::optional<OneWayBeams> beams_;  // if multiples are heard
   double wall_share_;
 };
 

@@ -1,0 +1,105 @@
+#include <ensonify/engine/sonar/reception/one_way_beams.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr double tables_per_octave = 4.0;
+constexpr int columns = 256;
+constexpr int farthest_null = 8, main_null = 2;
+
+}  // namespace
+
+OneWayBeams::OneWayBeams(const Sonar& sonar, double wavelength_m, double farthest_m)
+    : nearest_m_(0.5 * (sonar.array_length_m + sonar.receive_length_m())) {
+  const std::array arrays{sonar.transmit_array(wavelength_m), sonar.receive_array(wavelength_m)};
+  const auto last = static_cast<int>(
+      std::ceil(tables_per_octave * std::log2(std::max(farthest_m / nearest_m_, 2.0))));
+  for (int i = 0; i <= last; ++i) {
+    const double range_m = nearest_m_ * std::exp2(i / tables_per_octave);
+    const std::array defocus{sonar.transmit_defocus(range_m), sonar.defocus(range_m)};
+    const auto widest_m = [&](int null) {
+      double widest = 0.0;
+      for (const std::size_t array : {transmitter, receiver}) {
+        const LineArray& its = arrays[array];
+        widest =
+            std::max(widest, 0.5 * its.length_m * std::abs(defocus[array]) +
+                                 its.shading.null_x(null) * wavelength_m * range_m / its.length_m);
+      }
+      return widest;
+    };
+    Row row{.range_m = range_m,
+            .main_m = widest_m(main_null),
+            .reach_m = widest_m(farthest_null),
+            .power = {}};
+    const bool same = arrays[0].length_m == arrays[1].length_m &&
+                      arrays[0].shading == arrays[1].shading && defocus[0] == defocus[1];
+    for (const std::size_t array : {transmitter, receiver}) {
+      const LineArray& its = arrays[array];
+      for (int column = 0; column <= columns && !(same && array == receiver); ++column) {
+        const double x = its.length_m / (wavelength_m * range_m) * row.reach_m * column / columns;
+        row.power[array].push_back(static_cast<float>(
+            std::norm(its.shading.field(x, its.nearness(range_m, defocus[array])))));
+      }
+    }
+    if (same) row.power[receiver] = row.power[transmitter];
+    rows_.push_back(std::move(row));
+  }
+  overlaps_.resize(rows_.size() * rows_.size());
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      const Row &one = rows_[i], &other = rows_[j];
+      const double step_m = std::min(one.reach_m, other.reach_m) / columns;
+      double sum = 0.0;
+      for (int column = 0; column < columns; ++column) {
+        const double along_m = (column + 0.5) * step_m;
+        sum += one.at(transmitter, along_m) * other.at(receiver, along_m) +
+               one.at(receiver, along_m) * other.at(transmitter, along_m);
+      }
+      overlaps_[i * rows_.size() + j] = overlaps_[j * rows_.size() + i] = sum * step_m;
+    }
+}
+
+double OneWayBeams::Row::at(Array array, double along_m) const {
+  const double place = std::abs(along_m) / reach_m * columns;
+  if (!(place < columns)) return 0.0;
+  const auto column = static_cast<std::size_t>(place);
+  const std::vector<float>& its = power[array];
+  return std::lerp(double(its[column]), double(its[column + 1]),
+                   place - static_cast<double>(column));
+}
+
+double OneWayBeams::place_of(double range_m) const {
+  return std::clamp(tables_per_octave * std::log2(range_m / nearest_m_), 0.0,
+                    static_cast<double>(rows_.size() - 1));
+}
+
+const OneWayBeams::Row& OneWayBeams::row_of(double range_m) const {
+  return rows_[static_cast<std::size_t>(place_of(range_m) + 0.5)];
+}
+
+double OneWayBeams::power(Array array, double range_m, double along_m) const {
+  const Row& row = row_of(range_m);
+  return row.at(array, along_m * row.range_m / range_m);
+}
+
+double OneWayBeams::main_m(double range_m) const {
+  const Row& row = row_of(range_m);
+  return row.main_m * range_m / row.range_m;
+}
+
+double OneWayBeams::overlap_m(double leg_m, double other_m) const {
+  const double one = place_of(leg_m), other = place_of(other_m);
+  const std::size_t last = rows_.size() - 2;
+  const std::size_t i = std::min(static_cast<std::size_t>(one), last);
+  const std::size_t j = std::min(static_cast<std::size_t>(other), last);
+  const auto at = [&](std::size_t a, std::size_t b) { return overlaps_[a * rows_.size() + b]; };
+  const double share = other - static_cast<double>(j);
+  return std::lerp(std::lerp(at(i, j), at(i, j + 1), share),
+                   std::lerp(at(i + 1, j), at(i + 1, j + 1), share), one - static_cast<double>(i));
+}
+
+}  // namespace ensonify::engine
