@@ -313,6 +313,11 @@ scatter::GroundTexture texture_of(const Material& material) {
   return texture;
 }
 
+std::optional<Solid> as_solid(const Material& material) {
+  if (material.model != solid) return std::nullopt;
+  return solid_of(material);
+}
+
 double smooth_specular(const Material& material) {
   return material.model == solid ? solid_of(material).smooth_specular() : 0.0;
 }

@@ -107,7 +107,8 @@ void Simulator::Worker::use(PreparedSonars others, const Ready& ready) {
                                                  .moving = &objects.surfaces(),
                                                  .smooth_specular = its->smooth_specular,
                                                  .buried = &ready.buried,
-                                                 .sediments = its->sediments},
+                                                 .sediments = its->sediments,
+                                                 .mirrors = its->mirrors},
                                   beam}});
     sonars.push_back(sonar);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -69,6 +70,17 @@ ChainOptions chain_options(const Scene& scene, std::size_t number, const Prepare
           .artefacts = scene.artefacts};
 }
 
+/// Of walls of a material, or with a given loss.
+WallMirror wall_mirror_of(const Material& material, std::optional<double> loss_db) {
+  if (loss_db) return {.smooth = scatter::from_db(-*loss_db)};
+  const std::optional<scatter::Solid> solid = as_solid(material);
+  if (!solid) return {};
+  // SolidTarget's slopes have the variance tan^2 of the lobe's width in both directions together.
+  return {.smooth = solid->smooth_specular(),
+          .rough = solid->rough().specular,
+          .slope = std::tan(solid->lobe_width_rad) / std::numbers::sqrt2};
+}
+
 /// Where several beams do not do what they are for.
 void warn_of_beams(const Scene& scene, const Sonar& sonar, double sound_speed_mps,
                    std::vector<std::string>& warnings) {
@@ -129,12 +141,15 @@ std::shared_ptr<const PreparedSonar> prepare_sonar(const Scene& scene, const Pre
   made->material_tables.emplace_back(scatter::Lambert());  // of none: no face has it
   made->smooth_specular.push_back(0.0);
   made->sediments.push_back(std::nullopt);
+  if (scene.arrivals.double_bounce) made->mirrors.push_back({});
   for (std::size_t i = 1; i < materials.size(); ++i) {
     made->material_tables.push_back(
         table_of(materials[i], scene, sonar, water.sound_speed_mps(), warnings));
     const Material material = material_named(materials[i], scene.materials);
     made->smooth_specular.push_back(smooth_specular(material));
     made->sediments.push_back(sediment_of(material));
+    if (scene.arrivals.double_bounce)
+      made->mirrors.push_back(wall_mirror_of(material, scene.arrivals.wall_loss_db));
   }
   made->chain =
       std::make_unique<const SignalChain>(sonar, chain_options(scene, number, *made, materials));

@@ -26,6 +26,7 @@ struct PreparedSonar {
   std::vector<scatter::BackscatterTable> material_tables;  ///< index: the material's number
   std::vector<double> smooth_specular;  ///< the same of each: smooth_specular(Material)
   std::vector<std::optional<scatter::Sediment>> sediments;  ///< and sediment_of(Material)
+  std::vector<WallMirror> mirrors;  ///< and of its walls; empty without double bounces
   std::unique_ptr<const SignalChain> chain;
   Calibration calibration;  ///< refers to the chain's recorder
 };

@@ -85,6 +85,12 @@ TEST_CASE("a steady ping allocates nothing") {
     for (const double east_m : {-12.0, 9.0, 20.0})
       scene.objects.push_back({.shape = "sphere", .east_m = east_m});
   }
+  SECTION("with multiples, walls and a pulse longer than a bin") {
+    scene.arrivals.multiples = scene.arrivals.double_bounce = true;
+    scene.sonars.front().pulse.bandwidth_hz = 1e3;
+    for (const double east_m : {-12.0, 9.0, 20.0})
+      scene.objects.push_back({.shape = "box", .east_m = east_m});
+  }
   Simulator simulator(scene);
   const std::vector<Pose> poses = simulator.track();
   for (std::size_t i = 0; i < poses.size(); ++i) simulator.ping_numbered(poses[i], i);

@@ -47,6 +47,7 @@ struct Body {
   double smooth_specular = 0.0;
   double heading_rad = 0.0;
   double north_m = 0.0;
+  WallMirror mirror = {};
 };
 
 /// The expected echo of a body alone in the water, at a range from its middle.
@@ -64,7 +65,10 @@ EchoLine echo_of(const Body& body, const Sonar& sonar, double range_m) {
       2, scatter::BackscatterTable(scatter::SolidTarget(body.rough)));
   const std::vector<double> smooth(2, body.smooth_specular);
   const std::vector<PatchedObject> objects{PatchedObject(alone.mesh, 0)};
-  PingTracer pinger(sonar, {}, alone, tables, {}, nullptr, {&objects, nullptr, smooth});
+  const std::vector<WallMirror> mirrors(2, body.mirror);
+  ObjectSurfaces surfaces{&objects, nullptr, smooth};
+  surfaces.mirrors = mirrors;
+  PingTracer pinger(sonar, {}, alone, tables, {}, nullptr, surfaces);
   pinger.aim({.position = {-range_m, 0.0, -20.0}}, 10.0);
   EchoLine line;
   line.side = Side::starboard;
@@ -332,6 +336,91 @@ TEST_CASE("two plates in a right angle glint by way of both, as Kirchhoff's inte
   CHECK(strength_db(0.3, 0.3, 100.0, 0.0) < -40.0);
   // An angle that is not a right one sends the sound past the sonar.
   CHECK(strength_db(0.3, 0.3, 0.0, 2.0) < strength_db(0.3, 0.3, 0.0, 0.0) - 10.0);
+}
+
+TEST_CASE("the upright sides of an object that the sonar sees are its walls, by its material") {
+  ShapeSize size;
+  size.length_m = 2.0;
+  size.width_m = 1.0;
+  size.shape_height_m = 0.8;
+  const auto walls = [&](double turned_rad, const WallMirror& mirror) {
+    Sonar sonar = wide_sonar(30.0);
+    sonar.planes = 512;
+    return echo_of({body("box", size), nothing, 0.0, turned_rad, 0.0, mirror}, sonar, 20.0).walls;
+  };
+  CHECK(walls(0.0, {}).empty());
+  // From abeam one side faces the sonar, 0.5 m before the middle; turned by 30 degrees two do.
+  for (const double turned_deg : {0.0, 30.0}) {
+    const std::vector<WallFacet> seen = walls(turned_deg * degree, {.smooth = 0.8});
+    CAPTURE(turned_deg);
+    REQUIRE(seen.size() == (turned_deg == 0.0 ? 1 : 2));
+    for (const WallFacet& wall : seen) {
+      CHECK(wall.normal.dot(wall.middle) < 0.0);
+      CHECK(wall.height_m == Approx(0.8).epsilon(1e-3));
+      CHECK(wall.reflected == Approx(0.8).epsilon(1e-6));
+      CHECK(wall.slope == Approx(0.0).margin(1e-6));
+    }
+    CHECK(std::ranges::count_if(seen, [&](const WallFacet& wall) {
+            return std::abs(wall.length_m - 2.0) < 1e-3 &&
+                   std::abs(wall.normal.x() + std::cos(turned_deg * degree)) < 1e-3;
+          }) == 1);
+  }
+  // A rough material has a part that is smooth and a part that its slopes spread.
+  const std::vector<WallFacet> rough = walls(0.0, {.smooth = 0.1, .rough = 0.4, .slope = 0.2});
+  REQUIRE(rough.size() == 2);
+  CHECK((rough[0].reflected == Approx(0.1) && rough[0].slope == Approx(0.0).margin(1e-6)));
+  CHECK((rough[1].reflected == Approx(0.4) && rough[1].slope == Approx(0.2)));
+  // A side that leans too far is none: only the half of a lying cylinder's facets whose normals are
+  // within 30 degrees of the level.
+  size.diameter_m = 0.8;
+  for (const WallFacet& wall :
+       echo_of({body("cylinder", size), nothing, 0.0, 0.0, 0.0, {.smooth = 1.0}}, wide_sonar(30.0),
+               20.0)
+           .walls)
+    CHECK(std::abs(wall.normal.z()) < 0.5);
+}
+
+TEST_CASE(
+    "in a ping a wall adds its corner if it faces the sonar, by its material, and none if not") {
+  const auto corner_db = [](const char* material, double heading_deg,
+                            std::optional<double> loss_db = {}) {
+    Scene scene;
+    scene.texture = false;
+    scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 120.0;
+    scene.seafloor.cell_m = 2.0;
+    scene.seafloor.depth_m = 20.0;
+    scene.seafloor.fractal.height_at_1m_m = 0.0;
+    scene.speckle = false;
+    scene.sonars[0].range_m = 40.0;
+    scene.sonars[0].bins = 800;
+    scene.sonars[0].receiver.noise = false;
+    scene.arrivals.double_bounce = true;
+    scene.arrivals.wall_loss_db = loss_db;
+    ObjectOptions box{.shape = "box", .material = material};
+    box.east_m = 20.0;
+    box.size.length_m = 4.0;
+    box.size.width_m = 1.0;
+    box.size.shape_height_m = 1.5;
+    box.heading_rad = heading_deg * degree;
+    scene.objects = {box};
+    Simulator simulator(scene);
+    const EchoLine& line = simulator.ping({.position = {0.0, 0.0, -10.0}})[1];
+    double added = 0.0;
+    for (std::size_t i = 0; i < line.bins.intensity.size(); ++i)
+      added += double(line.bins.intensity[i]) - double(line.bins.intensity_mean[i]);
+    return scatter::to_db(std::max(added, 1e-9));
+  };
+  const double facing_db = corner_db("steel", 0.0);
+  CHECK(corner_db("steel", 0.0, 6.0) - corner_db("steel", 0.0, 0.0) == Approx(-6.0).margin(0.05));
+  CHECK(facing_db < corner_db("steel", 0.0, 0.0));
+  // The bed close to its foot is in both beams, however it is turned.
+  CHECK(corner_db("steel", 5.0) < facing_db - 3.0);
+  CHECK(corner_db("steel", 10.0) < facing_db - 6.0);
+  CHECK(corner_db("steel", 20.0) < facing_db - 12.0);
+  CHECK(corner_db("steel", 60.0) < facing_db - 40.0);
+  // Rust and growth spread what a wall reflects over 15 degrees.
+  CHECK(corner_db("fouled steel", 0.0) < facing_db - 4.0);
+  CHECK(corner_db("fouled steel", 5.0) > corner_db("fouled steel", 0.0) - 3.0);
 }
 
 TEST_CASE("a small object's energy does not depend on where the planes lie, and never vanishes") {

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "support/catch.h"
 
@@ -35,17 +36,21 @@ TEST_CASE("the forward lobe is Kirchhoff's integral over q = k_out - k_in, the s
       const double Ch2 = kirchhoff_shape(s, k).Ch2;
       const ReliefIntegral integral(a);
       for (const double in_deg : {10.0, 20.0, 30.0})
-        for (const double more_deg : {0.5, 2.0, 8.0}) {
+        for (const auto& [more_deg, turned_deg] :
+             {std::pair{0.5, 0.0}, {2.0, 0.0}, {8.0, 0.0}, {2.0, 4.0}, {0.5, 10.0}}) {
           const double in = in_deg * degree, out = in + more_deg * degree;
-          const double q_h = k * (std::cos(in) - std::cos(out));
+          const double turned = turned_deg * degree;
+          const double q_h = k * std::hypot(std::cos(in) - std::cos(out) * std::cos(turned),
+                                            std::cos(out) * std::sin(turned));
           const double q_z = k * (std::sin(in) + std::sin(out));
           const double q = std::hypot(q_h, q_z);
           const double R2 = std::norm(reflection_coefficient(s, std::asin(q / (2.0 * k))));
           const double exact = R2 * std::pow(q, 4.0) / (8.0 * pi * std::pow(q_h * q_z, 2.0)) *
                                integral(0.5 * q_z * q_z * Ch2 * std::pow(q_h, -2.0 * a));
-          CAPTURE(name, frequency_hz, in_deg, more_deg);
-          CHECK(to_db(forward_lobe(s, k, in, out)) == Approx(to_db(exact)).margin(1.0));
-          CHECK(forward_lobe(s, k, out, in) == Approx(forward_lobe(s, k, in, out)).epsilon(1e-12));
+          CAPTURE(name, frequency_hz, in_deg, more_deg, turned_deg);
+          CHECK(to_db(forward_lobe(s, k, in, out, turned)) == Approx(to_db(exact)).margin(1.0));
+          CHECK(forward_lobe(s, k, out, in, turned) ==
+                Approx(forward_lobe(s, k, in, out, turned)).epsilon(1e-12));
         }
     }
 }

@@ -475,11 +475,13 @@ const std::vector<Section<Scene>>& scene_sections() {
             "seafloor.material at that angle, 10 dB if it is not a sediment.",
             at(&Scene::arrivals, &OtherPathsOptions::bottom_loss_db)},
            {"double_bounce", "", {},
-            "Echoes by way of an object's wall and the bed before it, at the wall's foot: the bed "
-            "reflects them about the specular direction, and the paths in both directions add in "
-            "amplitude.",
+            "Echoes by way of an object's wall and the bed before it, near the wall's foot: the wall "
+            "mirrors the sonar by its direction, size and material, the bed reflects about the "
+            "specular direction, and the paths in both directions add in amplitude.",
             at(&Scene::arrivals, &OtherPathsOptions::double_bounce)},
-           {"wall_loss_db", "dB", {0, 60}, "Loss of the reflection at the wall.",
+           {"wall_loss_db", "dB", {0, 60},
+            "Loss of the reflection at a wall, which is smooth then; unset: as its material "
+            "reflects, if that is a solid, and none of it otherwise.",
             at(&Scene::arrivals, &OtherPathsOptions::wall_loss_db)},
            {"burst_m", "m", {0, 1000},
             "Range over which the transmitted pulse blinds the receiver; 0: none.",

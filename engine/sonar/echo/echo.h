@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <ensonify/engine/random.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
 
@@ -124,6 +126,15 @@ struct BinLayers {
   }
 };
 
+/// A plane part of an object's surface that mirrors the bed before it.
+struct WallFacet {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();    ///< from the sonar
+  Eigen::Vector3d normal = -Eigen::Vector3d::UnitX();  ///< unit, out of the object
+  double length_m = 0.0, height_m = 0.0;               ///< level, and across that
+  double reflected = 0.0;  ///< share of the energy that arrives, of what the sonar sees of it
+  double slope = 0.0;      ///< rms of the surface's own inclination in one direction, as a tangent
+};
+
 /// The echo of one beam of one side of one ping: bins from near to far, and what was counted on the
 /// way.
 struct EchoLine {
@@ -138,6 +149,7 @@ struct EchoLine {
   /// The steady part of the echo: the field of the objects' glints per bin, whose square is part of
   /// intensity_mean. Empty: there is none.
   std::vector<float> glint_re, glint_im;
+  std::vector<WallFacet> walls;  ///< empty unless ObjectSurfaces::mirrors are given
 };
 
 }  // namespace ensonify::engine

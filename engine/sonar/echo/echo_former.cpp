@@ -389,6 +389,7 @@ void EchoFormer::finish(EchoLine& line) {
       for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += pulse[d] * nearer[i];
   }
   add_glints(line);
+  line.walls.assign(objects_.walls().begin(), objects_.walls().end());
   bins_.write(labels_, view_.fan->origin, line);
   for (std::size_t i = 0; i < line.glint_re.size(); ++i) {
     const double re = double(line.glint_re[i]), im = double(line.glint_im[i]);

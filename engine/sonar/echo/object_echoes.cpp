@@ -17,10 +17,13 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::inv_sqrtpi, std::numbers::pi;
 
-constexpr double few_planes = 6.0;   // that a small object is long, at most
-constexpr double lobe_reach = 3.0;   // half widths of a lobe that count
-constexpr double side_lobes = 10.0;  // of a flat patch that count
-constexpr double inaudible = 14.0;   // nepers of energy that sound loses in the bed: 61 dB
+constexpr double inv_sqrt2 = 1.0 / std::numbers::sqrt2;
+
+constexpr double few_planes = 6.0;     // that a small object is long, at most
+constexpr double lobe_reach = 3.0;     // half widths of a lobe that count
+constexpr double side_lobes = 10.0;    // of a flat patch that count
+constexpr double steepest_wall = 0.5;  // sine of a wall's inclination to the vertical, at most
+constexpr double inaudible = 14.0;     // nepers of energy that sound loses in the bed: 61 dB
 
 /// C(t) + i S(t): the integral of exp(i pi u^2 / 2) from 0 to t. Near 0 by its power series (7.3.11
 /// and 7.3.13 of Abramowitz and Stegun 1964), elsewhere by 7.3.9, 7.3.10, 7.3.32 and 7.3.33: within
@@ -163,11 +166,15 @@ void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const Fi
   first_ = first;
   glints_.clear();
   facets_.clear();
+  walls_.clear();
   for (const std::uint16_t label : small_labels_) small_[label] = 0;
   small_labels_.clear();
   for (const std::vector<PatchedObject>* objects : {surfaces_.fixed, surfaces_.moving})
     if (objects)
-      for (const PatchedObject& object : *objects) look_at(object);
+      for (const PatchedObject& object : *objects) {
+        look_at(object);
+        find_walls(object);
+      }
   if (surfaces_.buried)
     for (const BuriedGroup& group : *surfaces_.buried) look_into_bed(group);
   join_glints();
@@ -385,6 +392,62 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
                      .grazing_rad = 0.5 * pi,
                      .label = object.label,
                      .surface = corner.surface});
+}
+
+void ObjectEchoes::find_walls(const PatchedObject& object) {
+  const Label& label = (*labels_)[object.label];
+  if (label.sediment >= surfaces_.mirrors.size()) return;
+  const WallMirror& mirror = surfaces_.mirrors[label.sediment];
+  if (!(mirror.smooth + mirror.rough > 0.0) || !may_see(object.middle, object.radius_m)) return;
+  const std::span<const FlatPart> patches = object.patches;
+  for (const PatchBlock& block : object.blocks)
+    if (may_be_in_beam(block.middle, block.radius_m))
+      for (const FlatPart& patch : patches.subspan(block.first, block.count))
+        if (std::abs(double(patch.normal.z())) < steepest_wall)
+          add_wall(patch, mirror, label.two_sided);
+}
+
+void ObjectEchoes::add_wall(const FlatPart& patch, const WallMirror& mirror, bool two_sided) {
+  const Vector3d to = patch.middle - view_->fan->origin;
+  Vector3d normal = patch.normal.cast<double>();
+  if (to.dot(normal) >= 0.0) {
+    if (!two_sided) return;
+    normal = -normal;
+  }
+  // Of its rectangle, the extents in the level direction and across it, by second moments.
+  const Vector3d level = normal.cross(Vector3d::UnitZ()).normalized(), up = level.cross(normal);
+  const auto extent = [&](const Vector3d& direction) {
+    return std::hypot(double(patch.length_m) * patch.along.cast<double>().dot(direction),
+                      double(patch.width_m) * patch.across.cast<double>().dot(direction));
+  };
+  const double length_m = extent(level), height_m = extent(up);
+  // How much is seen where it is nearest to the middle of the beam, but not at its very ends,
+  // beside which other rays pass.
+  const Vector3d& axis = view_->fan->array_axis;
+  const double along = level.dot(axis);
+  const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
+  const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
+  Line line;
+  if (!see(place, line)) return;
+  const double seen = seen_share(line, line.range_m * time_share(place), -1);
+  if (!(seen > 0.0)) return;
+  // A facet of a curved surface stands for normals on either side of its own, as in its glint.
+  const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {
+    return inv_sqrt2 * double(bend_rad) * direction.cast<double>().dot(level);
+  };
+  const double bend = std::hypot(curved(patch.along, patch.bend_along_rad),
+                                 curved(patch.across, patch.bend_across_rad));
+  const auto add = [&](double share, double slope) {
+    if (share > 0.0)
+      walls_.push_back({.middle = to,
+                        .normal = normal,
+                        .length_m = length_m,
+                        .height_m = height_m,
+                        .reflected = seen * share,
+                        .slope = std::hypot(slope, bend)});
+  };
+  add(mirror.smooth, 0.0);
+  add(mirror.rough, mirror.slope);
 }
 
 void ObjectEchoes::look_into_bed(const BuriedGroup& group) {

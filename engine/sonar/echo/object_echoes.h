@@ -12,6 +12,7 @@
 #include <ensonify/engine/seafloor/face_labels.h>
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/seafloor/objects/patches.h>
+#include <ensonify/engine/sonar/echo/echo.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
@@ -23,6 +24,13 @@
 
 namespace ensonify::engine {
 
+/// How a wall of a material reflects: shares of the energy that arrives.
+struct WallMirror {
+  double smooth = 0.0;  ///< as a smooth surface would
+  double rough = 0.0;   ///< from facets that are inclined to the surface
+  double slope = 0.0;   ///< rms of that inclination in one direction, as a tangent
+};
+
 /// The surfaces of the objects that a sonar sees. What it points to must outlive the pings.
 struct ObjectSurfaces {
   const std::vector<PatchedObject>* fixed = nullptr;
@@ -32,6 +40,8 @@ struct ObjectSurfaces {
   const std::vector<BuriedGroup>* buried = nullptr;  ///< into which the sound penetrates
   /// By Label::sediment; none where it is not a sediment.
   std::span<const std::optional<scatter::Sediment>> sediments = {};
+  /// By Label::sediment; empty: walls are not looked for.
+  std::span<const WallMirror> mirrors = {};
 };
 
 /// What the rays of a fan met first: straight ones as runs, bent ones as hits.
@@ -86,6 +96,9 @@ struct FirstHits {
 /// appear at the range of their travel time. Left out: that buried things hide one another, and
 /// what the bed's roughness lets in below the critical angle.
 ///
+/// Walls: the plane patches within 30 degrees of upright, which mirror the bed before them
+/// (OtherPaths).
+///
 /// Rays decide how much of a patch is seen: those of the fan next to it; of a buried one, those
 /// next to the place where its sound enters the bed. Lines of sight are straight, also where rays
 /// are bent.
@@ -101,6 +114,7 @@ class ObjectEchoes {
   void find(const SideView& view, const FaceLabels& labels, const FirstHits& first);
   std::span<const ObjectEcho> glints() const { return glints_; }
   std::span<const ObjectEcho> facets() const { return facets_; }
+  std::span<const WallFacet> walls() const { return walls_; }
   /// Whether the object of a label was small in this ping: facets() has its echo.
   bool small(std::uint16_t label) const { return label < small_.size() && small_[label] != 0; }
   bool any_small() const { return !small_labels_.empty(); }
@@ -138,6 +152,8 @@ class ObjectEchoes {
     double time_range_m = 0.0, energy = 0.0;  // energy: of 1 m^2 of cross-section
   };
   BuriedSight see_buried(const BuriedWay& way, bool near_is_counted) const;
+  void find_walls(const PatchedObject& object);
+  void add_wall(const FlatPart& patch, const WallMirror& mirror, bool two_sided);
   void look_into_bed(const BuriedGroup& group);
   void add_buried_facets(const BuriedPart& part, const BuriedGroup& group, const Label& label);
   void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);
@@ -148,6 +164,7 @@ class ObjectEchoes {
   std::span<const scatter::BackscatterTable> by_material_;
   ObjectSurfaces surfaces_;
   std::vector<ObjectEcho> glints_, facets_;
+  std::vector<WallFacet> walls_;
   std::vector<std::uint8_t> small_;  // by label
   std::vector<std::uint16_t> small_labels_;
 

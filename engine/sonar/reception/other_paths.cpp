@@ -163,10 +163,10 @@ OtherPaths::OtherPaths(const OtherPathsOptions& options, const Sonar& sonar, con
       ping_m_(ping_m),
       surface_{.wind_mps = sea.wind_mps, .frequency_hz = law.frequency_hz()},
       waves_(waves_under(sea.wind_mps), seed, wave_oscillator),
-      vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)},
-      wall_share_(scatter::from_db(-options.wall_loss_db)) {
+      vertical_sums_{VerticalSum(law, Side::port), VerticalSum(law, Side::starboard)} {
   // A leg is shorter than both together, which are twice the echo's range.
-  if (options.multiples) beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
+  if (options.multiples || options.double_bounce)
+    beams_.emplace(sonar, law.wavelength_m(), 2.0 * sonar.range_m);
   for (std::size_t i = 0; options.surface && i <= sine_steps; ++i)
     surface_strength_.push_back(scatter::surface_cross_section(
         surface_, std::asin(std::max(0.5, static_cast<double>(i)) / sine_steps)));
@@ -197,7 +197,7 @@ void OtherPaths::add(const PingContext& context, const EchoLine& line,
   if (options_.multiples)
     add_multiples(std::max(depth_m + height, 0.0), context.altitude_m, line.side, plane, direct,
                   power, sums);
-  if (options_.double_bounce) add_double_bounce(context, line, direct, power);
+  if (options_.double_bounce) add_double_bounce(context, line, plane, direct, power);
 }
 
 // The ping before adds at r the echo from r + c P / 2, the one before that from r + c P, and so on.
@@ -370,60 +370,150 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
   }
 }
 
-// A wall mirrors the bed in front of it: for every place of the bed, the path array - wall - bed -
-// array is nearly as long as the path to the wall's foot and back. So the bin of the foot gets the
-// echo of the part of the bed that the wall mirrors. Seen from the bed, sound from the wall comes
-// from the array's mirror image and goes on forwards, near the specular direction: it has the
-// strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a multiple. The paths in
-// both directions are equally long and alike, so that their amplitudes add: four times the energy
-// of one.
+/// The sound of the array as a wall mirrors it onto a line of the bed along the track, and the
+/// array that receives it from there. Distances from the middles of both beams.
+struct OtherPaths::MirroredBeam {
+  double image_m, receiver_m;  // from the array's image and from the array to the line
+  double begin_m, end_m;       // between which the image is seen through the wall
+  double shift_m;              // from the image's middle to the receiver's
+  double blur_m;               // rms
+};
+
+/// The integral along the line of both one-way patterns.
+double OtherPaths::mirrored_m(const MirroredBeam& beam) const {
+  constexpr int steps = 32;
+  const double image_reach_m = beams_->main_m(beam.image_m);
+  const double begin_m = std::max(beam.begin_m, -image_reach_m);
+  const double step_m = (std::min(beam.end_m, image_reach_m) - begin_m) / steps;
+  if (!(step_m > 0.0)) return 0.0;
+  // The receiver's beam, blurred: a Gaussian with the beam's integral and peak, widened.
+  const double peak = beams_->power(OneWayBeams::receiver, beam.receiver_m, 0.0);
+  double width_m = 0.0;
+  const double reach_m = beams_->main_m(beam.receiver_m), cell_m = 2.0 * reach_m / steps;
+  for (int i = 0; i < steps / 2; ++i)
+    width_m +=
+        2.0 * cell_m * beams_->power(OneWayBeams::receiver, beam.receiver_m, (i + 0.5) * cell_m);
+  const double rms_m = width_m / std::max(peak, 1e-9) / std::sqrt(2.0 * pi);
+  const double blurred_m = std::hypot(rms_m, beam.blur_m);
+  const bool sharp = beam.blur_m < 0.2 * rms_m;
+  const auto received = [&](double along_m) {
+    if (sharp) return beams_->power(OneWayBeams::receiver, beam.receiver_m, along_m);
+    const double x = along_m / blurred_m;
+    return width_m / (std::sqrt(2.0 * pi) * blurred_m) * std::exp(-0.5 * x * x);
+  };
+  double sum = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double along_m = begin_m + (i + 0.5) * step_m;
+    sum += beams_->power(OneWayBeams::transmitter, beam.image_m, along_m) *
+           received(along_m + beam.shift_m);
+  }
+  return sum * step_m;
+}
+
+// A wall mirrors the array: the bed before it receives sound from an image of the array behind the
+// wall, through the window that the wall is. For each place of the bed the path array - wall - bed
+// - array is nearly as long as that to the wall's foot and back, if the wall is upright. In the
+// direction abeam let the wall be at the distance x, the array H above the bed, and the normal of
+// the wall turned away from the array by the angle a, to the side, and by t, upwards. Sound that
+// meets the wall z above the bed, at the depression g, tan g = (H - z) / x, leaves it at the
+// depression g' = g - 2 t and meets the bed z / tan g' before the wall, turned by 2 a to the side.
+// The array hears it with its own beam from there. So of a wall that is wide, upright and faces the
+// sonar the array's two beams overlap, from the image and from the array; of an oblique one they
+// part, more so the farther from the wall; of a narrow one the image is seen in a part of its beam.
+// Along the track the image is blurred by the inclinations of the wall's surface, with the rms
+// slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda) has
+// the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
+//
+// Seen from the bed, sound from the wall goes on forwards, near the specular direction, turned by 2
+// a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a multiple.
+// For each place the paths in both directions are equally long and alike, so that their amplitudes
+// add: four times the energy of one. Left out: rough walls that send sound up or farther down than
+// smooth ones.
 void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
-                                   std::span<const float> direct, std::span<float> power) const {
-  const auto of_object = [&](std::size_t n) {
-    return line.bins.region[n] == static_cast<std::uint32_t>(Region::object);
-  };
-  const auto in_shadow = [&](std::size_t n) {
-    return line.bins.region[n] == static_cast<std::uint32_t>(Region::shadow);
-  };
-  const double altitude_m = context.altitude_m;
+                                   const BeamPlane& plane, std::span<const float> direct,
+                                   std::span<float> power) const {
+  constexpr double lowest_rad = 0.01;  // of sound that reaches the bed after a wall
+  constexpr int most_steps = 16;
   const auto strength = [&](double sine) { return bed_strength_(std::clamp(sine, 1e-4, 1.0)); };
-  for (std::size_t n = 1; n < power.size(); ++n) {
-    if (!of_object(n) || of_object(n - 1)) continue;
-    const std::size_t top = n;
-    while (n < power.size() && of_object(n)) ++n;
-    if (n == power.size() || !in_shadow(n))
-      continue;  // an object without a shadow behind it is not a wall
-    const std::size_t foot = n - 1;
-    const double sine = std::min(altitude_m / law_.range_m(foot), 0.99);
-    // The object fills the bins from its top to its foot: this is the height of such a wall. The
-    // wall mirrors a strip of bed whose length is the height divided by the tangent of the grazing
-    // angle.
-    const double wall_height_m = (static_cast<double>(foot - top) + 1.0) * law_.bin_m() / sine;
-    const double mirrored_m = wall_height_m * (1.0 - sine * sine) / sine;  // in slant range
-    const auto bins =
-        static_cast<std::size_t>(std::min(mirrored_m / law_.bin_m(), static_cast<double>(top)));
-    const auto along_bed_m = [&](std::size_t bin) {
-      const double range_m = law_.range_m(bin);
-      return std::sqrt(std::max(range_m * range_m - altitude_m * altitude_m, 0.0));
+  const Eigen::Vector3d abeam = (line.side == Side::port ? -1.0 : 1.0) *
+                                context.array.axis.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d along =
+      Eigen::Vector3d(context.array.axis.x(), context.array.axis.y(), 0.0).normalized();
+  for (const WallFacet& wall : line.walls) {
+    const double facing = -wall.normal.dot(abeam), aside = wall.normal.dot(along);
+    if (!(facing > std::abs(aside))) continue;  // else it sends the sound farther away
+    const double tangent = aside / facing, turned_rad = std::atan(tangent);
+    const double upwards_rad = std::asin(std::clamp(wall.normal.z(), -1.0, 1.0));
+    // The wall's ends along the track, and its distance where it is nearest to the beam's middle.
+    const double middle_m = wall.middle.dot(along);
+    const double half_m = 0.5 * wall.length_m * std::cos(turned_rad);
+    const double begin_m = middle_m - half_m, end_m = middle_m + half_m;
+    const double x_m =
+        wall.middle.dot(abeam) + (std::clamp(0.0, begin_m, end_m) - middle_m) * tangent;
+    if (!(x_m > 0.0)) continue;
+    // The bed before it: the last bins of bed before the wall's.
+    auto bed = static_cast<std::size_t>(std::hypot(x_m, wall.middle.z()) / law_.bin_m());
+    bed = std::min(bed, power.size() - 1);
+    while (bed > 0 && line.bins.region[bed] != static_cast<std::uint32_t>(Region::seabed)) --bed;
+    if (bed == 0) continue;
+    const double height_m = context.array.origin.z() - double(line.bins.z_m[bed]);
+    if (!(height_m > 0.0)) continue;
+    const double tall_m = 0.5 * wall.height_m * std::cos(upwards_rad);
+    const double low_m = std::max(height_m + wall.middle.z() - tall_m, 0.0);
+    const double high_m = std::min(height_m + wall.middle.z() + tall_m, 0.99 * height_m);
+    // From the wall to the bed, from a height: its depression.
+    const auto depression_rad = [&](double z_m) {
+      return std::atan2(height_m - z_m, x_m) - 2.0 * upwards_rad;
     };
-    const double foot_m = along_bed_m(foot);
-    // Of a path over the wall's energy, over the direct echo of the same place.
-    const auto gain = [&](std::size_t bin) {
-      const double range_m = law_.range_m(bin);
-      const double image_m = std::hypot(2.0 * foot_m - along_bed_m(bin), altitude_m);
-      const double sine_in = std::min(altitude_m / image_m, 1.0);
-      const double sine_out = std::min(altitude_m / range_m, 1.0);
+    const auto range_on_bed_m = [&](double z_m) {
+      const double before_m = z_m / std::tan(std::max(depression_rad(z_m), lowest_rad));
+      return std::hypot(x_m - before_m * std::cos(2.0 * turned_rad), height_m);
+    };
+    const double bins = std::abs(range_on_bed_m(high_m) - range_on_bed_m(low_m)) / law_.bin_m();
+    const int steps = static_cast<int>(std::clamp(std::ceil(bins), 1.0, double(most_steps)));
+    const double step_m = (high_m - low_m) / steps;
+    for (int i = 0; i < steps && step_m > 0.0; ++i) {
+      const double z_m = low_m + (i + 0.5) * step_m;
+      const double in_rad = depression_rad(z_m);
+      if (!(in_rad > lowest_rad && in_rad < 0.5 * pi)) continue;
+      const double before_m = z_m / std::tan(in_rad), to_wall_m = std::hypot(x_m, height_m - z_m);
+      if (!(before_m < x_m)) continue;
+      const double image_m = to_wall_m + std::hypot(before_m, z_m);
+      const double range_m = range_on_bed_m(z_m);
+      const double bins_of_step =
+          std::abs(range_on_bed_m(z_m + 0.5 * step_m) - range_on_bed_m(z_m - 0.5 * step_m)) /
+          law_.bin_m();
+      const auto foot = static_cast<std::size_t>(0.5 * (image_m + range_m) / law_.bin_m());
+      if (foot >= power.size()) continue;
+      // A rough wall also turns what the array hears, within its beam.
+      const double spread_rad =
+          std::min(2.0 * wall.slope, std::atan2(beams_->main_m(range_m), before_m));
+      const double sine_in = std::sin(in_rad), sine_out = std::min(height_m / range_m, 1.0);
       const double direct_strength = strength(sine_out);
       double forwards = std::sqrt(strength(sine_in) * direct_strength);
       if (sediment_)
-        forwards +=
-            scatter::forward_lobe(*sediment_, k_per_cm_, std::asin(sine_in), std::asin(sine_out));
-      return forwards / direct_strength * std::pow(range_m / image_m, 2.0);
-    };
-    double sum = 0.0;
-    over_bins(top - bins, top, gain,
-              [&](std::size_t bin, double value) { sum += value * double(direct[bin]); });
-    power[foot] += static_cast<float>(4.0 * wall_share_ * sum);
+        forwards += scatter::forward_lobe(*sediment_, k_per_cm_, in_rad, std::asin(sine_out),
+                                          std::hypot(2.0 * turned_rad, spread_rad));
+      const double beyond = (x_m + before_m) / x_m;
+      const double mirrored = mirrored_m(
+          {.image_m = image_m,
+           .receiver_m = range_m,
+           .begin_m = begin_m * beyond,
+           .end_m = end_m * beyond,
+           .shift_m = before_m * std::tan(2.0 * turned_rad),
+           .blur_m = std::hypot(2.0 * wall.slope * before_m,
+                                law_.wavelength_m() / (std::sqrt(2.0 * pi) * wall.length_m) *
+                                    (image_m - to_wall_m))});
+      const double to_bed = law_.vertical(line.side, plane, x_m - before_m, height_m);
+      const double to_wall = law_.vertical(line.side, plane, x_m, height_m - z_m);
+      // Of a path over the wall: its energy over the direct echo of the same place.
+      const double gain = forwards / direct_strength *
+                          std::sqrt(law_.per_m2_at(image_m) / law_.per_m2_at(range_m)) * to_wall /
+                          to_bed * mirrored / beams_->overlap_m(range_m, range_m);
+      const auto bin = std::min(static_cast<std::size_t>(range_m / law_.bin_m()), bed);
+      power[foot] +=
+          static_cast<float>(4.0 * wall.reflected * gain * bins_of_step * double(direct[bin]));
+    }
   }
 }
 

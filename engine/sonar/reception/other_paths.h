@@ -155,8 +155,10 @@ class OtherPaths {
                      std::vector<double>& sums) const;
   void add_earlier_pings(double altitude_m, Side side, const BeamPlane& plane,
                          std::span<float> power) const;
-  void add_double_bounce(const PingContext& context, const EchoLine& line,
+  void add_double_bounce(const PingContext& context, const EchoLine& line, const BeamPlane& plane,
                          std::span<const float> direct, std::span<float> power) const;
+  struct MirroredBeam;
+  double mirrored_m(const MirroredBeam& beam) const;
 
   OtherPathsOptions options_;
   const SonarEquation& law_;
@@ -170,8 +172,7 @@ class OtherPaths {
   std::vector<double> bed_reflection_;    // of energy, by the same
   std::vector<double> volume_;            // per bin, for one radian of the vertical beam
   std::array<VerticalSum, 2> vertical_sums_;
-  std::optional<OneWayBeams> beams_;  // if multiples are heard
-  double wall_share_;
+  std::optional<OneWayBeams> beams_;  // if multiples or walls are heard
 };
 
 }  // namespace ensonify::engine

@@ -21,8 +21,9 @@ struct OtherPathsOptions {
   /// grazing angle, or 10 dB if the bed is not a sediment.
   std::optional<double> bottom_loss_db;
   bool double_bounce = false;  ///< echoes by way of a wall and the bed in front of it
-  double wall_loss_db = 5.0;   ///< loss of the reflection at the wall
-  double burst_m = 0.0;        ///< range over which transmit leakage blinds the receiver; 0: none
+  /// Loss of the reflection at a wall, which is then smooth. Unset: as its material reflects.
+  std::optional<double> wall_loss_db;
+  double burst_m = 0.0;  ///< range over which transmit leakage blinds the receiver; 0: none
   std::optional<double> crosstalk_db;  ///< level of one side's signal in the other side, relative
                                        ///< to that signal; unset: none
 };
