@@ -61,8 +61,7 @@ Medium PreparedWater::medium(double frequency_hz, double altitude_m,
                              const scatter::SoundSpeedProfile* profile) const {
   if (profile)
     return {sound_speed_mps_,
-            profile->mean_absorption_db_per_m(bed_depth_m_ - altitude_m, bed_depth_m_),
-            sea_.absorption_db_per_km ? nullptr : profile};
+            profile->mean_absorption_db_per_m(bed_depth_m_ - altitude_m, bed_depth_m_), profile};
   return {sound_speed_mps_,
           sea_.absorption_db_per_km
               ? *sea_.absorption_db_per_km / 1000.0

@@ -66,6 +66,27 @@ Scene level_scene() {
   return scene;
 }
 
+/// A smooth steel ball that a few planes of the fan meet.
+ObjectOptions small_ball(double east_m, double height_m) {
+  ObjectOptions ball{.shape = "sphere", .material = "steel"};
+  ball.size.diameter_m = 0.3;
+  ball.east_m = east_m;
+  ball.height_m = height_m;
+  return ball;
+}
+
+/// The range and the level of the strongest echo.
+struct Peak {
+  double range_m, level_db;
+};
+Peak peak_of(const Scene& scene, double depth_m) {
+  Simulator simulator(scene);
+  const EchoLine line = simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1];
+  const std::vector<float>& all = line.bins.intensity_mean;
+  const auto at = static_cast<std::size_t>(std::ranges::max_element(all) - all.begin());
+  return {double(line.bins.range_m[at]), scatter::to_db(double(all[at]))};
+}
+
 std::vector<double> level_db(const Scene& scene, double depth_m) {
   Simulator simulator(scene);
   std::vector<double> all;
@@ -252,6 +273,22 @@ TEST_CASE("absorption follows the cast's temperatures along the path") {
         CHECK(lossless_db[bin] - absorbed_db[bin] == Approx(2.0 * expected_db).margin(0.04));
       }
     }
+}
+
+TEST_CASE("an absorption that the scene gives moves no echo of an object") {
+  const TemporaryFolder folder;
+  Scene scene = level_scene();
+  scene.sea.profile = Sea2().cast(folder);
+  scene.objects = {small_ball(60.0, 10.0)};
+  for (const RefractionMode mode :
+       {RefractionMode::off, RefractionMode::time_only, RefractionMode::full}) {
+    CAPTURE(static_cast<int>(mode));
+    scene.sea.refraction = mode;
+    scene.sea.absorption_db_per_km.reset();
+    const double followed_m = peak_of(scene, 4.0).range_m;
+    scene.sea.absorption_db_per_km = 100.0;
+    CHECK(peak_of(scene, 4.0).range_m == followed_m);
+  }
 }
 
 TEST_CASE("a cast with speeds impossible at the scene's salinity gives a warning") {
