@@ -128,4 +128,40 @@ std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const Ei
   return shooter.start(first.launch);
 }
 
+// A ray ends beside the point: `ahead` is how far the point lies along the ray's direction there,
+// `aside` how far below it. A turn of aside / q at the launch brings it nearer, as long as it stays
+// between rays that pass the point on either side.
+std::optional<ArrivedRay> find_near_eigenray(const SoundSpeedProfile& profile,
+                                             const EigenrayEnds& ends) {
+  constexpr double right_angle = 0.5 * std::numbers::pi, widest_step_rad = 0.1;
+  constexpr double close_m = 1e-6;
+  constexpr int max_rounds = 30;
+  double highest_rad = -right_angle, lowest_rad = right_angle;  // below the level
+  const double below_m = ends.depth_m - ends.source_depth_m;
+  double angle_rad = std::atan2(below_m, ends.range_m);
+  double path_m = std::hypot(ends.range_m, below_m);
+  for (int round = 0; round < max_rounds; ++round) {
+    const double along = std::cos(angle_rad), down = std::sin(angle_rad);
+    SoundRay ray(profile, ends.source_depth_m, along, down, ends.surface_m, ends.bottom_m);
+    double left_m = path_m;
+    for (double edge_m; (edge_m = ray.path_to_edge_m()) <= left_m; left_m -= edge_m)
+      ray.advance(edge_m);
+    ray.advance(left_m);
+    const SoundRayPoint& at = ray.point();
+    const double out_m = ends.range_m - at.range_m, deeper_m = ends.depth_m - at.depth_m;
+    const double ahead_m = out_m * at.along + deeper_m * at.down;
+    const double aside_m = deeper_m * at.along - out_m * at.down;
+    const double turn_rad = aside_m / ray.spread_m();
+    if (ray.reflections() > 0 || !std::isfinite(turn_rad)) return std::nullopt;
+    if (std::abs(ahead_m) < close_m && std::abs(aside_m) < close_m)
+      return ArrivedRay{along, down, ray};
+    path_m = std::max(path_m + ahead_m, 0.0);
+    (aside_m > 0.0 ? highest_rad : lowest_rad) = angle_rad;
+    angle_rad += std::clamp(turn_rad, -widest_step_rad, widest_step_rad);
+    if (!(angle_rad > highest_rad && angle_rad < lowest_rad))
+      angle_rad = 0.5 * (highest_rad + lowest_rad);
+  }
+  return std::nullopt;
+}
+
 }  // namespace ensonify::scatter

@@ -24,4 +24,16 @@ struct EigenrayEnds {
 /// not above 0.
 std::optional<SoundRay> find_eigenray(const SoundSpeedProfile& profile, const EigenrayEnds& ends);
 
+/// A ray of sound, where it arrives; with the sine and cosine of its launch, as SoundRayPoint.
+struct ArrivedRay {
+  double along, down;
+  SoundRay ray;
+};
+
+/// The ray next to the straight line between two points, by Newton's steps from that line: in some
+/// microseconds, where find_eigenray() takes milliseconds. None where the steps do not end, as in a
+/// shadow zone. The range may be 0; otherwise as find_eigenray().
+std::optional<ArrivedRay> find_near_eigenray(const SoundSpeedProfile& profile,
+                                             const EigenrayEnds& ends);
+
 }  // namespace ensonify::scatter

@@ -75,16 +75,34 @@ ObjectOptions small_ball(double east_m, double height_m) {
   return ball;
 }
 
-/// The range and the level of the strongest echo.
+/// The range of the strongest echo, and the energy next to it, which is that of an object on its
+/// own over a dark bed.
 struct Peak {
-  double range_m, level_db;
+  double range_m, energy_db;
 };
 Peak peak_of(const Scene& scene, double depth_m) {
+  constexpr double reach_m = 0.5;
   Simulator simulator(scene);
   const EchoLine line = simulator.ping_numbered({.position = {0.0, 0.0, -depth_m}}, 0)[1];
   const std::vector<float>& all = line.bins.intensity_mean;
   const auto at = static_cast<std::size_t>(std::ranges::max_element(all) - all.begin());
-  return {double(line.bins.range_m[at]), scatter::to_db(double(all[at]))};
+  Peak peak{double(line.bins.range_m[at]), 0.0};
+  double energy = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (std::abs(double(line.bins.range_m[i]) - peak.range_m) < reach_m) energy += double(all[i]);
+  peak.energy_db = scatter::to_db(energy);
+  return peak;
+}
+
+/// A level bed that returns next to nothing.
+Scene dark_scene() {
+  Scene scene = level_scene();
+  Material dark{.name = "dark", .model = "lambert"};
+  dark.lambert_mu_db = -100.0;
+  scene.materials = {dark};
+  scene.seafloor.material = "dark";
+  scene.sonars.front().sector_low_rad = -0.6;
+  return scene;
 }
 
 std::vector<double> level_db(const Scene& scene, double depth_m) {
@@ -275,9 +293,49 @@ TEST_CASE("absorption follows the cast's temperatures along the path") {
     }
 }
 
+TEST_CASE("the echo of an object has the losses and the time of the bent ray that leads to it") {
+  struct Case {
+    double sonar_mps, bed_mps, sonar_m, ball_m, east_m;  // depths
+  };
+  const TemporaryFolder folder;
+  for (const Case& c : {Case{1500, 1490, 4, 19, 40},
+                        {1520, 1480, 4, 19, 70},
+                        {1490, 1510, 4, 19, 50},
+                        {1520, 1480, 16, 5, 55}}) {
+    Scene scene = dark_scene();
+    scene.sea.absorption_db_per_km = 0.0;
+    scene.sea.profile = {"step.csv", folder / "step.csv"};
+    std::ofstream(folder / "step.csv")
+        << "depth_m,soundspeed_mps\n0," << c.sonar_mps << "\n8," << c.sonar_mps << "\n12,"
+        << c.bed_mps << "\n30," << c.bed_mps << '\n';
+    const scatter::SoundSpeedProfile profile(
+        {{0, c.sonar_mps}, {8, c.sonar_mps}, {12, c.bed_mps}, {30, c.bed_mps}});
+    constexpr double radius_m = 0.15;
+    scene.objects = {small_ball(c.east_m, bed_m - c.ball_m - radius_m)};
+    scatter::SoundRay ray =
+        scatter::find_eigenray(
+            profile, {.source_depth_m = c.sonar_m, .range_m = c.east_m, .depth_m = c.ball_m})
+            .value();
+    while (ray.path_to_range_m(c.east_m) > ray.path_to_edge_m()) ray.advance(ray.path_to_edge_m());
+    ray.advance(ray.path_to_range_m(c.east_m));
+    const double front_s = ray.point().time_s - radius_m / ray.point().sound_speed_mps;
+    const double straight_m = std::hypot(c.east_m, c.ball_m - c.sonar_m);
+    const Peak straight = peak_of(scene, c.sonar_m);
+    scene.sea.refraction = RefractionMode::full;
+    const Peak bent = peak_of(scene, c.sonar_m);
+    CAPTURE(c.sonar_mps, c.bed_mps, c.sonar_m, c.east_m);
+    // A ball of facets has its target strength within 0.2 dB from every side.
+    CHECK(straight.energy_db - bent.energy_db ==
+          Approx(2.0 * (ray.loss_db() - 20.0 * std::log10(straight_m))).margin(0.2));
+    CHECK(
+        bent.range_m ==
+        Approx(profile.mean_speed_mps(0.0, bed_m) * front_s).margin(scene.sonars.front().bin_m()));
+  }
+}
+
 TEST_CASE("an absorption that the scene gives moves no echo of an object") {
   const TemporaryFolder folder;
-  Scene scene = level_scene();
+  Scene scene = dark_scene();
   scene.sea.profile = Sea2().cast(folder);
   scene.objects = {small_ball(60.0, 10.0)};
   for (const RefractionMode mode :

@@ -223,6 +223,34 @@ TEST_CASE("A reflected ray is a ray through the mirror image") {
   CHECK(bounced.spread_m() == Approx(through.spread_m()));
 }
 
+TEST_CASE(
+    "Newton's steps from the straight line find the first ray to arrive, up, down and level") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit;
+  int found = 0;
+  for (const SoundSpeedProfile* profile : {&shallow_duct, &thermocline})
+    for (int i = 0; i < 300; ++i) {
+      const EigenrayEnds ends{.source_depth_m = 1.0 + 25.0 * unit(random),
+                              .range_m = 1.0 + 60.0 * unit(random),
+                              .depth_m = 1.0 + 25.0 * unit(random)};
+      CAPTURE(ends.source_depth_m, ends.range_m, ends.depth_m);
+      const std::optional<ArrivedRay> near = find_near_eigenray(*profile, ends);
+      if (!near) continue;
+      ++found;
+      SoundRay first = find_eigenray(*profile, ends).value();
+      CHECK(near->along == Approx(first.point().along).margin(1e-6));
+      CHECK(near->down == Approx(first.point().down).margin(1e-6));
+      const SoundRayPoint& there = go(first, ends.range_m).point();
+      CHECK(near->ray.point().depth_m == Approx(ends.depth_m).margin(1e-5));
+      CHECK(near->ray.point().time_s == Approx(there.time_s).margin(1e-8));
+      CHECK(near->ray.loss_db() == Approx(first.loss_db()).margin(1e-4));
+    }
+  CHECK(found > 590);
+  const auto below = find_near_eigenray(thermocline, {.source_depth_m = 3, .depth_m = 25});
+  REQUIRE(below);
+  CHECK(below->down == 1.0);
+}
+
 TEST_CASE("A level ray bends to the slower side, and runs straight along a duct's axis") {
   SoundRay axis = launched(shallow_duct, 6.1, 0.0);
   CHECK(go(axis, 500.0).point().depth_m == 6.1);
@@ -236,9 +264,10 @@ TEST_CASE("A level ray bends to the slower side, and runs straight along a duct'
 
 TEST_CASE("No ray reaches a shadow zone, and invalid directions and ends are refused") {
   const SoundSpeedProfile bending({{0.0, 1500.0}, {100.0, 1480.0}});
-  CHECK(!find_eigenray(
-      bending,
-      {.source_depth_m = 5, .range_m = 2000, .depth_m = 5, .surface_m = 0.0, .bottom_m = 100.0}));
+  const EigenrayEnds shadow{
+      .source_depth_m = 5, .range_m = 2000, .depth_m = 5, .surface_m = 0.0, .bottom_m = 100.0};
+  CHECK(!find_eigenray(bending, shadow));
+  CHECK(!find_near_eigenray(bending, shadow));
   CHECK_THROWS_AS(find_eigenray(bending, {.range_m = 0.0}), std::invalid_argument);
   CHECK_THROWS_AS(find_eigenray(bending, {.source_depth_m = -1, .range_m = 9, .surface_m = 0}),
                   std::invalid_argument);

@@ -80,8 +80,7 @@ EchoFormer::EchoFormer(const Sonar& sonar, const Medium& medium, const Seafloor&
       wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
       bins_(sonar.bin_m(), bins_of(sonar, medium)),
       walk_(walk_over(seafloor, sonar.bin_m())),
-      objects_(sonar, wavelength_m_, medium.sound_speed_mps, medium.profile, material_tables,
-               surfaces),
+      objects_(sonar, wavelength_m_, medium.sound_speed_mps, material_tables, surfaces),
       pulse_(pulse_kernel(sonar.pulse, medium.sound_speed_mps, sonar.bin_m())),
       closing_shift_m_(0.5 * medium.sound_speed_mps *
                        sonar.pulse.closing_shift_s(sonar.frequency_hz)) {
@@ -115,7 +114,7 @@ void EchoFormer::form(const RayFan& fan, const RayLayout& layout, const Receiver
                       refine::Triangles triangles, std::span<const Hit> hits,
                       IncidenceSource& incidences, EchoLine& line) {
   begin({line.side, &beam_, &fan, &layout, &motion, triangles}, line);
-  objects_.find(view_, labels_, {.hits = hits});
+  objects_.find(view_, labels_, {.hits = hits, .rays = &incidences});
   for (std::size_t plane = 0; plane < fan.planes(); ++plane) {
     cut_hits(hits, incidences, plane);
     compute(plane, line);

@@ -149,14 +149,11 @@ double corner_power_m2(double width_m, double excess_rad, double range_m, double
 }  // namespace
 
 ObjectEchoes::ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
-                           const scatter::SoundSpeedProfile* profile,
                            std::span<const scatter::BackscatterTable> material_tables,
                            const ObjectSurfaces& surfaces)
     : wavelength_m_(wavelength_m),
-      sound_speed_mps_(sound_speed_mps),
       join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(sound_speed_mps))),
       tolerance_m_(0.5 * sonar.bin_m()),
-      profile_(profile),
       by_material_(material_tables),
       surfaces_(surfaces) {}
 
@@ -180,13 +177,18 @@ void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const Fi
   join_glints();
 }
 
-/// The line to a place, if that is within the fan and its beam.
-bool ObjectEchoes::see(const Vector3d& away, Line& line) const {
+/// The ray to a place; none in a shadow zone of bent rays.
+std::optional<RayToPlace> ObjectEchoes::ray_to(const Vector3d& away) const {
+  if (first_.rays) return first_.rays->ray_to(view_->fan->origin, away);
+  const double range_m = away.norm();
+  return RayToPlace{.launch = away / range_m, .apparent = away, .range_m = range_m};
+}
+
+/// The line of a ray to its place, if that is within the fan and its beam.
+bool ObjectEchoes::see(const RayToPlace& ray, Line& line) const {
   const RayFan& fan = *view_->fan;
-  line.range_m = away.norm();
-  line.direction = away / line.range_m;
-  const double side = line.direction.dot(fan.array_axis), ahead = line.direction.dot(fan.middle);
-  line.sin_elevation = line.direction.dot(fan.pole);
+  const double side = ray.launch.dot(fan.array_axis), ahead = ray.launch.dot(fan.middle);
+  line.sin_elevation = ray.launch.dot(fan.pole);
   const double cos_elevation = std::hypot(side, ahead);
   if (!(ahead > 0.0) || std::abs(side) > fan.grid->sin_truncation ||
       line.sin_elevation < fan.grid->sin_elevation.front() ||
@@ -194,17 +196,11 @@ bool ObjectEchoes::see(const Vector3d& away, Line& line) const {
     return false;
   line.sin_azimuth = side / cos_elevation;
   const BeamSample sample{static_cast<float>(line.sin_azimuth), 1.0f};
-  line.weight = view_->beam->two_way(view_->side, {&sample, 1}, cos_elevation, line.direction,
-                                     line.range_m, *view_->motion) /
-                cos_elevation;
-  return line.weight > 0.0;
-}
-
-/// The range by travel time over the straight distance; 1 where rays are straight and even.
-double ObjectEchoes::time_share(const Vector3d& away) const {
-  if (first_.runs || !profile_) return 1.0;
-  const double from_m = -view_->fan->origin.z();
-  return sound_speed_mps_ / profile_->mean_speed_mps(from_m, from_m - away.z());
+  const double weight = view_->beam->two_way(view_->side, {&sample, 1}, cos_elevation, ray.launch,
+                                             ray.range_m, *view_->motion) /
+                        cos_elevation;
+  line.energy = weight / std::pow(ray.apparent.squaredNorm(), 2);
+  return line.energy > 0.0;
 }
 
 /// Where a ray and the one above it end, or infinity; and the labels there.
@@ -266,7 +262,8 @@ double ObjectEchoes::seen_share(const Line& line, double time_range_m, int own_l
 
 /// Whether a ball may reach into the fan's beam and range.
 bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
-  return (middle - view_->fan->origin).norm() <= view_->fan->range_m + radius_m &&
+  const RayFan& fan = *view_->fan;
+  return (middle - fan.origin).norm() <= fan.range_m * fan.bend.lengthening + radius_m &&
          may_be_in_beam(middle, radius_m);
 }
 
@@ -274,8 +271,9 @@ bool ObjectEchoes::may_see(const Vector3d& middle, double radius_m) const {
 bool ObjectEchoes::may_be_in_beam(const Vector3d& middle, double radius_m) const {
   const RayFan& fan = *view_->fan;
   const Vector3d away = middle - fan.origin;
-  return away.dot(fan.middle) >= -radius_m &&
-         std::abs(away.dot(fan.array_axis)) <= radius_m + fan.grid->sin_truncation * away.norm();
+  const double distance_m = away.norm(), strays_m = radius_m + fan.bend.turn_rad * distance_m;
+  return away.dot(fan.middle) >= -strays_m &&
+         std::abs(away.dot(fan.array_axis)) <= strays_m + fan.grid->sin_truncation * distance_m;
 }
 
 void ObjectEchoes::look_at(const PatchedObject& object) {
@@ -300,15 +298,16 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
     if (!may_be_in_beam(block.middle, block.radius_m)) continue;
     const bool may_glint =
         specular > 0.0 &&
-        block.may_face(fan.origin, glint_reach(block, wavelength_m_), label.two_sided);
+        block.may_face(fan.origin, glint_reach(block, wavelength_m_) + fan.bend.turn_rad,
+                       label.two_sided);
     if (!small && !may_glint) continue;
     for (const FlatPart& patch : patches.subspan(block.first, block.count)) {
       const Vector3d to = patch.middle - fan.origin;
-      const double facing_m = -to.dot(patch.normal.cast<double>());
-      if (facing_m <= 0.0 && !label.two_sided) continue;
-      if (small)
-        add_facet(patch, to, std::abs(facing_m) / to.norm(), object, by_material_[label.sediment]);
-      if (may_glint) add_glint(patch, to, specular, object);
+      const std::optional<RayToPlace> ray = ray_to(to);
+      if (!ray) continue;
+      if (!(ray->apparent.dot(patch.normal.cast<double>()) < 0.0) && !label.two_sided) continue;
+      if (small) add_facet(patch, to, *ray, object, by_material_[label.sediment]);
+      if (may_glint) add_glint(patch, to, ray->apparent, specular, object);
     }
   }
   if (specular > 0.0)
@@ -316,57 +315,62 @@ void ObjectEchoes::look_at(const PatchedObject& object) {
       if (corner.open || label.two_sided) add_corner(corner, specular, object);
 }
 
-void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, double sine,
+void ObjectEchoes::add_facet(const FlatPart& patch, const Vector3d& away, const RayToPlace& ray,
                              const PatchedObject& object, const scatter::BackscatterTable& table) {
   Line line;
-  if (!see(away, line)) return;
-  const double range_m = line.range_m * time_share(away);
-  const double seen = seen_share(line, range_m, object.label);
+  if (!see(ray, line)) return;
+  const double seen = seen_share(line, ray.range_m, object.label);
   if (!(seen > 0.0)) return;
   const double area_m2 = double(patch.length_m) * double(patch.width_m);
-  const double cross_section_m2 = table.sigma_over_sine(std::min(sine, 1.0)) * sine * area_m2;
+  const Vector3d arrival = ray.apparent.normalized();
+  const double sine = std::min(std::abs(arrival.dot(patch.normal.cast<double>())), 1.0);
+  const double cross_section_m2 = table.sigma_over_sine(sine) * sine * area_m2;
   const auto half = [&](const Eigen::Vector3f& axis, float length_m) {
-    return 0.5 * double(length_m) * std::abs(line.direction.dot(axis.cast<double>()));
+    return 0.5 * double(length_m) * std::abs(arrival.dot(axis.cast<double>()));
   };
   facets_.push_back(
-      {.range_m = range_m,
+      {.range_m = ray.range_m,
        .spread_m = half(patch.along, patch.length_m) + half(patch.across, patch.width_m),
-       .energy = seen * line.weight * cross_section_m2 / std::pow(line.range_m, 4),
+       .energy = seen * line.energy * cross_section_m2,
        .place = away,
-       .grazing_rad = std::asin(std::min(sine, 1.0)),
+       .grazing_rad = std::asin(sine),
        .label = object.label,
        .surface = patch.surface});
 }
 
-void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, double specular,
-                             const PatchedObject& object) {
-  const std::optional<Mirror> mirror = mirror_of(patch, away, wavelength_m_);
+void ObjectEchoes::add_glint(const FlatPart& patch, const Vector3d& away, const Vector3d& apparent,
+                             double specular, const PatchedObject& object) {
+  const std::optional<Mirror> mirror = mirror_of(patch, apparent, wavelength_m_);
   if (!mirror) return;
   const Vector3d place = away + mirror->offset;
+  const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
-  if (!see(place, line)) return;
-  const double time_range_m = line.range_m * time_share(place);
-  const double seen = seen_share(line, time_range_m, -1);
+  if (!ray || !see(*ray, line)) return;
+  const double seen = seen_share(line, ray->range_m, -1);
   if (!(seen > 0.0)) return;
-  glints_.push_back({.range_m = time_range_m,
-                     .spread_m = 0.0,
-                     .energy = seen * line.weight * specular *
-                               mirror->cross_section_m2(wavelength_m_) / std::pow(line.range_m, 4),
-                     .place = place,
-                     .grazing_rad = 0.5 * pi,
-                     .label = object.label,
-                     .surface = patch.surface});
+  glints_.push_back(
+      {.range_m = ray->range_m,
+       .spread_m = 0.0,
+       .energy = seen * line.energy * specular * mirror->cross_section_m2(wavelength_m_),
+       .place = place,
+       .grazing_rad = 0.5 * pi,
+       .label = object.label,
+       .surface = patch.surface});
 }
 
 void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
                               const PatchedObject& object) {
   const Vector3d edge = corner.edge.cast<double>();
   const Vector3d to = corner.middle - view_->fan->origin;
+  const std::optional<RayToPlace> ray_to_middle = ray_to(to);
+  if (!ray_to_middle) return;
   // As of a patch that is as long as the edge: its place nearest to the foot of the line of sight.
-  const double along_m = -to.dot(edge), half_m = 0.5 * double(corner.length_m);
-  const Vector3d place = to + std::clamp(along_m, -half_m, half_m) * edge;
-  const double range_m = place.norm();
-  const Vector3d back = -place / range_m;
+  const Vector3d& apparent = ray_to_middle->apparent;
+  const double along_m = -apparent.dot(edge), half_m = 0.5 * double(corner.length_m);
+  const Vector3d offset = std::clamp(along_m, -half_m, half_m) * edge;
+  const Vector3d from = apparent + offset;
+  const double range_m = from.norm();
+  const Vector3d back = -from / range_m;
   const double sine_one = back.dot(corner.other.cast<double>());
   const double sine_other = back.dot(corner.one.cast<double>());
   if (!(sine_one > 0.0 && sine_other > 0.0)) return;
@@ -374,20 +378,20 @@ void ObjectEchoes::add_corner(const RightCorner& corner, double specular,
   if (!lengthwise.reaches()) return;
   const double width_m =
       2.0 * std::min(double(corner.one_m) * sine_one, double(corner.other_m) * sine_other);
+  const Vector3d place = to + offset;
+  const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
-  if (!see(place, line)) return;
-  const double time_range_m = line.range_m * time_share(place);
+  if (!ray || !see(*ray, line)) return;
   // The corner's own patches are nearer than its edge.
   const double own_m = double(std::max(corner.one_m, corner.other_m));
-  const double seen = seen_share(line, time_range_m - own_m, -1);
+  const double seen = seen_share(line, ray->range_m - own_m, -1);
   if (!(seen > 0.0)) return;
   const double cross_section_m2 =
       corner_power_m2(width_m, double(corner.excess_rad), range_m, wavelength_m_) *
       lengthwise.power_m2(wavelength_m_) / (wavelength_m_ * wavelength_m_);
-  glints_.push_back({.range_m = time_range_m,
+  glints_.push_back({.range_m = ray->range_m,
                      .spread_m = 0.0,
-                     .energy = seen * line.weight * specular * specular * cross_section_m2 /
-                               std::pow(line.range_m, 4),
+                     .energy = seen * line.energy * specular * specular * cross_section_m2,
                      .place = place,
                      .grazing_rad = 0.5 * pi,
                      .label = object.label,
@@ -501,17 +505,18 @@ std::optional<ObjectEchoes::BuriedWay> ObjectEchoes::way_into_bed(const Vector3d
 ObjectEchoes::BuriedSight ObjectEchoes::see_buried(const BuriedWay& way,
                                                    bool near_is_counted) const {
   if (near_is_counted && way.path.sediment_m < tolerance_m_) return {};
+  const std::optional<RayToPlace> ray = ray_to(way.enters);
   Line line;
-  if (!see(way.enters, line)) return {};
-  const double water_m = line.range_m * time_share(way.enters);
-  const double time_range_m = water_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
+  if (!ray || !see(*ray, line)) return {};
+  const double time_range_m = ray->range_m + way.path.sediment_m / way.sediment->sound_speed_ratio;
   if (time_range_m > view_->fan->range_m) return {};
   // The bed's relief hides nothing that lies deeper than it is high.
-  const double seen = seen_share(line, water_m - way.path.sediment_m, -1);
-  const double spreading_m4 = way.path.spreading_m2 * way.path.spreading_m2;
+  const double seen = seen_share(line, ray->range_m - way.path.sediment_m, -1);
+  // The sediment spreads the sound on from there: by this, as an energy.
+  const double more = std::pow(way.enters.squaredNorm() / way.path.spreading_m2, 2);
   return {.time_range_m = time_range_m,
-          .energy = seen * line.weight *
-                    scatter::buried_gain(way.path, *way.sediment, wavelength_m_) / spreading_m4};
+          .energy = seen * line.energy * more *
+                    scatter::buried_gain(way.path, *way.sediment, wavelength_m_)};
 }
 
 /// Cuts the part into cells that are narrow in the beam.

@@ -17,10 +17,10 @@
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
 #include <ensonify/engine/trace/ray.h>
+#include <ensonify/engine/trace/refraction/ray_incidence.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/buried_path.h>
 #include <ensonify/scatter/sediment.h>
-#include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
 
@@ -44,10 +44,11 @@ struct ObjectSurfaces {
   std::span<const WallMirror> mirrors = {};
 };
 
-/// What the rays of a fan met first: straight ones as runs, bent ones as hits.
+/// What the rays of a fan met first: straight ones as runs, others as hits.
 struct FirstHits {
   const FanRuns* runs = nullptr;  ///< or else:
   std::span<const Hit> hits = {};
+  const IncidenceSource* rays = nullptr;  ///< knows the rays that are not straight and even
 };
 
 /// The echoes of objects that rays cannot sample, from the patches of their surfaces.
@@ -97,16 +98,17 @@ struct FirstHits {
 /// what the bed's roughness lets in below the critical angle.
 ///
 /// Walls: the plane patches within 30 degrees of upright, which mirror the bed before them
-/// (OtherPaths).
+/// (OtherPaths), by straight lines.
 ///
-/// Rays decide how much of a patch is seen: those of the fan next to it; of a buried one, those
-/// next to the place where its sound enters the bed. Lines of sight are straight, also where rays
-/// are bent.
+/// Rays decide how much of a patch is seen: those of the fan next to the ray that leads to it; of a
+/// buried one, next to the ray that leads to the place where its sound enters the bed. Where rays
+/// are bent, a patch has the echo of one at the range sqrt(J), in the direction in which the sound
+/// arrives; J is here the geometric mean of the ray's spreading on both ways. Only where the sound
+/// enters the bed follows from straight lines in the water.
 class ObjectEchoes {
  public:
-  /// All that is given must outlive this; `profile` may be null.
+  /// All that is given must outlive this.
   ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
-               const scatter::SoundSpeedProfile* profile,
                std::span<const scatter::BackscatterTable> material_tables,
                const ObjectSurfaces& surfaces);
 
@@ -120,24 +122,23 @@ class ObjectEchoes {
   bool any_small() const { return !small_labels_.empty(); }
 
  private:
-  struct Line {  // from the sonar to a place
-    Eigen::Vector3d direction;
-    double range_m, weight;  // the two-way beam there
+  struct Line {     // from the sonar to a place
+    double energy;  // of 1 m^2 of cross-section there: two-way beam and spreading
     double sin_azimuth, sin_elevation;
   };
-  bool see(const Eigen::Vector3d& away, Line& line) const;
+  std::optional<RayToPlace> ray_to(const Eigen::Vector3d& away) const;
+  bool see(const RayToPlace& ray, Line& line) const;
   double seen_share(const Line& line, double time_range_m, int own_label) const;
   struct FirstHit {  // of a ray
     double range_m = std::numeric_limits<double>::infinity();
     int label = -1;
   };
   std::array<FirstHit, 2> first_hits(std::size_t plane, std::size_t ray) const;
-  double time_share(const Eigen::Vector3d& away) const;
   void look_at(const PatchedObject& object);
-  void add_glint(const FlatPart& patch, const Eigen::Vector3d& away, double specular,
-                 const PatchedObject& object);
+  void add_glint(const FlatPart& patch, const Eigen::Vector3d& away,
+                 const Eigen::Vector3d& apparent, double specular, const PatchedObject& object);
   void add_corner(const RightCorner& corner, double specular, const PatchedObject& object);
-  void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, double sine,
+  void add_facet(const FlatPart& patch, const Eigen::Vector3d& away, const RayToPlace& ray,
                  const PatchedObject& object, const scatter::BackscatterTable& table);
   bool may_see(const Eigen::Vector3d& middle, double radius_m) const;
   bool may_be_in_beam(const Eigen::Vector3d& middle, double radius_m) const;
@@ -159,8 +160,7 @@ class ObjectEchoes {
   void add_buried_glint(const BuriedPart& part, const BuriedGroup& group, double specular);
   void join_glints();
 
-  double wavelength_m_, sound_speed_mps_, join_m_, tolerance_m_;
-  const scatter::SoundSpeedProfile* profile_;
+  double wavelength_m_, join_m_, tolerance_m_;
   std::span<const scatter::BackscatterTable> by_material_;
   ObjectSurfaces surfaces_;
   std::vector<ObjectEcho> glints_, facets_;

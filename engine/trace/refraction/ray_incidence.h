@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include <Eigen/Core>
 
@@ -30,10 +31,23 @@ struct RayIncidence {
   Eigen::Vector3d straightened(const Eigen::Vector3d& normal, const Eigen::Vector3d& launch) const;
 };
 
-/// Computes how rays arrive at their hits, one by one, because an echo asks for few of them.
+/// How sound comes to a place on the ray that leads there.
+struct RayToPlace {
+  Eigen::Vector3d launch;  ///< unit
+  /// Where the place would be from the sonar if a straight ray arrived there with this direction
+  /// and this spreading: its square is J, the geometric mean of the spreading of both ways.
+  Eigen::Vector3d apparent;
+  double range_m;  ///< that its travel time stands for
+};
+
+/// Computes how rays arrive at their hits and at other places, one by one, because an echo asks for
+/// few of them.
 class IncidenceSource {
  public:
   virtual ~IncidenceSource() = default;
+  /// The ray from an origin to a place `away` from it; none in a shadow zone.
+  virtual std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
+                                           const Eigen::Vector3d& away) const = 0;
   /// How a ray of the fan that was traced last arrives, by its number. `hit` is its hit as the
   /// tracer left it. Makes its t exact, which before may be off by half a millimetre. (Its u and v
   /// may be those of a part of the face.)

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include <ensonify/engine/trace/refraction/horizontal.h>
+#include <ensonify/scatter/eigenray.h>
 
 namespace ensonify::engine {
 namespace {
@@ -108,6 +109,21 @@ void RefractedTracer::trace(const RayFan& fan, const Intersector* lists,
 RayIncidence RefractedTracer::incidence_of(std::size_t number, Hit& hit) {
   const std::uint32_t place = chord_place_[number];
   return place == no_chord ? straightened_space_.incidence_of(number, hit) : by_chords_[place];
+}
+
+std::optional<RayToPlace> RefractedTracer::ray_to(const Eigen::Vector3d& origin,
+                                                  const Eigen::Vector3d& away) const {
+  const auto arrived = scatter::find_near_eigenray(profile_, {.source_depth_m = -origin.z(),
+                                                              .range_m = away.head<2>().norm(),
+                                                              .depth_m = -(origin.z() + away.z())});
+  if (!arrived) return std::nullopt;
+  const Eigen::Vector2d outwards = horizontal(away);
+  const SoundRay& ray = arrived->ray;
+  const double distance_m = std::pow(ray.spreading_m2() * ray.spreading_back_m2(), 0.25);
+  return RayToPlace{
+      .launch = {arrived->along * outwards.x(), arrived->along * outwards.y(), -arrived->down},
+      .apparent = distance_m * direction_of(ray, outwards),
+      .range_m = reference_mps_ * ray.point().time_s};
 }
 
 const Intersector& RefractedTracer::own_tree() {

@@ -53,6 +53,8 @@ class RefractedTracer final : public IncidenceSource {
   void trace(const RayFan& fan, const Intersector* lists, refine::Triangles triangles,
              std::uint64_t version, std::span<Hit> hits);
   RayIncidence incidence_of(std::size_t number, Hit& hit) override;
+  std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
+                                   const Eigen::Vector3d& away) const override;
 
   const RefractionCounts& counts() const { return counts_; }
 

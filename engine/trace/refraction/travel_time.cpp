@@ -61,6 +61,15 @@ RayIncidence TravelTime::incidence_of(std::size_t number, Hit& hit) {
           .upturn = level ? 0.0 : (local - mean) / direction.z()};
 }
 
+std::optional<RayToPlace> TravelTime::ray_to(const Eigen::Vector3d& origin,
+                                             const Eigen::Vector3d& away) const {
+  const double straight_m = away.norm(), from_m = -origin.z(), to_m = from_m - away.z();
+  return RayToPlace{
+      .launch = away / straight_m,
+      .apparent = away,
+      .range_m = straight_m * reference_mps_ / profile_->mean_speed_mps(from_m, to_m)};
+}
+
 /// In a layer of constant gradient g, dz more take log(1 + g dz / c) / g, c being the speed at its
 /// top.
 TravelTime::Depth TravelTime::at(double depth_m) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,8 @@ class TravelTime final : public IncidenceSource {
   /// those beyond the fan's range. The fan must stay until the last incidence_of().
   void apply(const RayFan& fan, std::span<Hit> hits);
   RayIncidence incidence_of(std::size_t number, Hit& hit) override;
+  std::optional<RayToPlace> ray_to(const Eigen::Vector3d& origin,
+                                   const Eigen::Vector3d& away) const override;
 
  private:
   struct Depth {
