@@ -333,6 +333,46 @@ TEST_CASE("the echo of an object has the losses and the time of the bent ray tha
   }
 }
 
+TEST_CASE("the water absorbs the echo of an object along the way that the sound takes") {
+  const TemporaryFolder folder;
+  const Sea2 sea;
+  constexpr double east_m = 70.0, sonar_m = 4.0, ball_m = 15.0;
+  Scene scene = dark_scene();
+  scene.sea.profile = sea.cast(folder);
+  scene.objects = {small_ball(east_m, bed_m - ball_m - 0.15)};
+  const scatter::SoundSpeedProfile profile = sea.profile();
+  const auto at = [&](double depth_m) { return sea.absorption_db_per_m(depth_m, 400e3); };
+  for (const RefractionMode mode :
+       {RefractionMode::off, RefractionMode::time_only, RefractionMode::full}) {
+    // Summed in short steps, as above.
+    double expected_db = 0.0;
+    if (mode == RefractionMode::full) {
+      scatter::SoundRay ray =
+          scatter::find_eigenray(profile,
+                                 {.source_depth_m = sonar_m, .range_m = east_m, .depth_m = ball_m})
+              .value();
+      while (ray.point().range_m < east_m) {
+        const double from_m = ray.point().path_m;
+        ray.advance(std::min({0.01, ray.path_to_edge_m(), ray.path_to_range_m(east_m)}));
+        expected_db += (ray.point().path_m - from_m) * at(ray.point().depth_m);
+        if (east_m - ray.point().range_m < 1e-9) break;
+      }
+    } else {
+      constexpr int steps = 2000;
+      for (int i = 0; i < steps; ++i)
+        expected_db += std::hypot(east_m, ball_m - sonar_m) / steps *
+                       at(sonar_m + (ball_m - sonar_m) * (i + 0.5) / steps);
+    }
+    scene.sea.refraction = mode;
+    scene.sea.absorption_db_per_km.reset();
+    const double absorbed_db = peak_of(scene, sonar_m).energy_db;
+    scene.sea.absorption_db_per_km = 0.0;
+    CAPTURE(static_cast<int>(mode));
+    CHECK(peak_of(scene, sonar_m).energy_db - absorbed_db ==
+          Approx(2.0 * expected_db).margin(0.05));
+  }
+}
+
 TEST_CASE("an absorption that the scene gives moves no echo of an object") {
   const TemporaryFolder folder;
   Scene scene = dark_scene();

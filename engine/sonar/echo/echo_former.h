@@ -9,6 +9,7 @@
 #include <ensonify/engine/simd/cache_lines.h>
 #include <ensonify/engine/sonar/echo/beam.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echoes.h>
 #include <ensonify/engine/sonar/echo/piece_table.h>
 #include <ensonify/engine/sonar/echo/range_bins.h>
@@ -21,15 +22,6 @@
 #include <ensonify/scatter/sound_speed_profile.h>
 
 namespace ensonify::engine {
-
-/// The water between sonar and bed.
-struct Medium {
-  double sound_speed_mps = 1500.0;
-  double absorption_db_per_m = 0.0;
-  /// Absorption over depth; null: the value above at all depths. It must outlive what is made with
-  /// this.
-  const scatter::SoundSpeedProfile* profile = nullptr;
-};
 
 /// Turns what the rays of a fan hit into the expected echo of one side of one ping, and into the
 /// truth about each of its range bins.

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/sonar/instrument/beam_pattern.h>
 #include <ensonify/engine/sonar/instrument/sonar.h>
+#include <ensonify/scatter/decibel.h>
 
 namespace ensonify::engine {
 namespace {
@@ -148,12 +149,13 @@ double corner_power_m2(double width_m, double excess_rad, double range_m, double
 
 }  // namespace
 
-ObjectEchoes::ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
+ObjectEchoes::ObjectEchoes(const Sonar& sonar, const Medium& medium,
                            std::span<const scatter::BackscatterTable> material_tables,
                            const ObjectSurfaces& surfaces)
-    : wavelength_m_(wavelength_m),
-      join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(sound_speed_mps))),
+    : wavelength_m_(medium.sound_speed_mps / sonar.frequency_hz),
+      join_m_(0.5 * std::max(sonar.bin_m(), sonar.pulse.cell_m(medium.sound_speed_mps))),
       tolerance_m_(0.5 * sonar.bin_m()),
+      medium_(medium),
       by_material_(material_tables),
       surfaces_(surfaces) {}
 
@@ -180,8 +182,14 @@ void ObjectEchoes::find(const SideView& view, const FaceLabels& labels, const Fi
 /// The ray to a place; none in a shadow zone of bent rays.
 std::optional<RayToPlace> ObjectEchoes::ray_to(const Vector3d& away) const {
   if (first_.rays) return first_.rays->ray_to(view_->fan->origin, away);
-  const double range_m = away.norm();
-  return RayToPlace{.launch = away / range_m, .apparent = away, .range_m = range_m};
+  const double range_m = away.norm(), from_m = -view_->fan->origin.z();
+  const double db_per_m = medium_.profile
+                              ? medium_.profile->mean_absorption_db_per_m(from_m, from_m - away.z())
+                              : medium_.absorption_db_per_m;
+  return RayToPlace{.launch = away / range_m,
+                    .apparent = away,
+                    .range_m = range_m,
+                    .absorption_db = db_per_m * range_m};
 }
 
 /// The line of a ray to its place, if that is within the fan and its beam.
@@ -199,7 +207,9 @@ bool ObjectEchoes::see(const RayToPlace& ray, Line& line) const {
   const double weight = view_->beam->two_way(view_->side, {&sample, 1}, cos_elevation, ray.launch,
                                              ray.range_m, *view_->motion) /
                         cos_elevation;
-  line.energy = weight / std::pow(ray.apparent.squaredNorm(), 2);
+  // EchoFormer absorbs over the range, the same at all depths.
+  const double more_db = ray.absorption_db - medium_.absorption_db_per_m * ray.range_m;
+  line.energy = weight / std::pow(ray.apparent.squaredNorm(), 2) * scatter::from_db(-2.0 * more_db);
   return line.energy > 0.0;
 }
 
@@ -431,9 +441,10 @@ void ObjectEchoes::add_wall(const FlatPart& patch, const WallMirror& mirror, boo
   const double along = level.dot(axis);
   const double off_m = std::abs(along) > 1e-6 ? -to.dot(axis) / along : 0.0;
   const Vector3d place = to + std::clamp(off_m, -0.4 * length_m, 0.4 * length_m) * level;
+  const std::optional<RayToPlace> ray = ray_to(place);
   Line line;
-  if (!see(place, line)) return;
-  const double seen = seen_share(line, line.range_m * time_share(place), -1);
+  if (!ray || !see(*ray, line)) return;
+  const double seen = seen_share(line, ray->range_m, -1);
   if (!(seen > 0.0)) return;
   // A facet of a curved surface stands for normals on either side of its own, as in its glint.
   const auto curved = [&](const Eigen::Vector3f& direction, float bend_rad) {

@@ -13,6 +13,7 @@
 #include <ensonify/engine/seafloor/objects/buried_surfaces.h>
 #include <ensonify/engine/seafloor/objects/patches.h>
 #include <ensonify/engine/sonar/echo/echo.h>
+#include <ensonify/engine/sonar/echo/medium.h>
 #include <ensonify/engine/sonar/echo/object_echo.h>
 #include <ensonify/engine/sonar/echo/surface_walk.h>
 #include <ensonify/engine/trace/fan_runs.h>
@@ -108,7 +109,7 @@ struct FirstHits {
 class ObjectEchoes {
  public:
   /// All that is given must outlive this.
-  ObjectEchoes(const Sonar& sonar, double wavelength_m, double sound_speed_mps,
+  ObjectEchoes(const Sonar& sonar, const Medium& medium,
                std::span<const scatter::BackscatterTable> material_tables,
                const ObjectSurfaces& surfaces);
 
@@ -123,7 +124,7 @@ class ObjectEchoes {
 
  private:
   struct Line {     // from the sonar to a place
-    double energy;  // of 1 m^2 of cross-section there: two-way beam and spreading
+    double energy;  // of 1 m^2 of cross-section there, with the medium's mean absorption taken out
     double sin_azimuth, sin_elevation;
   };
   std::optional<RayToPlace> ray_to(const Eigen::Vector3d& away) const;
@@ -161,6 +162,7 @@ class ObjectEchoes {
   void join_glints();
 
   double wavelength_m_, join_m_, tolerance_m_;
+  Medium medium_;
   std::span<const scatter::BackscatterTable> by_material_;
   ObjectSurfaces surfaces_;
   std::vector<ObjectEcho> glints_, facets_;

@@ -37,7 +37,8 @@ struct RayToPlace {
   /// Where the place would be from the sonar if a straight ray arrived there with this direction
   /// and this spreading: its square is J, the geometric mean of the spreading of both ways.
   Eigen::Vector3d apparent;
-  double range_m;  ///< that its travel time stands for
+  double range_m;        ///< that its travel time stands for
+  double absorption_db;  ///< one way
 };
 
 /// Computes how rays arrive at their hits and at other places, one by one, because an echo asks for

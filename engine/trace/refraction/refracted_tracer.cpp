@@ -123,7 +123,8 @@ std::optional<RayToPlace> RefractedTracer::ray_to(const Eigen::Vector3d& origin,
   return RayToPlace{
       .launch = {arrived->along * outwards.x(), arrived->along * outwards.y(), -arrived->down},
       .apparent = distance_m * direction_of(ray, outwards),
-      .range_m = reference_mps_ * ray.point().time_s};
+      .range_m = reference_mps_ * ray.point().time_s,
+      .absorption_db = ray.point().absorption_db};
 }
 
 const Intersector& RefractedTracer::own_tree() {

@@ -64,10 +64,10 @@ RayIncidence TravelTime::incidence_of(std::size_t number, Hit& hit) {
 std::optional<RayToPlace> TravelTime::ray_to(const Eigen::Vector3d& origin,
                                              const Eigen::Vector3d& away) const {
   const double straight_m = away.norm(), from_m = -origin.z(), to_m = from_m - away.z();
-  return RayToPlace{
-      .launch = away / straight_m,
-      .apparent = away,
-      .range_m = straight_m * reference_mps_ / profile_->mean_speed_mps(from_m, to_m)};
+  return RayToPlace{.launch = away / straight_m,
+                    .apparent = away,
+                    .range_m = straight_m * reference_mps_ / profile_->mean_speed_mps(from_m, to_m),
+                    .absorption_db = straight_m * profile_->mean_absorption_db_per_m(from_m, to_m)};
 }
 
 /// In a layer of constant gradient g, dz more take log(1 + g dz / c) / g, c being the speed at its

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <ensonify/scatter/sound_speed_profile.h>
+
+namespace ensonify::engine {
+
+/// The water between sonar and bed.
+struct Medium {
+  double sound_speed_mps = 1500.0;
+  double absorption_db_per_m = 0.0;
+  /// Absorption over depth; null: the value above at all depths. It must outlive what is made with
+  /// this.
+  const scatter::SoundSpeedProfile* profile = nullptr;
+};
+
+}  // namespace ensonify::engine
