@@ -294,40 +294,43 @@ void EchoFormer::lay(std::size_t plane) {
   leave_out_small_objects();
   bins_.begin_plane();
   walk_.walk(view_, plane, pieces_);
-  if (closing_shift_m_ > 0.0 && !view_.motion->steady) return lay_shifted(plane);
+  if (!view_.motion->steady) return lay_shifted(plane);
   bins_.lay(pieces_.to_lay());
   for (const Shadow& shadow : walk_.shadows()) bins_.shade(shadow);
 }
 
-/// Lays pieces and shadows where a sweep's echoes appear: nearer by closing_shift_m_ times the
-/// closing speed over c / 2, which is the part of ReceiverMotion::drift along the ray.
+/// How much nearer than its range an echo appears. drift: the part of ReceiverMotion::drift along
+/// its ray, which is the closing speed over c / 2.
+double EchoFormer::nearer_m(double range_m, double drift) const {
+  return (0.5 * range_m + closing_shift_m_) * drift;
+}
+
+/// Lays pieces and shadows where the echoes of a moving sonar appear.
 void EchoFormer::lay_shifted(std::size_t plane) {
   const RayFan& fan = *view_.fan;
-  const double level_m = closing_shift_m_ * view_.motion->drift.dot(fan.plane_direction(plane));
-  const double pole_m = closing_shift_m_ * view_.motion->drift.dot(fan.pole);
+  const double level = view_.motion->drift.dot(fan.plane_direction(plane));
+  const double pole = view_.motion->drift.dot(fan.pole);
   const RayAngles rays = ray_angles(*view_.layout);
-  // Halfway between rays j - 1 and j it is angle 2 j - 1; there neighbouring pieces meet.
-  const auto nearer_m = [&](std::size_t angle) {
-    return level_m * rays.cosines[angle] + pole_m * rays.sines[angle];
+  const auto shift = [&](double& range_m, std::size_t angle) {
+    range_m -= nearer_m(range_m, level * rays.cosines[angle] + pole * rays.sines[angle]);
   };
+  // Halfway between rays j - 1 and j it is angle 2 j - 1; there neighbouring pieces meet.
   const auto before_ray = [](std::size_t ray) { return ray > 0 ? 2 * ray - 1 : 0; };
   for (std::size_t i = 0; i < pieces_.count; ++i) {
-    pieces_.from_m[i] -= nearer_m(before_ray(pieces_.begin[i]));
-    pieces_.until_m[i] -= nearer_m(before_ray(pieces_.end[i]));
+    shift(pieces_.from_m[i], before_ray(pieces_.begin[i]));
+    shift(pieces_.until_m[i], before_ray(pieces_.end[i]));
   }
   bins_.lay(pieces_.to_lay());
   for (Shadow shadow : walk_.shadows()) {
-    const double shift_m = nearer_m(2 * shadow.ray);
-    shadow.from_m -= shift_m;
-    shadow.until_m -= shift_m;
+    shift(shadow.from_m, 2 * shadow.ray);
+    shift(shadow.until_m, 2 * shadow.ray);
     bins_.shade(shadow);
   }
 }
 
-/// An object's echo where a sweep's echo appears, as lay_shifted() lays those of rays.
+/// An object's echo where that of a moving sonar appears, as lay_shifted() lays those of rays.
 ObjectEcho EchoFormer::shifted(ObjectEcho echo) const {
-  if (closing_shift_m_ > 0.0 && !view_.motion->steady)
-    echo.range_m -= closing_shift_m_ * view_.motion->drift.dot(echo.place.normalized());
+  echo.range_m -= nearer_m(echo.range_m, view_.motion->drift.dot(echo.place.normalized()));
   return echo;
 }
 

@@ -36,8 +36,9 @@ namespace ensonify::engine {
 /// face becomes one piece or a few. A piece has the density at its middle over the elevations
 /// halfway to the neighbouring rays, and its energy lies in the bins between the ranges of its
 /// ends. Where one surface continues from piece to piece, these ends meet halfway; where it breaks
-/// off, each piece keeps its own half step (SurfaceWalk). A sweep's echo from a place that closes
-/// at a speed lies nearer (Pulse::closing_shift_s): there are its energy, its truth and its
+/// off, each piece keeps its own half step (SurfaceWalk). The echo of a place at the range r that
+/// closes at the speed v comes back when the sonar is 2 r v / c nearer, which is a range of r v /
+/// c; a sweep's lies nearer still (Pulse::closing_shift_s): there are its energy, its truth and its
 /// shadows. The bins are then convolved with the pulse's energy response. The truth is not: a bin
 /// has that of the places at its own range. For a CW pulse these are where its energy came from
 /// last; the rest of it came from up to c T / 2 nearer.
@@ -73,6 +74,7 @@ class EchoFormer {
   void correct_bent_rays();
   void leave_out_small_objects();
   void lay(std::size_t plane);
+  double nearer_m(double range_m, double drift) const;
   ObjectEcho shifted(ObjectEcho echo) const;
   void lay_shifted(std::size_t plane);
   void add_glints(EchoLine& line);
