@@ -1,10 +1,14 @@
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <vector>
 
 #include "support/beds.h"
 #include "support/catch.h"
 
+#include <ensonify/engine/scene/scene.h>
+#include <ensonify/engine/simulate.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
@@ -119,6 +123,46 @@ TEST_CASE("in the near field a flat bed's level has the width of an unfocused ar
       CAPTURE(altitude_m, r);
       CHECK(scatter::to_db(lines[1].bins.intensity_mean[bin]) ==
             Approx(expected_db).epsilon(0).margin(0.05));
+    }
+  }
+}
+
+TEST_CASE(
+    "a wall nearer than the bed has the width of an unfocused array's beam, at any altitude") {
+  Scene scene;
+  scene.speckle = scene.texture = false;
+  scene.sea.sound_speed_mps = 1500.0;
+  scene.sea.absorption_db_per_km = 0.0;
+  scene.seafloor.extent_east_m = scene.seafloor.extent_north_m = 120.0;
+  scene.seafloor.cell_m = 2.0;
+  scene.seafloor.depth_m = 60.0;
+  scene.seafloor.fractal.height_at_1m_m = 0.0;
+  ObjectOptions wall{.shape = "box", .material = "lambert wall"};
+  wall.east_m = 10.0;
+  wall.size = {.length_m = 100.0, .width_m = 10.0, .shape_height_m = 58.0};
+  scene.objects = {wall};
+  scene.materials = {{.name = "lambert wall", .model = "lambert"}};
+  Sonar& sonar = scene.sonars.front() = plain_sonar();
+  sonar.range_m = 40.0;
+  sonar.bins = 1600;
+  for (const double altitude_m : {8.0, 30.0}) {
+    const auto level_db = [&](bool focused) {
+      scene.sonars.front().focused = focused;
+      Simulator simulator(scene);
+      std::vector<double> all;
+      for (const float intensity :
+           simulator.ping({.position = {0.0, 0.0, altitude_m - 60.0}})[1].bins.intensity_mean)
+        all.push_back(scatter::to_db(std::max(double(intensity), 1e-30)));
+      return all;
+    };
+    const std::vector<double> unfocused_db = level_db(false), focused_db = level_db(true);
+    for (const double range_m : {5.5, 6.0, 7.0}) {
+      const auto bin = static_cast<std::size_t>(range_m / sonar.bin_m());
+      const double ratio = two_way_width_rad(sonar.array_length_m, range_m) /
+                           two_way_width_rad(sonar.array_length_m, range_m, range_m);
+      CAPTURE(altitude_m, range_m);
+      // The outer planes are coarse: they cost up to 0.17 dB.
+      CHECK(unfocused_db[bin] - focused_db[bin] == Approx(scatter::to_db(ratio)).margin(0.2));
     }
   }
 }

@@ -317,6 +317,31 @@ void PatchedObject::place_at(const Eigen::Isometry3d& place, PatchedObject& ther
   }
 }
 
+double nearest_patch_m(std::span<const PatchedObject> objects, const Vector3d& from,
+                       double farthest_m) {
+  double nearest_m = farthest_m;
+  const auto is_nearer = [&](const Vector3d& middle, double radius_m) {
+    return (from - middle).norm() - radius_m < nearest_m;
+  };
+  for (const PatchedObject& object : objects) {
+    if (!is_nearer(object.middle, object.radius_m)) continue;
+    for (const PatchBlock& block : object.blocks) {
+      if (!is_nearer(block.middle, block.radius_m)) continue;
+      for (const FlatPart& patch : std::span(object.patches).subspan(block.first, block.count)) {
+        const Vector3d off = from - patch.middle;
+        const auto beyond_m = [&](const Eigen::Vector3f& axis, float length_m) {
+          return std::max(std::abs(off.dot(axis.cast<double>())) - 0.5 * double(length_m), 0.0);
+        };
+        const Vector3d nearest(beyond_m(patch.along, patch.length_m),
+                               beyond_m(patch.across, patch.width_m),
+                               off.dot(patch.normal.cast<double>()));
+        nearest_m = std::min(nearest_m, nearest.norm());
+      }
+    }
+  }
+  return nearest_m;
+}
+
 std::vector<PatchedObject> patched_objects(const Seafloor& seafloor) {
   const std::size_t count = seafloor.objects.size();
   if (count == 0 || seafloor.one_label()) return {};

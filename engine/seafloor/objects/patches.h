@@ -76,6 +76,10 @@ struct PatchedObject {
   void place_at(const Eigen::Isometry3d& place, PatchedObject& there) const;
 };
 
+/// The distance from a place to the nearest patch of these objects; at most farthest_m.
+double nearest_patch_m(std::span<const PatchedObject> objects, const Eigen::Vector3d& from,
+                       double farthest_m);
+
 /// The objects of a seafloor, in the order of their labels. The same for a mesh and for its
 /// progressive mesh.
 std::vector<PatchedObject> patched_objects(const Seafloor& seafloor);

@@ -15,6 +15,7 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
       sound_speed_mps_(medium.sound_speed_mps),
       sides_(sides_of(sonar)),
       layouts_(sonar, medium.sound_speed_mps / sonar.frequency_hz),
+      surfaces_(surfaces),
       former_(sonar, medium, seafloor, material_tables, moving, surfaces,
               sonar.beam_offset_m(beam)),
       lists_(refraction.lists) {
@@ -29,12 +30,21 @@ PingTracer::PingTracer(const Sonar& sonar, const Medium& medium, const Seafloor&
     bend_ = {};
 }
 
+/// The range of the nearest thing: an object, or else the bed below.
+double PingTracer::nearest_m(const Eigen::Vector3d& from, double altitude_m) const {
+  double nearest_m = altitude_m;
+  for (const std::vector<PatchedObject>* objects : {surfaces_.fixed, surfaces_.moving})
+    if (objects) nearest_m = nearest_patch_m(*objects, from, nearest_m);
+  return nearest_m;
+}
+
 std::span<const RayFan> PingTracer::aim(const Pose& pose, double altitude_m) {
+  const double near_m = nearest_m(pose.position, altitude_m);
   for (const Side side : sides_) {
     const auto i = static_cast<std::size_t>(side);
     const ReceiverMotion& motion = receptions_[i] =
         receiver_motion(pose, side, range_m_, sound_speed_mps_);
-    aims_[i] = &layouts_.at(altitude_m, lean_rad(pose, side),
+    aims_[i] = &layouts_.at(altitude_m, near_m, lean_rad(pose, side),
                             std::abs(motion.drift_along) + range_m_ * motion.array_turn.norm());
     fans_[i] = place_fan(*aims_[i], pose, side, range_m_);
     fans_[i].bend = bend_;

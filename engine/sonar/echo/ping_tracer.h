@@ -61,11 +61,14 @@ class PingTracer {
   }
 
  private:
+  double nearest_m(const Eigen::Vector3d& from, double altitude_m) const;
+
   int beam_;
   double range_m_;
   double sound_speed_mps_;
   std::span<const Side> sides_;
   RayLayouts layouts_;
+  ObjectSurfaces surfaces_;
   EchoFormer former_;
   std::array<const RayLayout*, 2> aims_{};
   std::array<RayFan, 2> fans_;

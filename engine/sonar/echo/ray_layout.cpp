@@ -106,29 +106,30 @@ void add_angles(const FanGrid& grid, const VerticalPattern& pattern, RayLayout& 
 }  // namespace
 
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double lean_rad, double drift_rad) {
+                          double lean_rad, double drift_rad, double nearest_share) {
   const LineArray transmit = sonar.transmit_array(wavelength_m);
   const LineArray receive = sonar.receive_array(wavelength_m);
-  const double nearest_m = sonar.range_m / range_over_height;  // the first return
-  const double worst_m = sonar.most_defocused_m(nearest_m);
+  const double first_return_m = sonar.range_m / range_over_height;
   // The transmitter lies as far from the outer beams as these lie from the array's middle.
-  const double off_rad = std::atan(sonar.beam_offset_m(sonar.beams - 1) / nearest_m);
-  const auto reach = [&](int null, double drifting_rad) {
-    const double sent_rad = sonar.beams > 1
-                                ? off_rad + reach_rad(transmit, null, 1.0, nearest_m)
-                                : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
+  const double beam_offset_m = sonar.beam_offset_m(sonar.beams - 1);
+  const auto reach = [&](int null, double drifting_rad, double nearest_m) {
+    const double worst_m = sonar.most_defocused_m(nearest_m);
+    const double sent_rad =
+        sonar.beams > 1
+            ? std::atan(beam_offset_m / nearest_m) + reach_rad(transmit, null, 1.0, nearest_m)
+            : reach_rad(transmit, null, sonar.defocus(worst_m), worst_m);
     return std::min(sent_rad,
                     reach_rad(receive, null, sonar.defocus(worst_m), worst_m) + drifting_rad);
   };
-  const double wider = reach(1, drift_rad) / reach(1, 0.0);
+  const double wider = reach(1, drift_rad, first_return_m) / reach(1, 0.0, first_return_m);
   const double null_rad = std::min(transmit.null_rad(1), receive.null_rad(1));
   RayLayout layout;
   auto grid = std::make_shared<const FanGrid>(FanLayout{
       .sector_low_rad = sonar.sector_low_rad,
       .sector_high_rad = sonar.sector_high_rad,
-      .truncation_rad = reach(sonar.side_lobes + 1, drift_rad),
+      .truncation_rad = reach(sonar.side_lobes + 1, drift_rad, nearest_share * first_return_m),
       .main_lobe_rad = wider * null_rad,
-      .main_beam_rad = reach(1, drift_rad),
+      .main_beam_rad = reach(1, drift_rad, first_return_m),
       .planes = 2 * static_cast<int>(std::ceil(0.5 * wider * sonar.planes)),
       .elevations = sonar.elevations,
       .range_over_height = range_over_height,
@@ -178,25 +179,29 @@ RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double ra
           c * abeam + s * down, s * abeam - c * down,          range_m};
 }
 
-const RayLayout& RayLayouts::at(double altitude_m, double lean_rad, double drift_rad) {
+const RayLayout& RayLayouts::at(double altitude_m, double nearest_m, double lean_rad,
+                                double drift_rad) {
   constexpr double steps_per_octave = 4.0;
   constexpr double lean_step_rad = 0.008726646259971648;  // half a degree
   constexpr double drift_step_rad = 1e-3;
-  const double lowest_m = 1e-3 * sonar_.range_m;
-  const int step =
-      static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(altitude_m, lowest_m))));
+  const auto step_of = [&](double range_m) {
+    const double lowest_m = 1e-3 * sonar_.range_m;
+    return static_cast<int>(std::floor(steps_per_octave * std::log2(std::max(range_m, lowest_m))));
+  };
+  const int step = step_of(altitude_m), nearest_step = step_of(nearest_m);
   const int lean_step = static_cast<int>(std::lround(lean_rad / lean_step_rad));
   // A receiver that is as wide as the transmitter hears what that one sounds.
   const bool narrower = sonar_.beams > 1 || sonar_.receive_length_m() > sonar_.array_length_m;
   const int drift_step = narrower ? static_cast<int>(std::ceil(drift_rad / drift_step_rad)) : 0;
-  const std::array key{step, lean_step, drift_step};
+  const std::array key{step, nearest_step, lean_step, drift_step};
   auto found = made_.find(key);
   if (found == made_.end()) {
     const double height_m = std::exp2(step / steps_per_octave);
     found =
         made_
             .emplace(key, make_ray_layout(sonar_, wavelength_m_, sonar_.range_m / height_m,
-                                          lean_step * lean_step_rad, drift_step * drift_step_rad))
+                                          lean_step * lean_step_rad, drift_step * drift_step_rad,
+                                          std::exp2((nearest_step - step) / steps_per_octave)))
             .first;
   }
   return found->second;

@@ -46,9 +46,12 @@ struct RayLayout {
 /// The layout for one ratio of the sonar's range to its altitude and for one tilt of the side
 /// (lean_rad()). It lays more rays where they meet the bed; what a ray means does not depend on it.
 /// drift_rad: how far a receiver that is narrower than the transmitter turns and moves, in angle,
-/// until its echo is back; there are as many more planes.
+/// until its echo is back; there are as many more planes. nearest_share: the range of the nearest
+/// thing over the altitude. In the near field the beam at that range is wider than over the bed;
+/// there are planes more, outside those over the bed.
 RayLayout make_ray_layout(const Sonar& sonar, double wavelength_m, double range_over_height,
-                          double lean_rad = 0.0, double drift_rad = 0.0);
+                          double lean_rad = 0.0, double drift_rad = 0.0,
+                          double nearest_share = 1.0);
 
 /// How far below the horizontal the abeam axis of a side points at a pose: its tilt by roll.
 double lean_rad(const Pose& pose, Side side);
@@ -61,18 +64,20 @@ double trace_range_m(const Sonar& sonar, double sound_speed_mps);
 RayFan place_fan(const RayLayout& layout, const Pose& pose, Side side, double range_m);
 
 /// The layouts of a sonar, made when they are first needed. Altitudes within a step of 19 % and
-/// tilts within half a degree share one, so that a steady ping makes none; and so do drifts within
-/// a milliradian.
+/// tilts within half a degree share one, so that a steady ping makes none; and so do nearest ranges
+/// within such a step and drifts within a milliradian.
 class RayLayouts {
  public:
   RayLayouts(const Sonar& sonar, double wavelength_m)
       : sonar_(sonar), wavelength_m_(wavelength_m) {}
-  const RayLayout& at(double altitude_m, double lean_rad, double drift_rad = 0.0);
+  /// nearest_m: the range of the nearest thing, at most the altitude.
+  const RayLayout& at(double altitude_m, double nearest_m, double lean_rad, double drift_rad);
 
  private:
   Sonar sonar_;
   double wavelength_m_;
-  std::map<std::array<int, 3>, RayLayout> made_;  ///< by steps of altitude, tilt and drift
+  /// By steps of altitude, nearest range, tilt and drift.
+  std::map<std::array<int, 4>, RayLayout> made_;
 };
 
 }  // namespace ensonify::engine
