@@ -24,6 +24,8 @@ constexpr double max_pixels = 1e9;                // 60 GB of layers
 constexpr double max_rays = 1e8;                  // per side of a ping
 constexpr double max_bins_in_pulse = 10000;
 constexpr int max_bins = 65536;  // per side
+// Over that width VerticalTable has nine values or more: a two-way level is within 0.07 dB.
+constexpr double narrowest_vertical_deg = 0.5;
 constexpr double max_pings = 10e6;
 
 void check_track(const Scene& scene, const auto& require) {
@@ -217,6 +219,14 @@ void check_scene(const Scene& scene,
                   "which is {:.6g}",
                   key("sector_high_deg"), sonar.sector_high_rad / degree,
                   sonar.sector_low_rad / degree);
+            });
+    const double beamwidth_deg = sonar.vertical.beamwidth_rad / radians_per_degree;
+    require(beamwidth_deg == 0.0 || beamwidth_deg > narrowest_vertical_deg * (1.0 - 1e-9),
+            key("vertical_beamwidth_deg"), [&] {
+              return fmt::format(
+                  "'{}' is {:.6g}, expected 0 (the same in all directions) or at least {}: a "
+                  "narrower beam is finer than the simulator's table of directions",
+                  key("vertical_beamwidth_deg"), beamwidth_deg, narrowest_vertical_deg);
             });
     require(sonar.planes % 2 == 0, key("planes"), [&] {
       return fmt::format("'{}' is {}, expected an even number", key("planes"), sonar.planes);

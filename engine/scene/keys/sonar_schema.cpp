@@ -104,7 +104,8 @@ const Section<Sonar>& sonar_section() {
            "Number of side lobes that are traced on either side; 0: the main lobe alone.",
            at(&Sonar::side_lobes)},
           {"vertical_beamwidth_deg", "degrees", {0, 180},
-           "Width of the vertical beam, -3 dB to -3 dB; 0: the same in all directions.",
+           "Width of the vertical beam, -3 dB to -3 dB, at least 0.5; 0: the same in all "
+           "directions.",
            at(&Sonar::vertical, &VerticalPattern::beamwidth_rad)},
           {"tilt_deg", "degrees", {-90, 90}, "The vertical beam's axis below the horizontal.",
            at(&Sonar::vertical, &VerticalPattern::tilt_rad)},

@@ -404,6 +404,10 @@ TEST_CASE("Each kind of error names its place, what was expected and a suggestio
        "energy than arrives: pi 10^(diffuse_db/10) + specular is 1.003, expected at most 1"},
       {head + "[sonar.a]\nsector_low_deg = 95",
        "s.toml: 'sonar.a.sector_high_deg' is 90, expected more than sector_low_deg, which is 95"},
+      {head + "[sonar.a]\nvertical_beamwidth_deg = 0.1",
+       "s.toml:3:26: 'sonar.a.vertical_beamwidth_deg' is 0.1, expected 0 (the same in all "
+       "directions) or at least 0.5: a narrower beam is finer than the simulator's table of "
+       "directions"},
       {head + "[sonar.a]\nplanes = 7",
        "s.toml:3:10: 'sonar.a.planes' is 7, expected an even number"},
       {head + "[sonar.a]\nsector_low_deg = -60\nsector_high_deg = 120",
