@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/bed_drift.h>
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/tone_change.h>
 #include <ensonify/engine/units.h>
 
@@ -23,8 +24,8 @@ constexpr double normal_median_square = 0.4549;  // of a normal distribution of 
 double db_of(double amplitude) { return 20.0 * std::log10(amplitude); }
 
 /// The value below which a share of them lies; NaN without enough of them.
-double quantile(std::vector<double> values, double share, std::size_t enough = fewest) {
-  if (values.size() < enough) return unknown;
+double quantile(std::vector<double> values, double share) {
+  if (values.size() < fewest) return unknown;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<std::size_t>(at)];
@@ -40,31 +41,6 @@ struct Mean {
     ++count;
   }
   double value() const { return count < fewest ? unknown : sum / static_cast<double>(count); }
-};
-
-/// Means over 5 pings and 5 samples.
-class Smooth {
- public:
-  Smooth(const RecordedLine& line, Side side) : line_(line), side_(side), row_(line.samples) {}
-
-  /// The row of a ping; valid until the next call.
-  std::span<const double> row(std::size_t ping) {
-    const std::size_t begin = ping < 2 ? 0 : ping - 2, end = std::min(ping + 3, line_.pings.size());
-    std::vector<double> sum(line_.samples + 4, 0.0);
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::span<const float> values = line_.row(side_, i);
-      for (std::size_t k = 0; k < line_.samples; ++k) sum[k + 2] += values[k];
-    }
-    const double scale = 1.0 / (5.0 * static_cast<double>(end - begin));
-    for (std::size_t k = 0; k < line_.samples; ++k)
-      row_[k] = scale * (sum[k] + sum[k + 1] + sum[k + 2] + sum[k + 3] + sum[k + 4]);
-    return row_;
-  }
-
- private:
-  const RecordedLine& line_;
-  Side side_;
-  std::vector<double> row_;
 };
 
 /// A block of the bed whose samples differ.
@@ -158,7 +134,7 @@ void over_neighbours(const std::vector<double>& values, F&& take) {
 
 void add_side(const RecordedLine& line, Side side, std::size_t first, std::size_t end,
               float full_scale, Samples& to) {
-  const std::vector<std::size_t> bed = find_bed(line, side);
+  const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
   const std::vector<Block> blocks = blocks_of(line, side, bed, first, end);
   to.blocks.insert(to.blocks.end(), blocks.begin(), blocks.end());
   to.drift_m[static_cast<std::size_t>(side)] = bed_drift_m(line, side, bed, first, end);
@@ -216,28 +192,6 @@ double of_blocks(const Samples& samples, double low_deg, double high_deg, F&& nu
 }
 
 }  // namespace
-
-std::vector<std::size_t> find_bed(const RecordedLine& line, Side side) {
-  std::vector<std::size_t> bed(line.pings.size(), line.samples);
-  Smooth smooth(line, side);
-  for (std::size_t ping = 0; ping < bed.size(); ++ping) {
-    const std::span<const double> row = smooth.row(ping);
-    // The darkest tenth before the far half is water, unless there is none: then all is bed.
-    const std::vector<double> before(row.begin(), row.begin() + std::ssize(row) / 2);
-    const double water = quantile(before, 0.1, 10);
-    const double level =
-        quantile(std::vector<double>(row.begin() + std::ssize(row) / 4, row.end()), 0.5, 10);
-    if (!(level > 0.0)) continue;
-    const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
-    std::size_t k = 2;
-    while (k < row.size() && row[k] >= threshold) ++k;  // the transmit burst
-    constexpr std::size_t lasting = 8;
-    for (std::size_t above = 0; k < row.size() && above < lasting; ++k)
-      above = row[k] >= threshold ? above + 1 : 0;
-    bed[ping] = k < row.size() ? k - lasting : 0;
-  }
-  return bed;
-}
 
 std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
                                            std::size_t end) {

@@ -17,18 +17,14 @@ struct LineStatistic {
 /// The statistics of pings [first, end) of a line, always the same names in the same order. They
 /// do not depend on the recorder's scale. Amplitudes are as recorded; levels are 20 log10 of them.
 ///
-/// The bed begins, in each ping of each side, at the first sample that stays above the geometric
-/// mean of the water column and the bed (find_bed()). Grazing angles are those of a level bed
-/// there: asin(range of the first return / range). Blocks are 8 pings x 16 samples of the bed; the
-/// local mean of a sample is that of its block, and a correlation is between samples of one block,
-/// about its mean. Medians over blocks are robust against objects and shadows. A change of tone is
-/// between the levels of blocks at the same range, as the standard deviation of a normal
-/// distribution with the same median square; speckle alone gives 0.54 dB.
+/// The bed begins, in each ping of each side, where find_bed() has it. Grazing angles are those of
+/// a level bed there: asin(range of the first return / range). Blocks are 8 pings x 16 samples of
+/// the bed; the local mean of a sample is that of its block, and a correlation is between samples
+/// of one block, about its mean. Medians over blocks are robust against objects and shadows. A
+/// change of tone is between the levels of blocks at the same range, as the standard deviation of a
+/// normal distribution with the same median square; speckle alone gives 0.54 dB.
 std::vector<LineStatistic> line_statistics(const RecordedLine& line, std::size_t first,
                                            std::size_t end);
-
-/// By ping: the first sample of the bed; line.samples where there is none. Pings of one side.
-std::vector<std::size_t> find_bed(const RecordedLine& line, Side side);
 
 /// A statistic of two lines, and the spread of the first one.
 struct ComparedStatistic {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <ensonify/engine/comparison/bed_drift.h>
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/units.h>
@@ -35,7 +36,8 @@ double rms(const std::vector<double>& values) {
 
 /// Where both are known.
 std::vector<Crab> crabs_of(const RecordedLine& line, const VehiclePath& path) {
-  const std::array bed{find_bed(line, Side::port), find_bed(line, Side::starboard)};
+  const std::array bed{find_bed(line, Side::port).first_sample,
+                       find_bed(line, Side::starboard).first_sample};
   std::vector<Crab> crabs;
   for (std::size_t first = 0; first + window <= line.pings.size(); first += window / 2) {
     const std::size_t end = first + window, last = end - 1;

@@ -57,6 +57,25 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
   return some_pings(line, usable);
 }
 
+/// What the altitude rests on, where that is not the bottom line alone.
+void note_altitudes(const RecordedLine& line, const VehiclePath& path,
+                    std::vector<std::string>& unknown) {
+  if (path.altitude.how == Confidence::stated)
+    unknown.emplace_back(
+        "whether the altitude is right: the samples show no bottom line, so it is what the pings "
+        "state");
+  std::vector<double> off_m;
+  for (std::size_t i = 0; i < line.pings.size(); ++i)
+    if (line.pings[i].altitude_m) off_m.push_back(*line.pings[i].altitude_m - path.altitude_m[i]);
+  constexpr double alike = 0.05;  // of the altitude
+  const double median_off_m = median(std::move(off_m));
+  if (std::abs(median_off_m) > alike * median(path.altitude_m))
+    unknown.push_back(
+        fmt::format("why the altitudes that the pings state lie {:.2f} m {} the bottom line, which "
+                    "is used",
+                    std::abs(median_off_m), median_off_m > 0.0 ? "above" : "below"));
+}
+
 bool states_vertical_beam(const RecordedLine& line) {
   return line.vertical_beamwidth_rad > 0.0 && line.tilt_rad.has_value();
 }
@@ -138,6 +157,11 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
                   const ImitationControl& control) {
   Imitation made;
   made.line = usable_part(recording, made.unknown);
+  const VehiclePath path = vehicle_path(made.line);
+  note_altitudes(made.line, path, made.unknown);
+  // The bottom line of the whole recording leads the search for it in parts of the recording.
+  for (std::size_t i = 0; i < made.line.pings.size(); ++i)
+    made.line.pings[i].altitude_m = path.altitude_m[i];
   const std::size_t pings = made.line.pings.size();
   std::vector<std::size_t> fit_blocks, fitted;
   for (std::size_t first = 0; first + block / 2 <= pings; first += block)
@@ -157,7 +181,7 @@ Imitation imitate(const RecordedLine& recording, const std::filesystem::path& fo
   LineModel& model = made.model;
   model = first_model(some_pings(made.line, half), made.unknown);
   // The path is that of all pings: where the vehicle is, is not fitted.
-  model.path = vehicle_path(made.line);
+  model.path = path;
   if (const HeadingCheck check = correct_heading(made.line, model.path); check.exchanged)
     made.unknown.emplace_back(
         "which side is port: the bed moves as if the file had exchanged the sides, or the headings "

@@ -89,7 +89,7 @@ Curve histogram(const RecordedLine& line) {
   double sum = 0.0;
   for (const Side side : {Side::port, Side::starboard}) {
     if (line.side(side).empty()) continue;
-    const std::vector<std::size_t> bed = find_bed(line, side);
+    const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
     for (std::size_t ping = 0; ping < line.pings.size(); ++ping)
       for (std::size_t k = bed[ping]; k < line.samples; ++k) {
         values.push_back(line.row(side, ping)[k]);
@@ -111,7 +111,7 @@ Curve histogram(const RecordedLine& line) {
 /// The range of the first return of the first side by ping.
 Curve first_returns(const RecordedLine& line) {
   const Side side = line.port.empty() ? Side::starboard : Side::port;
-  const std::vector<std::size_t> bed = find_bed(line, side);
+  const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
   Curve curve;
   for (std::size_t ping = 0; ping < bed.size(); ++ping)
     if (bed[ping] < line.samples)

@@ -10,6 +10,7 @@
 
 #include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/imitation/pulse_signs.h>
+#include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/scatter/backscatter.h>
 
@@ -84,19 +85,24 @@ class Fit {
     begin_pulse();
   }
 
-  /// After a simulation with pings that are not scaled: the altitude, from the first return, and
-  /// the gain over range.
+  /// After a simulation with pings that are not scaled: the altitude, from the first echo of the
+  /// bed, and the gain over range.
   void correct_geometry(const RecordedLine& ours) {
-    const Figures is(ours, model_.recorder);
     RecorderSigns unscaled = model_.recorder;
     unscaled.ping_mean = 0.0;
     model_.range_law =
         corrected_law(model_.range_law, model_.range_slope_db, range_slope_db(ours, unscaled),
                       model_.absorption_db_per_m, model_.range_m);
-    const double off_m = real_["first_return_m"] - is["first_return_m"];
-    if (std::isfinite(off_m))
-      model_.altitude_shift_m =
-          std::clamp(model_.altitude_shift_m + off_m, -5.0 * bin_m(), 5.0 * bin_m());
+    // The path has the altitudes that the whole recording shows, but for what find_bed() finds too
+    // early or too late. That is little: a larger difference comes from another beam or floor.
+    if (model_.path.altitude.how == Confidence::stated) return;
+    std::vector<double> off_m = first_bed_echoes_m(ours);
+    for (std::size_t i = 0; i < off_m.size(); ++i)
+      off_m[i] =
+          model_.path.altitude_m[i] -
+          off_m[i] * (model_.path.pitch_rad.empty() ? 1.0 : std::cos(model_.path.pitch_rad[i]));
+    model_.altitude_shift_m = std::clamp(model_.altitude_shift_m + median(std::move(off_m)),
+                                         -5.0 * bin_m(), 5.0 * bin_m());
   }
 
   /// After a simulation with the sonar's plain beam and automatic gain: material, and the beam

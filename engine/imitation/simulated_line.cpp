@@ -1,6 +1,7 @@
 #include <ensonify/engine/imitation/simulated_line.h>
 
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <string>
 
@@ -41,7 +42,12 @@ RecordedLine simulated_line(const LineModel& model, const std::filesystem::path&
                     .samples = static_cast<std::size_t>(image.sonar.bins)};
   const std::size_t bins = line.samples, columns = image.columns();
   for (std::size_t row = 0; row < image.rows(); ++row) {
-    line.pings.push_back({.number = row, .range_m = image.sonar.range_m, .samples = bins});
+    // The path may leave pings out.
+    const double interval_s = model.path.ping_interval_s,
+                 number = (model.path.t_s[row] - model.path.t_s.front()) / interval_s;
+    line.pings.push_back({.number = static_cast<std::uint64_t>(std::lround(number)),
+                          .range_m = image.sonar.range_m,
+                          .samples = bins});
     const auto begin = image.pixels.sample.begin() + static_cast<std::ptrdiff_t>(row * columns);
     const auto half = begin + static_cast<std::ptrdiff_t>(bins);
     if (model.port)

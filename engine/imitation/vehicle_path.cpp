@@ -1,12 +1,12 @@
 #include <ensonify/engine/imitation/vehicle_path.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
 
-#include <ensonify/engine/comparison/line_statistics.h>
 #include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
@@ -202,10 +202,47 @@ void set_attitude(const RecordedLine& line, VehiclePath& path) {
                                : Evidence{Confidence::stated, from + " of the pings"};
 }
 
-/// By ping, the range of the first echo of the bed; empty if most pings have none. Where the sides
-/// differ much, the nearer one met something in the water; what strays far from the pings around is
-/// left out.
-Values nearest_ranges(const RecordedLine& line) {
+/// The altitude of each ping. Throws RecordingError if the line neither shows nor states it.
+void set_altitudes(const RecordedLine& line, VehiclePath& path) {
+  const std::size_t pings = line.pings.size();
+  const Values ranges = first_bed_echoes_m(line);
+  if (ranges.empty())
+    throw RecordingError(
+        "the recording shows no bottom line in most of its pings, and they have no altitude; "
+        "expected a water column before the bed, or altitudes");
+  path.altitude_m.resize(pings);
+  for (std::size_t i = 0; i < pings; ++i)
+    path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
+  const bool shown = std::ranges::any_of(std::array{Side::port, Side::starboard}, [&](Side side) {
+    return !line.side(side).empty() && !find_bed(line, side).stated;
+  });
+  path.altitude = shown ? Evidence{Confidence::measured, "bottom line"}
+                        : Evidence{Confidence::stated, "altitudes that they state"};
+  const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });
+  const double highest_m = std::ranges::max(path.altitude_m);
+  if (!depths.empty()) {
+    Values beds(pings);
+    for (std::size_t i = 0; i < pings; ++i) beds[i] = depths[i] + path.altitude_m[i];
+    path.bed_depth_m = median(std::move(beds));
+    path.depth = {Confidence::stated,
+                  fmt::format("depths of the pings and the {}", path.altitude.why)};
+  } else {
+    path.bed_depth_m = highest_m + 2.0;
+    path.depth = {Confidence::assumed, "no depths: the sonar stays 2 m below the sea surface"};
+  }
+  path.bed_depth_m = std::max(path.bed_depth_m, highest_m + 0.5);
+}
+
+}  // namespace
+
+std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side) {
+  std::vector<std::size_t> bed = find_bed(line, side).first_sample;
+  for (std::size_t& first : bed)
+    if (first > 0 && first + bed_found_early < line.samples) first += bed_found_early;
+  return bed;
+}
+
+Values first_bed_echoes_m(const RecordedLine& line) {
   const std::size_t pings = line.pings.size();
   std::vector<Values> found(pings);
   for (const Side side : {Side::port, Side::starboard}) {
@@ -231,41 +268,6 @@ Values nearest_ranges(const RecordedLine& line) {
     if (std::abs(whole[i] / usual[i] - 1.0) > far_off) nearest[i].reset();
   const Values kept = filled(nearest);
   return kept.empty() ? usual : moving_median(kept, 2);
-}
-
-/// The altitude of each ping. Throws RecordingError if the line shows no bed.
-void set_altitudes(const RecordedLine& line, VehiclePath& path) {
-  const std::size_t pings = line.pings.size();
-  const Values ranges = nearest_ranges(line);
-  if (ranges.empty())
-    throw RecordingError(
-        "the recording shows no bottom line in most of its pings; expected a water column before "
-        "the bed");
-  path.altitude_m.resize(pings);
-  for (std::size_t i = 0; i < pings; ++i)
-    path.altitude_m[i] = ranges[i] * (path.pitch_rad.empty() ? 1.0 : std::cos(path.pitch_rad[i]));
-  const Values depths = column(line, [](const RecordedPing& ping) { return ping.depth_m; });
-  const double highest_m = std::ranges::max(path.altitude_m);
-  if (!depths.empty()) {
-    Values beds(pings);
-    for (std::size_t i = 0; i < pings; ++i) beds[i] = depths[i] + path.altitude_m[i];
-    path.bed_depth_m = median(std::move(beds));
-    path.depth = {Confidence::stated, "depths of the pings and the bottom line"};
-  } else {
-    path.bed_depth_m = highest_m + 2.0;
-    path.depth = {Confidence::assumed, "no depths: the sonar stays 2 m below the sea surface"};
-  }
-  path.bed_depth_m = std::max(path.bed_depth_m, highest_m + 0.5);
-}
-
-}  // namespace
-
-std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side) {
-  std::vector<std::size_t> bed = find_bed(line, side);
-  constexpr std::size_t early = 2;
-  for (std::size_t& first : bed)
-    if (first > 0 && first + early < line.samples) first += early;
-  return bed;
 }
 
 VehiclePath vehicle_path(const RecordedLine& line) {

@@ -16,28 +16,32 @@ namespace ensonify::engine {
 struct VehiclePath {
   std::vector<double> t_s;         ///< ascending
   std::vector<double> x_m, y_m;    ///< east and north of the middle of the track's box, smoothed
-  std::vector<double> altitude_m;  ///< from the bottom line
+  std::vector<double> altitude_m;  ///< where the samples show the bed, else as stated
   /// Empty: not recorded; the heading is then the course.
   std::vector<double> roll_rad, pitch_rad, heading_rad;
   std::optional<GeographicPlace> origin;  ///< where x_m = y_m = 0
   double bed_depth_m = 0.0;               ///< below the sea surface, of a bed taken as level
   double ping_interval_s = 0.0;           ///< median
   double speed_mps = 0.0;                 ///< along the smoothed track
-  Evidence time, place, attitude, depth;
+  Evidence time, place, attitude, depth, altitude;
 };
 
-/// Finds the bottom line (find_bed() of both sides, smoothed) and takes the rest from the
-/// navigation. Throws RecordingError for a line without a bottom line. A sonar that is pitched by p
-/// meets a level bed at altitude / cos(p).
+/// Finds the bottom line (first_bed_echoes_m()) and takes the rest from the navigation. Throws
+/// RecordingError for a line without a bottom line or altitudes. A sonar that is pitched by p meets
+/// a level bed at altitude / cos(p).
 VehiclePath vehicle_path(const RecordedLine& line);
+
+/// By ping, the range of the first echo of the bed: find_bed() of both sides, smoothed. Where the
+/// sides differ much, the nearer one met something in the water; what strays far from the pings
+/// around is left out. Empty if most pings have none.
+std::vector<double> first_bed_echoes_m(const RecordedLine& line);
 
 /// The direction in which the vehicle moves about a ping, clockwise from north.
 double course_rad(const VehiclePath& path, std::size_t ping);
 /// The heading of a ping; without one, the course.
 double heading_rad(const VehiclePath& path, std::size_t ping);
 
-/// As find_bed(), which smooths over 5 samples and so finds the edge of the bed 2 samples before
-/// it.
+/// As find_bed(), at the edge itself.
 std::vector<std::size_t> bed_edge(const RecordedLine& line, Side side);
 
 /// The periodic part of a series: what it does about its mean over 10 s. The period is the time

@@ -6,6 +6,7 @@
 #include "support/catch.h"
 
 #include <ensonify/engine/comparison/bed_drift.h>
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/line_statistics.h>
 
 using namespace ensonify;
@@ -46,7 +47,7 @@ RecordedLine line_of(double port_m, double starboard_m) {
 }
 
 std::optional<double> drift_m(const RecordedLine& line, Side side) {
-  return bed_drift_m(line, side, find_bed(line, side), 0, line.pings.size());
+  return bed_drift_m(line, side, find_bed(line, side).first_sample, 0, line.pings.size());
 }
 
 }  // namespace

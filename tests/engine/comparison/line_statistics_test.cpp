@@ -7,6 +7,7 @@
 #include "support/catch.h"
 #include "support/data.h"
 
+#include <ensonify/engine/comparison/find_bed.h>
 #include <ensonify/engine/comparison/line_source.h>
 #include <ensonify/engine/comparison/line_statistics.h>
 
@@ -51,7 +52,7 @@ std::map<std::string, double> numbers_of(const RecordedLine& line) {
 TEST_CASE("the bed of a line begins where the first return is") {
   const RecordedLine line = speckled_line();
   for (const Side side : {Side::port, Side::starboard}) {
-    const std::vector<std::size_t> bed = find_bed(line, side);
+    const std::vector<std::size_t> bed = find_bed(line, side).first_sample;
     for (std::size_t ping = 0; ping < pings; ++ping) {
       CAPTURE(ping);
       CHECK(std::abs(static_cast<double>(bed[ping]) -
@@ -61,9 +62,9 @@ TEST_CASE("the bed of a line begins where the first return is") {
   // Without water in front, all is bed; without an echo, nothing.
   RecordedLine all = line;
   for (float& value : all.port) value = 500.0f;
-  CHECK(find_bed(all, Side::port)[9] == 0);
+  CHECK(find_bed(all, Side::port).first_sample[9] == 0);
   for (float& value : all.port) value = 0.0f;
-  CHECK(find_bed(all, Side::port)[9] == samples);
+  CHECK(find_bed(all, Side::port).first_sample[9] == samples);
 }
 
 TEST_CASE("statistics of a level bed with speckle are those of Rayleigh's distribution") {

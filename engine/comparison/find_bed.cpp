@@ -1,0 +1,243 @@
+#include <ensonify/engine/comparison/find_bed.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+namespace ensonify::engine {
+namespace {
+
+constexpr std::size_t lasting = 8;  // samples
+
+/// Means over 5 pings and 5 samples.
+class Smooth {
+ public:
+  Smooth(const RecordedLine& line, Side side) : line_(line), side_(side), row_(line.samples) {}
+
+  /// The row of a ping; valid until the next call.
+  std::span<const double> row(std::size_t ping) {
+    const std::size_t begin = ping < 2 ? 0 : ping - 2, end = std::min(ping + 3, line_.pings.size());
+    std::vector<double> sum(line_.samples + 4, 0.0);
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::span<const float> values = line_.row(side_, i);
+      for (std::size_t k = 0; k < line_.samples; ++k) sum[k + 2] += values[k];
+    }
+    const double scale = 1.0 / (5.0 * static_cast<double>(end - begin));
+    for (std::size_t k = 0; k < line_.samples; ++k)
+      row_[k] = scale * (sum[k] + sum[k + 1] + sum[k + 2] + sum[k + 3] + sum[k + 4]);
+    return row_;
+  }
+
+ private:
+  const RecordedLine& line_;
+  Side side_;
+  std::vector<double> row_;
+};
+
+/// The value below which a share of them lies; NaN of fewer than 10.
+double level_below(std::span<const double> row, double share) {
+  if (row.size() < 10) return std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> values(row.begin(), row.end());
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+/// A place where the bed may begin.
+struct Rise {
+  std::size_t sample = 0;
+  double echo_before = 0.0;  ///< share of the samples before it that are as bright as the bed
+};
+
+/// Those of a ping from near to far, at most 8 because the others are patterns of the bed; unset if
+/// it is silent.
+std::optional<std::vector<Rise>> rises_of(std::span<const double> row) {
+  // The darkest tenth before the far half is water, unless there is none: then all is bed.
+  const double water = level_below(row.first(row.size() / 2), 0.1);
+  const double level = level_below(row.subspan(row.size() / 4), 0.5);
+  if (!(level > 0.0)) return std::nullopt;
+  const double threshold = std::sqrt(std::max(water, 1e-3 * level) * level);
+  std::vector<Rise> rises;
+  std::size_t k = 2;
+  while (k < row.size() && row[k] >= threshold) ++k;  // the transmit burst
+  bool in_echo = false;
+  double bright = 0.0;
+  constexpr std::size_t most = 8;
+  for (std::size_t alike = 0; k < row.size() && rises.size() < most; ++k) {
+    const bool above = row[k] >= threshold;
+    if (above) bright += 1.0;
+    alike = above != in_echo ? alike + 1 : 0;
+    if (alike < lasting) continue;
+    in_echo = above;
+    alike = 0;
+    if (!in_echo) continue;
+    const std::size_t first = k + 1 - lasting;
+    rises.push_back({first, (bright - lasting) / static_cast<double>(first)});
+  }
+  return rises;
+}
+
+using BedSamples = std::vector<std::optional<double>>;
+
+/// By ping, where the stated altitude and pitch put the first echo of the bed.
+BedSamples stated_samples(const RecordedLine& line) {
+  BedSamples stated(line.pings.size());
+  for (std::size_t i = 0; i < stated.size(); ++i) {
+    const RecordedPing& ping = line.pings[i];
+    if (ping.range_m > 0.0 && ping.altitude_m)
+      stated[i] = *ping.altitude_m / std::cos(ping.pitch_rad.value_or(0.0)) / ping.range_m *
+                      static_cast<double>(line.samples) -
+                  static_cast<double>(bed_found_early);
+  }
+  return stated;
+}
+
+/// Moves them all by the distance to a rise that most pings share; none are left if fewer than half
+/// share one.
+void move_to_rises(const std::vector<std::vector<Rise>>& rises, double near, BedSamples& stated) {
+  std::vector<double> off;
+  std::size_t pings = 0;
+  for (std::size_t i = 0; i < rises.size(); ++i) {
+    if (!stated[i] || rises[i].empty()) continue;
+    ++pings;
+    for (const Rise& rise : rises[i]) off.push_back(static_cast<double>(rise.sample) - *stated[i]);
+  }
+  std::ranges::sort(off);
+  std::size_t most = 0, middle = 0;
+  for (std::size_t first = 0, end = 0; first < off.size(); ++first) {
+    while (end < off.size() && off[end] <= off[first] + near) ++end;
+    if (end - first <= most) continue;
+    most = end - first;
+    middle = first + most / 2;
+  }
+  for (std::optional<double>& sample : stated)
+    if (sample && 2 * most >= pings && most > 0)
+      *sample += off[middle];
+    else
+      sample.reset();
+}
+
+/// How many pings the sonar made from one of these to the next: more than one if some were left
+/// out.
+double pings_between(const RecordedPing& before, const RecordedPing& after) {
+  return after.number > before.number ? static_cast<double>(after.number - before.number) : 1.0;
+}
+
+/// The rises that the bottom line takes, by ping: the chain of the least cost. Unset in the pings
+/// that it leaves out.
+BedSamples followed_rises(const RecordedLine& line, const std::vector<std::vector<Rise>>& rises,
+                          double near, const BedSamples& stated) {
+  // The costs count in pings that are left out.
+  constexpr double jump = 50.0, not_as_stated = 0.5, all_echo_before = 0.25;
+  constexpr std::size_t reach = 40;  // pings that a chain may leave out without a jump
+  constexpr auto none = std::numeric_limits<std::size_t>::max();
+  struct Link {
+    std::size_t ping;
+    double sample, cost;  // the cost of the chain that ends here
+    std::size_t before;   // the link before
+  };
+  std::vector<Link> links;
+  std::vector<std::size_t> first_link;  // by ping
+  // The cost with all that follows left out, of the chains that end farther back than the reach.
+  std::size_t far_back = none;
+  const auto cost_at = [&](std::size_t link, std::size_t ping) {
+    return links[link].cost + static_cast<double>(ping - links[link].ping - 1);
+  };
+  for (std::size_t ping = 0; ping < rises.size(); ++ping) {
+    first_link.push_back(links.size());
+    if (ping > reach)
+      for (std::size_t k = first_link[ping - reach - 1]; k < first_link[ping - reach]; ++k)
+        if (far_back == none || cost_at(k, ping) < cost_at(far_back, ping)) far_back = k;
+    const std::size_t within = first_link[ping < reach ? 0 : ping - reach];
+    for (const Rise& rise : rises[ping]) {
+      const auto sample = static_cast<double>(rise.sample);
+      Link best{ping, sample, static_cast<double>(ping), none};
+      const auto take = [&](std::size_t link, double step) {
+        if (const double cost = cost_at(link, ping) + step; cost < best.cost) {
+          best.cost = cost;
+          best.before = link;
+        }
+      };
+      if (far_back != none) take(far_back, jump);
+      for (std::size_t k = within; k < first_link[ping]; ++k) {
+        const double between = pings_between(line.pings[links[k].ping], line.pings[ping]);
+        const double off =
+            std::abs(sample - links[k].sample) / (near * (1.0 + 0.1 * (between - 1.0)));
+        take(k, jump * std::clamp(off - 1.0, 0.0, 1.0));
+      }
+      best.cost += all_echo_before * rise.echo_before;
+      if (stated[ping])
+        best.cost += not_as_stated * std::min(std::abs(sample - *stated[ping]) / near, 1.0);
+      links.push_back(best);
+    }
+  }
+  BedSamples followed(rises.size());
+  std::size_t last = none;
+  for (std::size_t k = 0; k < links.size(); ++k)
+    if (last == none || cost_at(k, rises.size()) < cost_at(last, rises.size())) last = k;
+  for (; last != none; last = links[last].before) followed[links[last].ping] = links[last].sample;
+  return followed;
+}
+
+/// Gaps lie on straight lines between the known ones and at the same sample beyond them.
+void fill_gaps(BedSamples& samples) {
+  std::optional<std::size_t> before;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!samples[i]) continue;
+    for (std::size_t gap = before ? *before + 1 : 0; gap < i; ++gap)
+      samples[gap] =
+          before ? std::lerp(*samples[*before], *samples[i],
+                             static_cast<double>(gap - *before) / static_cast<double>(i - *before))
+                 : *samples[i];
+    before = i;
+  }
+  if (before)
+    std::fill(samples.begin() + static_cast<std::ptrdiff_t>(*before), samples.end(),
+              samples[*before]);
+}
+
+}  // namespace
+
+FoundBed find_bed(const RecordedLine& line, Side side) {
+  const std::size_t pings = line.pings.size();
+  const double near = std::max(6.0, static_cast<double>(line.samples) / 50.0);
+  std::vector<std::vector<Rise>> rises(pings);
+  std::vector<bool> silent(pings);
+  Smooth smooth(line, side);
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    auto found = rises_of(smooth.row(ping));
+    silent[ping] = !found;
+    if (found) rises[ping] = std::move(*found);
+  }
+  BedSamples stated = stated_samples(line);
+  const BedSamples as_stated = stated;
+  move_to_rises(rises, near, stated);
+  BedSamples bed = followed_rises(line, rises, near, stated);
+  const auto known = [](const BedSamples& samples) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(samples, [](const auto& sample) { return sample.has_value(); }));
+  };
+  FoundBed found{.first_sample = std::vector<std::size_t>(pings)};
+  if (2 * known(bed) < pings) {
+    found.stated = 2 * known(as_stated) >= pings;
+    if (found.stated) bed = as_stated;
+    // else the line is too short in pings, or too dark, to be followed: the rises as they are
+    else
+      for (std::size_t i = 0; i < pings; ++i)
+        bed[i] = rises[i].empty() ? 0.0 : static_cast<double>(rises[i].front().sample);
+  }
+  for (std::size_t i = 0; i < pings; ++i)
+    if (!bed[i]) bed[i] = stated[i];
+  fill_gaps(bed);
+  const auto end = static_cast<double>(line.samples);
+  for (std::size_t i = 0; i < pings; ++i)
+    found.first_sample[i] =
+        silent[i]
+            ? line.samples
+            : static_cast<std::size_t>(std::clamp(std::round(bed[i].value_or(0.0)), 0.0, end));
+  return found;
+}
+
+}  // namespace ensonify::engine

@@ -1,0 +1,135 @@
+// The bottom line of lines whose pictures and altitudes are wrong in parts.
+
+#include <ensonify/engine/comparison/find_bed.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "support/catch.h"
+
+using namespace ensonify::engine;
+
+namespace {
+
+constexpr std::size_t samples = 500, pings = 400;
+constexpr double range_m = 50.0, sample_m = range_m / samples;
+
+/// The first sample of the bed: 60 to 100.
+double bed(std::size_t ping) { return 80.0 + 20.0 * std::sin(0.02 * static_cast<double>(ping)); }
+
+/// A port side with speckle, whose pings state the right altitude.
+RecordedLine made_line() {
+  std::mt19937 random(5);
+  std::exponential_distribution<float> power;
+  RecordedLine line{.samples = samples};
+  for (std::size_t ping = 0; ping < pings; ++ping) {
+    line.pings.push_back({.number = ping,
+                          .altitude_m = bed(ping) * sample_m,
+                          .range_m = range_m,
+                          .samples = samples});
+    for (std::size_t k = 0; k < samples; ++k)
+      line.port.push_back((static_cast<double>(k) < bed(ping) ? 5.0f : 500.0f) *
+                          std::sqrt(power(random)));
+  }
+  return line;
+}
+
+/// As bright as the bed, and dark from there to the bed.
+void add_fish(RecordedLine& line, std::size_t first, std::size_t end) {
+  for (std::size_t ping = first; ping < end; ++ping)
+    for (std::size_t k = 30; k < 45; ++k) line.port[ping * samples + k] = 600.0f;
+}
+
+void change_altitudes(RecordedLine& line,
+                      const std::function<std::optional<double>(std::size_t, double)>& changed) {
+  for (std::size_t ping = 0; ping < pings; ++ping)
+    line.pings[ping].altitude_m = changed(ping, *line.pings[ping].altitude_m);
+}
+
+/// The largest distance to the true bottom line, in samples.
+double worst(const RecordedLine& line) {
+  const FoundBed found = find_bed(line, Side::port);
+  double worst = 0.0;
+  for (std::size_t ping = 0; ping < pings; ++ping)
+    worst = std::max(worst, std::abs(static_cast<double>(found.first_sample[ping]) - bed(ping)));
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("fish in the water column are not the bed, with and without altitudes") {
+  RecordedLine line = made_line();
+  add_fish(line, 100, 220);
+  CHECK(worst(line) <= 4.0);
+  for (RecordedPing& ping : line.pings) ping.altitude_m.reset();
+  CHECK(worst(line) <= 4.0);
+}
+
+TEST_CASE("a layer over all of the line is not the bed if the altitudes follow the bed") {
+  RecordedLine line = made_line();
+  add_fish(line, 0, pings);
+  for (const double off_m : {0.0, 10 * sample_m, -30 * sample_m}) {
+    CAPTURE(off_m);
+    RecordedLine moved = line;
+    change_altitudes(moved, [&](std::size_t, double altitude_m) { return altitude_m + off_m; });
+    CHECK(worst(moved) <= 4.0);
+  }
+}
+
+TEST_CASE("altitudes that are wrong do not move a bottom line that the samples show") {
+  const RecordedLine line = made_line();
+  const double right = worst(line);
+  CHECK(right <= 4.0);
+  for (const double off_m : {10 * sample_m, -10 * sample_m, 30 * sample_m, -30 * sample_m}) {
+    CAPTURE(off_m);
+    RecordedLine moved = line;
+    change_altitudes(moved, [&](std::size_t, double altitude_m) { return altitude_m + off_m; });
+    CHECK(worst(moved) == right);
+    // In a part of the line, with gaps.
+    moved = line;
+    change_altitudes(moved, [&](std::size_t ping, double altitude_m) -> std::optional<double> {
+      if (ping % 50 < 10) return std::nullopt;
+      return ping > 150 && ping < 300 ? altitude_m + off_m : altitude_m;
+    });
+    CHECK(worst(moved) == right);
+  }
+  RecordedLine random = line;
+  std::mt19937 numbers(1);
+  std::uniform_real_distribution<double> altitude_m(1.0, 40.0);
+  change_altitudes(random, [&](std::size_t, double) { return altitude_m(numbers); });
+  CHECK(worst(random) == right);
+}
+
+TEST_CASE("altitudes that follow the fish do not make them the bed") {
+  RecordedLine line = made_line();
+  add_fish(line, 150, 230);
+  change_altitudes(line, [&](std::size_t ping, double altitude_m) {
+    return ping >= 150 && ping < 230 ? 30 * sample_m : altitude_m;
+  });
+  CHECK(worst(line) <= 4.0);
+}
+
+TEST_CASE("pings whose samples do not show the bed have it where their altitude is") {
+  RecordedLine line = made_line();
+  const auto cover = [&](std::size_t first, std::size_t end) {
+    for (std::size_t ping = first; ping < end; ++ping)
+      std::fill_n(line.port.begin() + static_cast<std::ptrdiff_t>(ping * samples), samples, 400.0f);
+  };
+  cover(120, 260);
+  change_altitudes(line, [&](std::size_t, double altitude_m) { return altitude_m + 3.0; });
+  CHECK(worst(line) <= 4.0);
+  CHECK_FALSE(find_bed(line, Side::port).stated);
+  // Without one: on the line between the pings around.
+  RecordedLine bare = line;
+  for (RecordedPing& ping : bare.pings) ping.altitude_m.reset();
+  const auto filled = static_cast<double>(find_bed(bare, Side::port).first_sample[190]);
+  CHECK(filled == Approx(0.5 * (bed(120) + bed(260))).margin(4.0));
+  // If no ping shows it, the altitude is taken as it is.
+  cover(0, pings);
+  CHECK(find_bed(line, Side::port).stated);
+  CHECK(static_cast<double>(find_bed(line, Side::port).first_sample[190]) ==
+        Approx(bed(190) + 30.0).margin(3.0));
+}
