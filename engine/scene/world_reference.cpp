@@ -7,7 +7,7 @@ namespace ensonify::engine {
 std::string world_reference(const Scene& scene, const Eigen::Vector3d& world_origin) {
   std::string reference;
   if (scene.seafloor.kind == SeafloorKind::survey)
-    reference = survey_reference(scene.seafloor.survey.path);
+    reference = survey_reference({scene.seafloor.survey.path, scene.seafloor.survey_cell_m});
   const TrackOptions& track = scene.track;
   if (reference.empty() && track.origin_latitude_rad)
     reference =

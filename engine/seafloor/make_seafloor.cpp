@@ -103,13 +103,17 @@ void refuse_all_land(const SeafloorOptions& options, double lowest_m, double hig
       highest_m + options.water_level_m, options.water_level_m));
 }
 
+SurveyFile survey_of(const SeafloorOptions& options) {
+  return {options.survey.path, options.survey_cell_m};
+}
+
 SurveyScatter scatter_of(const SeafloorOptions& options, std::uint64_t seed) {
   return {options.uncertainty_scatter, seed};
 }
 
 Heightfield make_survey(const SeafloorOptions& options, std::uint64_t seed) {
   Heightfield field =
-      read_survey(options.survey.path, options.water_level_m, scatter_of(options, seed));
+      read_survey(survey_of(options), options.water_level_m, scatter_of(options, seed));
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (const double z : field.z_m)
     if (!std::isnan(z)) {
@@ -126,7 +130,7 @@ double points_of(const Heightfield& grid) { return static_cast<double>(grid.colu
 /// The grid of the bed without heights, from the options or from the header of the survey file.
 Heightfield expected_grid(const SeafloorOptions& options) {
   if (options.kind == SeafloorKind::fractal) return fractal_grid(options);
-  Heightfield grid = read_survey_header(options.survey.path);
+  Heightfield grid = read_survey_header(survey_of(options));
   return options.detail.cell_m > 0.0 ? grid_with_detail(grid, options.detail) : grid;
 }
 
@@ -360,10 +364,10 @@ refine::HeightTiles::Heights heights_of_tiles(const SeafloorOptions& options,
   const bool fractal = options.kind == SeafloorKind::fractal;
   refine::HeightTiles::Heights bed =
       fractal ? generated_tiles(grid, options.depth_m, options.fractal, options.ripples, seed)
-              : survey_tiles(options.survey.path, options.water_level_m, scatter_of(options, seed));
+              : survey_tiles(survey_of(options), options.water_level_m, scatter_of(options, seed));
   if (!fractal && options.detail.cell_m > 0.0)
-    bed = with_detail_in_windows(read_survey_header(options.survey.path), std::move(bed),
-                                 sample_survey(options.survey.path, options.water_level_m).parts,
+    bed = with_detail_in_windows(read_survey_header(survey_of(options)), std::move(bed),
+                                 sample_survey(survey_of(options), options.water_level_m).parts,
                                  options.detail, seed);
   if (options.seabed.empty()) return bed;
   bed = with_seabed(grid, std::move(bed), options.seabed, options.material, seed);
@@ -407,7 +411,7 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
       shape.lowest_m = shape.highest_m = static_cast<float>(-options.depth_m);
       return;
     }
-    const SurveySample sample = sample_survey(options.survey.path, options.water_level_m);
+    const SurveySample sample = sample_survey(survey_of(options), options.water_level_m);
     refuse_all_land(options, sample.lowest_m, sample.highest_m);
     shape.mean_height_m = sample.mean_m;
     shape.lowest_m = static_cast<float>(sample.lowest_m);
@@ -430,7 +434,7 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
 }  // namespace
 
 void check_header(const SeafloorOptions& options) {
-  if (options.kind == SeafloorKind::survey) read_survey_header(options.survey.path);
+  if (options.kind == SeafloorKind::survey) read_survey_header(survey_of(options));
 }
 
 bool needs_tiles(const SeafloorOptions& options) {

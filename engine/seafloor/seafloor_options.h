@@ -24,6 +24,7 @@ struct SeafloorOptions {
   RippleRelief ripples;
   // survey
   InputFile survey;
+  double survey_cell_m = 0.0;        ///< SurveyFile::cell_m, of bed/survey.h
   double uncertainty_scatter = 0.0;  ///< SurveyScatter::of_uncertainty, of bed/survey.h
   SurveyDetail detail;
   // fractal, survey

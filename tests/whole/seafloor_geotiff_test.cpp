@@ -158,3 +158,20 @@ TEST_CASE("The seafloors of real surveys as GeoTIFF have the surveys' positions"
       CHECK(transform_of(*grid)[i] == Approx(transform_of(*survey)[i]).epsilon(1e-12));
   }
 }
+
+TEST_CASE("A seafloor that was written as .npy is read again as a survey, unchanged") {
+  const TemporaryFolder folder;
+  write_text(folder / "bed.toml",
+             "version = 1\n[seafloor]\nextent_east_m = 6\nextent_north_m = 4\ncell_m = 0.5\n");
+  REQUIRE(run_program(folder.path(), {"seafloor", "bed.toml", "-o", "bed.npy"}).code == 0);
+  write_text(folder / "survey.toml",
+             "version = 1\n[seafloor]\nkind = \"survey\"\nsurvey = \"bed.npy\"\n");
+  const Outcome without = run_program(folder.path(), {"seafloor", "survey.toml", "-o", "a.npy"});
+  CHECK(without.code == 2);
+  CHECK(without.err.find("set seafloor.survey_cell_m") != std::string::npos);
+  const Outcome with = run_program(folder.path(), {"seafloor", "survey.toml", "-o", "a.npy", "-D",
+                                                   "seafloor.survey_cell_m=0.5"});
+  INFO(with.err);
+  REQUIRE(with.code == 0);
+  CHECK(read_text(folder / "a.npy") == read_text(folder / "bed.npy"));
+}

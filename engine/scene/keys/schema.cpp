@@ -246,9 +246,14 @@ const std::vector<Section<Scene>>& scene_sections() {
            {"depth_m", "m", {0.1, 11000}, "Mean depth of a generated seabed.",
             at(&Scene::seafloor, &SeafloorOptions::depth_m)},
            {"survey", "", {},
-            "A survey's grid (GeoTIFF, BAG, ESRI ASCII, netCDF): a path under the scene's folder, "
-            "or data:path under the data folder.",
+            "A survey's grid (GeoTIFF, BAG, ESRI ASCII, netCDF), an array of heights (.npy, rows "
+            "from the south) or soundings (lines of x y z): a path under the scene's folder, or "
+            "data:path under the data folder.",
             at(&Scene::seafloor, &SeafloorOptions::survey)},
+           {"survey_cell_m", "m", {0, 1000},
+            "Cell size of an .npy file, or of the grid that soundings are put on; 0: the file has "
+            "its own.",
+            at(&Scene::seafloor, &SeafloorOptions::survey_cell_m)},
            {"uncertainty_scatter", "", {0, 10},
             "Each height of a survey is moved at random by this share of its uncertainty (the band "
             "of that name), normally distributed; 0: the heights of the file.",

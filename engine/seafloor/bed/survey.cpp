@@ -29,6 +29,8 @@
 #include <ogr_spatialref.h>
 
 #include <ensonify/engine/random.h>
+#include <ensonify/engine/seafloor/bed/npy_grid.h>
+#include <ensonify/engine/seafloor/bed/soundings.h>
 #include <ensonify/engine/seafloor/bed/variable_resolution.h>
 #include <ensonify/engine/units.h>
 #include <ensonify/refine/triangle_mesh.h>
@@ -39,7 +41,7 @@ namespace {
 // Only formats that keep the heights in one file: others (WMS) can name other files and hosts. A
 // VRT is opened after all that it names was looked at.
 constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netCDF", nullptr};
-constexpr std::array<const char*, 2> mosaic_driver = {"VRT", nullptr};
+constexpr std::array<const char*, 2> vrt_driver = {"VRT", nullptr};
 
 // Beyond the deepest trench and the highest peak: larger values are undeclared NODATA values.
 constexpr double highest_m = 12000.0;
@@ -137,10 +139,10 @@ class SurveyMosaic {
 
 class SurveyReader {
  public:
-  SurveyReader(const std::filesystem::path& file, double water_level_m,
-               const SurveyScatter& scatter = {})
-      : file_(file),
-        may_use_hdf5_(begins_with(file, hdf5_signature) || is_mosaic(file)),
+  SurveyReader(const SurveyFile& file, double water_level_m, const SurveyScatter& scatter = {})
+      : file_(file.path),
+        cell_m_(file.cell_m),
+        may_use_hdf5_(begins_with(file_, hdf5_signature) || is_mosaic(file_)),
         water_level_m_(water_level_m),
         scatter_(scatter) {}
   ~SurveyReader() {
@@ -295,6 +297,7 @@ class SurveyReader {
     read_header();
     gdal_error_.clear();  // warnings about a file that it could open
     if (resolution_) return;
+    if (soundings_) take_soundings();
     if (is_text()) check_text();
     int has_scale = 0, has_offset = 0;
     nodata_ = band().GetNoDataValue(&has_nodata_);
@@ -310,6 +313,13 @@ class SurveyReader {
           "has blocks without data and no NODATA value for them; it is damaged, or needs "
           "gdal_edit.py -a_nodata");
     gdal_error_.clear();  // warnings about a file that it could open
+  }
+
+  void take_soundings() {
+    std::vector<double> heights_m = soundings_->heights();
+    if (band().RasterIO(GF_Write, 0, 0, field_.columns, field_.rows, heights_m.data(),
+                        field_.columns, field_.rows, GDT_Float64, 0, 0, nullptr) != CE_None)
+      fail_with_gdal("cannot be put on a grid; is there enough memory?");
   }
 
   /// Windows side by side share the rows of files that keep whole rows together.
@@ -368,25 +378,54 @@ class SurveyReader {
     // HDF5 would otherwise print, on this thread, for a damaged BAG.
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     [[maybe_unused]] static const bool registered = (GDALAllRegister(), true);
-    const bool mosaic = is_mosaic(file_);
-    if (mosaic) {
+    if (begins_with(file_, "\x93NUMPY")) {
+      require_cell("an .npy file, which has no cell size");
+      open_as(vrt_of_npy(file_, cell_m_), vrt_driver.data());
+    } else if (is_mosaic(file_)) {
       const SurveyMosaic files(file_);
       bytes_ = 0.0;
       for (const std::filesystem::path& source : files.sources())
         bytes_ += static_cast<double>(std::filesystem::file_size(source));
+      open_as(std::filesystem::absolute(file_), vrt_driver.data());
+    } else if (!GDALIdentifyDriverEx(std::filesystem::absolute(file_).c_str(), GDAL_OF_RASTER,
+                                     drivers.data(), nullptr) &&
+               are_soundings(file_)) {
+      require_cell("a list of soundings, which are put on a grid");
+      soundings_.emplace(file_, cell_m_);
+      open_grid_of_soundings();
+    } else {
+      // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
+      open_as(std::filesystem::absolute(file_), drivers.data());
     }
-    // Absolute, so that no name is taken for one of GDAL's prefixes ("NETCDF:...").
-    dataset_.reset(GDALDataset::Open(
-        std::filesystem::absolute(file_).c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
-        mosaic ? mosaic_driver.data() : drivers.data(), nullptr, nullptr));
     if (!dataset_)
       fail_with_gdal(
-          "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF or VRT; is it whole? gdal_translate "
-          "makes a GeoTIFF of most other grids");
+          "cannot be read as GeoTIFF, BAG, ESRI ASCII grid, netCDF, VRT, .npy or lines of x y z; is "
+          "it whole? gdal_translate makes a GeoTIFF of most other grids");
     has_refinements_ = has_refinements(*dataset_);
     if (dataset_->GetRasterCount() < 1)
       fail("does not hold a single grid; extract one with gdal_translate (gdalinfo lists them)");
     band_ = band_of_heights();
+    if (cell_m_ > 0.0 && !needs_cell_)
+      fail("has cells of its own size; leave seafloor.survey_cell_m out");
+  }
+
+  void require_cell(std::string_view of) {
+    needs_cell_ = true;
+    if (!(cell_m_ > 0.0)) fail(fmt::format("is {}; set seafloor.survey_cell_m", of));
+  }
+
+  void open_as(const std::string& name, const char* const* by) {
+    dataset_.reset(
+        GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, by, nullptr, nullptr));
+  }
+
+  /// A grid in memory, whose heights come with prepare().
+  void open_grid_of_soundings() {
+    dataset_.reset(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
+        "", soundings_->columns, soundings_->rows, 1, GDT_Float64, nullptr));
+    std::array<double, 6> transform{soundings_->west_m,  cell_m_, 0.0,
+                                    soundings_->south_m, 0.0,     cell_m_};
+    if (dataset_) dataset_->SetGeoTransform(transform.data());
   }
 
   bool is_text() const { return std::string_view(dataset_->GetDriverName()) == "AAIGrid"; }
@@ -403,7 +442,8 @@ class SurveyReader {
     int block_columns = 0, block_rows = 0;
     band.GetBlockSize(&block_columns, &block_rows);
     const double block = static_cast<double>(block_columns) * block_rows;
-    if (cells > (is_text() ? 0.5 * (bytes_ + 1.0) : 1000.0 * bytes_) || block > 1000.0 * bytes_)
+    if (!soundings_ &&
+        (cells > (is_text() ? 0.5 * (bytes_ + 1.0) : 1000.0 * bytes_) || block > 1000.0 * bytes_))
       fail(
           fmt::format("promises {} x {} cells, which a file of {:.0f} bytes cannot hold; it is "
                       "truncated or its header is wrong",
@@ -566,15 +606,20 @@ class SurveyReader {
     CPLErrorHandlerPusher handler;
     CPLConfigOptionSetter no_sidecars{"GDAL_PAM_ENABLED", "NO", false};
     CPLConfigOptionSetter fractions{"AAIGRID_DATATYPE", "Float64", false};
+    // The only VRT that reads raw bytes is that of an .npy file; later releases of GDAL ask.
+    CPLConfigOptionSetter npy{"GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE", "ALL", false};
   };
 
   std::string gdal_error_;
   const std::filesystem::path file_;
+  const double cell_m_;
   bool may_use_hdf5_;
   double water_level_m_;
   SurveyScatter scatter_;
   bool has_refinements_ = false;
   std::optional<VariableResolution> resolution_;
+  std::optional<Soundings> soundings_;
+  bool needs_cell_ = false;
   std::mutex mutex_;  // of read_window()
   bool prepared_ = false;
   int has_nodata_ = 0;
@@ -596,7 +641,7 @@ std::vector<std::filesystem::path> files_of_survey(const std::filesystem::path& 
   return files;
 }
 
-SurveySample sample_survey(const std::filesystem::path& file, double water_level_m) {
+SurveySample sample_survey(const SurveyFile& file, double water_level_m) {
   SurveyReader reader(file, water_level_m);
   const Heightfield grid = reader.header();
   SurveySample sample;
@@ -629,12 +674,12 @@ SurveySample sample_survey(const std::filesystem::path& file, double water_level
     throw refine::MeshError(fmt::format(
         "{}: has no heights at 4096 places all over it; is the NODATA value right (see gdalinfo)? "
         "If it is, cut the part with heights out with gdal_translate -projwin",
-        file.string()));
+        file.path.string()));
   sample.mean_m = sum_m / static_cast<double>(count);
   return sample;
 }
 
-refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m,
+refine::HeightTiles::Heights survey_tiles(const SurveyFile& file, double water_level_m,
                                           const SurveyScatter& scatter) {
   const auto reader = std::make_shared<SurveyReader>(file, water_level_m, scatter);
   return [reader](int first_column, int first_row, int columns, int rows, std::span<double> z_m,
@@ -643,14 +688,12 @@ refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, dou
   };
 }
 
-Heightfield read_survey(const std::filesystem::path& file, double water_level_m,
+Heightfield read_survey(const SurveyFile& file, double water_level_m,
                         const SurveyScatter& scatter) {
   return SurveyReader(file, water_level_m, scatter).read();
 }
 
-std::string survey_reference(const std::filesystem::path& file) {
-  return SurveyReader(file, 0.0).reference();
-}
+std::string survey_reference(const SurveyFile& file) { return SurveyReader(file, 0.0).reference(); }
 
 std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d& world_origin) {
   OGRSpatialReference system;
@@ -661,8 +704,6 @@ std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d
   return wkt_of(system);
 }
 
-Heightfield read_survey_header(const std::filesystem::path& file) {
-  return SurveyReader(file, 0.0).header();
-}
+Heightfield read_survey_header(const SurveyFile& file) { return SurveyReader(file, 0.0).header(); }
 
 }  // namespace ensonify::engine

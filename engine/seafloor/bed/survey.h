@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <ensonify/engine/seafloor/bed/geographic.h>
@@ -19,8 +20,16 @@ struct SurveyScatter {
   std::uint64_t seed = 0;
 };
 
-/// Reads the heights (up) of a survey grid: GeoTIFF, BAG, ESRI ASCII, netCDF, or a VRT mosaic of
-/// such files on this machine. A BAG of variable resolution is read on a grid of its finest cells,
+/// The file of a survey. One of another kind needs no cell size and takes none.
+struct SurveyFile {
+  std::filesystem::path path;
+  double cell_m = 0.0;  ///< of an .npy file or of scattered soundings; 0: the file's own
+  SurveyFile(std::filesystem::path file, double cell = 0.0) : path(std::move(file)), cell_m(cell) {}
+};
+
+/// Reads the heights (up) of a survey grid: GeoTIFF, BAG, ESRI ASCII, netCDF, .npy (vrt_of_npy()),
+/// scattered soundings (Soundings), or a VRT mosaic of GeoTIFF, BAG, ESRI ASCII and netCDF files on
+/// this machine. A BAG of variable resolution is read on a grid of its finest cells,
 /// with linear interpolation between coarser ones. Of several bands it takes the first that is
 /// named elevation, depth, height or bathymetry (and not its uncertainty, error or deviation), or
 /// else the first. NODATA and non-finite heights become holes. Grid points are the centres of the
@@ -29,12 +38,12 @@ struct SurveyScatter {
 /// opened, is truncated, promises more cells than its size can hold, is rotated, is in degrees or
 /// in feet, or has no whole cell; and, if heights scatter, for one without a band that is named
 /// uncertainty, deviation or error. Neither reads nor writes .aux.xml files.
-Heightfield read_survey(const std::filesystem::path& file, double water_level_m,
+Heightfield read_survey(const SurveyFile& file, double water_level_m,
                         const SurveyScatter& scatter = {});
 
 /// The coordinate reference system of such a file as WKT; empty if the file names none. Throws
 /// refine::MeshError for a file that cannot be opened.
-std::string survey_reference(const std::filesystem::path& file);
+std::string survey_reference(const SurveyFile& file);
 
 /// The reference system, as WKT, of a world with this middle: transverse Mercator about it on WGS
 /// 84, which agrees with tangent_place to 3 mm at 7 km.
@@ -42,7 +51,7 @@ std::string reference_about(const GeographicPlace& middle, const Eigen::Vector3d
 
 /// The heights of such a file by windows; the file is opened at the first. Faults of the heights
 /// are thrown when they are read.
-refine::HeightTiles::Heights survey_tiles(const std::filesystem::path& file, double water_level_m,
+refine::HeightTiles::Heights survey_tiles(const SurveyFile& file, double water_level_m,
                                           const SurveyScatter& scatter = {});
 
 /// Heights at places all over a survey, 64 of 32 x 32 points: what there is to know of a large one
@@ -54,13 +63,13 @@ struct SurveySample {
   std::vector<Heightfield> parts;  ///< with the heights themselves
 };
 /// Throws as read_survey(), also if none of the places has heights.
-SurveySample sample_survey(const std::filesystem::path& file, double water_level_m);
+SurveySample sample_survey(const SurveyFile& file, double water_level_m);
 
 /// The file, and those that it names if it is a mosaic. Throws as read_survey().
 std::vector<std::filesystem::path> files_of_survey(const std::filesystem::path& file);
 
 /// The grid without heights, read from the file's header. Throws what read_survey() would throw for
 /// that header.
-Heightfield read_survey_header(const std::filesystem::path& file);
+Heightfield read_survey_header(const SurveyFile& file);
 
 }  // namespace ensonify::engine

@@ -1,11 +1,15 @@
 #include <ensonify/engine/seafloor/bed/survey.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -440,4 +444,207 @@ TEST_CASE("A survey's windows have the heights of the whole") {
   const SurveySample sample = sample_survey(folder / "grid.tif", 0.5);
   CHECK(sample.lowest_m == -13.0);
   CHECK(sample.highest_m == -1.5);
+}
+
+namespace {
+
+/// An .npy file of version 1 with these numbers.
+template <class Number>
+std::string npy(const std::string& type, const std::string& shape,
+                const std::vector<Number>& numbers, const std::string& by_columns = "False") {
+  std::string header =
+      "{'descr': '" + type + "', 'fortran_order': " + by_columns + ", 'shape': " + shape + ", }";
+  header.resize(117, ' ');
+  header += '\n';
+  return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header +
+         std::string(reinterpret_cast<const char*>(numbers.data()),
+                     numbers.size() * sizeof(Number));
+}
+
+/// The message for a file with a cell size, which must name the file.
+std::string error_with_cell(const TemporaryFolder& folder, const std::string& bytes,
+                            const std::string& name, double cell_m) {
+  write_text(folder / name, bytes);
+  try {
+    read_survey({folder / name, cell_m}, 0.0);
+  } catch (const MeshError& error) {
+    std::string what = error.what();
+    CHECK(what.starts_with((folder / name).string() + ": "));
+    return what;
+  }
+  return {};
+}
+
+constexpr double hole = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+TEST_CASE("an .npy file has the southern row first and the cell size that is given") {
+  const TemporaryFolder folder;
+  const auto check = [&](const std::string& bytes) {
+    write_text(folder / "a.npy", bytes);
+    const Heightfield field = read_survey({folder / "a.npy", 0.5}, -1.0);
+    REQUIRE(field.columns == 3);
+    REQUIRE(field.rows == 2);
+    CHECK(field.cell_east_m == 0.5);
+    CHECK(field.cell_north_m == 0.5);
+    CHECK(field.world_origin == Eigen::Vector3d(0.0, 0.0, -1.0));
+    const std::vector<double> z_m{-9, -8, -7, -6, -5, -4};
+    for (std::size_t i = 0; i < z_m.size(); ++i) CHECK(field.z_m[i] == z_m[i]);
+  };
+  check(npy<double>("<f8", "(2, 3)", {-10, -9, -8, -7, -6, -5}));
+  check(npy<float>("<f4", "(2, 3)", {-10, -9, -8, -7, -6, -5}));
+  check(npy<std::int32_t>("<i4", "(2, 3)", {-10, -9, -8, -7, -6, -5}));
+  check(npy<float>("<f4", "(2, 3)", {-10, -7, -9, -6, -8, -5}, "True"));
+  std::vector<std::uint16_t> swapped;
+  for (const std::int16_t z : {-10, -9, -8, -7, -6, -5})
+    swapped.push_back(static_cast<std::uint16_t>(static_cast<std::uint16_t>(z) << 8 |
+                                                 static_cast<std::uint16_t>(z) >> 8));
+  check(npy<std::uint16_t>(">i2", "(2, 3)", swapped));
+}
+
+TEST_CASE("an .npy file may have holes, and is read by windows") {
+  const TemporaryFolder folder;
+  write_text(folder / "a & b.npy",
+             npy<double>("<f8", "(3, 3)", {-1, -2, -3, -4, -5, -6, -7, -8, hole}));
+  const SurveyFile file{folder / "a & b.npy", 2.0};
+  const Heightfield field = read_survey(file, 0.0);
+  CHECK(std::isnan(field.at(2, 2)));
+  CHECK(field.at(1, 2) == -8.0);
+  std::vector<double> window(2);
+  survey_tiles(file, 0.0)(1, 1, 2, 1, window, {});
+  CHECK(window == std::vector<double>{-5, -6});
+  CHECK(survey_reference(file).empty());
+}
+
+TEST_CASE("faults of an .npy file are named, and so is a cell size that is missing or too much") {
+  const TemporaryFolder folder;
+  const std::vector<double> six{-1, -2, -3, -4, -5, -6};
+  const std::string good = npy("<f8", "(2, 3)", six);
+  const auto fault = [&](const std::string& bytes, const std::string& part, double cell_m = 1.0) {
+    CHECK(has(error_with_cell(folder, bytes, "a.npy", cell_m), part));
+  };
+  fault(good, "set seafloor.survey_cell_m", 0.0);
+  fault(good.substr(0, good.size() - 1), "truncated");
+  fault(good + "x", "truncated or damaged");
+  fault(good.substr(0, 40), "whole header");
+  fault(good.substr(0, 8), "whole header");
+  fault(npy("<f8", "(6,)", six), "two dimensions");
+  fault(npy("<f8", "(1, 2, 3)", six), "two dimensions");
+  fault(npy("<f8", "(9999999999, 9999999999)", six), "truncated");
+  fault(npy("<c16", "(2, 3)", six), "float64 or float32");
+  fault(npy("|b1", "(2, 3)", six), "float64 or float32");
+  fault(npy("<f8", "(1, 6)", six), "at least 2 x 2");
+  fault(npy("<f8", "(2, 3)", std::vector<double>{-1, -2, -3, 1e9, -5, -6}), "a height of");
+  CHECK(has(error_with_cell(folder, text_grid(rows_4x3), "grid.asc", 1.0),
+            "leave seafloor.survey_cell_m out"));
+}
+
+TEST_CASE("soundings that lie on a plane make that plane, with holes where there are none") {
+  const TemporaryFolder folder;
+  std::string text = "\xEF\xBB\xBF# a survey\r\nx,y,z\r\n";
+  const auto height = [](double x, double y) {
+    return -20.0 + 0.1 * (x - 500000.0) - 0.2 * (y - 6200000.0);
+  };
+  for (int i = 0; i < 4000; ++i) {
+    // Not on a lattice; nothing from 12 to 20 m east.
+    const double x = 500000.0 + std::fmod(0.754877666 * i, 1.0) * 24.0;
+    const double y = 6200000.0 + std::fmod(0.569840291 * i, 1.0) * 10.0;
+    if (x > 500012.0 && x < 500020.0) continue;
+    std::array<char, 100> line{};
+    std::snprintf(line.data(), line.size(), "%.4f, %.4f, %.5f, 7\r\n", x, y, height(x, y));
+    text += line.data();
+  }
+  write_text(folder / "a.xyz", text);
+  const Heightfield field = read_survey({folder / "a.xyz", 0.5}, 0.0);
+  CHECK(field.columns == 48);
+  CHECK(field.rows == 20);
+  for (int row = 0; row < field.rows; ++row)
+    for (int column = 0; column < field.columns; ++column) {
+      const double x = field.x_m(column) + field.world_origin.x(),
+                   y = field.y_m(row) + field.world_origin.y();
+      CAPTURE(x - 500000.0, y - 6200000.0);
+      const double z = field.at(column, row);
+      if (x > 500013.1 && x < 500018.9)
+        CHECK(std::isnan(z));
+      else if (row > 0 && row + 1 < field.rows && column > 0 && column + 1 < field.columns &&
+               (x < 500012.9 || x > 500019.1))
+        CHECK(z == Approx(height(x, y)).epsilon(0).margin(1e-4));
+      else
+        CHECK((std::isnan(z) || std::abs(z - height(x, y)) < 0.3));  // no triangle outside
+    }
+  // The same by windows, and the header without heights.
+  std::vector<double> window(1);
+  survey_tiles({folder / "a.xyz", 0.5}, 0.0)(5, 6, 1, 1, window, {});
+  CHECK(window[0] == field.at(5, 6));
+  CHECK(read_survey_header({folder / "a.xyz", 0.5}).columns == 48);
+}
+
+TEST_CASE("faults of soundings are named with their line") {
+  const TemporaryFolder folder;
+  const std::string good = "0 0 -5\n3 0 -6\n0 3 -7\n3 3 -8\n";
+  const auto fault = [&](const std::string& text, const std::string& part, double cell_m = 1.0) {
+    CHECK(has(error_with_cell(folder, text, "a.txt", cell_m), part));
+  };
+  CHECK(error_with_cell(folder, good, "a.txt", 1.0).empty());
+  fault(good, "set seafloor.survey_cell_m", 0.0);
+  fault(good + "4 4\n", "line 5: '4 4' does not begin with three numbers");
+  fault(good + "4 4 nan\n", "line 5");
+  fault(good + "4 4 -5m\n", "line 5");
+  fault("east north up\n" + good + "east north up\n", "line 6");
+  fault(good + "1e6 1e6 -5\n", "soundings that lie far off");
+  fault(good, "fewer than 2 x 2 cells", 10.0);
+  fault("0 0 -5\n1 1 -6\n2 2 -7\n3 3 -8\n", "on one line");
+  fault(good + "2 2 99999\n", "a height of");
+}
+
+TEST_CASE("real soundings on a grid are those that their surveyors' grid has") {
+  const auto soundings = data_file("bathymetry/colorado_river_mbes_100k.xyz"),
+             grid = data_file("bathymetry/colorado_river_0.25m.asc");
+  if (!soundings || !grid) {
+    WARN("skipped: the river's survey is not there");
+    return;
+  }
+  const Heightfield ours = read_survey({*soundings, 0.25}, 370.0),
+                    theirs = read_survey(*grid, 370.0);
+  std::vector<double> apart_m;
+  for (int row = 0; row < ours.rows; ++row)
+    for (int column = 0; column < ours.columns; ++column) {
+      const auto at = [&](double place, double origin, double step, int count) {
+        return std::clamp(static_cast<int>(std::lround((place - origin) / step)), 0, count - 1);
+      };
+      const int c = at(ours.x_m(column) + ours.world_origin.x(),
+                       theirs.x_m(0) + theirs.world_origin.x(), 0.25, theirs.columns),
+                r = at(ours.y_m(row) + ours.world_origin.y(),
+                       theirs.y_m(0) + theirs.world_origin.y(), 0.25, theirs.rows);
+      const double difference = ours.at(column, row) - theirs.at(c, r);
+      if (!std::isnan(difference)) apart_m.push_back(std::abs(difference));
+    }
+  REQUIRE(apart_m.size() > 5000);
+  std::ranges::sort(apart_m);
+  INFO("median " << apart_m[apart_m.size() / 2] << " 95 % " << apart_m[apart_m.size() * 95 / 100]);
+  CHECK(apart_m[apart_m.size() / 2] < 0.02);
+  CHECK(apart_m[apart_m.size() * 95 / 100] < 0.1);
+  CHECK(std::abs(valid_share(ours) * ours.columns * ours.rows /
+                     (valid_share(theirs) * theirs.columns * theirs.rows) -
+                 1.0) < 0.15);
+}
+
+TEST_CASE("damaged .npy files and soundings are read or refused, and nothing else happens") {
+  const TemporaryFolder folder;
+  std::mt19937 random(11);
+  const std::vector<double> heights{-1, -2, -3, -4, -5, -6, -7, -8, -9, -10, -11, -12};
+  for (const auto& [name, good] :
+       {std::pair{"a.npy", npy("<f8", "(3, 4)", heights)},
+        std::pair{"a.xyz", std::string("0 0 -5\n3 0 -6\n0 3 -7\n3 3 -8\n1.5 1 -7.5\n")}}) {
+    int refused = 0;
+    for (int round = 0; round < 200; ++round) {
+      std::string damaged = good;
+      for (unsigned i = 0; i <= random() % 3; ++i)
+        damaged[random() % damaged.size()] = static_cast<char>(random());
+      if (round % 2 == 0) damaged.resize(random() % damaged.size());
+      refused += !error_with_cell(folder, damaged, name, 1.0).empty();
+    }
+    CHECK(refused > 40);
+  }
 }

@@ -1,0 +1,94 @@
+#include <ensonify/engine/seafloor/bed/npy_grid.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <memory>
+#include <regex>
+#include <string_view>
+
+#include <cpl_conv.h>
+#include <cpl_string.h>
+#include <fmt/format.h>
+
+#include <ensonify/refine/triangle_mesh.h>
+
+namespace ensonify::engine {
+namespace {
+
+/// A number's type in numpy, without its byte order, and in GDAL.
+struct NumberType {
+  std::string_view numpy, gdal;
+  std::uint64_t bytes;
+};
+constexpr std::array number_types = {NumberType{"f8", "Float64", 8}, NumberType{"f4", "Float32", 4},
+                                     NumberType{"i4", "Int32", 4},   NumberType{"u4", "UInt32", 4},
+                                     NumberType{"i2", "Int16", 2},   NumberType{"u2", "UInt16", 2},
+                                     NumberType{"u1", "Byte", 1}};
+
+[[noreturn]] void refuse_npy(const std::filesystem::path& file, const std::string& what) {
+  throw refine::MeshError(fmt::format("{}: {}", file.string(), what));
+}
+
+}  // namespace
+
+std::string vrt_of_npy(const std::filesystem::path& file, double cell_m) {
+  // Magic, version, length of the header in 2 bytes (from version 2 in 4), and a dictionary.
+  std::ifstream in(file, std::ios::binary);
+  std::array<unsigned char, 12> begin{};
+  in.read(reinterpret_cast<char*>(begin.data()), begin.size());
+  const std::size_t length_bytes = begin[6] == 1 ? 2 : 4, header_begin = 8 + length_bytes;
+  std::uint64_t header_size = 0;
+  for (std::size_t i = 0; i < length_bytes; ++i)
+    header_size |= std::uint64_t{begin[8 + i]} << (8 * i);
+  constexpr std::uint64_t longest = 4096;  // numpy's own is some 80
+  std::string header(std::min(header_size, longest), '\0');
+  in.seekg(static_cast<std::streamoff>(header_begin));
+  in.read(header.data(), static_cast<std::streamsize>(header.size()));
+  static const std::regex type_item(R"('descr': *'([<>|=])(\w+)')"),
+      order_item(R"('fortran_order': *(True|False))"),
+      shape_item(R"('shape': *\((\d{1,10}), *(\d{1,10})\))");
+  std::smatch type, order, shape;
+  if (!in || header_size > longest || !std::regex_search(header, order, order_item))
+    refuse_npy(file,
+               "has no whole header of an .npy file; save the heights again with numpy.save()");
+  if (!std::regex_search(header, shape, shape_item))
+    refuse_npy(file,
+               "does not hold an array of two dimensions, expected rows and columns of heights");
+  const NumberType* number = nullptr;
+  if (std::regex_search(header, type, type_item))
+    for (const NumberType& one : number_types)
+      if (type[2].str() == one.numpy) number = &one;
+  if (!number)
+    refuse_npy(file, "holds no numbers that are read; save the heights as float64 or float32");
+  const std::uint64_t rows = std::stoull(shape[1]), columns = std::stoull(shape[2]),
+                      offset = header_begin + header_size,
+                      promised = offset + rows * columns * number->bytes;
+  constexpr std::uint64_t most = 1u << 30;
+  if (rows > most || columns > most || promised != std::filesystem::file_size(file))
+    refuse_npy(file,
+               fmt::format("has {} bytes where its header promises {} x {} numbers of {}; it is "
+                           "truncated or damaged",
+                           std::filesystem::file_size(file), rows, columns, number->bytes));
+  const bool by_columns = order[1].str() == "True";
+  const std::unique_ptr<char, void (*)(void*)> name(
+      CPLEscapeString(std::filesystem::absolute(file).c_str(), -1, CPLES_XML), VSIFree);
+  return fmt::format(
+      R"(<VRTDataset rasterXSize="{columns}" rasterYSize="{rows}">
+<GeoTransform>{west}, {cell}, 0, {south}, 0, {cell}</GeoTransform>
+<VRTRasterBand dataType="{type}" band="1" subClass="VRTRawRasterBand">
+<SourceFilename relativeToVRT="0">{name}</SourceFilename>
+<ImageOffset>{offset}</ImageOffset><PixelOffset>{pixel}</PixelOffset><LineOffset>{line}</LineOffset>
+<ByteOrder>{order}</ByteOrder>
+</VRTRasterBand></VRTDataset>)",
+      fmt::arg("columns", columns), fmt::arg("rows", rows),
+      fmt::arg("west", -0.5 * static_cast<double>(columns) * cell_m), fmt::arg("cell", cell_m),
+      fmt::arg("south", -0.5 * static_cast<double>(rows) * cell_m), fmt::arg("type", number->gdal),
+      fmt::arg("name", name.get()), fmt::arg("offset", offset),
+      fmt::arg("pixel", number->bytes * (by_columns ? rows : 1)),
+      fmt::arg("line", number->bytes * (by_columns ? 1 : columns)),
+      fmt::arg("order", type[1].str() == ">" ? "MSB" : "LSB"));
+}
+
+}  // namespace ensonify::engine

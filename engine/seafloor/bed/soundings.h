@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ensonify::engine {
+
+/// Whether a file begins with a line of three numbers, after comments (#) and one line of names.
+bool are_soundings(const std::filesystem::path& file);
+
+/// Scattered soundings on a grid of square cells: the mean of those of each cell, interpolated
+/// linearly in the triangles between these means. A cell that lies more than 2 cells from those
+/// with soundings is a hole.
+class Soundings {
+ public:
+  /// Reads lines of x (east), y (north) and z (up) in metres, separated by blanks, commas or
+  /// semicolons; further columns are ignored. Throws refine::MeshError for a line that is none, and
+  /// if the grid would have fewer than 2 x 2 cells or more than 1000 for each sounding.
+  Soundings(const std::filesystem::path& file, double cell_m);
+
+  double west_m, south_m;  ///< the grid's edges
+  int columns, rows;
+
+  /// By row from the south; NaN in holes. Throws refine::MeshError if all soundings lie on a line.
+  std::vector<double> heights() const;
+
+ private:
+  std::filesystem::path file_;
+  double cell_m_;
+  std::vector<double> x_m_, y_m_, z_m_;
+};
+
+}  // namespace ensonify::engine
