@@ -95,7 +95,8 @@ MosaicFile::MosaicFile(const std::filesystem::path& file, std::int64_t columns, 
     dataset->SetGeoTransform(transform.data());
     if (!reference.empty()) {
       OGRSpatialReference system;
-      system.importFromWkt(reference.c_str());
+      if (system.importFromWkt(reference.c_str()) != OGRERR_NONE)
+        CPLError(CE_Failure, CPLE_AppDefined, "PROJ cannot read the coordinate reference system");
       system.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
       dataset->SetSpatialRef(&system);
     }

@@ -24,13 +24,18 @@ std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::strin
   const CPLConfigOptionSetter no_sidecars("GDAL_PAM_ENABLED", "NO", false);
   std::unique_ptr<GDALDataset> grid(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
       name.c_str(), field.columns, field.rows, 1, GDT_Float32, nullptr));
-  const auto check = [&](bool done) {
+  const auto check = [&](bool done, bool reference_is_lost = false) {
     if (done) return;
+    const std::string reason = CPLGetLastErrorMsg();
     grid.reset();
     VSIUnlink(name.c_str());
     throw std::runtime_error(
-        fmt::format("cannot make a GeoTIFF of {} x {} cells ({}); is there enough memory?",
-                    field.columns, field.rows, CPLGetLastErrorMsg()));
+        reference_is_lost || reason.starts_with("PROJ")
+            ? fmt::format("cannot write the coordinate reference system into a GeoTIFF ({}); does "
+                          "PROJ find its database (PROJ_DATA), and is there enough memory?",
+                          reason.empty() ? "no reason given" : reason)
+            : fmt::format("cannot make a GeoTIFF of {} x {} cells ({}); is there enough memory?",
+                          field.columns, field.rows, reason));
   };
   check(grid != nullptr);
   const Eigen::Vector3d& origin = field.world_origin;
@@ -45,9 +50,9 @@ std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::strin
   check(grid->SetGeoTransform(transform.data()) == CE_None);
   if (!reference.empty()) {
     OGRSpatialReference system;
-    check(system.importFromWkt(reference.c_str()) == OGRERR_NONE);
+    check(system.importFromWkt(reference.c_str()) == OGRERR_NONE, true);
     system.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    check(grid->SetSpatialRef(&system) == CE_None);
+    check(grid->SetSpatialRef(&system) == CE_None, true);
   }
   check(band.SetNoDataValue(std::numeric_limits<double>::quiet_NaN()) == CE_None);
   std::vector<double> heights(static_cast<std::size_t>(field.columns));
@@ -61,6 +66,11 @@ std::vector<std::byte> encode_geotiff(const Heightfield& field, const std::strin
   CPLErrorReset();
   grid->FlushCache(true);
   check(CPLGetLastErrorType() < CE_Failure);
+  if (!reference.empty()) {
+    // GDAL reports nothing where it leaves the reference system out.
+    grid.reset(GDALDataset::Open(name.c_str()));
+    check(grid && grid->GetSpatialRef(), true);
+  }
   grid.reset();
   vsi_l_offset size = 0;
   const std::unique_ptr<GByte, void (*)(void*)> bytes(

@@ -159,6 +159,27 @@ TEST_CASE("The seafloors of real surveys as GeoTIFF have the surveys' positions"
   }
 }
 
+TEST_CASE("A seafloor as GeoTIFF has its reference system, or says why it has not") {
+  const TemporaryFolder folder;
+  write_survey(folder / "grid.tif", 32631, false);
+  write_text(folder / "s.toml",
+             "version = 1\n[seafloor]\nkind = \"survey\"\nsurvey = \"grid.tif\"\n");
+  // Without PROJ's database, which some releases of GDAL need here and others do not.
+  const Outcome outcome = run_program(folder.path(), {"seafloor", "s.toml", "-o", "bed.tif"},
+                                      {"PROJ_LIB=/nowhere", "PROJ_DATA=/nowhere"});
+  INFO(outcome.err);
+  if (outcome.code == 0) {
+    const auto grid = opened(folder / "bed.tif");
+    const OGRSpatialReference* system = grid->GetSpatialRef();
+    REQUIRE(system);
+    CHECK(system->GetUTMZone() == 31);
+  } else {
+    CHECK(outcome.err.find("coordinate reference system") != std::string::npos);
+    CHECK(outcome.err.find("PROJ_DATA") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(folder / "bed.tif"));
+  }
+}
+
 TEST_CASE("A seafloor that was written as .npy is read again as a survey, unchanged") {
   const TemporaryFolder folder;
   write_text(folder / "bed.toml",

@@ -164,7 +164,9 @@ class SurveyReader {
     const Quiet quiet(*this);
     open();
     const OGRSpatialReference* reference = dataset_->GetSpatialRef();
-    return reference ? wkt_of(*reference) : std::string();
+    std::string text = reference ? wkt_of(*reference) : std::string();
+    if (reference && text.empty()) fail_without_reference();
+    return text;
   }
 
   Heightfield header() {
@@ -364,10 +366,12 @@ class SurveyReader {
     fail(gdal_error_.empty() ? what : fmt::format("{} ({})", what, gdal_error_));
   }
 
-  // Keeps GDAL's first message, which is nearest to the cause.
+  // Keeps GDAL's first message, which is nearest to the cause. What PROJ reports is a warning.
   static void CPL_STDCALL on_gdal_error(CPLErr severity, CPLErrorNum, const char* message) {
-    auto& first = static_cast<SurveyReader*>(CPLGetErrorHandlerUserData())->gdal_error_;
-    if (severity >= CE_Failure && first.empty()) first = message;
+    auto& reader = *static_cast<SurveyReader*>(CPLGetErrorHandlerUserData());
+    if (severity >= CE_Failure && reader.gdal_error_.empty()) reader.gdal_error_ = message;
+    if (std::string_view(message).starts_with("PROJ") && reader.proj_message_.empty())
+      reader.proj_message_ = message;
   }
 
   void open() {
@@ -458,6 +462,13 @@ class SurveyReader {
                       columns, rows));
   }
 
+  [[noreturn]] void fail_without_reference() const {
+    fail(
+        fmt::format("its coordinate reference system cannot be read ({}); does PROJ find its "
+                    "database (PROJ_DATA), and is there enough memory?",
+                    proj_message_.empty() ? "no reason given" : proj_message_));
+  }
+
   void check_reference(GDALRasterBand& band) {
     if (dataset_->GetGeoTransform(transform_.data()) != CE_None)
       fail("does not define where its cells lie; add that with gdal_translate -a_ullr");
@@ -473,6 +484,7 @@ class SurveyReader {
     const char* const cure =
         "project it to metres, with gdalwarp -t_srs EPSG:326NN for UTM zone NN";
     const OGRSpatialReference* reference = dataset_->GetSpatialRef();
+    if (!reference && !proj_message_.empty()) fail_without_reference();
     if (reference && reference->IsGeographic()) fail(fmt::format("is in degrees; {}", cure));
     if (reference && std::abs(reference->GetLinearUnits() - 1.0) > 1e-9)
       fail(fmt::format("has cells in units of {} m; {}", reference->GetLinearUnits(), cure));
@@ -610,7 +622,7 @@ class SurveyReader {
     CPLConfigOptionSetter npy{"GDAL_VRT_RAWRASTERBAND_ALLOWED_SOURCE", "ALL", false};
   };
 
-  std::string gdal_error_;
+  std::string gdal_error_, proj_message_;
   const std::filesystem::path file_;
   const double cell_m_;
   bool may_use_hdf5_;
