@@ -241,16 +241,29 @@ bool put_in_place(const std::filesystem::path& folder, const std::filesystem::pa
   return true;
 }
 
-bool make_folder(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> make_folder(const std::filesystem::path& folder) {
   std::error_code error;
-  const bool made = std::filesystem::create_directories(folder, error);
-  if (error) fail(folder, "make this folder", error.value());
-  if (::access(folder.c_str(), W_OK) != 0) {
-    const int reason = errno;
-    if (made) std::filesystem::remove(folder, error);  // as under a umask that forbids writing
-    fail(folder, "write into this folder", reason);
-  }
+  std::vector<std::filesystem::path> missing, made;
+  for (auto at = folder; !at.empty() && !std::filesystem::exists(at, error); at = at.parent_path())
+    missing.push_back(at);
+  const auto give_up = [&](const char* what, int reason) {
+    remove_empty(made);
+    fail(folder, what, reason);
+  };
+  for (auto at = missing.rbegin(); at != missing.rend(); ++at)
+    if (std::filesystem::create_directory(*at, error))
+      made.insert(made.begin(), *at);
+    else if (error)
+      give_up("make this folder", error.value());
+  if (!std::filesystem::is_directory(folder, error)) give_up("make this folder", ENOTDIR);
+  // As under a umask that forbids writing.
+  if (::access(folder.c_str(), W_OK) != 0) give_up("write into this folder", errno);
   return made;
+}
+
+void remove_empty(std::span<const std::filesystem::path> folders) {
+  std::error_code not_empty;
+  for (const std::filesystem::path& folder : folders) std::filesystem::remove(folder, not_empty);
 }
 
 }  // namespace ensonify::refine

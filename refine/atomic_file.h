@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace ensonify::refine {
 
@@ -76,8 +77,12 @@ void move_files(const std::filesystem::path& from, const std::filesystem::path& 
 /// Returns false if something is there already. Throws std::system_error as write_file does.
 bool put_in_place(const std::filesystem::path& folder, const std::filesystem::path& place);
 
-/// Makes a folder to write into, and its missing parents. Returns false if it exists already.
-/// Throws std::system_error as write_file does, also if the folder is not writable.
-bool make_folder(const std::filesystem::path& folder);
+/// Makes a folder to write into, and its missing parents. Returns those that it made, the innermost
+/// first. Throws std::system_error as write_file does, also if the folder is not writable; then it
+/// leaves none.
+std::vector<std::filesystem::path> make_folder(const std::filesystem::path& folder);
+
+/// Removes those of some folders that are empty, such as make_folder() made, in their order.
+void remove_empty(std::span<const std::filesystem::path> folders);
 
 }  // namespace ensonify::refine

@@ -63,6 +63,12 @@ std::string summary(const Imitation& made) {
   return text;
 }
 
+/// Folders that go away with this object where they are empty.
+struct NewFolders {
+  std::vector<fs::path> made;
+  ~NewFolders() { refine::remove_empty(made); }
+};
+
 nlohmann::ordered_json as_json(const Imitation& made, const fs::path& folder) {
   nlohmann::ordered_json keys = nlohmann::ordered_json::object(),
                          statistics = nlohmann::ordered_json::object();
@@ -87,7 +93,7 @@ void make_imitation(const ImitateArguments& arguments) {
   print_warnings(line.warnings);
   fs::path folder = fs::absolute(arguments.folder);
   if (folder.filename().empty()) folder = folder.parent_path();  // a slash at the end
-  fs::create_directories(folder.parent_path());
+  const NewFolders above{refine::make_folder(folder.parent_path())};
   StagingFolder staging(folder);
   Imitation made;
   {

@@ -83,7 +83,7 @@ OutputFolder::~OutputFolder() {
   }
   staging_.reset();
   claim_.reset();
-  if (!kept_ && made_) fs::remove(folder_, ignored);  // only if nothing else is in it
+  if (!kept_) refine::remove_empty(made_);
 }
 
 void OutputFolder::begin() {

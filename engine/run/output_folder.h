@@ -47,7 +47,7 @@ class OutputFolder {
 
   std::filesystem::path folder_;
   bool staged_;
-  bool made_ = false;
+  std::vector<std::filesystem::path> made_;
   bool kept_ = false;
   bool holds_earlier_run_ = false;
   std::optional<Claim> claim_;

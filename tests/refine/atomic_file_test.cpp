@@ -209,3 +209,22 @@ TEST_CASE("While several write a file, a reader sees one writer's complete file"
   threads.clear();
   CHECK(names(folder.path()) == std::set<std::string>{"f"});
 }
+
+TEST_CASE("A folder is made with its parents, which can be removed again if nothing is in them") {
+  const TemporaryFolder folder;
+  using ensonify::refine::make_folder, ensonify::refine::remove_empty;
+  const std::vector<fs::path> made = make_folder(folder / "a/b/c");
+  CHECK(made == std::vector<fs::path>{folder / "a/b/c", folder / "a/b", folder / "a"});
+  CHECK(make_folder(folder / "a/b/c").empty());
+  write_file(folder / "a/f", "x");
+  remove_empty(made);
+  CHECK(names(folder.path()) == std::set<std::string>{"a"});
+  CHECK(names(folder / "a") == std::set<std::string>{"f"});
+  // One that cannot be made leaves no parents.
+  CHECK_THROWS_AS(make_folder(folder / "d/e" / std::string(300, 'n')), std::system_error);
+  CHECK_THROWS_AS(make_folder(folder / "a/f/g"), std::system_error);
+  CHECK_THROWS_AS(make_folder(folder / "a/f"), std::system_error);
+  CHECK(names(folder.path()) == std::set<std::string>{"a"});
+  remove_empty(make_folder(folder / "d/e/"));
+  CHECK(names(folder.path()) == std::set<std::string>{"a"});
+}
