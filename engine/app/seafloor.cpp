@@ -38,9 +38,7 @@ void write_seafloor(const SeafloorArguments& arguments) {
     stop_if_asked();
     refine::write_ply(arguments.file, mesh);
   } else {
-    const Heightfield field = with_memory_for("the heights", [&] {
-      return make_heightfield(scene.seafloor, scene.bed_seed(), {arguments.memory});
-    });
+    const Heightfield field = heights_of(scene, {arguments.memory});
     stop_if_asked();
     refine::write_file(arguments.file,
                        kind == ".tif"
@@ -56,9 +54,9 @@ void add_seafloor(CLI::App& app, Action& action) {
   const auto arguments = std::make_shared<SeafloorArguments>();
   CLI::App& command = *app.add_subcommand(
       "seafloor",
-      "Write a scene's seafloor as a mesh in world metres (.ply); as heights relative to the sea "
-      "surface, float64, southern row first, NaN for holes (.npy); or as a GeoTIFF of world "
-      "heights (.tif), in the survey's coordinate reference system, or in one centred at "
+      "Write a scene's seafloor with its objects as a mesh in world metres (.ply); or without them "
+      "as heights relative to the sea surface, float64, southern row first, NaN for holes (.npy), "
+      "or as a GeoTIFF of world heights (.tif), in the survey's coordinate reference system, or in one centred at "
       "track.origin_lat_deg and origin_lon_deg, if the scene has either");
   arguments->scene.add_to(command);
   command.add_option("-o,--output", arguments->file, "The file to write: .ply, .npy or .tif")

@@ -431,6 +431,17 @@ void take_bed_in_tiles(const SeafloorOptions& options, std::uint64_t seed, const
   label_tiles(options.seabed, kinds, seafloor);
 }
 
+/// A bed that was made at once, before its objects.
+void take_bed(const Ground& ground, std::size_t objects, Seafloor& seafloor) {
+  seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(ground.field));
+  seafloor.mesh.world_origin = ground.field.world_origin;
+  seafloor.utm_zone = ground.field.utm_zone;
+  seafloor.vertices = seafloor.grid->vertices();
+  seafloor.bed_faces = seafloor.grid->faces();
+  seafloor.mean_bed_m = seafloor.grid->mean_height_m();
+  label_bed(ground.field, *seafloor.grid, ground.map, objects, seafloor);
+}
+
 }  // namespace
 
 void check_header(const SeafloorOptions& options) {
@@ -453,10 +464,17 @@ bool needs_tiles(const SeafloorOptions& options) {
 }
 
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
-                             const MemoryPlan& plan) {
+                             std::span<const ObjectOptions> objects,
+                             std::span<const Material> materials, const MemoryPlan& plan) {
   if (needs_tiles(options)) throw std::invalid_argument(not_at_once(options));
   if (!is_mesh(options)) require_heights(options, plan);
-  return make_ground(options, seed).field;
+  Ground ground = make_ground(options, seed);
+  if (first_scoured(objects)) {
+    Seafloor seafloor;
+    take_bed(ground, count_of(objects), seafloor);
+    add_objects(objects, seed, materials, &ground.field, seafloor);
+  }
+  return std::move(ground.field);
 }
 
 Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
@@ -484,13 +502,7 @@ Seafloor make_seafloor(const SeafloorOptions& options, std::uint64_t seed,
     require_bed(options, plan, form);
     ground = make_ground(options, seed);
     require_faces(options, ground.field, plan, form);
-    seafloor.grid = std::make_shared<const refine::HeightGrid>(height_grid(ground.field));
-    seafloor.mesh.world_origin = ground.field.world_origin;
-    seafloor.utm_zone = ground.field.utm_zone;
-    seafloor.vertices = seafloor.grid->vertices();
-    seafloor.bed_faces = seafloor.grid->faces();
-    seafloor.mean_bed_m = seafloor.grid->mean_height_m();
-    label_bed(ground.field, *seafloor.grid, ground.map, count_of(objects), seafloor);
+    take_bed(ground, count_of(objects), seafloor);
   }
   add_objects_and_count(objects, seed, materials,
                         options.kind == SeafloorKind::mesh ? nullptr : &ground.field, seafloor);

@@ -38,12 +38,13 @@ struct MemoryPlan {
 /// Reads only the header of a survey grid. Throws what make_seafloor() would throw for that header.
 void check_header(const SeafloorOptions& options);
 
-/// The heights that the options describe. Throws std::invalid_argument if the options make no bed
-/// below the sea surface or name a mesh, which has no grid of heights; refine::MeshError if the
-/// survey makes no such bed; MemoryError, before it allocates, if the heights do not fit; and what
-/// the layers throw.
+/// The heights of the bed that make_seafloor() makes, with the scours of the objects and without
+/// the objects. Throws std::invalid_argument if the options make no bed below the sea surface or
+/// name a mesh, which has no grid of heights; refine::MeshError if the survey makes no such bed;
+/// MemoryError, before it allocates, if the heights do not fit; and what the layers throw.
 Heightfield make_heightfield(const SeafloorOptions& options, std::uint64_t seed,
-                             const MemoryPlan& plan = {});
+                             std::span<const ObjectOptions> objects = {},
+                             std::span<const Material> materials = {}, const MemoryPlan& plan = {});
 
 /// The bed (of any kind), with objects set down on it; `materials` are those that the scene
 /// defines. Throws what make_heightfield throws; refine::MeshError for a mesh that cannot be

@@ -42,7 +42,7 @@ constexpr std::size_t most_static_faces = 10'000'000;
 /// Calls make() for a scene's seafloor. A fault that names a layer or an object gets its place in
 /// the scene's file.
 template <class Make>
-Seafloor with_places(const Scene& scene, Make&& make) {
+auto with_places(const Scene& scene, Make&& make) {
   try {
     return with_memory_for("the seafloor", make);
   } catch (const std::invalid_argument& error) {
@@ -303,6 +303,12 @@ Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan, BedForm form) {
   return with_places(scene, [&] {
     return make_seafloor(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan,
                          form);
+  });
+}
+
+Heightfield heights_of(const Scene& scene, const MemoryPlan& plan) {
+  return with_places(scene, [&] {
+    return make_heightfield(scene.seafloor, scene.bed_seed(), scene.objects, scene.materials, plan);
   });
 }
 

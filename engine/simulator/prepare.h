@@ -53,4 +53,7 @@ std::shared_ptr<const PreparedSeafloor> prepare_seafloor(const Scene& scene,
 /// not fit.
 Seafloor seafloor_of(const Scene& scene, const MemoryPlan& plan = {}, BedForm form = BedForm::mesh);
 
+/// The heights of its bed, as make_heightfield() makes them. Throws likewise.
+Heightfield heights_of(const Scene& scene, const MemoryPlan& plan = {});
+
 }  // namespace ensonify::engine

@@ -1,5 +1,6 @@
 #include <ensonify/engine/seafloor/objects/scour.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -71,6 +72,24 @@ TEST_CASE("what lies under an object and far from it stays, and so does the obje
   CHECK(moved_m(scoured, -2.6, 0.0) < -0.1);
   CHECK(scoured.objects[0].middle_m == plain.objects[0].middle_m);
   CHECK(scoured.faces == plain.faces);
+}
+
+TEST_CASE("the heights of a bed have the scours of its objects, and not the objects") {
+  const SeafloorOptions bed = level_bed();
+  for (const ObjectOptions& box : {scoured_box(0.3, 0.3), scoured_box(0.0, 0.0)}) {
+    const std::vector objects{box};
+    const Heightfield field = make_heightfield(bed, 1, objects);
+    const Seafloor seafloor = make_seafloor(bed, 1, objects);
+    for (int row = 0; row < field.rows; row += 7)
+      for (int column = 0; column < field.columns; column += 7)
+        REQUIRE(field.at(column, row) ==
+                Approx(BedGrid(seafloor).height_m(field.x_m(column), field.y_m(row)))
+                    .epsilon(0)
+                    .margin(1e-5));
+    const auto [low, high] = std::ranges::minmax(field.z_m);
+    CHECK((high - low > 0.3) == (box.scour_ratio > 0.0));
+    CHECK(high < -14.0);
+  }
 }
 
 TEST_CASE("the tail lies in the lee and is highest a quarter of its length away") {
