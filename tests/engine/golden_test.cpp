@@ -177,6 +177,6 @@ count = 3
   append(bytes, floor.mesh.positions);
   append(bytes, floor.mesh.faces);
   append(bytes, floor.face_label);
-  CHECK(seafloor_version == 7);
-  CHECK(xxh128(bytes) == "8b7d381b4c0725d616f8c6118cf01e49");
+  CHECK(seafloor_version == 8);
+  CHECK(xxh128(bytes) == "ba77b8c2315928460813cb410ef6224b");
 }

@@ -15,6 +15,7 @@
 #include <ensonify/engine/seafloor/bed/interpolated.h>
 #include <ensonify/engine/seafloor/bed/points_near.h>
 #include <ensonify/engine/seafloor/bed/smooth_field.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -33,13 +34,25 @@ bool is_left_out(std::span<const double> weight, std::size_t point) {
   return !weight.empty() && weight[point] == 0.0;
 }
 
+/// The grid with a point more on each side, in the same places.
+Heightfield with_border(const Heightfield& field) {
+  Heightfield grid = field;
+  grid.whole_columns = field.columns_in_all();
+  grid.whole_rows = field.rows_in_all();
+  grid.first_column -= 1;
+  grid.first_row -= 1;
+  grid.columns += 2;
+  grid.rows += 2;
+  grid.z_m.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
+  return grid;
+}
+
 /// Pairs of places where a crest ends or forks: about the first the phase turns once to one side,
 /// about the second once to the other, so that between them there is a crest more or less.
 class Forks {
  public:
-  Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws,
-        std::span<const double> weight)
-      : grid_(grid), weight_(weight), core_m_(0.35 * relief.wavelength_m) {
+  Forks(const Heightfield& grid, const Bedforms& relief, const LayerDraws& draws)
+      : grid_(grid), core_m_(0.35 * relief.wavelength_m) {
     turns_.assign(grid.z_m.size(), 0.0);
     height_.assign(grid.z_m.size(), 1.0);
     const double per_m2 = relief.forks / std::pow(10.0 * relief.wavelength_m, 2);
@@ -60,7 +73,6 @@ class Forks {
     const double reach_m = reach_in_lengths * length_m;
     for_each_point_near(grid_, x, y, reach_m, [&](int column, int row, double dx, double dy) {
       const std::size_t point = grid_.index(column, row);
-      if (is_left_out(weight_, point)) return;
       // From the middle of the pair; the angle under which the pair is seen is the phase it adds.
       const double ax = dx - 0.5 * east, ay = dy - 0.5 * north;
       const double bx = dx + 0.5 * east, by = dy + 0.5 * north;
@@ -83,7 +95,6 @@ class Forks {
   static constexpr double reach_in_lengths = 1.6;
 
   const Heightfield& grid_;
-  std::span<const double> weight_;
   double core_m_;
   std::vector<double> turns_, height_;
 };
@@ -125,38 +136,68 @@ double CrestProfile::at(double turns) const {
   return std::lerp(at_step_[step], at_step_[step + 1], place - static_cast<double>(step));
 }
 
+double CrestProfile::steepest() const {
+  double step = 0.0;
+  for (std::size_t i = 0; i + 1 < at_step_.size(); ++i)
+    step = std::max(step, std::abs(at_step_[i + 1] - at_step_[i]));
+  return step * steps / std::min(rise_, 1.0 - rise_);
+}
+
 void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& draws,
                 std::span<const double> weight) {
   check(relief, std::max(field.cell_east_m, field.cell_north_m));
   if (relief.height_m == 0.0) return;
+  const Heightfield grid = with_border(field);
   const double drift_m = relief.drift_m > 0.0 ? relief.drift_m : 20.0 * relief.wavelength_m;
   const SmoothField bends(draws.of(1), 0.6 * drift_m, 3.0 * drift_m);
   const SmoothField heights(draws.of(2), 0.6 * drift_m, 3.0 * drift_m);
-  const std::vector<double> bend = bends.over(field), height = heights.over(field);
-  const std::vector<double> shift = ragged(field, relief.wavelength_m, draws, 4);
-  const std::vector<double> near_height = ragged(field, relief.wavelength_m, draws, 5);
-  const Forks forks(field, relief, draws, weight);
+  const std::vector<double> height = heights.over(grid);
+  const std::vector<double> near_height = ragged(grid, relief.wavelength_m, draws, 5);
+  const Forks forks(grid, relief, draws);
   const double ragged_ln = 4.0 * relief.raggedness;
   // A phase of rms slope k0 * bend turns the crests by bend, and changes their spacing by as much.
   const double bend_turns = relief.bend_rad / (relief.wavelength_m * bends.slope_per_m());
   const double east = std::sin(relief.across_crests_rad),
                north = std::cos(relief.across_crests_rad);
+  std::vector<double> turns = bends.over(grid);
+  {
+    const std::vector<double> shift = ragged(grid, relief.wavelength_m, draws, 4);
+    for (int row = 0; row < grid.rows; ++row)
+      for (int column = 0; column < grid.columns; ++column) {
+        const std::size_t point = grid.index(column, row);
+        turns[point] = (grid.x_m(column) * east + grid.y_m(row) * north) / relief.wavelength_m +
+                       bend_turns * turns[point] + relief.raggedness * shift[point] +
+                       forks.turns(point);
+      }
+  }
   // Mean of sin^p over half a turn.
   const double p = 2.0 - relief.sharpness;
   const double mean =
       1.0 - 2.0 * std::tgamma(0.5 * (p + 1.0)) / (std::sqrt(pi) * std::tgamma(0.5 * p + 1.0));
   const CrestProfile profile(relief.sharpness, relief.asymmetry);
+  // A fork's end is a whole turn, which the phase does not show.
+  const auto turns_between = [&](std::size_t from, std::size_t to) {
+    return std::remainder(turns[to] - turns[from], 1.0);
+  };
+  constexpr double angle_of_repose_rad = 33.0 * degree;  // of sand under water
+  const double highest_over_spacing = 2.0 * std::tan(angle_of_repose_rad) / profile.steepest();
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
-      const std::size_t point = field.index(column, row);
-      if (is_left_out(weight, point)) continue;
-      const double turns =
-          (field.x_m(column) * east + field.y_m(row) * north) / relief.wavelength_m +
-          bend_turns * bend[point] + relief.raggedness * shift[point] + forks.turns(point);
+      if (is_left_out(weight, field.index(column, row))) continue;
+      const std::size_t point = grid.index(column + 1, row + 1),
+                        row_length = static_cast<std::size_t>(grid.columns);
+      const double turns_per_m = std::hypot(
+          (turns_between(point - 1, point) + turns_between(point, point + 1)) /
+              (2.0 * grid.cell_east_m),
+          (turns_between(point - row_length, point) + turns_between(point, point + row_length)) /
+              (2.0 * grid.cell_north_m));
       const double ln_height = relief.height_spread * height[point] +
                                ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
-      field.z_m[point] += 0.5 * relief.height_m * std::exp(ln_height) * forks.height(point) *
-                          (profile.at(turns) - mean);
+      const double height_m =
+          std::min(relief.height_m * std::exp(ln_height),
+                   std::max(relief.height_m, highest_over_spacing / turns_per_m));
+      field.z_m[field.index(column, row)] +=
+          0.5 * height_m * forks.height(point) * (profile.at(turns[point]) - mean);
     }
 }
 
@@ -172,7 +213,7 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
       .values = {
           {"wavelength_m", "m", 0.01, 10e3, "From crest to crest; four cells or more.",
            &Bedforms::wavelength_m},
-          {"height_m", "m", 0, 100, "From trough to crest.", &Bedforms::height_m},
+          {"height_m", "m", 0, 100, "From trough to crest; the median.", &Bedforms::height_m},
           {"across_crests_deg", "degrees", -360, 360,
            "Heading across the crests, clockwise from north; steep sides face that way.",
            &Bedforms::across_crests_rad},
@@ -186,7 +227,8 @@ const ReliefKind<Bedforms>& kind_of(const Bedforms&) {
           {"drift_m", "m", 0, 1e6, "Distance over which bend and height change; 0: 20 wavelengths.",
            &Bedforms::drift_m},
           {"height_spread", "", 0, 2,
-           "How much, rms, the logarithm of the height changes over such distances.",
+           "How much, rms, the logarithm of the height changes over such distances; no crest "
+           "becomes steeper by that than sand lies, 33 degrees.",
            &Bedforms::height_spread},
           {"raggedness", "", 0, 0.3,
            "How much, rms, the crests' lines shift over some two wavelengths, as a share of the "

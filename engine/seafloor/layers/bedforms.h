@@ -14,13 +14,15 @@ namespace ensonify::engine {
 /// 1 to 10 m at 50 to 500 m.
 struct Bedforms {
   double wavelength_m = 1.0;
-  double height_m = 0.1;           ///< trough to crest; 0: none
+  double height_m = 0.1;           ///< trough to crest, median; 0: none
   double across_crests_rad = 0.0;  ///< heading across the crests, which the steep sides face
   double sharpness = 0.6;          ///< 0: a cosine, 1: crests are edges between round troughs
   double asymmetry = 0.0;          ///< 0: both sides equal; towards 1: steep lee sides
   double bend_rad = 0.15;          ///< rms turn of the crests, and relative change of wavelength
   double drift_m = 0.0;            ///< distance over which they change; 0: 20 wavelengths
-  double height_spread = 0.35;     ///< rms of the height's logarithm over such distances
+  /// Rms of the height's logarithm over such distances. What makes a crest higher than height_m
+  /// makes it no steeper than sand lies (33 degrees) where it is.
+  double height_spread = 0.35;
   /// Rms of the changes over some two wavelengths: of the crests' lines, as a share of the
   /// wavelength; the logarithm of the height changes four times as much.
   double raggedness = 0.1;
@@ -41,6 +43,7 @@ class CrestProfile {
  public:
   CrestProfile(double sharpness, double asymmetry);
   double at(double turns) const;
+  double steepest() const;  ///< change per turn
 
  private:
   static constexpr int steps = 2048;  // from crest to trough

@@ -226,3 +226,36 @@ TEST_CASE("Crests with values outside their ranges are refused") {
         Bedforms{.wavelength_m = 2.0, .forks = nan}})
     CHECK_THROWS_AS(crests(wrong, 1), std::invalid_argument);
 }
+
+TEST_CASE("Crests are hardly ever steeper than sand lies, and their median height stays") {
+  // The steepest slope of a profile is its own.
+  CHECK(CrestProfile(0.0, 0.0).steepest() == Approx(2.0 * pi).epsilon(1e-5));
+  CHECK(CrestProfile(0.0, 0.5).steepest() == Approx(4.0 * pi).epsilon(1e-5));
+  for (const double height_m : {0.1, 0.15}) {
+    const Bedforms relief{.wavelength_m = 1.0, .height_m = height_m};
+    Heightfield field = flat(1201, 1201, 0.05, 0.05);
+    add_crests(field, relief, draws(3));
+    std::size_t steep = 0, all = 0;
+    for (int row = 1; row + 1 < field.rows; ++row)
+      for (int column = 1; column + 1 < field.columns; ++column) {
+        const double east = (field.at(column + 1, row) - field.at(column - 1, row)) / 0.1,
+                     north = (field.at(column, row + 1) - field.at(column, row - 1)) / 0.1;
+        steep += std::hypot(east, north) > std::tan(33.0 * pi / 180.0);
+        ++all;
+      }
+    const double share = static_cast<double>(steep) / static_cast<double>(all);
+    CAPTURE(height_m, share);
+    CHECK(share < (height_m == 0.1 ? 0.001 : 0.005));
+  }
+  // A height that is asked for is made, however steep.
+  Bedforms steep{.wavelength_m = 1.0,
+                 .height_m = 0.5,
+                 .bend_rad = 0.0,
+                 .height_spread = 0.0,
+                 .raggedness = 0.0,
+                 .forks = 0.0};
+  Heightfield field = flat(201, 201, 0.05, 0.05);
+  add_crests(field, steep, draws(3));
+  const auto [low, high] = std::ranges::minmax(field.z_m);
+  CHECK(high - low == Approx(0.5).epsilon(0.02));
+}
