@@ -63,8 +63,17 @@ inline Outcome run_program(const std::filesystem::path& folder, std::vector<std:
   }
   envp.push_back(nullptr);
 
+  // Under nohup this process, and so its children, would ignore it.
+  sigset_t hang_up;
+  sigemptyset(&hang_up);
+  sigaddset(&hang_up, SIGHUP);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setsigdefault(&attributes, &hang_up);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t process = 0;
-  const int error = posix_spawn(&process, argv[0], &actions, nullptr, argv.data(), envp.data());
+  const int error = posix_spawn(&process, argv[0], &actions, &attributes, argv.data(), envp.data());
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) throw std::runtime_error("the program cannot be started");
   if (meanwhile) meanwhile(process);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <iterator>
 #include <set>
 #include <thread>
@@ -11,6 +12,7 @@
 #include "support/catch.h"
 #include "support/program.h"
 #include "support/tiny_scene.h"
+#include "support/tree.h"
 
 #include <ensonify/engine/scene/reader.h>
 
@@ -330,21 +332,37 @@ TEST_CASE("A survey is found under --data and ENSONIFY_DATA") {
 TEST_CASE("A run that is stopped removes its files and exits with 128 plus the signal's number") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
-  for (const int signal : {SIGTERM, SIGINT}) {
-    const Outcome stopped = run_program(
-        folder.path(),
-        {"run", "tiny.toml", "-o", "out", "--threads", "1", "-D", "track.pings=10000", "-D",
-         "track.speed_mps=0", "-D", "run.block_pings=2", "-D", "sonar.left-right.elevations=8192"},
-        {}, [&](pid_t process) {
-          for (int i = 0; i < 1000 && !fs::exists(folder / "out/left-right.png"); ++i)
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-          CHECK(fs::exists(folder / "out/left-right.png"));  // the picture grows during the run
-          kill(process, signal);
-          kill(process, signal);
-        });
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    const Outcome stopped =
+        run_program(folder.path(),
+                    {"run", "tiny.toml", "-o", "new/folders/out", "--threads", "1", "-D",
+                     "track.pings=10000", "-D", "track.speed_mps=0", "-D", "run.block_pings=2",
+                     "-D", "sonar.left-right.elevations=8192"},
+                    {}, [&](pid_t process) {
+                      const fs::path picture = folder / "new/folders/out/left-right.png";
+                      for (int i = 0; i < 1000 && !fs::exists(picture); ++i)
+                        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+                      CHECK(fs::exists(picture));  // the picture grows during the run
+                      kill(process, signal);
+                      kill(process, signal);
+                    });
     check_refused(stopped, 128 + signal, "stopped");
     CHECK(names_in(folder.path()) == std::set<std::string>{"tiny.toml"});
   }
+}
+
+TEST_CASE("A run is made as ever if stderr cannot be written") {
+  if (!fs::exists("/dev/full")) {
+    WARN("skipped: this system has no /dev/full");
+    return;
+  }
+  const TemporaryFolder folder;
+  write_text(folder / "tiny.toml", tiny_scene);
+  REQUIRE(run_program(folder.path(), {"run", "tiny.toml", "-o", "plain"}).code == 0);
+  CHECK(std::system(("cd '" + folder.path().string() + "' && '" + program_file().string() +
+                     "' run tiny.toml -o full 2> /dev/full")
+                        .c_str()) == 0);
+  CHECK(difference(tree_of(folder / "full"), tree_of(folder / "plain")) == "");
 }
 
 TEST_CASE("A seafloor is written as a mesh, described by mesh-info, and hit by rays") {

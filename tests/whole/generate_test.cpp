@@ -457,6 +457,25 @@ TEST_CASE("a dry run finds vehicles that would be above the sea surface") {
   CHECK(outcome.err.find("the vehicle would leave the water") != std::string::npos);
 }
 
+TEST_CASE("what a killed preview leaves is removed by the next one for that picture") {
+  const TemporaryFolder folder;
+  write_text(folder / "recipe.toml", tiny_recipe);
+  const fs::path scratch = folder / ".sheet.png.0.tmp";
+  const Outcome killed =
+      run_program(folder.path(), {"preview", "recipe.toml", "-o", "sheet.png"}, {}, [&](pid_t id) {
+        for (int i = 0; i < 10000 && !fs::exists(scratch); ++i)
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        kill(id, SIGKILL);
+      });
+  REQUIRE(killed.code == -SIGKILL);
+  REQUIRE(fs::exists(scratch));
+  REQUIRE(run_program(folder.path(),
+                      {"preview", "recipe.toml", "-o", "sheet.png", "-n", "1", "--quiet"})
+              .code == 0);
+  CHECK(read_text(folder / "sheet.png").starts_with("\x89PNG"));
+  CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
+}
+
 TEST_CASE("a preview that is stopped keeps the samples that are finished, or says that none is") {
   const TemporaryFolder folder;
   write_text(folder / "recipe.toml", changed(tiny_recipe, "samples = 8", "samples = 1000"));

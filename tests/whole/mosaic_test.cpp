@@ -332,6 +332,31 @@ TEST_CASE("A mosaic has no gaps, and a uniform bed has the same brightness every
   }
 }
 
+TEST_CASE("Every tile of a mosaic is in its file, also without data, so that all readers open it") {
+  const TemporaryFolder folder;
+  run_scene(folder, level_bed, "run", {"track.pings=300", "track.heading_deg=45"});
+  const Picture picture = mosaic_of(folder, {"run"}, {.pixel_m = 0.05});
+  CHECK(std::ranges::count_if(picture.values, [](double value) { return std::isnan(value); }) > 0);
+  const std::unique_ptr<GDALDataset> grid(
+      GDALDataset::FromHandle(GDALOpen((folder / "mosaic.tif").c_str(), GA_ReadOnly)));
+  REQUIRE(grid);
+  std::vector<GDALRasterBand*> bands{grid->GetRasterBand(1)};
+  for (int i = 0; i < bands[0]->GetOverviewCount(); ++i) bands.push_back(bands[0]->GetOverview(i));
+  CHECK(bands.size() > 1);
+  std::size_t tiles = 0;
+  for (GDALRasterBand* band : bands) {
+    int columns = 0, rows = 0;
+    band->GetBlockSize(&columns, &rows);
+    for (int y = 0; y * rows < band->GetYSize(); ++y)
+      for (int x = 0; x * columns < band->GetXSize(); ++x) {
+        CAPTURE(band->GetXSize(), x, y);
+        CHECK(band->GetMetadataItem(fmt::format("BLOCK_OFFSET_{}_{}", x, y).c_str(), "TIFF"));
+        ++tiles;
+      }
+  }
+  CHECK(tiles > 8);
+}
+
 TEST_CASE("The blocks of a mosaic do not change its bytes", "[slow]") {
   const TemporaryFolder folder;
   // With lost pings, so that some neighbours that are read apart lie far apart. Straight to the

@@ -306,6 +306,25 @@ TEST_CASE("a part of another run is noticed by merge, and made again by run") {
   CHECK(difference(tree_of(folder / "run"), expected) == "");
 }
 
+TEST_CASE("parts that lack files, or whose files or records are damaged, are made again") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.toml", many_pings());
+  const auto expected = expected_tree(folder.path());
+  run_whole(folder.path(), "run", {"--part", "0/1"});
+  fs::remove(folder / "run/part_0001/left-right_0001.exr");
+  fs::resize_file(folder / "run/part_0002/left-right_0002.exr", 100);
+  fs::resize_file(folder / "run/part_0003/part.json", 20);
+  fs::copy_file(folder / "run/part_0001/part.json", folder / "run/part_0004/part.json",
+                fs::copy_options::overwrite_existing);
+  fs::remove_all(folder / "run/part_0005");
+  write_text(folder / "run/part_0005", "no folder");
+  const Outcome outcome =
+      run_program(folder.path(), {"run", "scene.toml", "-o", "run", "--part", "0/1", "--json"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(difference(tree_of(folder / "run"), expected) == "");
+}
+
 TEST_CASE("a run in parts that is killed several times becomes the same, without leftovers") {
   check_kills(6);
 }

@@ -751,3 +751,11 @@ TEST_CASE("The reference page has a row for every key") {
   for (const auto& key : sonar_section().keys)
     CHECK(page.find(fmt::format("| `{}` | {} |", key.name, key.help)) != std::string::npos);
 }
+
+TEST_CASE("A start time means the same with and without quotes") {
+  const auto start_of = [](const std::string& time) {
+    return parsed("version = 1\n[output]\nstart_time = " + time + "\n").output.start_time;
+  };
+  CHECK(start_of("\"2025-06-01T12:00:00Z\"") == "2025-06-01T12:00:00Z");
+  CHECK(start_of("2025-06-01T12:00:00Z") == "2025-06-01T12:00:00Z");
+}
