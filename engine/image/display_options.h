@@ -30,8 +30,8 @@ struct Display {
   Mapping mapping = Mapping::gamma;
   double gamma = 0.7;      ///< brightness = amplitude^gamma
   double range_db = 50.0;  ///< of the logarithmic mapping, from black to white
-  /// Standard deviation of the Gaussian that the picture is smoothed by, in pixels: what displays do
-  /// that enlarge or interpolate. 0: not smoothed.
+  /// Standard deviation of the Gaussian that the picture is smoothed by, in pixels: what displays
+  /// do that enlarge or interpolate. 0: not smoothed.
   double smoothing_px = 0.0;
   Palette palette = Palette::grey;
 };

@@ -144,17 +144,18 @@ int main(int argc, char** argv) {
   const std::string target =
       R"("instance": 1, "range_m": 5.5, "side": "port", "ping": 1, "contrast_db": 3, "shadow": null,)"
       R"( "body": {"box": [1, 1, 2, 1], "area_px": 2, "polygons": [[1, 1, 3, 1, 3, 2, 1, 2]]})";
-  seeds.add("run_parts",
-            R"({"version": "1", "libraries": {"a": "1"}, "scene": "version = 1\n[a]\nb = 1\n",)"
-            R"( "seed": 1, "intersector": "embree", "reference": "", "verify_pings": 0,)"
-            R"( "input_files": {}, "pings": 2, "first_pings": [0]})" +
-                zero +
-                R"({"run_xxh128": "0", "first_ping": 0, "pings": 2, "surface": "static", "instruction_set": "AVX2",)"
-                R"( "classes": ["none"], "materials": ["none"], "seafloor": {"faces": 1},)"
-                R"( "counts": {"pings": 2}, "verification": {}, "pings_over_hole": 0,)"
-                R"( "object_visibility": {"left-right": {"objects": 1, "views": [0, 2, 1]}},)"
-                R"( "warnings": [], "files": [{"name": "a", "size_bytes": 1, "xxh128": "0"}]})" +
-                zero + R"({"picture": {"columns": 9, "rows": 2}, "targets": [{)" + target + "}]}");
+  seeds.add(
+      "run_parts",
+      R"({"version": "1", "libraries": {"a": "1"}, "scene": "version = 1\n[a]\nb = 1\n",)"
+      R"( "seed": 1, "intersector": "embree", "reference": "", "verify_pings": 0,)"
+      R"( "input_files": {}, "pings": 2, "first_pings": [0]})" +
+          zero +
+          R"({"run_xxh128": "0", "first_ping": 0, "pings": 2, "surface": "static", "instruction_set": "AVX2",)"
+          R"( "classes": ["none"], "materials": ["none"], "seafloor": {"faces": 1},)"
+          R"( "counts": {"pings": 2}, "verification": {}, "pings_over_hole": 0,)"
+          R"( "object_visibility": {"left-right": {"objects": 1, "views": [0, 2, 1]}},)"
+          R"( "warnings": [], "files": [{"name": "a", "size_bytes": 1, "xxh128": "0"}]})" +
+          zero + R"({"picture": {"columns": 9, "rows": 2}, "targets": [{)" + target + "}]}");
   const tests::SmallDataset dataset;
   seeds.add("dataset", dataset.dataset + zero + dataset.sample + zero + dataset.labels);
   seeds.add("tar", tar_of("000000.a.json", "{}\n"));

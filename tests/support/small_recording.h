@@ -19,18 +19,18 @@ inline engine::Recording small_recording(std::size_t bins = 5) {
                               .sound_speed_mps = 1480.0,
                               .bins = bins};
   for (std::size_t row = 0; row < 3; ++row) {
-    recording.pings.push_back(
-        {.row = row,
-         .number = row == 0 ? 7u : 8u + row,
-         .unix_ms = 1709251199500 + 250 * static_cast<int>(row),
-         .interval_s = 0.25,
-         .place = {(55.0 + 1e-4 * static_cast<double>(row)) * engine::degree, -10.5 * engine::degree},
-         .heading_rad = (100.0 + static_cast<double>(row)) * engine::degree,
-         .pitch_rad = 2.0 * engine::degree,
-         .roll_rad = -3.0 * engine::degree,
-         .depth_m = 12.5,
-         .altitude_m = 7.25,
-         .speed_mps = 1.5});
+    recording.pings.push_back({.row = row,
+                               .number = row == 0 ? 7u : 8u + row,
+                               .unix_ms = 1709251199500 + 250 * static_cast<int>(row),
+                               .interval_s = 0.25,
+                               .place = {(55.0 + 1e-4 * static_cast<double>(row)) * engine::degree,
+                                         -10.5 * engine::degree},
+                               .heading_rad = (100.0 + static_cast<double>(row)) * engine::degree,
+                               .pitch_rad = 2.0 * engine::degree,
+                               .roll_rad = -3.0 * engine::degree,
+                               .depth_m = 12.5,
+                               .altitude_m = 7.25,
+                               .speed_mps = 1.5});
     for (std::size_t i = 0; i < 2 * bins; ++i)
       recording.samples.push_back(static_cast<std::uint16_t>(100 * (row + 1) + i));
   }

@@ -424,11 +424,11 @@ double OtherPaths::mirrored_m(const MirroredBeam& beam) const {
 // slope s by 2 s times the distance from the wall, and by diffraction: sinc^2(L sin / lambda) has
 // the peak and the integral of a Gaussian with the rms angle lambda / (sqrt(2 pi) L).
 //
-// Seen from the bed, sound from the wall goes on forwards, near the specular direction, turned by 2
-// a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a multiple.
-// For each place the paths in both directions are equally long and alike, so that their amplitudes
-// add: four times the energy of one. Left out: rough walls that send sound up or farther down than
-// smooth ones.
+// Seen from the bed, sound from the wall continues forwards, near the specular direction, turned by
+// 2 a: it has the strength of the bed's forward lobe and, around it, sqrt(s(g) s(g')) as a
+// multiple. For each place the paths in both directions are equally long and alike, so that their
+// amplitudes add: four times the energy of one. Left out: rough walls that send sound up or farther
+// down than smooth ones.
 void OtherPaths::add_double_bounce(const PingContext& context, const EchoLine& line,
                                    const BeamPlane& plane, std::span<const float> direct,
                                    std::span<float> power) const {
