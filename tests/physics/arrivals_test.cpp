@@ -13,6 +13,7 @@
 #include "support/catch.h"
 #include "support/lines.h"
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/backscatter.h>
 #include <ensonify/scatter/decibel.h>
 #include <ensonify/scatter/forward_lobe.h>
@@ -500,6 +501,41 @@ TEST_CASE("cross-talk from one side to the other has its level") {
   CHECK(lines[1].bins.intensity[600] == Approx(1.0 + 1e-3));
 }
 
+TEST_CASE("cross-talk brings the other side's surface return, too") {
+  Sonar sonar = open_sonar();
+  const auto from_surface = [&](std::optional<double> crosstalk_db) {
+    const SignalChain chain(
+        sonar, {.speckle = false, .arrivals = {.surface = true, .crosstalk_db = crosstalk_db}});
+    EchoLine lines[] = {level_line(sonar, Side::port, array, altitude_m),
+                        level_line(sonar, Side::starboard, array, altitude_m)};
+    for (EchoLine& line : lines) std::ranges::fill(line.bins.intensity_mean, 0.0f);
+    SignalChain::Memory memory;
+    chain.receive(context, lines, memory);
+    return std::ranges::max(lines[1].bins.intensity);
+  };
+  CHECK(from_surface(-10.0) == Approx(1.1 * from_surface({})));
+}
+
+TEST_CASE("multiples do not follow from side lobes where a measured pattern hides the bed") {
+  // The direct echo there is all side lobes; the multiples come from directions that are not
+  // hidden.
+  const auto loudest = [](double hidden_db) {
+    Sonar sonar = open_sonar();
+    sonar.bins = 3000;
+    for (auto& side : sonar.vertical.measured)
+      side = {{-180.0 * degree, 0.0},
+              {60.0 * degree, 0.0},
+              {61.0 * degree, hidden_db},
+              {180.0 * degree, hidden_db}};
+    std::vector<float> direct(3000, 0.0f);
+    std::fill(direct.begin() + static_cast<std::ptrdiff_t>(altitude_m / sonar.bin_m()),
+              direct.end(), 1.0f);
+    std::vector<double> all = received(sonar, {.multiples = true}, direct, {.wind_mps = 0.0});
+    return *std::ranges::max_element(all);
+  };
+  CHECK(loudest(-100.0) == Approx(loudest(-60.0)).epsilon(0.02));
+}
+
 namespace {
 
 /// A wall on the bed. Its middle along the track is beside_m from that of the beam; its normal is
@@ -596,7 +632,6 @@ TEST_CASE("a wall's foot has the echo of the bed that it mirrors, both ways in p
 }
 
 TEST_CASE("a wall that is oblique or beside the beam mirrors less of the bed") {
-  constexpr double degree = std::numbers::pi / 180.0;
   const Sonar sonar = open_sonar();
   const double whole = corner_energy(sonar, {.strength = lambert}, {});
   for (const Wall& wall :

@@ -220,7 +220,7 @@ void check_scene(const Scene& scene,
                   key("sector_high_deg"), sonar.sector_high_rad / degree,
                   sonar.sector_low_rad / degree);
             });
-    const double beamwidth_deg = sonar.vertical.beamwidth_rad / radians_per_degree;
+    const double beamwidth_deg = sonar.vertical.beamwidth_rad / degree;
     require(beamwidth_deg == 0.0 || beamwidth_deg > narrowest_vertical_deg * (1.0 - 1e-9),
             key("vertical_beamwidth_deg"), [&] {
               return fmt::format(

@@ -177,25 +177,29 @@ void add_crests(Heightfield& field, const Bedforms& relief, const LayerDraws& dr
   const CrestProfile profile(relief.sharpness, relief.asymmetry);
   // A fork's end is a whole turn, which the phase does not show.
   const auto turns_between = [&](std::size_t from, std::size_t to) {
-    return std::remainder(turns[to] - turns[from], 1.0);
+    const double apart = turns[to] - turns[from];
+    return apart - static_cast<double>(static_cast<int>(apart + std::copysign(0.5, apart)));
+  };
+  const auto row_length = static_cast<std::size_t>(grid.columns);
+  const auto turns_per_m = [&](std::size_t point) {
+    const double east_turns = turns_between(point - 1, point) + turns_between(point, point + 1);
+    const double north_turns =
+        turns_between(point - row_length, point) + turns_between(point, point + row_length);
+    return std::hypot(east_turns / (2.0 * grid.cell_east_m),
+                      north_turns / (2.0 * grid.cell_north_m));
   };
   constexpr double angle_of_repose_rad = 33.0 * degree;  // of sand under water
   const double highest_over_spacing = 2.0 * std::tan(angle_of_repose_rad) / profile.steepest();
   for (int row = 0; row < field.rows; ++row)
     for (int column = 0; column < field.columns; ++column) {
       if (is_left_out(weight, field.index(column, row))) continue;
-      const std::size_t point = grid.index(column + 1, row + 1),
-                        row_length = static_cast<std::size_t>(grid.columns);
-      const double turns_per_m = std::hypot(
-          (turns_between(point - 1, point) + turns_between(point, point + 1)) /
-              (2.0 * grid.cell_east_m),
-          (turns_between(point - row_length, point) + turns_between(point, point + row_length)) /
-              (2.0 * grid.cell_north_m));
+      const std::size_t point = grid.index(column + 1, row + 1);
       const double ln_height = relief.height_spread * height[point] +
                                ragged_ln * (near_height[point] - ragged_ln);  // the rms stays
-      const double height_m =
-          std::min(relief.height_m * std::exp(ln_height),
-                   std::max(relief.height_m, highest_over_spacing / turns_per_m));
+      double height_m = relief.height_m * std::exp(ln_height);
+      if (height_m > relief.height_m)
+        height_m = std::min(height_m,
+                            std::max(relief.height_m, highest_over_spacing / turns_per_m(point)));
       field.z_m[field.index(column, row)] +=
           0.5 * height_m * forks.height(point) * (profile.at(turns[point]) - mean);
     }

@@ -5,6 +5,7 @@
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -26,15 +27,18 @@ Eigen::Vector2d abeam(const PingContext& context, Side side) {
                                  : Eigen::Vector2d(-ahead.y(), ahead.x());
 }
 
+/// From the array, horizontally, to the line in which the beam's plane cuts a level some metres
+/// above the array, where that line is nearest.
+Eigen::Vector2d along_of_plane_m(const ArrayFrame& array, double above_m) {
+  const double level_squared = std::max(array.axis.head<2>().squaredNorm(), 1e-12);
+  return -above_m * array.axis.z() / level_squared * array.axis.head<2>();
+}
+
 }  // namespace
 
-Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& law, double noise,
-                           std::uint64_t seed)
-    : options_(options),
-      law_(law),
-      interference_(options.interference_db ? noise * scatter::from_db(*options.interference_db)
-                                            : 0.0),
-      seed_(seed) {
+Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& law,
+                           std::function<double(double)> noise, std::uint64_t seed)
+    : options_(options), law_(law), noise_(std::move(noise)), seed_(seed) {
   artefact_stream(seed, Artefact::shimmer).uniform(phases_);
   interference_begin_m_ = options.interference_range_m > 0.0
                               ? options.interference_range_m
@@ -43,7 +47,7 @@ Disturbances::Disturbances(const ArtefactOptions& options, const SonarEquation& 
   if (options.shimmer_db > 0.0) effects_.push_back(&Disturbances::shimmer);
   if (options.fish_per_hectare > 0.0) effects_.push_back(&Disturbances::add_fish);
   if (options.wake_db) effects_.push_back(&Disturbances::add_wake);
-  if (interference_ > 0.0) effects_.push_back(&Disturbances::add_interference);
+  if (options.interference_db) effects_.push_back(&Disturbances::add_interference);
 }
 
 void Disturbances::apply(const PingContext& context, Side side, std::span<float> gain,
@@ -94,8 +98,9 @@ void Disturbances::add_interference(const PingContext& context, Side, std::span<
   const auto first = static_cast<std::size_t>(begin_m / law_.bin_m());
   const auto last =
       static_cast<std::size_t>((begin_m + options_.interference_length_m) / law_.bin_m());
+  const double level = noise_(context.speed_mps) * scatter::from_db(*options_.interference_db);
   for (std::size_t n = first; n <= last && n < power.size(); ++n)
-    power[n] += static_cast<float>(interference_);
+    power[n] += static_cast<float>(level);
 }
 
 // Bubbles at the surface along a ship's track.
@@ -106,7 +111,10 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
-  const double from_line_m = across.dot(context.array.origin.head<2>()) - options_.wake_offset_m;
+  // Where the beam's plane meets the surface: farther astern, if the bow is down.
+  const Eigen::Vector2d below_m =
+      context.array.origin.head<2>() + along_of_plane_m(context.array, context.depth_m());
+  const double from_line_m = across.dot(below_m) - options_.wake_offset_m;
   const double per_metre = across.dot(abeam(context, side));
   // The part of the surface within twice the half width of the track's middle.
   double near_m = 0.0, far_m = std::numeric_limits<double>::infinity();
@@ -142,21 +150,36 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
 void Disturbances::add_fish(const PingContext& context, Side side, std::span<float> gain,
                             std::span<float> power, Artefacts& artefacts) const {
   const double reach_m = law_.bin_m() * static_cast<double>(power.size());
-  const Eigen::Vector2d out = abeam(context, side);
+  const Eigen::Vector2d out = abeam(context, side), ahead{-out.y(), out.x()};
   const Eigen::Vector2d here = context.array.origin.head<2>(), there = here + reach_m * out;
+  // How far ahead the beam's plane is at the heights of fish, and half its width.
+  const auto plane_m = [&](double above_m) {
+    return std::clamp(ahead.dot(along_of_plane_m(context.array, above_m)), -reach_m, reach_m);
+  };
+  const double bed_m = plane_m(-context.altitude_m),
+               top_m = plane_m(options_.fish_height_m - context.altitude_m);
+  const double wide_m = law_.width_m(power.size() - 1) + options_.fish_length_m;
+  const double least_ahead_m = std::min(bed_m, top_m) - wide_m,
+               most_ahead_m = std::max(bed_m, top_m) + wide_m;
+  Eigen::Array2d low = here.array().min(there.array()), high = here.array().max(there.array());
+  for (const double ahead_m : {least_ahead_m, most_ahead_m}) {
+    low = low.min(here.array() + ahead_m * ahead.array())
+              .min(there.array() + ahead_m * ahead.array());
+    high = high.max(here.array() + ahead_m * ahead.array())
+               .max(there.array() + ahead_m * ahead.array());
+  }
   const auto cell_of = [](double m) {
     return static_cast<std::int64_t>(std::floor(m / fish_cell_m));
   };
   const double mean = options_.fish_per_hectare * fish_cell_m * fish_cell_m / 1e4;
   std::array<double, 3 * max_fish + 1> random;
-  for (std::int64_t i = cell_of(std::min(here.x(), there.x()) - 1.0);
-       i <= cell_of(std::max(here.x(), there.x()) + 1.0); ++i)
-    for (std::int64_t j = cell_of(std::min(here.y(), there.y()) - 1.0);
-         j <= cell_of(std::max(here.y(), there.y()) + 1.0); ++j) {
+  for (std::int64_t i = cell_of(low.x()); i <= cell_of(high.x()); ++i)
+    for (std::int64_t j = cell_of(low.y()); j <= cell_of(high.y()); ++j) {
       // Skips cells far from the beam's plane.
       const Eigen::Vector2d middle{(static_cast<double>(i) + 0.5) * fish_cell_m,
                                    (static_cast<double>(j) + 0.5) * fish_cell_m};
-      if (std::abs((middle - here).dot(Eigen::Vector2d(-out.y(), out.x()))) > fish_cell_m) continue;
+      const double ahead_m = (middle - here).dot(ahead);
+      if (ahead_m < least_ahead_m - fish_cell_m || ahead_m > most_ahead_m + fish_cell_m) continue;
       const RandomStream stream = artefact_stream(
           seed_, Artefact::fish, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j));
       stream.uniform(std::span(random).first(1));

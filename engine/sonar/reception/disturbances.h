@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -13,10 +14,10 @@ namespace ensonify::engine {
 /// The artefacts that arise in the water: fish, wakes, internal waves and other sonars.
 class Disturbances {
  public:
-  /// `noise`: power in uPa^2 to which the level of an interference is relative. The law must
-  /// outlive this object.
-  Disturbances(const ArtefactOptions& options, const SonarEquation& law, double noise,
-               std::uint64_t seed);
+  /// `noise` is the power in uPa^2, at a speed of the vehicle, to which the level of an
+  /// interference is relative. The law must outlive this object.
+  Disturbances(const ArtefactOptions& options, const SonarEquation& law,
+               std::function<double(double speed_mps)> noise, std::uint64_t seed);
 
   /// Whether none of them is switched on.
   bool empty() const { return effects_.empty(); }
@@ -44,7 +45,7 @@ class Disturbances {
 
   ArtefactOptions options_;
   const SonarEquation& law_;
-  double interference_;
+  std::function<double(double)> noise_;
   double interference_begin_m_;
   std::uint64_t seed_;
   std::array<double, 4> phases_;

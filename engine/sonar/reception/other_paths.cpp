@@ -55,6 +55,13 @@ void over_bins(std::size_t begin, std::size_t end, F&& f, Add&& add) {
   }
 }
 
+/// A table over the sine of the grazing angle, of sine_steps + 1 values.
+double at_sine(std::span<const double> table, double sine) {
+  const double place = sine * static_cast<double>(sine_steps);
+  const std::size_t step = std::min(static_cast<std::size_t>(place), sine_steps - 1);
+  return std::lerp(table[step], table[step + 1], place - static_cast<double>(step));
+}
+
 }  // namespace
 
 // In the plane abeam, `level` is the horizontal direction to starboard and `up` is upwards. A
@@ -238,8 +245,7 @@ void OtherPaths::add_surface(double depth_m, Side side, const BeamPlane& plane,
     const double area_m2 =
         plane.slant_m(law_.width_m_at(range_m)) * (far_m - near_m) * law_.cell_m() / length_m;
     const double sine = std::min(depth_m / range_m, 1.0);
-    return law_.per_m2_at(range_m) *
-           surface_strength_[static_cast<std::size_t>(sine * sine_steps)] * area_m2 *
+    return law_.per_m2_at(range_m) * at_sine(surface_strength_, sine) * area_m2 *
            (own * own + other * other);
   };
   const double first = slant_m / law_.bin_m();
@@ -276,6 +282,40 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
   over_bins(far, power.size(), width_rad, add);
 }
 
+// Sums of the direct energy up to each bin, without the pattern of the direct path. Where this
+// pattern hides the bed, the bins hold little more than side lobes of the pulse: there the bed is
+// taken as level.
+void OtherPaths::sum_bed(double altitude_m, Side side, const BeamPlane& plane,
+                         std::span<const float> direct, std::vector<double>& sums) const {
+  constexpr double hidden = 1e-5;  // two-way pattern
+  const auto horizontal_m = [&](std::size_t n) {
+    const double r = law_.range_m(n);
+    return std::sqrt(std::max(r * r - altitude_m * altitude_m, 0.0));
+  };
+  const auto two_way = [&](std::size_t n) {
+    const double pattern = law_.vertical(side, plane, horizontal_m(n), altitude_m);
+    return pattern * pattern;
+  };
+  sums.assign(direct.size() + 2, two_way(0));
+  const auto first = static_cast<std::size_t>(altitude_m / law_.bin_m());
+  over_bins(first, direct.size(), two_way,
+            [&](std::size_t n, double pattern) { sums[n + 1] = pattern; });
+  sums[0] = 0.0;
+  for (std::size_t n = 0; n < direct.size(); ++n) {
+    const double pattern = sums[n + 1];
+    double bed = 0.0;
+    if (pattern > hidden) {
+      bed = direct[n] / pattern;
+    } else if (n > first) {
+      const double r = law_.range_m(n), level = std::max(horizontal_m(n) / r, 0.1);
+      bed = law_.per_m2_at(r) * law_.width_m_at(r) * law_.cell_m() / level *
+            bed_strength_(std::clamp(altitude_m / r, 1e-4, 1.0));
+    }
+    sums[n + 1] = sums[n] + bed;
+  }
+  sums[direct.size() + 1] = sums[direct.size()];
+}
+
 // By image sources, with the altitude h and the depth d of the array: a leg from the array to a
 // point of the bed has the vertical extent a = h if it is direct, h + 2 d if the surface reflects
 // it, 3 h + 2 d if bed and surface reflect it. Let two legs of lengths r and r' have the extents a
@@ -288,12 +328,10 @@ void OtherPaths::add_volume(double depth_m, double altitude_m, Side side, const 
 void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                                std::span<const float> direct, std::span<float> power,
                                std::vector<double>& sums) const {
-  sums.resize(direct.size() + 2);
-  sums[0] = 0.0;
-  for (std::size_t n = 0; n < direct.size(); ++n) sums[n + 1] = sums[n] + direct[n];
-  sums[direct.size() + 1] = sums[direct.size()];
   const double per_m = 1.0 / law_.bin_m(), last = static_cast<double>(direct.size());
-  const double h = altitude_m, by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
+  const double h = altitude_m;
+  sum_bed(h, side, plane, direct, sums);
+  const double by_surface = h + 2.0 * depth_m, by_bed = 3.0 * h + 2.0 * depth_m;
   struct Path {
     double out_height_m, back_height_m;  // vertical extents of the leg out and the leg back
     double count;                        // 2: the leg out and the leg back can be exchanged
@@ -318,7 +356,6 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
           std::max(out * out - path.out_height_m * path.out_height_m, 0.0);
       const double r = std::sqrt(horizontal_squared + h * h);
       const double horizontal = std::sqrt(horizontal_squared);
-      const double direct_pattern = law_.vertical(side, plane, horizontal, h);
       const double pattern = law_.vertical(side, plane, horizontal,
                                            path.up_out ? -path.out_height_m : path.out_height_m) *
                              law_.vertical(side, plane, horizontal,
@@ -326,7 +363,7 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
       // Spreading and absorption of the legs relative to those of the direct path.
       const double strengths =
           strength(path.out_height_m / out) * strength(path.back_height_m / back);
-      gain = path.count * pattern / (direct_pattern * direct_pattern) *
+      gain = path.count * pattern *
              std::sqrt(strengths * law_.per_m2_at(out) * law_.per_m2_at(back)) /
              (strength(h / r) * law_.per_m2_at(r)) * beams_->overlap_m(out, back) /
              beams_->overlap_m(r, r);
@@ -336,12 +373,10 @@ void OtherPaths::add_multiples(double depth_m, double altitude_m, Side side, con
       };
       if (path.up_out) gain *= through_bubbles(path.out_height_m, out);
       gain *= through_bubbles(path.back_height_m, back);  // the surface always reflects this leg
-      if (path.off_bed)
-        gain *= bed_reflection_[static_cast<std::size_t>(std::min(path.back_height_m / back, 1.0) *
-                                                         sine_steps)];
+      if (path.off_bed) gain *= at_sine(bed_reflection_, std::min(path.back_height_m / back, 1.0));
       return r;
     };
-    // Sum of the direct energy up to a range.
+    // Sum of the direct energy up to a range, without the direct path's pattern.
     const auto energy = [&](double range_m) {
       const double place = std::min(range_m * per_m, last);
       const auto bin = static_cast<std::size_t>(place);

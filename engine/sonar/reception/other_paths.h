@@ -150,6 +150,8 @@ class OtherPaths {
   void add_surface(double depth_m, Side side, const BeamPlane& plane, std::span<float> power) const;
   void add_volume(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                   std::span<float> power) const;
+  void sum_bed(double altitude_m, Side side, const BeamPlane& plane, std::span<const float> direct,
+               std::vector<double>& sums) const;
   void add_multiples(double depth_m, double altitude_m, Side side, const BeamPlane& plane,
                      std::span<const float> direct, std::span<float> power,
                      std::vector<double>& sums) const;

@@ -51,7 +51,7 @@ double automatic_gain_db(const Sonar& sonar, const ChainOptions& options,
   const auto bin = static_cast<std::size_t>(sonar.bins / 2);
   const double r = law.range_m(bin);
   const double level_db =
-      scatter::to_db(unit_bed(options, law, Side::starboard, bin)) +
+      scatter::to_db(unit_bed(options, law, sides_of(sonar).front(), bin)) +
       scatter::to_db(options.nominal_strength(options.nominal_altitude_m / (0.5 * sonar.range_m)));
   const ReceiverOptions& receiver = sonar.receiver;
   return automatic_level_db - level_db - receiver.spreading * std::log10(r) -
@@ -70,8 +70,9 @@ SignalChain::SignalChain(const Sonar& sonar, const ChainOptions& options)
                  sea_noise_power(sonar, law_, options.sea, Side::starboard)},
       other_paths_(options.arrivals, sonar, options.sea, law_,
                    {options.nominal_strength, options.bed}, ping_m(sonar, options), options.seed),
-      disturbances_(options.artefacts, law_, sea_noise_[0] + self_noise(options.nominal_speed_mps),
-                    options.seed),
+      disturbances_(
+          options.artefacts, law_,
+          [this](double speed_mps) { return sea_noise_[0] + self_noise(speed_mps); }, options.seed),
       recorder_(sonar.receiver, sonar.bin_m(), sonar.bins, options.absorption_db_per_m,
                 automatic_gain_db(sonar, options, law_)),
       filter_(speckle_filter(sonar.pulse, options.sound_speed_mps, sonar.bin_m())),
@@ -151,6 +152,7 @@ void SignalChain::receive(const PingContext& context, std::span<EchoLine> lines,
     expect(context, line, channel(line));
     if (options_.speckle) scatterers_.place(context.array, line.bins, channel(line).cells);
   }
+  if (leak_ > 0.0f && lines.size() == 2) leak_power(context, lines, memory);
   const float step = gain_step(context);
   for (int look = 0; look < sonar_.receiver.looks; ++look) {
     for (const EchoLine& line : lines) {
@@ -204,6 +206,24 @@ void SignalChain::expect(const PingContext& context, EchoLine& line, Channel& ch
   }
   for (float& loud : power) loud = std::min(loud, loudest);
   if (leak_ > 0.0f) line.artefacts.add(Artefact::crosstalk);
+}
+
+/// Cross-talk of what is received besides the direct echo: surface, fish, earlier pings and so on.
+/// A receiver's own noise does not leak.
+void SignalChain::leak_power(const PingContext& context, std::span<const EchoLine> lines,
+                             Memory& memory) const {
+  const auto of = [&](std::size_t line) -> std::vector<float>& {
+    return memory.channels[static_cast<std::size_t>(lines[line].side)].power;
+  };
+  std::vector<float>&one = of(0), &other = of(1);
+  const auto own_one = static_cast<float>(noise(lines[0].side, context.speed_mps)),
+             own_other = static_cast<float>(noise(lines[1].side, context.speed_mps));
+  for (std::size_t n = 0; n < one.size(); ++n) {
+    const float from_one = leak_ * leak_ * std::max(one[n] - own_one, 0.0f),
+                from_other = leak_ * leak_ * std::max(other[n] - own_other, 0.0f);
+    one[n] += from_other;
+    other[n] += from_one;
+  }
 }
 
 /// Glints do not fade: what is left of the direct echo is speckle's. (Without speckle, expected

@@ -87,6 +87,8 @@ class SignalChain {
   using Channel = Memory::Channel;
   double self_noise(double speed_mps) const;
   void expect(const PingContext& context, EchoLine& line, Channel& channel) const;
+  void leak_power(const PingContext& context, std::span<const EchoLine> lines,
+                  Memory& memory) const;
   void take_out_glints(const EchoLine& line, std::span<float> direct, Channel& channel) const;
   void sum_scatterers(int look, Channel& channel) const;
   void spread_scatterers(int look, std::span<const float> direct, Channel& channel) const;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "support/catch.h"
 #include "support/lines.h"
 
+#include <ensonify/engine/units.h>
 #include <ensonify/scatter/decibel.h>
 
 using namespace ensonify;
@@ -17,6 +19,12 @@ namespace {
 
 constexpr double altitude_m = 10.0;
 const Eigen::Vector3d array{0.0, 0.0, -10.0};
+
+/// An array that heads north with its bow up by an angle.
+ArrayFrame pitched(const Eigen::Vector3d& here, double bow_up_rad) {
+  const double c = std::cos(bow_up_rad), s = std::sin(bow_up_rad);
+  return {here, {0, c, s}, {0, s, -c}};
+}
 
 /// Makes the starboard lines of a sonar with artefacts, without speckle.
 struct Receiver {
@@ -96,6 +104,24 @@ TEST_CASE("another sonar is received at a fixed range, or moves by a constant fr
   moving.interference_drift_m = 1.5;
   for (const std::uint64_t ping : {0, 1, 10}) CHECK(loudest(moving, ping) == 400 + 30 * int(ping));
   CHECK(loudest(moving, 40) == 400 + 30 * 40 - 1500);  // wraps around at the last bin
+}
+
+TEST_CASE("another sonar has its level over the noise at the vehicle's speed") {
+  Sonar sonar = quiet_sonar();
+  sonar.receiver.noise = true;
+  sonar.receiver.self_noise_db = 60.0;
+  const SignalChain chain(
+      sonar,
+      {.speckle = false, .artefacts = {.interference_db = 20.0, .interference_range_m = 20.0}});
+  SignalChain::Memory memory;
+  for (const double speed_mps : {0.0, 6.0}) {
+    EchoLine line = level_line(sonar, Side::starboard, array, altitude_m);
+    std::ranges::fill(line.bins.intensity_mean, 0.0f);
+    chain.receive({.array = {array, {0, 1, 0}}, .altitude_m = altitude_m, .speed_mps = speed_mps},
+                  std::span(&line, 1), memory);
+    CHECK(std::ranges::max(line.bins.intensity) / line.bins.intensity.back() ==
+          Approx(101.0).epsilon(0.01));
+  }
 }
 
 TEST_CASE("gain steps change the recorded samples and not the received intensity") {
@@ -183,6 +209,41 @@ TEST_CASE("fish near an array that is not focused hide no more than all, and giv
       if (!(value >= 0.0f)) FAIL("an intensity is " << value);
   }
   CHECK(fish);
+}
+
+TEST_CASE("a pitched array meets as many fish, and a wake where its beam meets the surface") {
+  const auto pings_with_fish = [](double bow_up_rad) {
+    Receiver receiver({.fish_per_hectare = 40.0});
+    int pings = 0;
+    for (double north_m = 0.0; north_m < 400.0; north_m += 1.0) {
+      const Eigen::Vector3d here = array + north_m * Eigen::Vector3d::UnitY();
+      EchoLine line = level_line(receiver.sonar, Side::starboard, here, 60.0);
+      receiver.chain.receive({.array = pitched(here, bow_up_rad), .altitude_m = 60.0},
+                             std::span(&line, 1), receiver.memory);
+      pings += line.artefacts.has(Artefact::fish);
+    }
+    return pings;
+  };
+  const int level = pings_with_fish(0.0);
+  CHECK(level > 50);
+  CHECK(pings_with_fish(-20.0 * degree) == Approx(level).epsilon(0.25));
+
+  // A ship's track to the east, as far north as the beam of an array 10 m below meets the surface,
+  // or as far south. With heading east, starboard is south.
+  const auto energy = [](double bow_up_rad, double offset_m) {
+    Receiver receiver({.wake_db = 0.0,
+                       .wake_heading_rad = 90.0 * degree,
+                       .wake_width_m = 2.0,
+                       .wake_offset_m = offset_m});
+    EchoLine line = level_line(receiver.sonar, Side::starboard, array, altitude_m);
+    std::ranges::fill(line.bins.intensity_mean, 0.0f);
+    receiver.chain.receive({.array = pitched(array, bow_up_rad), .altitude_m = altitude_m},
+                           std::span(&line, 1), receiver.memory);
+    return std::accumulate(line.bins.intensity.begin(), line.bins.intensity.end(), 0.0);
+  };
+  const double north_m = 10.0 * std::tan(20.0 * degree);
+  CHECK(energy(-20.0 * degree, -north_m) == Approx(energy(0.0, 0.0)).epsilon(0.15));
+  CHECK(energy(-20.0 * degree, north_m) < 1e-3 * energy(0.0, 0.0));
 }
 
 TEST_CASE("a wake appears in the image at the range of the ship's track") {
