@@ -170,8 +170,9 @@ std::string cure_of(const SeafloorOptions& options, BedForm form) {
   const std::string smaller =
       options.kind == SeafloorKind::fractal
           ? "make seafloor.cell_m larger or the extent smaller"
-          : "make the survey coarser with gdalwarp -tr, cut a part out with gdal_translate "
-            "-projwin, or take a larger seafloor.detail.cell_m if there is one";
+          : "make the survey coarser with gdalwarp -tr (or soundings with a larger "
+            "seafloor.survey_cell_m), cut a part out with gdal_translate -projwin, or take a "
+            "larger seafloor.detail.cell_m if there is one";
   return form == BedForm::grid
              ? smaller
              : "take --surface footprint, which needs no mesh of the bed, or " + smaller;

@@ -81,6 +81,10 @@ Soundings::Soundings(const std::filesystem::path& file, double cell_m)
   Lines lines(file);
   for (bool first = true; lines.next(); first = false)
     if (const std::optional<Sounding> sounding = sounding_of(lines.line())) {
+      if (!(std::abs((*sounding)[2]) <= most_height_m))
+        refuse_soundings(file, fmt::format("line {}: a height of {} m; if it marks a missing one, "
+                                           "remove the line",
+                                           lines.number(), (*sounding)[2]));
       x_m_.push_back((*sounding)[0]);
       y_m_.push_back((*sounding)[1]);
       z_m_.push_back((*sounding)[2]);

@@ -7,6 +7,9 @@
 
 namespace ensonify::engine {
 
+/// Beyond the deepest trench and the highest peak: larger values mark missing heights.
+inline constexpr double most_height_m = 12000.0;
+
 /// Whether a file begins with a line of three numbers, after comments (#) and one line of names.
 bool are_soundings(const std::filesystem::path& file);
 
@@ -16,8 +19,9 @@ bool are_soundings(const std::filesystem::path& file);
 class Soundings {
  public:
   /// Reads lines of x (east), y (north) and z (up) in metres, separated by blanks, commas or
-  /// semicolons; further columns are ignored. Throws refine::MeshError for a line that is none, and
-  /// if the grid would have fewer than 2 x 2 cells or more than 1000 for each sounding.
+  /// semicolons; further columns are ignored. Throws refine::MeshError for a line that is none or
+  /// whose height is beyond most_height_m, and if the grid would have fewer than 2 x 2 cells or
+  /// more than 1000 for each sounding.
   Soundings(const std::filesystem::path& file, double cell_m);
 
   double west_m, south_m;  ///< the grid's edges

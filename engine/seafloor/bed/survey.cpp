@@ -43,9 +43,6 @@ namespace {
 constexpr std::array<const char*, 5> drivers = {"GTiff", "BAG", "AAIGrid", "netCDF", nullptr};
 constexpr std::array<const char*, 2> vrt_driver = {"VRT", nullptr};
 
-// Beyond the deepest trench and the highest peak: larger values are undeclared NODATA values.
-constexpr double highest_m = 12000.0;
-
 std::string wkt_of(const OGRSpatialReference& reference) {
   constexpr std::array<const char*, 2> options = {"FORMAT=WKT2", nullptr};  // 1 lacks some systems
   char* text = nullptr;
@@ -258,7 +255,8 @@ class SurveyReader {
           .normal(draws, static_cast<std::uint64_t>(window.first_column));
       const std::size_t begin = static_cast<std::size_t>(row) * draws.size();
       for (std::size_t i = 0; i < draws.size(); ++i)
-        if (const double sigma_m = uncertainty_m[begin + i]; sigma_m > 0.0 && sigma_m <= highest_m)
+        if (const double sigma_m = uncertainty_m[begin + i];
+            sigma_m > 0.0 && sigma_m <= most_height_m)
           z_m[begin + i] += scatter_.of_uncertainty * sigma_m * draws[i];
     }
   }
@@ -594,7 +592,7 @@ class SurveyReader {
       const bool hole = !std::isfinite(raw) ||
                         (has_nodata_ && std::abs(raw - nodata_) <= 1e-6 * std::abs(nodata_));
       const double height = scale_ * raw + offset_;
-      if (!hole && !(std::abs(height) <= highest_m))
+      if (!hole && !(std::abs(height) <= most_height_m))
         fail(fmt::format(
             "row {}, column {}: a height of {} m; if it marks missing data, declare it with "
             "gdal_edit.py -a_nodata",

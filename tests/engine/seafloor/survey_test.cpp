@@ -595,7 +595,7 @@ TEST_CASE("faults of soundings are named with their line") {
   fault(good + "1e6 1e6 -5\n", "soundings that lie far off");
   fault(good, "fewer than 2 x 2 cells", 10.0);
   fault("0 0 -5\n1 1 -6\n2 2 -7\n3 3 -8\n", "on one line");
-  fault(good + "2 2 99999\n", "a height of");
+  fault(good + "2 2 99999\n", "line 5: a height of 99999 m");
 }
 
 TEST_CASE("real soundings on a grid are those that their surveyors' grid has") {
