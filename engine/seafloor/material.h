@@ -9,11 +9,11 @@
 
 #include <ensonify/engine/input_file.h>
 #include <ensonify/scatter/sediment.h>
-#include <ensonify/scatter/solid_target.h>
 
 namespace ensonify::scatter {
 class Backscatter;
 struct GroundTexture;
+struct Solid;
 class StrengthTable;
 }  // namespace ensonify::scatter
 
@@ -69,7 +69,7 @@ std::optional<scatter::Sediment> sediment_of(const Material& material);
 /// How unevenly it scatters below the sonar's cell; a solid does so evenly. Throws as above.
 scatter::GroundTexture texture_of(const Material& material);
 
-/// It, if it is a solid; nullopt for a sediment or a cover.
+/// The solid, if it is one; nullopt for a sediment or a cover.
 std::optional<scatter::Solid> as_solid(const Material& material);
 
 /// The part of the arriving energy that it reflects without scattering, as objects of it do

@@ -11,6 +11,7 @@
 #include <ensonify/engine/seafloor/material.h>
 #include <ensonify/engine/sonar/reception/recorder.h>
 #include <ensonify/scatter/decibel.h>
+#include <ensonify/scatter/solid_target.h>
 
 namespace ensonify::engine {
 namespace {
