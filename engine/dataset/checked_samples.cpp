@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/checked_samples.h>
+#include <ensonify/engine/dataset/checked_samples-inl.h>
 
 #include <exception>
 

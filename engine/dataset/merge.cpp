@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 
 #include <ensonify/engine/dataset/card.h>
-#include <ensonify/engine/dataset/checked_samples.h>
+#include <ensonify/engine/dataset/checked_samples-inl.h>
 #include <ensonify/engine/dataset/croissant.h>
-#include <ensonify/engine/dataset/picture_index.h>
+#include <ensonify/engine/dataset/picture_index-inl.h>
 #include <ensonify/engine/dataset/sample_folder.h>
 #include <ensonify/engine/dataset/webdataset.h>
 #include <ensonify/engine/output/png.h>

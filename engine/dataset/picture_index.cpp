@@ -1,4 +1,4 @@
-#include <ensonify/engine/dataset/picture_index.h>
+#include <ensonify/engine/dataset/picture_index-inl.h>
 
 #include <limits>
 #include <stdexcept>

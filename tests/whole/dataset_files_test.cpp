@@ -574,7 +574,7 @@ TEST_CASE("merge warns of classes that a split does not show, empty splits and s
 TEST_CASE("merge warns of labels of a few pixels, which dataset.least_px leaves out everywhere") {
   const TemporaryFolder folder;
   const std::string recipe = changed(tiny_recipe, "shape = { choice = [\"box\", \"cylinder\"] }",
-                                     "shape = { choice = [\"box\", \"cylinder\"] }\nscale = 0.1");
+                                     "shape = { choice = [\"box\", \"cylinder\"] }\nscale = 0.15");
   const std::string small = made(folder, recipe, "small");
   CHECK(small.find(" labels of objects cover fewer than 4 pixels: to leave such objects out of all "
                    "labels and masks, set dataset.least_px = 4") != std::string::npos);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "support/catch.h"
@@ -124,8 +125,16 @@ TEST_CASE(
   write_text(folder / "recipe.toml", tiny_recipe);
   generate_whole(folder.path(), "folders");
   REQUIRE(run_program(folder.path(), {"merge", "folders", "--quiet"}).code == 0);
+  // But for the hash of dataset.json, which says whether there are tars.
   const auto lines = [&](const char* dataset) {
-    return read_text(folder / (std::string(dataset) + "/manifest.jsonl"));
+    std::istringstream text(read_text(folder / (std::string(dataset) + "/manifest.jsonl")));
+    std::vector<nlohmann::json> records;
+    for (std::string line; std::getline(text, line);) {
+      records.push_back(nlohmann::json::parse(line));
+      records.back().erase("dataset_xxh128");
+      records.back().erase("xxh128");
+    }
+    return records;
   };
   CHECK(lines("folders") == lines("expected"));
 
