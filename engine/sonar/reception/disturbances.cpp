@@ -111,7 +111,7 @@ void Disturbances::add_wake(const PingContext& context, Side side, std::span<flo
   const double strength = scatter::from_db(*options_.wake_db);
   const double s = std::sin(options_.wake_heading_rad), c = std::cos(options_.wake_heading_rad);
   const Eigen::Vector2d across{c, -s};
-  // Where the beam's plane meets the surface: farther astern, if the bow is down.
+  // Where the beam's plane meets the surface: ahead, if the bow is down.
   const Eigen::Vector2d below_m =
       context.array.origin.head<2>() + along_of_plane_m(context.array, context.depth_m());
   const double from_line_m = across.dot(below_m) - options_.wake_offset_m;
