@@ -117,15 +117,22 @@ void leave_out_jumps(NavigationLog& log) {
     }
 }
 
-/// East and north on the file's map, or about the first place that is known.
+/// East and north on the file's map, or about the median place, which no wrong fix moves.
 void set_places(const RecordedLine& line, VehiclePath& path) {
-  const auto first = std::ranges::find_if(
-      line.pings, [](const RecordedPing& ping) { return ping.place.has_value(); });
-  const bool geographic = first != line.pings.end();
+  Values latitudes_rad, longitudes_rad;
+  for (const RecordedPing& ping : line.pings)
+    if (ping.place) {
+      latitudes_rad.push_back(ping.place->latitude_rad);
+      longitudes_rad.push_back(ping.place->longitude_rad);
+    }
+  const bool geographic = !latitudes_rad.empty();
+  const GeographicPlace origin{median(std::move(latitudes_rad)), median(std::move(longitudes_rad))};
   const auto place_of = [&](const RecordedPing& ping) -> std::optional<Eigen::Vector2d> {
     if (!geographic) return ping.place_m;
     if (!ping.place) return std::nullopt;
-    return tangent_place(*ping.place, *first->place).place;
+    const Eigen::Vector2d place = tangent_place(*ping.place, origin).place;
+    constexpr double wrong_m = 100e3;  // no line is as long
+    return place.norm() < wrong_m ? std::optional(place) : std::nullopt;
   };
   const auto part = [&](Eigen::Index which) {
     return column(line, [&](const RecordedPing& ping) -> std::optional<double> {
@@ -168,7 +175,7 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
         1e-3 * (east - west), 1e-3 * (north - south), 1e-3 * most_m));
   const Eigen::Vector2d middle(0.5 * (west + east), 0.5 * (south + north));
   if (geographic && path.place.how == Confidence::stated)
-    path.origin = place_of_tangent(middle, *first->place).where;
+    path.origin = place_of_tangent(middle, origin).where;
   double length_m = 0.0;
   for (std::size_t i = 0; i < pings; ++i) {
     path.x_m[i] -= middle.x();

@@ -141,6 +141,27 @@ TEST_CASE("the bottom line and the navigation give the vehicle's path") {
   CHECK(bare.altitude_m[10] == Approx(path.altitude_m[10] * std::cos(20.0 * degree)).epsilon(1e-3));
 }
 
+TEST_CASE("wrong fixes neither turn nor move a path") {
+  const RecordedLine line = made_line({});
+  const VehiclePath whole = vehicle_path(line);
+  // One at the begin, and more in one place than a median over the pings around can leave out. The
+  // last is on the other side of the Earth.
+  RecordedLine wrong = line;
+  wrong.pings[0].place = GeographicPlace{1.0 * degree, 1.0 * degree};
+  for (std::size_t ping = 100; ping < 140; ++ping)
+    wrong.pings[ping].place = GeographicPlace{55.0 * degree, -10.0 * degree};
+  wrong.pings[319].place = GeographicPlace{-20.0 * degree, -170.0 * degree};
+  const VehiclePath path = vehicle_path(wrong);
+  CHECK(path.origin.value().latitude_rad ==
+        Approx(whole.origin.value().latitude_rad).epsilon(0).margin(1e-7));
+  CHECK(path.origin.value().longitude_rad ==
+        Approx(whole.origin.value().longitude_rad).epsilon(0).margin(1e-7));
+  for (std::size_t ping = 0; ping < 320; ++ping) {
+    CAPTURE(ping);
+    CHECK(std::hypot(path.x_m[ping] - whole.x_m[ping], path.y_m[ping] - whole.y_m[ping]) < 0.5);
+  }
+}
+
 TEST_CASE("a line without a bottom line is refused") {
   RecordedLine line = made_line({});
   std::ranges::fill(line.port, 100.0f);
