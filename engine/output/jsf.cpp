@@ -20,7 +20,7 @@ T rounded(double value) {
   return static_cast<T>(std::llround(value));
 }
 
-/// Position, attitude, speed and time. Offsets count from the end of the message header, within
+/// Position, attitude and time. Offsets count from the end of the message header, within
 /// the sonar header of 240 B.
 void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   constexpr std::size_t h = message_header;
@@ -60,15 +60,23 @@ void put_navigation(PackedBytes& bytes, const NavPing& ping) {
   }
   bytes.put<std::int16_t>(h + 196, static_cast<std::int16_t>(time.day_of_year));
   bytes.put<std::int16_t>(h + 198, static_cast<std::int16_t>(time.year));
-  // Speed: tenths of a knot in one field, the hundredths in another.
-  const int hundredths_kn = rounded<int>(ping.speed_mps / knot_mps * 100.0);
-  bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));
-  bytes.put<std::uint16_t>(h + 20, static_cast<std::uint16_t>(hundredths_kn % 10));
 }
 
 /// JSF's numbers: 20 low frequency, 21 high, 22 very high; from 40 on it is not a sidescan sonar.
 std::uint8_t subsystem(int frequency_rank) {
   return static_cast<std::uint8_t>(20 + std::min(frequency_rank, 19));
+}
+
+/// The pulse length and the speed: milliseconds and tenths of a knot have their own fields;
+/// microseconds (bits 4 to 13) and hundredths of a knot (bits 0 to 3) share u16@20.
+void put_pulse_length_and_speed(PackedBytes& bytes, double pulse_length_s, double speed_mps) {
+  constexpr std::size_t h = message_header;
+  const auto sweep_us = rounded<std::uint32_t>(1e6 * pulse_length_s);
+  const auto hundredths_kn = rounded<std::uint32_t>(speed_mps / knot_mps * 100.0);
+  bytes.put<std::uint16_t>(h + 130, static_cast<std::uint16_t>(sweep_us / 1000));
+  bytes.put<std::int16_t>(h + 194, static_cast<std::int16_t>(hundredths_kn / 10));
+  bytes.put<std::uint16_t>(h + 20,
+                           static_cast<std::uint16_t>(sweep_us % 1000 << 4 | hundredths_kn % 10));
 }
 
 /// Bits 16 to 19 of a value whose lower 16 bits have their own field; they share u16@16.
@@ -103,9 +111,7 @@ void add_message(PackedBytes& bytes, const Recording& recording, const NavPing& 
   bytes.put<std::uint16_t>(h + 114, static_cast<std::uint16_t>(bins));
   bytes.put<std::uint16_t>(h + 126, static_cast<std::uint16_t>(low));
   bytes.put<std::uint16_t>(h + 128, static_cast<std::uint16_t>(high));
-  const auto sweep_us = rounded<std::uint32_t>(1e6 * recording.pulse_length_s);
-  bytes.put<std::uint16_t>(h + 18, static_cast<std::uint16_t>(sweep_us % 1000 << 4));
-  bytes.put<std::uint16_t>(h + 130, static_cast<std::uint16_t>(sweep_us / 1000));
+  put_pulse_length_and_speed(bytes, recording.pulse_length_s, ping.speed_mps);
   const double interval_s =
       2.0 * recording.range_m / static_cast<double>(recording.bins) / recording.sound_speed_mps;
   bytes.put<std::uint32_t>(h + 116, rounded<std::uint32_t>(interval_s * 1e9));

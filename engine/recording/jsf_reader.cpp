@@ -60,7 +60,7 @@ RecordedPing ping_of(const RecordingBytes& header) {
   if (valid & altitude) ping.altitude_m = 1e-3 * header.at<std::int32_t>(144);
   if (valid & speed)
     ping.speed_mps = knot_mps * (0.1 * header.at<std::int16_t>(194) +
-                                 0.01 * (header.at<std::uint16_t>(20) % 10));
+                                 0.01 * (header.at<std::uint16_t>(20) & 0xf));
   return ping;
 }
 
@@ -93,7 +93,7 @@ void set_facts(const RecordingBytes& header, RecordedLine& line) {
   line.bandwidth_hz = std::abs(high_hz - low_hz);
   line.frequency_hz = 0.5 * (low_hz + high_hz);
   line.pulse_length_s =
-      1e-3 * header.at<std::uint16_t>(130) + 1e-6 * (header.at<std::uint16_t>(18) >> 4);
+      1e-3 * header.at<std::uint16_t>(130) + 1e-6 * (header.at<std::uint16_t>(20) >> 4 & 0x3ff);
   const double speed_mps = header.at<float>(148);
   if (is_sound_speed(speed_mps)) line.sound_speed_mps = speed_mps;
 }

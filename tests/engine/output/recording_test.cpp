@@ -273,9 +273,11 @@ TEST_CASE("a JSF follows its format description byte by byte") {
       CHECK(at<std::uint16_t>(file, h + 126) + ((more & 0xf) << 16) == 87000);
       CHECK(at<std::uint16_t>(file, h + 128) + ((more >> 4 & 0xf) << 16) == 93000);
       CHECK((more >> 8 & 0xf) == 0);
-      // A pulse of 2.345 ms: the microseconds are in the word at 18.
+      // A pulse of 2.345 ms and a speed of 2.75 knots: microseconds and hundredths are at 20.
+      // The word at 18 has fractions of the sample interval and the course.
       CHECK(at<std::uint16_t>(file, h + 130) == 2);
-      CHECK((at<std::uint16_t>(file, h + 18) >> 4 & 0x3ff) == 345);
+      CHECK(at<std::uint16_t>(file, h + 20) == (345 << 4 | 5));
+      CHECK(at<std::uint16_t>(file, h + 18) == 0);
       CHECK(at<std::uint16_t>(file, h + 140) == std::lround(1480.0 / 1.6));  // samples per second
       // Full scale in the first bin (0.8 m, where the gain is constant) and in the last.
       CHECK(text_at(file, h + 90, 24) ==

@@ -208,6 +208,18 @@ TEST_CASE("an analytic JSF sample is the magnitude of its two numbers, scaled by
   CHECK(line.port == std::vector{2.5f, 5.0f, 2.5f, 0.0f, std::sqrt(1.8e9f) / 2.0f});
 }
 
+TEST_CASE("a JSF's pulse length and speed have their smallest digits in one word") {
+  const Recording written = tests::small_recording();
+  std::string bytes = tests::as_text(encode_jsf({&written, 1}));
+  put<std::uint16_t>(bytes, 16 + 18, 0xffff);  // of the sample interval and the course
+  put<std::uint16_t>(bytes, 16 + 20, 0xc000 | 678 << 4 | 9);
+  put<std::uint16_t>(bytes, 16 + 130, 12);
+  put<std::int16_t>(bytes, 16 + 194, 43);
+  const RecordedLine line = parse(bytes).front();
+  CHECK(line.pulse_length_s == Approx(12.678e-3));
+  CHECK(line.pings.front().speed_mps.value() == Approx(4.39 * 1852.0 / 3600.0));
+}
+
 TEST_CASE("what is no recording is refused, and says so") {
   CHECK(error_of("") == "r: is no recording, expected an XTF or a JSF file");
   CHECK(error_of("t_s,x_m\n0,0\n").starts_with("r: is no recording"));
