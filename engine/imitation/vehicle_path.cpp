@@ -10,6 +10,7 @@
 #include <ensonify/engine/imitation/quantile.h>
 #include <ensonify/engine/recording/recording_reader.h>
 #include <ensonify/engine/sonar/vehicle/recorded_track.h>
+#include <ensonify/engine/units.h>
 
 namespace ensonify::engine {
 namespace {
@@ -187,8 +188,14 @@ void set_places(const RecordedLine& line, VehiclePath& path) {
 }
 
 void set_attitude(const RecordedLine& line, VehiclePath& path) {
-  path.roll_rad = column(line, [](const RecordedPing& ping) { return ping.roll_rad; });
-  path.pitch_rad = column(line, [](const RecordedPing& ping) { return ping.pitch_rad; });
+  // No sidescan sonar works beyond these angles: the values are wrong.
+  const auto within = [](std::optional<double> angle_rad, double most_rad) {
+    return angle_rad && std::abs(*angle_rad) <= most_rad ? angle_rad : std::nullopt;
+  };
+  path.roll_rad =
+      column(line, [&](const RecordedPing& ping) { return within(ping.roll_rad, 90.0 * degree); });
+  path.pitch_rad =
+      column(line, [&](const RecordedPing& ping) { return within(ping.pitch_rad, 60.0 * degree); });
   // Headings are unwrapped over the pings that have one, so that gaps do not turn about.
   double last = 0.0;
   path.heading_rad = column(line, [&](const RecordedPing& ping) -> std::optional<double> {

@@ -162,6 +162,19 @@ TEST_CASE("wrong fixes neither turn nor move a path") {
   }
 }
 
+TEST_CASE("a roll or a pitch that no sonar has is unknown") {
+  RecordedLine line = made_line({});
+  for (RecordedPing& ping : line.pings) {
+    ping.roll_rad = 3.0 * degree;
+    ping.pitch_rad = -2.0 * degree;
+  }
+  line.pings[50].pitch_rad = 150.0 * degree;
+  line.pings[60].roll_rad = -170.0 * degree;
+  const VehiclePath path = vehicle_path(line);
+  CHECK(path.pitch_rad == std::vector<double>(320, -2.0 * degree));
+  CHECK(path.roll_rad == std::vector<double>(320, 3.0 * degree));
+}
+
 TEST_CASE("a line without a bottom line is refused") {
   RecordedLine line = made_line({});
   std::ranges::fill(line.port, 100.0f);
