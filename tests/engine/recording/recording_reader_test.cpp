@@ -220,6 +220,20 @@ TEST_CASE("a JSF's pulse length and speed have their smallest digits in one word
   CHECK(line.pings.front().speed_mps.value() == Approx(4.39 * 1852.0 / 3600.0));
 }
 
+TEST_CASE("a latitude beyond the poles is no place") {
+  const Recording written = tests::small_recording();
+  std::string jsf = tests::as_text(encode_jsf({&written, 1}));
+  put<std::int32_t>(jsf, 16 + 84, 100 * 600000);  // 1e-4 arc minutes
+  std::string xtf = tests::as_text(encode_xtf({&written, 1}));
+  put<double>(xtf, 1024 + 160, 100.0);
+  put<double>(xtf, 1024 + 128, 100.0);
+  for (const std::string* file : {&jsf, &xtf}) {
+    const RecordedLine line = parse(*file).front();
+    CHECK_FALSE(line.pings[0].place);
+    CHECK(line.pings[1].place);
+  }
+}
+
 TEST_CASE("what is no recording is refused, and says so") {
   CHECK(error_of("") == "r: is no recording, expected an XTF or a JSF file");
   CHECK(error_of("t_s,x_m\n0,0\n").starts_with("r: is no recording"));
