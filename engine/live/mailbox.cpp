@@ -1,12 +1,14 @@
 #include <ensonify/engine/live/mailbox.h>
 
+#include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 namespace ensonify::engine {
 
 Mailbox::Mailbox(SessionScene source, const Scene& scene, std::optional<double> pings_per_s,
                  bool hold)
-    : source_(std::move(source)), sonars_(scene.sonars) {
+    : source_(std::move(source)) {
   status_.control = {.vehicle = {scene.track.altitude_m, scene.track.speed_mps},
                      .pings_per_s = pings_per_s,
                      .hold = hold};
@@ -24,10 +26,11 @@ void Mailbox::accept(const LiveChange& change) {
     if (change.set->seabed && std::exchange(status_.preparing, true))
       throw std::invalid_argument("another seabed is being made ready; try again after that");
     source_.keep(change.set->keys);
-    sonars_ = change.set->scene.sonars;
     control.vehicle = change.set->vehicle;
-    pending_.sonars.insert(pending_.sonars.end(), change.set->sonars.begin(),
-                           change.set->sonars.end());
+    if (!change.set->sonars.empty()) {
+      pending_.sonars.push_back(*change.set);
+      if (status_.preparing) meanwhile_.push_back(*change.set);
+    }
     if (change.set->display) pending_.display = change.set->display;
   }
   if (change.hold) control.hold = *change.hold;
@@ -55,6 +58,7 @@ void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene) {
   const std::lock_guard lock(lock_);
   status_.preparing = false;
   pending_.live_scene = std::move(live_scene);
+  pending_.sonars = std::exchange(meanwhile_, {});
   changed_ = true;
   woken_.notify_all();
 }
@@ -62,22 +66,22 @@ void Mailbox::deliver(std::shared_ptr<LiveScene> live_scene) {
 void Mailbox::give_up(const SceneChange& change, const std::string& trouble) {
   const std::lock_guard lock(lock_);
   status_.preparing = false;
+  meanwhile_.clear();
+  take_back(change.keys, change, trouble);
+}
+
+void Mailbox::take_back(std::span<const KeyValue> keys, const SceneChange& change,
+                        const std::string& trouble) {
+  source_.take_back(keys, change.before);
   status_.trouble = trouble;
   ++status_.trouble_number;
-  source_.take_back(change.keys, change.before);
 }
 
 std::optional<PendingChanges> Mailbox::take() {
   const std::lock_guard lock(lock_);
   if (stopping_) return std::nullopt;
   changed_ = false;
-  PendingChanges taken = std::exchange(pending_, {});
-  if (taken.live_scene) {
-    // The sonars may have changed while it was made ready.
-    taken.sonars.clear();
-    for (std::size_t i = 0; i < sonars_.size(); ++i) taken.sonars.emplace_back(i, sonars_[i]);
-  }
-  return taken;
+  return std::exchange(pending_, {});
 }
 
 Control Mailbox::control() const {
@@ -98,6 +102,14 @@ void Mailbox::wait_for_changes(std::chrono::milliseconds at_most) {
 void Mailbox::wait_until(Clock::time_point due) {
   std::unique_lock lock(lock_);
   woken_.wait_until(lock, due, [&] { return stopping_; });
+}
+
+void Mailbox::refuse(const SceneChange& change, const std::string& trouble) {
+  const std::lock_guard lock(lock_);
+  std::erase_if(meanwhile_, [&](const SceneChange& kept) { return kept.keys == change.keys; });
+  std::vector<KeyValue> sonar_keys;
+  std::ranges::copy_if(change.keys, std::back_inserter(sonar_keys), &is_sonar_key, &KeyValue::key);
+  take_back(sonar_keys, change, trouble);
 }
 
 void Mailbox::fail(std::exception_ptr fault) {

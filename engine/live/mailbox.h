@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ namespace ensonify::engine {
 /// first, then the others in the order of the members.
 struct PendingChanges {
   std::shared_ptr<LiveScene> live_scene;
-  std::vector<std::pair<std::size_t, Sonar>> sonars;
+  std::vector<SceneChange> sonars;  ///< changes of sonars
   std::optional<Display> display;
   bool clear = false;
   std::vector<AddedObject> objects;
@@ -80,6 +81,8 @@ class Mailbox {
   void wait_for_changes(std::chrono::milliseconds at_most);
   /// Waits until then, or until the session stops.
   void wait_until(Clock::time_point due);
+  /// The sonars of this change cannot be had: later changes do not repeat their values.
+  void refuse(const SceneChange& change, const std::string& trouble);
   void fail(std::exception_ptr fault);
 
   // All.
@@ -91,10 +94,13 @@ class Mailbox {
   std::exception_ptr fault() const;
 
  private:
+  void take_back(std::span<const KeyValue> keys, const SceneChange& change,
+                 const std::string& trouble);
+
   mutable std::mutex lock_;  // of all members
   std::condition_variable woken_;
   SessionScene source_;
-  std::vector<Sonar> sonars_;  // of the source
+  std::vector<SceneChange> meanwhile_;  // of sonars, while a scene is made ready
   PendingChanges pending_;
   bool changed_ = false, stopping_ = false;
   SessionStatus status_;

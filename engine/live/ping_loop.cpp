@@ -82,7 +82,7 @@ void PingLoop::apply(PendingChanges changes) {
   const bool new_setting = changes.live_scene || !changes.sonars.empty() || changes.display ||
                            !changes.objects.empty();  // objects may add classes and materials
   if (changes.live_scene) replace_scene(std::move(changes.live_scene));
-  for (const auto& [i, sonar] : changes.sonars) set_sonar(i, sonar);
+  for (const SceneChange& change : changes.sonars) set_sonars(change);
   if (changes.display) display_ = *changes.display;
   if (changes.clear)
     for (const std::uint32_t instance : std::exchange(added_, {}))
@@ -107,11 +107,18 @@ void PingLoop::replace_scene(std::shared_ptr<LiveScene> live_scene) {
   ring_.post(LatestFrame::bed, live_scene_->bed);
 }
 
-void PingLoop::set_sonar(std::size_t which, const Sonar& sonar) {
+/// All sonars of a change, or none.
+void PingLoop::set_sonars(const SceneChange& change) {
+  Simulator& simulator = live_scene_->simulator;
+  const std::vector<Sonar> before(simulator.sonars().begin(), simulator.sonars().end());
+  std::size_t changed = 0;
   try {
-    live_scene_->simulator.set_sonar(which, sonar);
+    for (; changed < change.sonars.size(); ++changed)
+      simulator.set_sonar(change.sonars[changed].first, change.sonars[changed].second);
   } catch (const std::exception& error) {
-    mailbox_.report_trouble(error.what());
+    for (std::size_t k = 0; k < changed; ++k)
+      simulator.set_sonar(change.sonars[k].first, before[change.sonars[k].first]);
+    mailbox_.refuse(change, error.what());
   }
 }
 

@@ -33,7 +33,7 @@ class PingLoop {
   bool at_end() const;
   void apply(PendingChanges changes);
   void replace_scene(std::shared_ptr<LiveScene> live_scene);
-  void set_sonar(std::size_t which, const Sonar& sonar);
+  void set_sonars(const SceneChange& change);
   void put(AddedObject& added);
   void take_setting();
 

@@ -213,6 +213,39 @@ TEST_CASE("An object that cannot be added is reported, and the session continues
   CHECK(!mailbox.fault());
 }
 
+TEST_CASE("A sonar that cannot be had leaves no key behind, and the session continues") {
+  const SessionScene source(tiny_scene, "tiny", {}, {});
+  const Scene scene = source.with();
+  Mailbox mailbox(source, scene, 0.0, false);
+  LineRing ring(1 << 20);
+  PingLoop loop(std::make_shared<LiveScene>(scene, Preparation{}), "tiny", mailbox, ring);
+  // As a sonar that needs too much memory: the key is valid, and the loop cannot make the sonar.
+  SceneChange change{.keys = {{"sonar.left-right.range_m", "12.0"}},
+                     .before = source,
+                     .scene = scene,
+                     .vehicle = mailbox.control().vehicle};
+  Sonar sonar = scene.sonars[0], impossible = sonar;
+  sonar.bins = 50;
+  impossible.range_m = -1.0;
+  change.sonars = {{0, sonar}, {0, impossible}};
+  mailbox.accept({.set = change});
+  CHECK(mailbox.present().first.with().sonars[0].range_m == 12.0);
+  std::thread pings([&] { loop.run(); });
+  std::size_t lines = 0;
+  for (const Bytes& frame : frames_of(ring, 9))
+    if (kind_of(frame) == FrameKind::line) {
+      ++lines;
+      CHECK(number_at<std::uint32_t>(*frame, 8 + 16) ==
+            2u * static_cast<unsigned>(scene.sonars[0].bins));
+    }
+  mailbox.stop();
+  pings.join();
+  CHECK(lines == 9);
+  CHECK(mailbox.present().first.with().sonars[0].range_m == scene.sonars[0].range_m);
+  CHECK(mailbox.status().trouble_number == 1);
+  CHECK(!mailbox.fault());
+}
+
 TEST_CASE("The truth of a bin equals the run's while the line is kept") {
   const TemporaryFolder folder;
   write_text(folder / "tiny.toml", tiny_scene);
@@ -261,6 +294,19 @@ TEST_CASE("A mailbox keeps changes until they are taken, and prepares one seabed
   CHECK(mailbox.status().trouble == "too steep");
   CHECK(mailbox.status().trouble_number == 1);
   mailbox.accept({.set = seabed});
+
+  // Sonars that change meanwhile change again over the new seabed, except a refused one.
+  mailbox.accept({.set = sonar});
+  SceneChange refused = sonar;
+  refused.keys = {{"sonar.left-right.range_m", "12.0"}, {"display.gamma", "0.5"}};
+  mailbox.accept({.set = refused});
+  CHECK(mailbox.take()->sonars.size() == 2);
+  mailbox.refuse(refused, "too large");
+  CHECK(mailbox.status().trouble == "too large");
+  CHECK(mailbox.present().first.with().sonars[0].range_m == source.with().sonars[0].range_m);
+  CHECK(mailbox.present().first.with().display.gamma == 0.5);
+  mailbox.deliver(nullptr);
+  CHECK(mailbox.take()->sonars.size() == 1);
 
   mailbox.stop();
   CHECK(!mailbox.take());
