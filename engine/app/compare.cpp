@@ -66,8 +66,8 @@ void add_compare(CLI::App& app, Action& action) {
       "compare",
       "Compare how two lines look: recordings (XTF, JSF), folders of runs, or folders of waterfall "
       "pictures (PNG, JPEG; port left, newest ping on top). One row per statistic, "
-      "with the spread of A's own halves; a ratio is the difference over that spread. '-': the line "
-      "cannot tell");
+      "with the spread of A's own halves; a ratio is the difference over that spread, 'inf' where "
+      "the halves are equal and B differs. '-': the line cannot tell");
   command.add_option("A", arguments->a, "A recording, a run's folder, or a folder of pictures")
       ->required();
   command.add_option("B", arguments->b, "What is compared with it")->required();
@@ -84,7 +84,8 @@ void add_compare(CLI::App& app, Action& action) {
   command
       .add_option("--html", arguments->html, "Also write a page with both pictures and the table")
       ->type_name("FILE");
-  command.add_flag("--json", arguments->json, "Print one JSON object; unknown numbers are null");
+  command.add_flag("--json", arguments->json,
+                   "Print one JSON object; unknown and infinite numbers are null");
   command.callback([&action, arguments] { action = [arguments] { compare(*arguments); }; });
 }
 

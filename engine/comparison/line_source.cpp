@@ -19,12 +19,15 @@ namespace fs = std::filesystem;
 
 RecordedLine line_of_recording(const fs::path& file, const std::string& sonar) {
   std::vector<RecordedLine> lines = read_recording(file);
-  std::size_t number = lines.size() == 1 ? 1 : 0;
+  std::size_t number = lines.size() == 1 && sonar.empty() ? 1 : 0;
   if (!sonar.empty()) std::from_chars(sonar.data(), sonar.data() + sonar.size(), number);
   if (number < 1 || number > lines.size())
     throw RecordingError(fmt::format(
-        "{}: has {} lines, and {} is chosen; expected --sonar 1 to {}, see recording-info",
-        file.string(), lines.size(), sonar.empty() ? "none" : "'" + sonar + "'", lines.size()));
+        "{}: {}; give --sonar-a or --sonar-b a number from 1 up to {}, see recording-info",
+        file.string(),
+        sonar.empty() ? fmt::format("has {} lines", lines.size())
+                      : fmt::format("has no line '{}'", sonar),
+        lines.size()));
   return std::move(lines[number - 1]);
 }
 

@@ -31,8 +31,8 @@ struct ComparedStatistic {
   std::string name;
   double a, b;
   double spread;  ///< between the halves of A's pings
-  /// |b - a| over the spread, 0 if it is what a file's rounding makes; NaN if one of them is
-  /// unknown.
+  /// |b - a| over the spread, 0 if it is what a file's rounding makes; infinite if only the spread
+  /// is 0, NaN if one of them is unknown.
   double ratio() const;
 };
 std::vector<ComparedStatistic> compare_lines(const RecordedLine& a, const RecordedLine& b);

@@ -32,6 +32,11 @@ RecordedLine usable_part(const RecordedLine& line, std::vector<std::string>& unk
         "the recording does not state the range of its pings, which an imitation "
         "needs");
   const double range_m = median(std::move(ranges));
+  constexpr double longest_m = 20e3;  // as of a scene's sonars
+  if (range_m > longest_m)
+    throw RecordingError(fmt::format(
+        "the pings state a range of {:.3g} m, expected at most {:.3g} m; is the recording damaged?",
+        range_m, longest_m));
   std::vector<std::size_t> usable;
   for (std::size_t i = 0; i < line.pings.size(); ++i)
     if (std::abs(line.pings[i].range_m / range_m - 1.0) < 0.005 &&

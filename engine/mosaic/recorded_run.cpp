@@ -100,8 +100,10 @@ ManifestContent read_manifest(const fs::path& folder) {
 std::string choose(const fs::path& folder, const std::string& wanted,
                    const std::vector<std::string>& sonars) {
   if (wanted.empty() && sonars.size() > 1)
-    fail_run(folder, fmt::format("the run has the sonars {}; choose one with --sonar NAME",
-                                 fmt::join(sonars, ", ")));
+    fail_run(folder,
+             fmt::format("the run has the sonars {}; choose one by its name with --sonar (in "
+                         "compare --sonar-a or --sonar-b)",
+                         fmt::join(sonars, ", ")));
   if (!wanted.empty() && std::ranges::find(sonars, wanted) == sonars.end())
     fail_run(folder, fmt::format("there is no sonar '{}', expected one of: {}", wanted,
                                  fmt::join(sonars, ", ")));

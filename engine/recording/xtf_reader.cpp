@@ -155,7 +155,7 @@ class XtfReader {
       const RecordingBytes rest = file_.part(place);
       const std::size_t size = rest.at<std::uint32_t>(10);
       if (rest.at<std::uint16_t>(0) != xtf_magic || size < 14) {
-        lines_.skipped(1);
+        if (place >= header_end()) lines_.skipped(1);
         ++place;
         continue;
       }
@@ -172,6 +172,12 @@ class XtfReader {
   }
 
  private:
+  /// With more than 6 channels the file's header takes more blocks of 1024 bytes.
+  std::size_t header_end() const {
+    const std::size_t used = first_channel_info + channels_.size() * channel_info;
+    return (used + file_header - 1) / file_header * file_header;
+  }
+
   void read_ping(const RecordingBytes& packet, bool geographic) {
     RecordedPing ping = ping_of(packet, geographic);
     std::size_t at = ping_header;

@@ -69,8 +69,11 @@ TEST_CASE("compare ends with code 1 beyond the limit, and with 2 for what it can
   CHECK(beyond.out.find("statistic,a,b,spread_of_a,ratio\n") == 0);
   CHECK(run_program(folder.path(), {"compare", "a", "s.toml"}).code == 2);
   CHECK(run_program(folder.path(), {"compare", "a", "nowhere"}).code == 2);
-  CHECK(run_program(folder.path(), {"compare", "a", "a/left-right.xtf", "--sonar-b", "2"}).code ==
-        2);
+  const Outcome second =
+      run_program(folder.path(), {"compare", "a", "a/left-right.xtf", "--sonar-b", "2"});
+  CHECK(second.code == 2);
+  CHECK(second.err.find("has no line '2'; give --sonar-a or --sonar-b a number") !=
+        std::string::npos);
   CHECK(run_program(folder.path(), {"compare", "a", "b", "--sonar-a", "x"}).code == 2);
 }
 

@@ -532,7 +532,7 @@ TEST_CASE("A mosaic refuses what it cannot use, with one message and exit code 2
   CHECK(run_program(folder.path(), {"mosaic", "good", "-o", "mosaic.png"}).code == 2);
 
   run_scene(folder, level_bed + "[sonar.ahead]\nbins = 100\n", "two", {"track.pings=2"});
-  refused({"two"}, "the run has the sonars ahead, sidescan; choose one with --sonar NAME");
+  refused({"two"}, "the run has the sonars ahead, sidescan; choose one by its name with --sonar");
   run_scene(folder, level_bed, "npz", {"track.pings=2", "output.exr=false", "output.npz=true"});
   refused({"npz"}, "the run has no OpenEXR images; run its scene again with output.exr = true");
   run_scene(folder, level_bed, "one", {"track.pings=1"});

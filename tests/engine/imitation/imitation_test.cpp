@@ -162,6 +162,18 @@ TEST_CASE("wrong fixes neither turn nor move a path") {
   }
 }
 
+TEST_CASE("a range that no sonar has is named") {
+  RecordedLine line = made_line({});
+  for (RecordedPing& ping : line.pings) ping.range_m = 1e9;
+  const tests::TemporaryFolder folder;
+  try {
+    imitate(line, folder.path(), {});
+    FAIL("no error");
+  } catch (const RecordingError& error) {
+    CHECK(std::string(error.what()).starts_with("the pings state a range of 1e+09 m"));
+  }
+}
+
 TEST_CASE("a roll or a pitch that no sonar has is unknown") {
   RecordedLine line = made_line({});
   for (RecordedPing& ping : line.pings) {

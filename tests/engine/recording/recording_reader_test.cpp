@@ -246,6 +246,19 @@ TEST_CASE("what is no recording is refused, and says so") {
   CHECK_THROWS_AS(read_recording(folder.path()), RecordingError);
 }
 
+TEST_CASE("the header of an XTF grows with its channels") {
+  std::string bytes = xtf_of(std::vector<std::uint8_t>{1, 2, 3}, 8);
+  for (const std::uint16_t channels : {6, 7, 14}) {
+    CAPTURE(channels);
+    put<std::uint16_t>(bytes, 166, channels);
+    std::string file = bytes;
+    if (channels > 6) file.insert(1024, 1024, '\0');
+    const RecordedLine line = parse(file).front();
+    CHECK(line.warnings.empty());
+    CHECK(line.starboard == std::vector{1.0f, 2.0f, 3.0f});
+  }
+}
+
 TEST_CASE("damaged packets are left out, with a warning") {
   const Recording written = tests::small_recording();
   const std::string file = tests::as_text(encode_xtf({&written, 1}));
